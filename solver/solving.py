@@ -69,9 +69,8 @@ def solve(
         require_proof()
     try:
         with time_limit(timeout), _rare_collection():
-            said = conclude(asked, prove=prove, limits=limits or model.limits)
-            found = said.found
-            result = _result(asked, said.model, said.verdict, found.complete, prove)
+            verdict, found, by = conclude(asked, prove=prove, limits=limits or model.limits)
+            result = _result(asked, by, verdict, found.complete, prove)
             listed = result.status is not Status.SOLVED or result.complete
             return result if listed else _with_gaps(result, found.gaps)
     except TimeIsUp as up:

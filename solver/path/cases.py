@@ -87,7 +87,7 @@ OTHERWISE = {
 """What a comparison comes out as where it does not come out so."""
 
 MEANING = {LESS: "<", AT_MOST: "<=", EQUAL: "=", AT_LEAST: ">=", GREATER: ">", DIFFERENT: "<>"}
-_MIRRORED = {"=": "=", "<>": "<>", "<": ">", "<=": ">=", ">": "<", ">=": "<="}
+MIRRORED = {"=": "=", "<>": "<>", "<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
 
 def comparisons(condition: Condition) -> Iterator[Comparison]:
@@ -104,7 +104,7 @@ def assumed_outcome(comparison: Comparison, signs: Mapping[Pair, int]) -> bool |
     left, right, operator = comparison.left, comparison.right, comparison.operator
     sign = signs.get((left, right))
     if sign is None:
-        sign, operator = signs.get((right, left)), _MIRRORED[operator]
+        sign, operator = signs.get((right, left)), MIRRORED[operator]
     return None if sign is None else sign in _TRUE_FOR[operator]
 
 
@@ -165,7 +165,7 @@ def _asked(atom: Comparison, pair: Pair) -> str | None:
     """The operator that an atom puts between the two, read from the first to the second."""
     if (atom.left, atom.right) == pair:
         return atom.operator
-    return _MIRRORED[atom.operator] if (atom.right, atom.left) == pair else None
+    return MIRRORED[atom.operator] if (atom.right, atom.left) == pair else None
 
 
 def _polarities(condition: Condition, holds: bool) -> Iterator[tuple[Comparison, bool]]:

@@ -7,11 +7,10 @@ block has no answer, its equations may be 0/0 where there would be one, or fix a
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib.util import find_spec
-from typing import NamedTuple
 
 from rulesheets.deadline import TimeIsUp
 from rulesheets.diagnosis import RuleSheetError, error
@@ -55,7 +54,7 @@ from solver.solution.verdict import Verdict, judge
 # The same goes for rules of a block that say the same thing at these values: one of them is left out.
 
 
-def look_behind(
+def _look_behind(
     asked: Asked, found: Exploration, verdict: Verdict, always: bool = False
 ) -> tuple[Model, Exploration, Verdict] | None:
     """The rules without products that vanish, and what comes of them; None where that is no more.
@@ -63,8 +62,7 @@ def look_behind(
     For a ``verdict`` on what was ``found`` that leaves something open. Where two answers coincide it stands:
     what the rules read there is the edge between those two.
     """
-    coincide = any(isinstance(fact, DoubleRoot) for fact in verdict.facts)
-    if coincide or verdict.status not in (Status.SINGULAR, Status.PARTIAL):
+    if any(isinstance(fact, DoubleRoot) for fact in verdict.facts):
         return None
     void = {id(fact): fact for leaf in found.leaves for fact in leaf.branch.void.values()}
     lost = tuple(fact for fact in void.values() if isinstance(fact, RankLoss))
@@ -75,23 +73,32 @@ def look_behind(
     repeated = {place for fact in lost if (place := _repeated(model, fact, values)) is not None}
     if not open_ and not repeated:
         return None
-    reduced = _left_out(reduced, repeated)
-    by = asked._replace(model=reduced)
-    again = explore_refined(by, always)
-    told = judge(by, again)._replace(reread=True)
-    if told.status is Status.INFEASIBLE:
-        return reduced, again, told
-    if not told.leaves or not all(_stands(model, leaf) for leaf in told.leaves):
-        return None
-    if told.status is Status.SOLVED:
-        return reduced, again, told
-    if told.status not in (Status.PARTIAL, Status.SINGULAR) or _known(told, asked.judged) <= _known(
-        verdict, asked.judged
-    ):
-        return None
-    if verdict.status is Status.PARTIAL:
-        return reduced, again, told
-    return reduced, again, _singular(model, told, open_)
+    left = (replace(e, left=ZERO, right=ZERO) if e.index in repeated else e for e in reduced.equations)
+    reduced = replace(reduced, equations=tuple(left))
+    again = explore_refined(asked._replace(model=reduced), always)
+    told = judge(asked._replace(model=reduced), again)._replace(reread=True)
+    if told.status is not Status.INFEASIBLE:
+        if not told.leaves or not all(_stands(model, leaf) for leaf in told.leaves):
+            return None
+        known = [
+            sum(name in leaf.branch.values for leaf in one.leaves[:1] for name in asked.judged)
+            for one in (verdict, told)
+        ]
+        if told.status in (Status.PARTIAL, Status.SINGULAR) and known[1] > known[0]:
+            told = told if verdict.status is Status.PARTIAL else _singular(model, told, open_)
+        elif told.status is not Status.SOLVED:
+            return None
+    return reduced, again, told
+
+
+def _shared(leaves: Sequence[Leaf]) -> dict[str, float]:
+    """Numbers that all leaves have."""
+    first, *others = (leaf.branch.values for leaf in leaves)
+    return {
+        name: value
+        for name, value in first.items()
+        if isinstance(value, float) and all(values.get(name) == value for values in others)
+    }
 
 
 def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verdict:
@@ -105,10 +112,6 @@ def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verd
         if fact.unknown not in leaves[0].branch.values and activity(model.equations[fact.equation], decided)
     )
     return told._replace(status=Status.SINGULAR, leaves=leaves, facts=facts[:1] or told.facts, structural=())
-
-
-def _known(verdict: Verdict, judged: Sequence[str]) -> int:
-    return sum(name in verdict.leaves[0].branch.values for name in judged) if verdict.leaves else 0
 
 
 def _stands(model: Model, leaf: Leaf) -> bool:
@@ -138,22 +141,6 @@ def _repeated(model: Model, fact: RankLoss, values: Mapping[str, float]) -> int 
     unit = [[entry / size for entry in row] for row, size in zip(rows, sizes, strict=True)]
     shares = null_direction(list(zip(*unit, strict=True)), [1.0] * len(rows))
     return fact.equations[max(range(len(shares)), key=lambda place: abs(shares[place]))]
-
-
-def _left_out(model: Model, places: Collection[int]) -> Model:
-    """The model with rules that say nothing in these places."""
-    equations = (replace(e, left=ZERO, right=ZERO) if e.index in places else e for e in model.equations)
-    return replace(model, equations=tuple(equations))
-
-
-def _shared(leaves: Sequence[Leaf]) -> dict[str, float]:
-    """Numbers that all leaves have."""
-    first, *others = (leaf.branch.values for leaf in leaves)
-    return {
-        name: value
-        for name, value in first.items()
-        if isinstance(value, float) and all(values.get(name) == value for values in others)
-    }
 
 
 def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[AsksNothing, ...]]:
@@ -225,9 +212,13 @@ def fixed_otherwise(asked: Asked, verdict: Verdict) -> Verdict | None:
     """The verdict that a given number contradicts the rules at any value of an unknown; None if none does."""
     patience = Patience()
     for equations, unknowns in filter(None, map(_refused, verdict.facts)):
-        if any(_has_pieces(asked.model.equations[e]) for e in equations):
-            continue
-        for found in _fixed(asked, equations, unknowns, patience):
+        rules = [asked.model.equations[e] for e in equations]
+        parts = (part for rule in rules for side in (rule.left, rule.right) for part in walk(side))
+        if any(rule.guard for rule in rules) or any(
+            isinstance(part, Call) and part.function in _FLAT for part in parts
+        ):
+            continue  # what they say may differ from one range of their variables to the next
+        for found in _fixed(asked, rules, unknowns, patience):
             return verdict._replace(status=Status.INCONSISTENT, facts=(found,))
     return None
 
@@ -243,20 +234,13 @@ def _refused(fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]] | None:
             return None
 
 
-def _has_pieces(equation: Equation) -> bool:
-    """Whether what an equation says may differ from one range of its variables to the next."""
-    parts = (part for side in (equation.left, equation.right) for part in walk(side))
-    return bool(equation.guard) or any(isinstance(p, Call) and p.function in _FLAT for p in parts)
-
-
 def _fixed(
-    asked: Asked, equations: Sequence[int], unknowns: Sequence[str], patience: Patience
+    asked: Asked, rules: Sequence[Equation], unknowns: Sequence[str], patience: Patience
 ) -> Iterator[Fixed]:
-    model, inputs = asked.model, asked.inputs
-    rules = [model.equations[e] for e in equations]
+    inputs = asked.inputs
     read = [name for rule in rules for name in rule.names]
     alone = {side.name for rule in rules for side in (rule.left, rule.right) if isinstance(side, Name)}
-    own = {name: variable.value for name, variable in model.variables.items()}
+    own = {name: variable.value for name, variable in asked.model.variables.items()}
     given = [name for name in inputs if name in read and isinstance(inputs[name], float)]
     given.sort(key=lambda name: (own[name] == inputs[name], name not in alone, read.count(name)))
     free = sorted((n for n in unknowns if n in read), key=lambda name: (own[name] is None, name in alone))
@@ -266,7 +250,7 @@ def _fixed(
             if value is None or not isinstance(number, float):
                 continue
             if abs(value - number) > SAME_VALUE * max(abs(value), abs(number)):
-                yield Fixed(name, value, number, unknown, tuple(equations))
+                yield Fixed(name, value, number, unknown, tuple(rule.index for rule in rules))
 
 
 def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> float | None:
@@ -299,7 +283,7 @@ NEAR = 1e-4
 
 def at_a_limit(asked: Asked, verdict: Verdict) -> Verdict | None:
     """The verdict that rules are undefined where there is an answer in the limit; None if there is none."""
-    if not any(_near_zero_by_zero(asked.model, verdict)):
+    if not verdict.leaves or not any(_near_zero_by_zero(asked.model, verdict)):
         return None
     for leaf in answers_between(asked):
         filled = (fact.equation for fact in leaf.branch.facts if isinstance(fact, Filled))
@@ -309,16 +293,14 @@ def at_a_limit(asked: Asked, verdict: Verdict) -> Verdict | None:
 
 
 def _near_zero_by_zero(model: Model, verdict: Verdict) -> Iterator[bool]:
+    """For each quotient in rules without an answer, whether both its sides may be 0 where they miss least."""
     for fact in verdict.facts:
-        if isinstance(fact, NoRoot) and verdict.leaves:
+        if isinstance(fact, NoRoot):
             values = {**verdict.leaves[0].branch.values, **fact.best}
-            for equation in (model.equations[index] for index in fact.equations):
-                yield any(_has_zero_by_zero(side, values) for side in (equation.left, equation.right))
-
-
-def _has_zero_by_zero(side: Expression, values: Mapping[str, Value]) -> bool:
-    quotients = (part for part in walk(side) if isinstance(part, Quotient))
-    return any(_small(node.left, values) and _small(node.right, values) for node in quotients)
+            rules = [model.equations[index] for index in fact.equations]
+            for part in (part for e in rules for side in (e.left, e.right) for part in walk(side)):
+                if isinstance(part, Quotient):
+                    yield _small(part.left, values) and _small(part.right, values)
 
 
 def _small(part: Expression, values: Mapping[str, Value]) -> bool:
@@ -346,24 +328,18 @@ def require_proof() -> None:
         raise RuleSheetError(error("E449", "proof needs python-flint", notes=notes))
 
 
-class Conclusion(NamedTuple):
-    """A verdict, what it rests on, and the model as it was read for it (limits filled, say)."""
+def conclude(
+    asked: Asked, *, prove: bool = False, limits: bool = False
+) -> tuple[Verdict, Exploration, Model]:
+    """The verdict on these inputs, what it rests on, and the model as it was read for it.
 
-    verdict: Verdict
-    found: Exploration
-    model: Model
-
-
-def conclude(asked: Asked, *, prove: bool = False, limits: bool = False) -> Conclusion:
-    """The verdict on these inputs. When the time is up after the first verdict, that is the last.
-
-    Raises TimeIsUp before there is one.
+    When the time is up after the first verdict, that is the last. Raises TimeIsUp before there is one.
     """
     found = explore_required(asked, always=prove)
     verdict, by = judge(asked, found), asked.model
     if verdict.status in (Status.SINGULAR, Status.PARTIAL):
         with suppress(TimeIsUp):
-            behind = look_behind(asked, found, verdict, always=prove)
+            behind = _look_behind(asked, found, verdict, always=prove)
             by, found, verdict = behind or (by, found, verdict)
     with suppress(TimeIsUp):
         if limits:
@@ -373,4 +349,4 @@ def conclude(asked: Asked, *, prove: bool = False, limits: bool = False) -> Conc
             verdict = at_a_limit(asked, verdict) or verdict
         if verdict.status in (Status.FAILED, Status.INFEASIBLE):
             verdict = fixed_otherwise(asked, verdict) or verdict
-    return Conclusion(verdict, found, by)
+    return verdict, found, by

@@ -53,7 +53,10 @@ def explain(
     if hasty:
         explanation.patience = Patience(0)
     found = tuple(explanation.diagnoses())
-    return (*found, explanation.in_haste()) if hasty else found
+    if not hasty:
+        return found
+    text = "the time was up before every remedy was tried"
+    return (*found, Diagnosis("S553", Severity.NOTE, text))
 
 
 def listed(names: Sequence[str], last: str = "and") -> str:
@@ -73,52 +76,46 @@ class _Explanation:
 
     def diagnoses(self) -> Iterator[Diagnosis]:
         verdict = self.verdict
-        cut_off = [fact for fact in verdict.facts if isinstance(fact, OutOfTime)]
-        if cut_off:
-            yield self._said(cut_off[0])
+        alone = [fact for fact in verdict.facts if isinstance(fact, OutOfTime)]
+        if verdict.status is Status.INCONSISTENT:
+            alone += [fact for fact in verdict.facts if isinstance(fact, Fixed)]  # type: ignore[misc]
+        if alone:
+            yield self._said(alone[0])
             return
         if verdict.status is Status.INCONSISTENT:
-            fixed = [fact for fact in verdict.facts if isinstance(fact, Fixed)]
-            yield self._said(fixed[0]) if fixed else self._clash()
+            yield self._clash()
             return
-        if verdict.status in (Status.INFEASIBLE, Status.FAILED, Status.SINGULAR, Status.PARTIAL):
+        if verdict.status is not Status.SOLVED:
             yield from dict.fromkeys(map(self._of, verdict.facts))
         if verdict.status in (Status.INFEASIBLE, Status.FAILED) and not verdict.facts:
             yield self._symbol_in(range(len(self.model.equations))) or self._no_case()
         if verdict.structural:
             yield self._undetermined()
-        yield from self._remarks()
+        if self.leaf is not None:
+            yield from self._remarks(self.leaf)
 
-    def _remarks(self) -> Iterator[Diagnosis]:
+    def _remarks(self, leaf: Leaf) -> Iterator[Diagnosis]:
         """Notes on an answer that stands: what stays blank, what was cut off."""
-        if self.leaf is None:
-            return
         said = (*self.verdict.facts, *(fact for leaf in self.verdict.leaves for fact in leaf.branch.facts))
-        notes = (fact for fact in said if isinstance(fact, Filled | Beside | Uncovered))
-        yield from map(self._said, dict.fromkeys(notes))
-        for fact in self.leaf.branch.facts:
-            if isinstance(fact, Truncated):
-                yield self._said(fact)
+        notes = [fact for fact in said if isinstance(fact, Filled | Beside | Uncovered)]
+        cut_off = [fact for fact in leaf.branch.facts if isinstance(fact, Truncated)]
+        yield from map(self._said, (*dict.fromkeys(notes), *cut_off))
         if self.verdict.status is Status.SOLVED:
-            for fact in {id(fact): fact for fact in self.leaf.branch.void.values()}.values():
-                if isinstance(fact, NoValue) and fact.unknown not in self.leaf.branch.values:
+            for fact in {id(fact): fact for fact in leaf.branch.void.values()}.values():
+                if isinstance(fact, NoValue) and fact.unknown not in leaf.branch.values:
                     text = f"{fact.unknown} has no value here: its rule needs {fact.reading}"
                     yield self._note("S591", text, (fact.equation,), (fact.unknown,))
 
     # --- one fact, one sentence ---
 
     def _of(self, fact: Fact) -> Diagnosis:
-        return self._computes_with_symbol(fact) or self._said(fact)
-
-    def _computes_with_symbol(self, fact: Fact) -> Diagnosis | None:
         """Where a rule fails that reads a symbol, that is why."""
-        match fact:
-            case NoValue(equation):
-                return self._symbol_in((equation,))
-            case NoRoot(equations):
-                return self._symbol_in(equations)
-            case _:
-                return None
+        equations: tuple[int, ...] = ()
+        if isinstance(fact, NoValue):
+            equations = (fact.equation,)
+        elif isinstance(fact, NoRoot):
+            equations = fact.equations
+        return self._symbol_in(equations) or self._said(fact)
 
     def _symbol_in(self, equations: Iterable[int]) -> Diagnosis | None:
         """The first of these rules that computes with what is a symbol."""
@@ -128,71 +125,64 @@ class _Explanation:
             for name in symbols.keys() & set(equation.names):
                 if Name(name) not in (equation.left, equation.right):
                     message = f"this rule computes with {name}, which is the symbol '{symbols[name]}"
-                    notes = (f"give a number for {name}, or clear it to have it solved",)
-                    given = notes if name in self.inputs else ()
-                    return self._error("S534", message, (equation.index,), (name,), given)
+                    cure = f"give a number for {name}, or clear it to have it solved"
+                    given = (cure,) if name in self.inputs else ()
+                    return self._error("S534", message, (equation.index,), (name,), *given)
         return None
 
     def _said(self, fact: Fact) -> Diagnosis:
         match fact:
             case NoValue(equation, unknown, reading):
                 message = f"no value of {unknown} satisfies this rule: it needs {reading}"
-                return self._error(
-                    "S530", message, (equation,), (unknown,), self._bounds((equation,), (unknown,))
-                )
+                cures = self._bounds((equation,), (unknown,))
+                return self._error("S530", message, (equation,), (unknown,), *cures)
             case OutOfRange(equation, unknown, value):
-                message = (
-                    f"{unknown} would be {number_text(value)}, outside the range that the sheet gives it"
-                )
-                return self._error(
-                    "S531", message, (equation,), (unknown,), self._bounds((equation,), (unknown,))
-                )
+                would = f"{unknown} would be {number_text(value)}"
+                message = f"{would}, outside the range that the sheet gives it"
+                cures = self._bounds((equation,), (unknown,))
+                return self._error("S531", message, (equation,), (unknown,), *cures)
             case NoRoot(equations, unknowns, True):
-                message = (
-                    f"no values of {listed(unknowns)} satisfy these rules together{self._ranges(unknowns)}"
-                )
-                return self._error("S532", message, equations, unknowns, self._bounds(equations, unknowns))
+                variables = [self.model.variables[name] for name in unknowns]
+                bounded = any(v.low > -math.inf or v.high < math.inf for v in variables)
+                where = " within the ranges that the sheet gives them" if bounded else ""
+                message = f"no values of {listed(unknowns)} satisfy these rules together{where} (proven)"
+                return self._error("S532", message, equations, unknowns, *self._bounds(equations, unknowns))
             case NoRoot():
                 return self._not_found(fact)
             case AsksNothing(equation, unknown):
-                free = dict.fromkeys((unknown, *(self.leaf.missing if self.leaf else ())))
-                message = f"{listed(tuple(free))} not determined here: this rule holds whatever {unknown} is"
-                message = message.replace(
-                    " not determined", " is not determined" if len(free) == 1 else " are not determined"
-                )
-                cure = ", or ".join((*self._giving(tuple(free)), "change the position"))
-                notes = (*self._zeros(equation), cure)
-                return self._error("S540", message, (equation,), tuple(free), notes)
+                leaf = self.leaf
+                free = tuple(dict.fromkeys((unknown, *(leaf.missing if leaf else ()))))
+                verb = "is" if len(free) == 1 else "are"
+                message = f"{listed(free)} {verb} not determined here: this rule holds whatever {unknown} is"
+                names = self.model.equations[equation].names
+                zeros = [f"{name} = 0" for name in names if leaf and leaf.branch.values.get(name) == 0.0]
+                why = (f"because {listed(zeros)}",) if zeros else ()
+                cure = ", or ".join((*self._giving(free), "change the position"))
+                return self._error("S540", message, (equation,), free, *why, cure)
             case RankLoss():
                 return self._rank(fact)
             case DoubleRoot(equations, unknowns, direction):
-                message = (
-                    f"two answers coincide here: {listed(unknowns)} is a double root, not an isolated answer"
-                )
-                if len(unknowns) > 1:
-                    message = message.replace(" is a double root", " have a double root")
-                notes = (f"to first order the rules let it move along {_direction(direction)}",)
-                return self._error("S541", message, equations, unknowns, notes)
+                what = "have a double root" if len(unknowns) > 1 else "is a double root"
+                message = f"two answers coincide here: {listed(unknowns)} {what}, not an isolated answer"
+                note = f"to first order the rules let it move along {_direction(direction)}"
+                return self._error("S541", message, equations, unknowns, note)
             case Unfixed(unknowns, double):
                 posted = [name for name in unknowns if self.model.variables[name].posted]
                 message = f"{listed(posted or unknowns)} can have any value at this double root, or none"
-                notes = (f"give {listed(double.unknowns, 'or')} first, or move away from the double root",)
-                return self._error("S543", message, double.equations, unknowns, notes)
+                cure = f"give {listed(double.unknowns, 'or')} first, or move away from the double root"
+                return self._error("S543", message, double.equations, unknowns, cure)
             case RestsOnRounding(equation, unknown):
                 message = f"{unknown} rests on no more than the last places of the given numbers"
-                notes = (f"to their last places they leave {unknown} any value", f"give {unknown}")
-                return self._error("S544", message, (equation,), (unknown,), notes)
+                note = f"to their last places they leave {unknown} any value"
+                return self._error("S544", message, (equation,), (unknown,), note, f"give {unknown}")
             case Conflict(equations, miss):
-                note = () if miss is None else (f"together they miss by {number_text(miss)}",)
-                return self._error("S520", "these rules contradict each other", equations, (), note)
+                notes = () if miss is None else (f"together they miss by {number_text(miss)}",)
+                return self._error("S520", "these rules contradict each other", equations, (), *notes)
             case BeyondFloats(equation, unknown):
-                message = (
-                    f"the value that this rule asks of {unknown} can't be held by a floating point number"
-                )
-                notes = (
-                    "it is too large, too small, or too near another number: scale the rule, or its units",
-                )
-                return self._error("S551", message, (equation,), (unknown,), notes)
+                asked = f"the value that this rule asks of {unknown}"
+                message = f"{asked} can't be held by a floating point number"
+                note = "it is too large, too small, or too near another number: scale the rule, or its units"
+                return self._error("S551", message, (equation,), (unknown,), note)
             case Indeterminacy():
                 return self._indeterminate(fact)
             case Filled(equation, limit):
@@ -205,15 +195,12 @@ class _Explanation:
                 return self._note("S596", message, equations, free)
             case Uncovered(case, free):
                 where = format_condition(case[0] if len(case) == 1 else And(case))
-                message = f"no rule determines {listed(free)} where {where}"
-                return self._note("S597", message, (), free)
+                return self._note("S597", f"no rule determines {listed(free)} where {where}", (), free)
             case Fixed(name, value, given, unknown, equations):
                 message = f"{name} is {value:.10g} whatever {unknown} is, and {number_text(given)} is given"
-                notes = (
-                    f"leave out {name}: the other inputs make it {value:.10g}",
-                    f"to have {name} = {number_text(given)}, free an input that {name} depends on",
-                )
-                return self._error("S521", message, equations, (name, unknown), notes)
+                cure = f"leave out {name}: the other inputs make it {value:.10g}"
+                other = f"to have {name} = {number_text(given)}, free an input that {name} depends on"
+                return self._error("S521", message, equations, (name, unknown), cure, other)
             case Unmet():
                 return self._unmet(fact)
             case OutOfTime(known):
@@ -233,8 +220,7 @@ class _Explanation:
         cure = "to solve with the limit give --limits, or limits = yes in the sheet"
         if fact.limit is None and not fact.is_open:
             cure = "there is no limit: the two sides, or several directions, lead to different values"
-        notes = (f"at {listed(at)}", cure)
-        return self._error("S545", message, (fact.equation,), unknown, notes)
+        return self._error("S545", message, (fact.equation,), unknown, f"at {listed(at)}", cure)
 
     def _unmet(self, fact: Unmet) -> Diagnosis:
         requirement = self.model.requirements[fact.requirement]
@@ -249,9 +235,6 @@ class _Explanation:
         labels = (Label(requirement.rule),)
         return Diagnosis("S535", Severity.ERROR, message + short, labels, (*notes, *mine), requirement.names)
 
-    def in_haste(self) -> Diagnosis:
-        return self._note("S553", "the time was up before every remedy was tried", ())
-
     def _out_of_time(self, known: Sequence[str]) -> Diagnosis:
         """An error where there is no answer, a note beside those that were found."""
         count = len(self.verdict.leaves)
@@ -260,81 +243,69 @@ class _Explanation:
             return self._note("S553", message, ())
         message = "the time was up before an answer was found"
         shown = f"until then {listed(known)} had a value" if known else "until then nothing was determined"
-        notes = ("give more time, or a guess or a range for one of the unknowns", shown)
-        return self._error("S553", message, (), tuple(n for n in self.judged if n not in known), notes)
+        cure = "give more time, or a guess or a range for one of the unknowns"
+        return self._error("S553", message, (), tuple(n for n in self.judged if n not in known), cure, shown)
 
     def _rank(self, fact: RankLoss) -> Diagnosis:
+        code, message = "S542", f"at these values the rules leave {listed(fact.free)} free"
         if fact.everywhere:
+            code = "S511"
             message = f"these rules do not determine {listed(fact.free)}: they are not independent"
             if len(fact.equations) == 1:
                 message = f"{listed(fact.free)} can take many values here, and this rule still holds"
-            code = "S511"
-        else:
-            message = f"at these values the rules leave {listed(fact.free)} free"
-            code = "S542"
-        notes = (*self._giving(fact.free), f"they can move along {_direction(fact.direction)}")
-        return self._error(code, message, fact.equations, fact.free, notes)
+        note = f"they can move along {_direction(fact.direction)}"
+        return self._error(code, message, fact.equations, fact.free, *self._giving(fact.free), note)
 
     def _not_found(self, fact: NoRoot) -> Diagnosis:
         best = ", ".join(f"{name} = {number_text(value)}" for name, value in fact.best.items())
         notes = [f"the nearest miss was at {best}"] if best else []
         missed = zip(fact.equations, fact.misses, strict=False)
         notes += [f"rule {self._line(e)} is off by {number_text(miss)} there" for e, miss in missed if miss]
-        message = f"no values of {listed(fact.unknowns)} were found that satisfy these rules together"
-        return self._error("S550", message, fact.equations, fact.unknowns, (*notes, self._next_step(fact)))
-
-    def _next_step(self, fact: NoRoot) -> str:
-        """What narrows the search most: a range for what it iterates on; or else no limit on the work."""
+        # what narrows the search most: a range for what it iterates on; or else no limit on the work
         steps = () if self.leaf is None else self.leaf.branch.attempts
-        torn = next((step.tears for step in steps if step.equations == fact.equations), ())
-        tears = torn or fact.unknowns[:1]
-        variables = (self.model.variables[name] for name in tears)
-        open_ones = [v.name for v in variables if not (math.isfinite(v.low) and math.isfinite(v.high))]
-        if not open_ones:
-            return f"--prove searches the ranges of {listed(tears)} without a limit on the work"
-        them = "it" if len(open_ones) == 1 else "them"
-        return f"give {listed(open_ones)} a range, {open_ones[0]} in [a, b]: the search iterates on {them}"
+        tears = next((step.tears for step in steps if step.equations == fact.equations), ())
+        tears = tears or fact.unknowns[:1]
+        endless = _endless(self.model, tears)
+        if endless:
+            them = "it" if len(endless) == 1 else "them"
+            ranges = f"give {listed(endless)} a range, {endless[0]} in [a, b]"
+            notes.append(f"{ranges}: the search iterates on {them}")
+        else:
+            notes.append(f"--prove searches the ranges of {listed(tears)} without a limit on the work")
+        message = f"no values of {listed(fact.unknowns)} were found that satisfy these rules together"
+        return self._error("S550", message, fact.equations, fact.unknowns, *notes)
 
     def _no_case(self) -> Diagnosis:
         if self.verdict.status is Status.FAILED:
-            return self._not_exhausted()
+            unknown = self.leaf.missing if self.leaf else tuple(self.judged)
+            message = "no answer was found, and the search did not cover every case"
+            if not unknown:
+                return self._error("S552", message, (), ())
+            cure = f"give a guess for {listed(unknown, 'or')}, or a range: name in [a, b]"
+            return self._error("S552", message, (), unknown, cure)
         conditional = tuple(e.index for e in self.model.equations if e.guard)
         message = "no case of the conditional rules fits the inputs"
-        return self._error("S533", message, conditional[:MAX_NAMED], (), self._bounds((), self.judged))
-
-    def _not_exhausted(self) -> Diagnosis:
-        message = "no answer was found, and the search did not cover every case"
-        unknown = self.leaf.missing if self.leaf else tuple(self.judged)
-        notes = (f"give a guess for {listed(unknown, 'or')}, or a range: name in [a, b]",) if unknown else ()
-        return self._error("S552", message, (), unknown, notes)
+        return self._error("S533", message, conditional[:MAX_NAMED], (), *self._bounds((), self.judged))
 
     def _undetermined(self) -> Diagnosis:
         assert self.leaf is not None
         branch = self.leaf.branch
         missing = self.verdict.structural
-        ways = givings(
-            self.model,
-            tuple(self.inputs),
-            branch.conditions,
-            frozenset(),
-            missing,
-        )
-        enough = [way.names for way in ways if way.enough and not self._asked(way.names)]
-        notes = []
+        ways = givings(self.model, tuple(self.inputs), branch.conditions, frozenset(), missing)
+        # to give what is all that is missing, or what was asked for itself, is no help
+        enough = [
+            way.names for way in ways if way.enough and way.names != missing and self._giving(way.names)
+        ]
         if enough and len(enough[0]) == 1:
-            notes.append(f"give {listed([names[0] for names in enough], 'or')}")
+            note = f"give {listed([names[0] for names in enough], 'or')}"
         elif enough:
-            notes.append("give " + ", or ".join(listed(names) for names in enough[:MAX_NAMED]))
+            note = "give " + ", or ".join(listed(names) for names in enough[:MAX_NAMED])
         elif ways and not ways[0].enough:
-            notes.append(f"more than one input is missing; {ways[0].names[0]} would determine most")
+            note = f"more than one input is missing; {ways[0].names[0]} would determine most"
         else:
-            notes.append(f"no other variable determines {listed(missing)}: add a rule that does")
+            note = f"no other variable determines {listed(missing)}: add a rule that does"
         message = f"the inputs do not determine {listed(missing)}"
-        return self._error("S510", message, (), missing, tuple(notes))
-
-    def _asked(self, names: Sequence[str]) -> bool:
-        """Whether to give these is no help, as they are all that is missing, or what was asked for itself."""
-        return self.verdict.structural == tuple(names) or not self._giving(names)
+        return self._error("S510", message, (), missing, note)
 
     def _giving(self, names: Sequence[str]) -> tuple[str, ...]:
         """The advice to give one of these; none of it to give what was asked for itself."""
@@ -344,22 +315,18 @@ class _Explanation:
 
     def _clash(self) -> Diagnosis:
         assert self.leaf is not None
-        facts = [f for f in self.verdict.facts if isinstance(f, Conflict)]
-        fact = facts[0]
+        fact = next(fact for fact in self.verdict.facts if isinstance(fact, Conflict))
         found = clash(self.model, self.inputs, self.leaf, fact.equations, self.patience)
         given = [f"{name} = {_text(self.inputs[name])}" for name in found.inputs]
-        message = "these rules contradict each other"
-        if given:
-            message = f"these rules contradict {listed(given)}"
-        notes = (
-            []
-            if fact.miss is None
-            else [f"rule {self._line(fact.equations[-1])} misses by {number_text(fact.miss)}"]
-        )
+        message = f"these rules contradict {listed(given) if given else 'each other'}"
+        notes = []
+        if fact.miss is not None:
+            notes.append(f"rule {self._line(fact.equations[-1])} misses by {number_text(fact.miss)}")
         tried = found.inputs[:MAX_INPUTS]
         for name, value in cures(self.model, self.inputs, tried, self.judged, self.patience):
-            notes.append(f"leave out {name}: the other inputs make it {_output(value)}")
-        return self._error("S520", message, found.equations, found.inputs, tuple(notes))
+            told = _text(value) if isinstance(value, str) else f"{value:.10g}"
+            notes.append(f"leave out {name}: the other inputs make it {told}")
+        return self._error("S520", message, found.equations, found.inputs, *notes)
 
     def _bounds(
         self, equations: Sequence[int], unknowns: Sequence[str], read: Sequence[str] = ()
@@ -373,20 +340,8 @@ class _Explanation:
         changed_first = sorted(numeric, key=lambda name: self.inputs[name] == own[name])
         found = bounds(self.model, self.inputs, changed_first[:MAX_INPUTS], unknowns, self.patience)
         sides = [f"{b.name} {b.relation} {number_text(b.value)}" for b in found]
-        return (
-            (f"with the other inputs as they are, a solution needs {listed(sides, 'or')}",) if sides else ()
-        )
-
-    def _ranges(self, unknowns: Sequence[str]) -> str:
-        variables = [self.model.variables[name] for name in unknowns]
-        bounded = any(v.low > -math.inf or v.high < math.inf for v in variables)
-        return " within the ranges that the sheet gives them (proven)" if bounded else " (proven)"
-
-    def _zeros(self, equation: int) -> tuple[str, ...]:
-        assert self.leaf is not None
-        values = self.leaf.branch.values
-        zero = [name for name in self.model.equations[equation].names if values.get(name) == 0.0]
-        return (f"because {listed([f'{name} = 0' for name in zero])}",) if zero else ()
+        text = f"with the other inputs as they are, a solution needs {listed(sides, 'or')}" if sides else ""
+        return tuple(filter(None, (text,)))
 
     # --- making diagnoses ---
 
@@ -394,24 +349,26 @@ class _Explanation:
         rule = self.model.equations[equation].rule
         return f"{rule.file}:{rule.line}"
 
-    def _labels(self, equations: Sequence[int]) -> tuple[Label, ...]:
-        spans = dict.fromkeys(self.model.equations[e].rule for e in equations)
-        return tuple(Label(span) for span in spans)
-
     def _error(
-        self,
-        code: str,
-        message: str,
-        equations: Sequence[int],
-        variables: Sequence[str],
-        notes: tuple[str, ...] = (),
+        self, code: str, message: str, equations: Sequence[int], variables: Sequence[str], *notes: str
     ) -> Diagnosis:
-        return Diagnosis(code, Severity.ERROR, message, self._labels(equations), notes, tuple(variables))
+        labels = _labels(self.model, equations)
+        return Diagnosis(code, Severity.ERROR, message, labels, notes, tuple(variables))
 
     def _note(
         self, code: str, message: str, equations: Sequence[int], variables: Sequence[str] = ()
     ) -> Diagnosis:
-        return Diagnosis(code, Severity.NOTE, message, self._labels(equations), (), tuple(variables))
+        return Diagnosis(code, Severity.NOTE, message, _labels(self.model, equations), (), tuple(variables))
+
+
+def _labels(model: Model, equations: Sequence[int]) -> tuple[Label, ...]:
+    return tuple(map(Label, dict.fromkeys(model.equations[e].rule for e in equations)))
+
+
+def _endless(model: Model, names: Iterable[str]) -> list[str]:
+    """The variables without a finite range."""
+    variables = (model.variables[name] for name in names)
+    return [v.name for v in variables if not (math.isfinite(v.low) and math.isfinite(v.high))]
 
 
 def _direction(direction: Mapping[str, float]) -> str:
@@ -423,11 +380,6 @@ def _text(value: Value) -> str:
     return f"'{value}" if isinstance(value, str) else number_text(value)
 
 
-def _output(value: Value) -> str:
-    """As the sheet prints a value that it has computed."""
-    return f"'{value}" if isinstance(value, str) else f"{value:.10g}"
-
-
 # --- why the answers are not known to be all ---
 
 
@@ -437,41 +389,24 @@ def gap_notes(model: Model, gaps: Sequence[Gap]) -> tuple[Diagnosis, ...]:
 
 
 def _note(model: Model, gap: Gap) -> Diagnosis:
-    spans = dict.fromkeys(model.equations[e].rule for e in gap.equations)
-    if gap.cut:
-        code, message, notes = "S593", _cut(gap), _others(gap)
+    notes: tuple[str, ...] = ()
+    if not gap.unknowns:
+        message = "not every case of the conditions was tried"
+        if gap.cut:
+            message = f"there are too many answers: {gap.count} are listed"
+            notes = ("give ranges to the unknowns, name in [a, b], to list the answers there",)
+    elif gap.cut:
+        first, low, high = gap.unknowns[0], number_text(gap.low), number_text(gap.high)
+        message = f"there are too many answers for {listed(gap.unknowns)}: {gap.count} are listed"
+        message += f", from {first} = {low} to {high}"
+        notes = (
+            f"give {first} a range, {first} in [a, b], to list the answers there",
+            f"a guess, {first} ~ {high}, lists those nearest to it first",
+        )
     else:
-        code, message, notes = "S594", _unproven(gap), _proofs(model, gap)
-    return Diagnosis(code, Severity.NOTE, message, tuple(map(Label, spans)), notes, gap.unknowns)
-
-
-def _cut(gap: Gap) -> str:
-    if not gap.unknowns:
-        return f"there are too many answers: {gap.count} are listed"
-    first = gap.unknowns[0]
-    span = f"from {first} = {number_text(gap.low)} to {number_text(gap.high)}"
-    return f"there are too many answers for {listed(gap.unknowns)}: {gap.count} are listed, {span}"
-
-
-def _others(gap: Gap) -> tuple[str, ...]:
-    if not gap.unknowns:
-        return ("give ranges to the unknowns, name in [a, b], to list the answers there",)
-    first = gap.unknowns[0]
-    return (
-        f"give {first} a range, {first} in [a, b], to list the answers there",
-        f"a guess, {first} ~ {number_text(gap.high)}, lists those nearest to it first",
-    )
-
-
-def _unproven(gap: Gap) -> str:
-    if not gap.unknowns:
-        return "not every case of the conditions was tried"
-    many = plural(gap.count, "answer") if gap.count else "no answer"
-    return f"{many} found for {listed(gap.unknowns)}: nothing shows that there are no others"
-
-
-def _proofs(model: Model, gap: Gap) -> tuple[str, ...]:
-    """What would let the search prove that it has found all."""
-    variables = [model.variables[name] for name in gap.unknowns]
-    endless = [v.name for v in variables if not (math.isfinite(v.low) and math.isfinite(v.high))]
-    return (f"ranges may show it: give {listed(endless)} a range, name in [a, b]",) if endless else ()
+        many = plural(gap.count, "answer") if gap.count else "no answer"
+        message = f"{many} found for {listed(gap.unknowns)}: nothing shows that there are no others"
+        if endless := _endless(model, gap.unknowns):  # what would let the search prove that it has found all
+            notes = (f"ranges may show it: give {listed(endless)} a range, name in [a, b]",)
+    code = "S593" if gap.cut else "S594"
+    return Diagnosis(code, Severity.NOTE, message, _labels(model, gap.equations), notes, gap.unknowns)

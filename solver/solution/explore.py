@@ -61,7 +61,7 @@ class Findings:
         self.adrift: list[Leaf] = []
         self.complete = True
         self.delicate = False
-        self._gaps: dict[tuple[int, ...], Gap] = {}
+        self.gaps: dict[tuple[int, ...], Gap] = {}
         self.enough = enough
 
     @property
@@ -82,18 +82,18 @@ class Findings:
     ) -> None:
         """Remember where a step may have more answers than are listed, the first of each step."""
         self.complete = self.complete and complete
-        if complete or equations in self._gaps:
+        if complete or equations in self.gaps:
             return
         first = [values[unknowns[0]] for values in listed if unknowns[0] in values]
         numbers = [number for number in first if not isinstance(number, str)]  # in floats, or of many digits
         low, high = (min(numbers), max(numbers)) if numbers else (0.0, 0.0)
         ends, listed_cut = (float(low), float(high)), cut and len(listed) > 1
-        self._gaps[equations] = Gap(equations, unknowns, len(listed), *ends, listed_cut, uncounted=cut)
+        self.gaps[equations] = Gap(equations, unknowns, len(listed), *ends, listed_cut, uncounted=cut)
 
     def truncate(self, branch: Branch, what: str) -> None:
         """Remember that a branch was given up: there are too many ``what``."""
         self.complete = False
-        self._gaps.setdefault((), Gap(count=len(self.leaves), cut=what == "answers"))
+        self.gaps.setdefault((), Gap(count=len(self.leaves), cut=what == "answers"))
         branch.facts = (*branch.facts, Truncated(what))
 
     def loose_since(self, adrift: int) -> bool:
@@ -136,20 +136,6 @@ class Findings:
         else:
             (self.adrift if missing and unverified else self.leaves).append(leaf)
 
-    def exploration(self, outcomes: Outcomes, work: int, refused: Callable[[Leaf], bool]) -> Exploration:
-        """All of it, once every branch has ended. ``refused`` tells of a case that is adrift whether what it
-        lacks is refused, so that no answer is hidden there."""
-        return Exploration(
-            tuple(self.leaves),
-            self.complete and all(excluded(leaf) or refused(leaf) for leaf in self.adrift),
-            tuple(self.dead),
-            tuple(self.adrift),
-            self.delicate,
-            outcomes,
-            work,
-            tuple(self._gaps.values()),
-        )
-
 
 MAX_SEARCHES = 150
 """Searches of nonlinear blocks at other values, after the first search of each block."""
@@ -179,8 +165,7 @@ def explore(
     the first such answer. Raises CutOff where a limit in time is met.
     """
     explorer = Explorer(asked, enough)
-    explorer.budget.thorough = thorough
-    explorer.budget.brief = brief
+    explorer.budget.thorough, explorer.budget.brief = thorough, brief
     return explorer.run()
 
 
@@ -202,14 +187,6 @@ class Explorer:
 
     def run(self) -> Exploration:
         """All answers; where the sensible ones of some blocks lead to none, those from their others."""
-        found = self._run()
-        if not self.budget.cut or any(not leaf.missing for leaf in found.leaves):
-            return found
-        self.budget.every = True
-        self.findings, self.outcomes = Findings(self.model, self.judged, self.findings.enough), {}
-        return self._run()
-
-    def _run(self) -> Exploration:
         start = Branch(dict(self.inputs), {})
         start.decided.update(self.casework.outcomes(range(len(self.model.conditions)), start))
         try:
@@ -217,10 +194,21 @@ class Explorer:
         except TimeIsUp:
             with grace(GRACE):
                 raise CutOff(self._found(), start.values) from None
-        return self._found()
+        found = self._found()
+        again = self.budget.cut and not self.budget.every and all(leaf.missing for leaf in found.leaves)
+        if not again:
+            return found
+        self.budget.every = True
+        self.findings, self.outcomes = Findings(self.model, self.judged, self.findings.enough), {}
+        return self.run()
 
     def _found(self) -> Exploration:
-        return self.findings.exploration(self.outcomes, self.budget.used, self._refused)
+        """What the branches came to; a case that is adrift hides no answer if what it lacks is refused."""
+        found = self.findings
+        complete = found.complete and all(excluded(leaf) or self._refused(leaf) for leaf in found.adrift)
+        ends = tuple(found.leaves), complete, tuple(found.dead), tuple(found.adrift)
+        gaps = tuple(found.gaps.values())
+        return Exploration(*ends, found.delicate, self.outcomes, self.budget.used, gaps)
 
     def _refused(self, leaf: Leaf) -> bool:
         """Whether no value satisfies a rule that leads to what a leaf lacks."""
@@ -315,20 +303,10 @@ class Explorer:
             if isinstance(outcome.fact, AsksNothing):
                 branch.void[equation] = outcome.fact
             else:
-                self._blank(branch, (unknown,), self._undefined(branch, outcome.fact))
+                self._blank(branch, (unknown,), outcome.fact)
             return True
         facts = [() if outcome.double is None else (outcome.double,)] * len(outcome.values)
         return self._forks(branch, step, [{unknown: v} for v in outcome.values], facts, rest)
-
-    def _undefined(self, branch: Branch, fact: Fact) -> Fact:
-        """Why a rule has no value: where it is 0/0, that is no reason to exclude one."""
-        equations: tuple[int, ...] = ()
-        if isinstance(fact, NoValue):
-            equations = (fact.equation,)
-        elif isinstance(fact, NoRoot):
-            equations = fact.equations
-        told = (indeterminacy(self.model.equations[e], branch.values) for e in equations)
-        return next(filter(None, told), fact)
 
     def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
         guess = self.guesses.get(isolation.unknown)
@@ -384,27 +362,21 @@ class Explorer:
 
         The nearest is: another may be another answer, and that is on a branch of its own.
         """
+        decided = branch.conditions
         for name in self.model.equations[equation].names:
             isolation, number = self.graph.isolation(equation, self.graph.number[name]), branch.values[name]
             if name in self.inputs or isolation is None or isinstance(number, str):
                 continue
             others = {other: value for other, value in branch.values.items() if other != name}
+            active = [e for i in self.graph.users(name) if activity(e := self.model.equations[i], decided)]
+            readers = [e for e in active if all(other in branch.values for other in e.names)]
             found = StepSolver(self.graph, equation, isolation, others).outcome().values
             for value in sorted((v for v in found if isinstance(v, float)), key=lambda v: abs(v - number)):
-                if self._hold(name, {**others, name: value}, branch.conditions):
+                if all(check_rule(reader, {**others, name: value}).holds for reader in readers):
                     branch.values[name] = value
                     branch.precise.pop(name, None)
                     return True
         return False
-
-    def _hold(self, name: str, values: Mapping[str, Value], decided: Mapping[int, bool]) -> bool:
-        """Whether all rules hold that read a variable, as far as their values are known."""
-        readers = (self.model.equations[index] for index in self.graph.users(name))
-        return all(
-            check_rule(equation, values).holds
-            for equation in readers
-            if activity(equation, decided) and all(other in values for other in equation.names)
-        )
 
     def _turned(self, unknown: str) -> bool:
         """Whether whole turns of an angle, of which one is looked at, may be answers of their own."""
@@ -425,7 +397,7 @@ class Explorer:
             self._learn(branch, step, outcome.answers[0].values)
             return True
         if not outcome.answers:
-            self._blank(branch, step.unknowns, self._undefined(branch, outcome.facts[-1]))
+            self._blank(branch, step.unknowns, outcome.facts[-1])
             return True
         beside = tuple(fact for fact in outcome.facts if isinstance(fact, Beside))
         facts: list[tuple[Fact, ...]] = [
@@ -465,11 +437,21 @@ class Explorer:
         return {name: found.error.get(name) or half_unit(number) for name, number in numbers.items()}
 
     def _blank(self, branch: Branch, unknowns: Sequence[str], fact: Fact) -> None:
-        """No value of these satisfies what is known: they stay blank, and rules that read them are idle."""
+        """No value of these satisfies what is known: they stay blank, and rules that read them are idle.
+
+        Where a rule is 0/0, that is no reason to exclude a value.
+        """
+        equations: tuple[int, ...] = ()
+        if isinstance(fact, NoValue):
+            equations = (fact.equation,)
+        elif isinstance(fact, NoRoot):
+            equations = fact.equations
+        told = (indeterminacy(self.model.equations[e], branch.values) for e in equations)
+        why = next(filter(None, told), fact)
         branch.blank.update(unknowns)
         for name in unknowns:
             for equation in self.graph.users(name):
-                branch.void.setdefault(equation, fact)
+                branch.void.setdefault(equation, why)
 
     # --- case by case ---
 

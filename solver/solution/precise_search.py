@@ -11,7 +11,6 @@ from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from itertools import pairwise
 from typing import Any
 
 from rulesheets.evaluate import Undefined, derivatives, extended, holds
@@ -37,7 +36,7 @@ from solver.kernel.enclosure import Enclosure
 from solver.kernel.linear_block import Blur, undetermined
 from solver.kernel.question import Question
 from solver.kernel.step import PreciseStep, StepOutcome, exact_turn
-from solver.leaves import Asked, Branch, Casework, Exploration, Leaf
+from solver.leaves import Asked, Branch, Casework, Exploration
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.tolerances import AGREEMENT, CLOSE, DRIFT, PRECISIONS, SPARE
 from solver.path import Evaluate, SolveBlock, Step, equations_of
@@ -53,17 +52,35 @@ INVERSE = math.exp(-1.0)
 
 def explore_precisely(asked: Asked, floats: Exploration) -> Exploration | None:
     """The exploration on which two precisions agree; None if none do. ``floats`` is the one in floats."""
-
-    def precisely(digits: int) -> Exploration | None:
-        try:
-            return _PreciseSearch(asked, floats, digits).run()
-        except Unresolved:
-            return None
-
-    for rough, fine in pairwise(map(precisely, PRECISIONS)):
+    rough: Exploration | None = None
+    for digits in PRECISIONS:
+        fine: Exploration | None = None
+        with suppress(Unresolved):
+            fine = _PreciseSearch(asked, floats, digits).run()
         if rough is not None and fine is not None and _agree(rough, fine, asked.judged):
             return fine
+        rough = fine
     return None
+
+
+def _agree(rough: Exploration, fine: Exploration, judged: Sequence[str]) -> bool:
+    """Whether twice the digits lead to the same answers."""
+    kinds = ((rough.leaves, fine.leaves), (rough.dead, fine.dead), (rough.adrift, fine.adrift))
+    return all(
+        len(some) == len(others)
+        and all(_same(a.branch, b.branch, judged) for a, b in zip(some, others, strict=True))
+        for some, others in kinds
+    )
+
+
+def _same(one: Branch, other: Branch, judged: Sequence[str]) -> bool:
+    if one.values.keys() != other.values.keys() or one.void.keys() != other.void.keys():
+        return False
+    return all(
+        abs(one.precise[name] - exact) <= AGREEMENT * abs(exact)
+        for name, exact in other.precise.items()
+        if name in judged and name in one.precise
+    )
 
 
 def _known(branch: Branch) -> Mapping[str, Any]:
@@ -89,20 +106,15 @@ class _PreciseCasework(Casework):
         sides, known = (comparison.left, comparison.right), _known(branch)
         left, right = (extended(side, known, self.digits) for side in sides)
         moved = self.last_places(branch)
-        reach = sum(
-            abs(slope * moved[name])
-            for side in sides
-            for name, slope in derivatives(side, branch.values)[1].items()
-            if moved.get(name)
-        )
+        slopes = [derivatives(side, branch.values)[1].items() for side in sides]
+        reach = sum(abs(slope) * moved[name] for row in slopes for name, slope in row if moved.get(name))
         return bool(abs(left - right) <= reach + 10.0 ** (SPARE - self.digits) * max(abs(left), abs(right)))
 
     def last_places(self, branch: Branch) -> Mapping[str, float]:
         """How far each number moves with the last places of the inputs, and of the numbers in the rules."""
-        decided = branch.conditions
+        decided, values = branch.conditions, branch.values
         given = {n: half_unit(v) for n, v in self.inputs.items() if isinstance(v, float)}
-        steps, values = branch.steps, branch.values
-        return input_errors(self.model, values, steps, lambda e: activity(e, decided), given)
+        return input_errors(self.model, values, branch.steps, lambda e: activity(e, decided), given)
 
 
 class _PreciseSearch(Explorer):
@@ -113,10 +125,6 @@ class _PreciseSearch(Explorer):
         self.digits = digits
         self.outcomes, self.work = floats.outcomes, Work()
         self.casework: _PreciseCasework = _PreciseCasework(self.model, self.inputs, digits)
-
-    def _system(self, equations: Sequence[int], unknowns: Sequence[str], branch: Branch) -> ManyDigits:
-        rules = [self.model.equations[index] for index in equations]
-        return ManyDigits(rules, unknowns, _known(branch), self.digits, self.work)
 
     # --- steps and blocks ---
 
@@ -131,8 +139,9 @@ class _PreciseSearch(Explorer):
             return floats
         if len(step.unknowns) > MAX_UNKNOWNS:
             raise Unresolved
-        system, off = self._system(step.equations, step.unknowns, branch), partial(self._off, branch)
-        found = _Block(question, system, floats, off).outcome()
+        rules = [self.model.equations[index] for index in step.equations]
+        system = ManyDigits(rules, step.unknowns, _known(branch), self.digits, self.work)
+        found = _Block(question, system, floats, partial(self._off, branch)).outcome()
         more = max(0, len(found.answers) - len(floats.answers))
         attempts = (Attempt(Method.EXTENDED, more, found.complete),) if more else ()
         return found._replace(attempts=(*floats.attempts, *attempts))
@@ -144,23 +153,21 @@ class _PreciseSearch(Explorer):
 
     def _learn(self, branch: Branch, step: Step, found: Mapping[str, Any]) -> None:
         numbers = {name: number for name, number in found.items() if not isinstance(number, str)}
+        floats = {**found, **{name: float(number) for name, number in numbers.items()}}
+        values, nothing = {**branch.values, **floats}, 10.0 ** (-self.digits // 2)
         for name, number in numbers.items():
-            if (
-                number
-                and abs(number) <= 10.0 ** (-self.digits // 2)
-                and self._is_rounding(branch, step, found, name)
-            ):
-                numbers[name] = 0 * number
-        super()._learn(branch, step, {**found, **{name: float(v) for name, v in numbers.items()}})
+            if number and abs(number) <= nothing and self._is_rounding(step, values, name):
+                numbers[name], floats[name] = 0 * number, 0.0
+        super()._learn(branch, step, floats)
         branch.precise.update(numbers)
 
-    def _is_rounding(self, branch: Branch, step: Step, found: Mapping[str, Any], name: str) -> bool:
+    def _is_rounding(self, step: Step, values: Mapping[str, Value], name: str) -> bool:
         """Whether a number is no more than the rounding of the terms that it was solved from."""
-        values = {**branch.values, **{n: v if isinstance(v, str) else float(v) for n, v in found.items()}}
+        number = values[name]
         for equation in (self.model.equations[index] for index in equations_of(step)):
             if name in equation.names and all(n in values for n in equation.names):
                 try:
-                    moved = abs(sides(equation, values).slopes.get(name, 0.0) * float(found[name]))
+                    moved = abs(sides(equation, values).slopes.get(name, 0.0) * number)  # type: ignore[operator]
                 except Undefined:
                     return False
                 if not moved <= 10.0 ** (SPARE - self.digits) * gross(equation, values) != 0.0:
@@ -245,8 +252,12 @@ class _Block:
             return self._linear()
         for seed in (*(answer.values for answer in self.floats.answers), *self.floats.refused):
             start = list(seed.values())
-            if not self._folded(start):
-                self._keep(_refined(self.system, start, self.question.scale))
+            if self._folded(start):
+                continue
+            root = self.system.newton(start)
+            if root is None or not _near(root, start, DRIFT, self.question.scale):
+                raise Unresolved
+            self._keep(root)
         for suspect in self.floats.suspects:
             self._folded(list(suspect.values()))
         return self._summary()
@@ -297,7 +308,10 @@ class _Block:
         inside, outside = [], None
         complete = self.floats.complete or self.floats.whole or self._settled()
         for root in self.roots:
-            point = self._inside(self.system.point(root))
+            point = self.system.point(root)
+            floats = _floats(point)
+            moved = self.question.inside(floats)  # what rounding alone takes beyond the end of a range
+            point = {n: v if moved[n] == floats[n] else moved[n] for n, v in point.items()}
             name = self.question.outside(_floats(point))
             if name is None:
                 inside.append(Answer(point))
@@ -305,7 +319,9 @@ class _Block:
                 outside = BlockOutcome.out_of_range(self.question.equations, name, float(point[name]))
         answers = sorted(inside, key=lambda answer: self.question.preference(_floats(answer.values)))
         if answers or self.double:
-            return BlockOutcome((*answers, *self.double), complete, self._curves())
+            # curves along which some unknowns keep their values; others may be points that rounding joins
+            curves = tuple(fact for fact in self.floats.facts if isinstance(fact, Beside) and fact.values)
+            return BlockOutcome((*answers, *self.double), complete, curves)
         if outside is not None:
             return outside._replace(complete=complete)
         if self.floats.answers or (complete and not self.floats.complete):
@@ -313,31 +329,12 @@ class _Block:
             return BlockOutcome(complete=complete, facts=(NoRoot(block.equations, block.unknowns, complete),))
         return self.floats
 
-    def _curves(self) -> tuple[Beside, ...]:
-        """Curves along which some unknowns keep their values; others may be points that rounding joins."""
-        curves = (fact for fact in self.floats.facts if isinstance(fact, Beside))
-        return tuple(curve for curve in curves if curve.values)
-
     def _settled(self) -> bool:
         """Whether what floats could not settle is settled now, so that these are all the roots."""
         points = [self.system.point(root) for root in self.roots]
         doubles = [answer.values for answer in self.double]
         known, here = self.system.known, self.question.here
         return settled(self.floats.stretches, here, known, points, doubles, self.system.digits)
-
-    def _inside(self, point: Mapping[str, Any]) -> Mapping[str, Any]:
-        """The point, wrapped, with what lies beyond an end of its range by rounding alone on that end."""
-        floats = _floats(point)
-        moved = self.question.inside(floats)
-        return {name: v if moved[name] == floats[name] else moved[name] for name, v in point.items()}
-
-
-def _refined(system: ManyDigits, start: Sequence[float], scale: Sequence[float] | None = None) -> list[Any]:
-    """The root that a float answer stands for. Raises Unresolved."""
-    root = system.newton(start)
-    if root is None or not _near(root, start, DRIFT, scale or [0.0] * len(start)):
-        raise Unresolved
-    return root
 
 
 def _near(one: Sequence[Any], other: Sequence[Any], share: float, sizes: Sequence[Any]) -> bool:
@@ -347,26 +344,6 @@ def _near(one: Sequence[Any], other: Sequence[Any], share: float, sizes: Sequenc
 
 def _floats(point: Mapping[str, Any]) -> dict[str, float]:
     return {name: float(number) for name, number in point.items()}
-
-
-def _agree(rough: Exploration, fine: Exploration, judged: Sequence[str]) -> bool:
-    """Whether twice the digits lead to the same answers."""
-    kinds = ((rough.leaves, fine.leaves), (rough.dead, fine.dead), (rough.adrift, fine.adrift))
-    return all(
-        len(some) == len(others) and all(_same(a, b, judged) for a, b in zip(some, others, strict=True))
-        for some, others in kinds
-    )
-
-
-def _same(one: Leaf, other: Leaf, judged: Sequence[str]) -> bool:
-    a, b = one.branch, other.branch
-    if a.values.keys() != b.values.keys() or a.void.keys() != b.void.keys():
-        return False
-    return all(
-        abs(a.precise[name] - exact) <= AGREEMENT * abs(exact)
-        for name, exact in b.precise.items()
-        if name in judged and name in a.precise
-    )
 
 
 # --- short stretches of a tear on which the residual is convex or concave: it has two roots there at most ---

@@ -43,9 +43,7 @@ def prove(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Proof:
     """The proof of a solved leaf, as far as it goes."""
     with precision(BITS):
         try:
-            proving = _Proving(model, leaf, inputs)
-            proving.run()
-            return proving.proof()
+            return _Proving(model, leaf, inputs).proof()
         except _Obstacle as obstacle:
             return obstacle.proof
 
@@ -61,7 +59,7 @@ class _Proving:
             if isinstance(number, float) and name not in leaf.branch.origins
         }
 
-    def run(self) -> None:
+    def proof(self) -> Proof:
         """Raises _Obstacle."""
         used: set[int] = set()
         for step in dict.fromkeys(self.leaf.branch.steps):
@@ -78,6 +76,13 @@ class _Proving:
                 self._guarded(rule)
                 if rule.index not in used:
                     self._uncontradicted(rule)
+        radius, nearest = {}, True
+        for name, found in self.balls.items():
+            number, off = self.values[name], (found - ball(self.values[name])).abs_upper()
+            computed = name in self.leaf.branch.origins and not off.is_zero()
+            radius[name] = math.nextafter(float(off), math.inf) if computed else 0.0
+            nearest = nearest and float(found.lower()) == float(found.upper()) == number
+        return Proof(True, radius, nearest)
 
     def _step(self, indices: Sequence[int], unknowns: Sequence[str], used: set[int]) -> None:
         equations = [self.model.equations[index] for index in indices]
@@ -134,52 +139,33 @@ class _Proving:
 
     def _certain(self, condition: Condition) -> bool | None:
         """How a condition comes out for all numbers in the balls; None where they do not agree."""
-        match condition:
-            case Comparison():
-                return self._compared(condition)
-            case Given(name):
-                return name in self.inputs
-            case _:
-                return None
-
-    def _compared(self, comparison: Comparison) -> bool | None:
-        sides = comparison.left, comparison.right
+        if isinstance(condition, Given):
+            return condition.name in self.inputs
+        if not isinstance(condition, Comparison):
+            return None
+        sides = condition.left, condition.right
         if any(map(self._symbolic, sides)):
-            return holds(comparison, self.values, self.inputs)
+            return holds(condition, self.values, self.inputs)
         try:
             left, right = (enclosing_ball(side, self.balls) for side in sides)
         except (Undefined, KeyError):
             return None
-        if left.is_exact() and right.is_exact():
-            less, same = left < right, left == right
-        elif left.overlaps(right):
+        exact = left.is_exact() and right.is_exact()
+        if not exact and left.overlaps(right):
             return None
-        else:
-            less, same = left < right, False
-        match comparison.operator:
-            case "=":
-                return bool(same)
-            case "<>":
-                return not same
-            case "<" | "<=":
-                return bool(less or (same and comparison.operator == "<="))
-            case _:
-                return bool(not less and (not same or comparison.operator == ">="))
+        less, same = bool(left < right), exact and bool(left == right)
+        return {
+            "=": same,
+            "<>": not same,
+            "<": less,
+            "<=": less or same,
+            ">": not less and not same,
+            ">=": not less,
+        }[condition.operator]
 
     def _symbolic(self, side: Expression) -> bool:
         value = self.values.get(side.name) if isinstance(side, Name) else None
         return isinstance(side, Symbol) or isinstance(value, str)
-
-    # --- what is proved ---
-
-    def proof(self) -> Proof:
-        radius, nearest = {}, True
-        for name, found in self.balls.items():
-            number = self.values[name]
-            computed = name in self.leaf.branch.origins
-            radius[name] = _up((found - ball(number)).abs_upper()) if computed else 0.0
-            nearest = nearest and float(found.lower()) == float(found.upper()) == number
-        return Proof(True, radius, nearest)
 
 
 def _apart(roots: Sequence[Mapping[str, Any]]) -> Mapping[str, float]:
@@ -188,8 +174,3 @@ def _apart(roots: Sequence[Mapping[str, Any]]) -> Mapping[str, float]:
         return {}
     one, other = roots
     return {name: max(0.0, float(abs(number - other[name]).lower())) for name, number in one.items()}
-
-
-def _up(number: Any) -> float:
-    """A float that is no less, and 0 for 0 alone."""
-    return 0.0 if number.is_zero() else math.nextafter(float(number), math.inf)

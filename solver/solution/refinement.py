@@ -10,6 +10,7 @@ leave no digit of a value.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -26,7 +27,7 @@ from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import Conflict, Filled
 from solver.leaves import Asked, CutOff, Exploration, Leaf, leaf_errors, unmet
 from solver.numerics.tolerances import BACKWARD, LOST, MEANINGLESS, NO_DIGIT, SAFETY, VAGUE
-from solver.path.cases import activity, outcomes
+from solver.path.cases import MIRRORED, activity, outcomes
 from solver.solution.explore import GRACE, explore
 from solver.solution.precise_search import explore_precisely
 
@@ -45,22 +46,22 @@ def explore_refined(asked: Asked, always: bool = False) -> Exploration:
     except CutOff as reached:
         known = asked.inputs if reached.found.delicate else reached.known
         raise CutOff(certain(asked, reached.found), known) from None
+    leaves = (*found.leaves, *found.dead)
+    too_long = sum(len(leaf.branch.steps) for leaf in leaves) > MAX_STEPS
     try:
-        if not always and not _delicate(asked, found):
+        if not always and (too_long or not (found.delicate or any(_vague(asked, leaf) for leaf in leaves))):
             return found
-        return explore_precisely(asked, found) or _meaningful(asked, found)
+        if (precise := explore_precisely(asked, found)) is not None:
+            return precise
+        kept = tuple(leaf for leaf in found.leaves if not (leaf.solved and _meaningless(asked, leaf)))
     except TimeIsUp:
         raise CutOff(certain(asked, found), asked.inputs) from None
-
-
-def _meaningful(asked: Asked, found: Exploration) -> Exploration:
-    """The exploration without answers that are nothing but rounding: the sine of 1e90 + x is any number for
-    values of 1e90 that are next to one another, and the rule holds whatever x is."""
-    leaves = tuple(leaf for leaf in found.leaves if not (leaf.solved and _meaningless(asked, leaf)))
-    return found if len(leaves) == len(found.leaves) else replace(found, leaves=leaves, complete=False)
+    return found if len(kept) == len(found.leaves) else replace(found, leaves=kept, complete=False)
 
 
 def _meaningless(asked: Asked, leaf: Leaf) -> bool:
+    """Whether an answer is nothing but rounding: the sine of 1e90 + x is any number for values of 1e90 that
+    are next to one another, and the rule holds whatever x is."""
     errors, values = leaf_errors(asked.model, leaf).error, leaf.branch.values
     numbers = ((name, v) for name in asked.judged if isinstance(v := values.get(name), float) and v)
     return any(MEANINGLESS * abs(v) < errors[name] < math.inf for name, v in numbers)
@@ -75,15 +76,8 @@ def certain(asked: Asked, found: Exploration) -> Exploration:
     return replace(found, leaves=leaves, dead=(), adrift=(), complete=False)
 
 
-def _delicate(asked: Asked, found: Exploration) -> bool:
-    """Whether floats may have lost digits of an answer, or the answer to whether there is one."""
-    leaves = (*found.leaves, *found.dead)
-    if sum(len(leaf.branch.steps) for leaf in leaves) > MAX_STEPS:
-        return False
-    return found.delicate or any(_vague(asked, leaf) for leaf in leaves)
-
-
 def _vague(asked: Asked, leaf: Leaf) -> bool:
+    """Whether floats may have lost digits of an answer, or the answer to whether there is one."""
     told, values = leaf_errors(asked.model, leaf), leaf.branch.values
     errors = told.error
     numbers = {name: abs(v) for name, v in values.items() if isinstance(v, float)}
@@ -114,8 +108,6 @@ def _within_errors(
 
 # --- requirements on single unknowns as ranges: a search that cannot cover everything keeps to them ---
 
-_MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
-
 
 def explore_required(asked: Asked, always: bool = False) -> Exploration:
     """As ``explore_refined``; where that leaves something open, again within what requirements allow.
@@ -132,12 +124,9 @@ def explore_required(asked: Asked, always: bool = False) -> Exploration:
         inside = explore_refined(asked._replace(model=within), always)
     except TimeIsUp:
         raise CutOff(certain(asked, found), asked.inputs) from None
-    better = _solved(inside) >= _solved(found) if inside.complete else _solved(inside) > 0 == _solved(found)
+    some, before = (sum(leaf.solved for leaf in one.leaves) for one in (inside, found))
+    better = some >= before if inside.complete else some > 0 == before
     return replace(inside, dead=inside.dead or found.dead) if better else found
-
-
-def _solved(found: Exploration) -> int:
-    return sum(leaf.solved for leaf in found.leaves)
 
 
 def narrowed(model: Model, inputs: Mapping[str, Value]) -> Model | None:
@@ -157,22 +146,13 @@ def narrowed(model: Model, inputs: Mapping[str, Value]) -> Model | None:
 
 def _limits(comparison: Comparison, inputs: Mapping[str, Value]) -> Iterator[tuple[str, str, float]]:
     """The unknown that a comparison bounds by a known number, if there is one, with relation and bound."""
-    pairs = (
-        (comparison.left, comparison.operator, comparison.right),
-        (
-            comparison.right,
-            _MIRRORED.get(comparison.operator, "<>"),
-            comparison.left,
-        ),
-    )
-    for side, operator, other in pairs:
+    left, operator, right = comparison.left, comparison.operator, comparison.right
+    for side, relation, other in ((left, operator, right), (right, MIRRORED[operator], left)):
         if isinstance(side, Name) and side.name not in inputs and inputs.keys() >= set(names(other)):
-            try:
+            with suppress(Undefined, TypeError):
                 limit = value(other, inputs)
-            except (Undefined, TypeError):
-                continue
-            if operator != "<>" and math.isfinite(limit):
-                yield side.name, operator, limit
+                if operator != "<>" and math.isfinite(limit):
+                    yield side.name, relation, limit
 
 
 def _within(variable: Variable, operator: str, limit: float) -> Variable:
@@ -207,39 +187,27 @@ TINY = 1e-30
 
 
 def with_limits(asked: Asked, found: Exploration) -> tuple[Model, Exploration]:
-    """What is found with limits, and the model with the limits that stand for parts of its rules."""
-    by, found = _forward(asked, found)
-    if any(leaf.solved for leaf in found.leaves) and found.complete:
-        return by, found
-    more = answers_between(asked)
-    if not more:
-        return by, found
-    leaves = (*(leaf for leaf in found.leaves if leaf.solved), *more)
-    return asked.model, replace(found, leaves=leaves, complete=False)
+    """What is found with limits, and the model with the limits that stand for parts of its rules.
 
-
-# --- forward --------------------------------------------------------------------------
-
-
-def _forward(asked: Asked, found: Exploration) -> tuple[Model, Exploration]:
-    """Limits put in for what is 0/0 at values that do not depend on them, and explored again."""
+    Forward, limits are put in for what is 0/0 at values that do not depend on them, and explored again.
+    """
     by = asked.model
     filled: dict[int, float] = {}
     for _ in range(ROUNDS):
         ends = (*found.leaves, *found.dead)
-        if len(ends) != 1:
-            break
-        limits = dict(_filled(by, ends[0].branch.values))
+        limits = dict(_filled(by, ends[0].branch.values)) if len(ends) == 1 else {}
         if not limits:
             break
         equations = tuple(limits[e.index][0] if e.index in limits else e for e in by.equations)
         filled |= {index: limit for index, (_, limit) in limits.items()}
         by = replace(by, equations=equations)
         found = explore_required(asked._replace(model=by))
-    facts = tuple(Filled(*pair) for pair in filled.items())
     for leaf in found.leaves:
-        leaf.branch.facts = (*leaf.branch.facts, *facts)
-    return by, found
+        leaf.branch.facts = (*leaf.branch.facts, *(Filled(*pair) for pair in filled.items()))
+    solved = tuple(leaf for leaf in found.leaves if leaf.solved)
+    if (solved and found.complete) or not (more := answers_between(asked)):
+        return by, found
+    return asked.model, replace(found, leaves=(*solved, *more), complete=False)
 
 
 def _filled(model: Model, values: Mapping[str, Value]) -> Iterator[tuple[int, tuple[Equation, float]]]:
@@ -261,9 +229,12 @@ def _filled(model: Model, values: Mapping[str, Value]) -> Iterator[tuple[int, tu
 def answers_between(asked: Asked) -> tuple[Leaf, ...]:
     """Answers at which rules are 0/0, and that answers for inputs on both sides of the given ones lead to."""
     model, inputs = asked.model, asked.inputs
-    if not any(map(_has_quotient, model.equations)):
+    every = (part for e in model.equations for side in (e.left, e.right) for part in walk(side))
+    if not any(isinstance(part, Quotient) for part in every):
         return ()
-    for name in _movable(model, inputs):
+    read = Counter(name for e in model.equations for name in e.names)
+    numbers = [name for name, given in inputs.items() if isinstance(given, float) and read[name]]
+    for name in sorted(numbers, key=lambda name: (inputs[name] != 1.0, -read[name]))[:MOVED]:
         moved = (number for step in STEPS for number in _moved(inputs[name], step))
         beside = (_beside(asked._replace(inputs={**inputs, name: number})) for number in moved)
         sides = list(takewhile(bool, beside))
@@ -274,17 +245,6 @@ def answers_between(asked: Asked) -> tuple[Leaf, ...]:
         if leaves:
             return leaves
     return ()
-
-
-def _has_quotient(equation: Equation) -> bool:
-    return any(isinstance(part, Quotient) for side in (equation.left, equation.right) for part in walk(side))
-
-
-def _movable(model: Model, inputs: Mapping[str, Value]) -> list[str]:
-    """Numbers among the inputs, those first that most rules with a quotient read."""
-    read = [name for e in model.equations for name in e.names]
-    numbers = [name for name, given in inputs.items() if isinstance(given, float) and name in read]
-    return sorted(numbers, key=lambda name: (inputs[name] != 1.0, -read.count(name)))[:MOVED]
 
 
 def _moved(number: Value, step: float) -> tuple[float, float]:
@@ -303,16 +263,15 @@ def _beside(asked: Asked) -> tuple[Leaf, ...]:
     return tuple(leaf for leaf in found.leaves if leaf.solved)
 
 
-def _numbers(leaf: Leaf) -> dict[str, Any]:
-    return {n: leaf.branch.precise.get(n, v) for n, v in leaf.branch.values.items() if isinstance(v, float)}
-
-
 def _between(leaf: Leaf, sides: Sequence[Sequence[Leaf]], inputs: Mapping[str, Value]) -> Leaf | None:
     """The common limit of the answers that belong to this one; None where they do not come together."""
     nearest = [min(side, key=lambda other: _distance(leaf, other)) for side in sides]
     if max(_distance(leaf, other) for other in nearest) > APART:
         return None
-    numbers = list(map(_numbers, nearest))
+    branches = [leaf.branch for leaf in nearest]
+    numbers = [
+        {n: b.precise.get(n, v) for n, v in b.values.items() if isinstance(v, float)} for b in branches
+    ]
     values: dict[str, Value] = dict(leaf.branch.values)
     exact: dict[str, Any] = {}
     for name in numbers[0]:

@@ -54,24 +54,17 @@ def givings(
     unknown = [n for n in plan.path(start, decided, void).undetermined if n in model.variables]
     posted = [n for n in unknown if model.variables[n].posted] or unknown
     candidates = posted[:MAX_CANDIDATES]
-    trials = 0
     best: list[Giving] = []
-    for size in range(1, min(4, len(candidates)) + 1):
-        for names in itertools.combinations(candidates, size):
-            trials += 1
-            if trials > MAX_SETS:
-                return tuple(sorted(best, key=_rank))
-            left = plan.path(start.union(names), decided, void).undetermined
-            enough = not set(left).intersection(missing)
-            if enough or size == 1:
-                best.append(Giving(names, len(unknown) - len(left) - size, enough))
-        if any(giving.enough for giving in best):
+    sets = (names for size in range(1, 5) for names in itertools.combinations(candidates, size))
+    for names in itertools.islice(sets, MAX_SETS):
+        if len(names) > 1 and any(giving.enough and len(giving.names) < len(names) for giving in best):
             break
-    return tuple(sorted(best, key=_rank))
-
-
-def _rank(giving: Giving) -> tuple[bool, int, int]:
-    return (not giving.enough, len(giving.names), -giving.determines)
+        left = plan.path(start.union(names), decided, void).undetermined
+        enough = not set(left).intersection(missing)
+        if enough or len(names) == 1:
+            best.append(Giving(names, len(unknown) - len(left) - len(names), enough))
+    best.sort(key=lambda giving: (not giving.enough, len(giving.names), -giving.determines))
+    return tuple(best)
 
 
 # --- inconsistent: the smallest conflicting set --------------------------------------------
@@ -129,15 +122,6 @@ def _reads(model: Model, equation: int) -> Iterator[str]:
         yield from nodes.names(model.conditions[premise.condition])
 
 
-def restricted(model: Model, equations: Sequence[int]) -> Model:
-    """The model with some of its equations, and the variables that these and their guards read."""
-    kept = tuple(replace(model.equations[e], index=i) for i, e in enumerate(equations))
-    names = {name for e in equations for name in _reads(model, e)}
-    every = {name for condition in model.conditions for name in nodes.names(condition)}
-    variables = {n: v for n, v in model.variables.items() if n in names | every}
-    return Model(model.name, variables, kept, model.conditions)
-
-
 def _contradictory(
     model: Model,
     inputs: Mapping[str, Value],
@@ -145,10 +129,15 @@ def _contradictory(
     given: Sequence[str],
     patience: Patience,
 ) -> bool:
+    """Whether some rules, with the variables that they and the conditions read, contradict each other."""
     if not rules:
         return False
-    part = restricted(model, rules)
-    values = {name: inputs[name] for name in given if name in part.variables}
+    read = {name for e in rules for name in _reads(model, e)}
+    read.update(name for condition in model.conditions for name in nodes.names(condition))
+    variables = {name: variable for name, variable in model.variables.items() if name in read}
+    kept = tuple(replace(model.equations[e], index=i) for i, e in enumerate(rules))
+    part = Model(model.name, variables, kept, model.conditions)
+    values = {name: inputs[name] for name in given if name in variables}
     found = patience.shown(explore(Asked(part, values, None, {}, ()), brief=True, enough=_possible))
     return not any(map(_possible, found.leaves)) and bool(found.dead or found.leaves)
 
@@ -176,20 +165,12 @@ def cures(
         tried = patience.shown(explore(Asked(model, rest, None, {}, judged), brief=True))
         leaves = [leaf for leaf in tried.leaves if leaf.solved]
         values = [leaf.branch.values[name] for leaf in leaves if name in leaf.branch.values]
+        given, numbers = inputs[name], [value for value in values if isinstance(value, float)]
+        if isinstance(given, float) and numbers:
+            values = [min(numbers, key=lambda number: abs(number - given))]
         if values:
-            found.append((name, _nearest(inputs[name], values)))
+            found.append((name, values[0]))
     return tuple(found)
-
-
-def _solved(leaf: Leaf) -> bool:
-    return leaf.solved
-
-
-def _nearest(given: Value, values: Sequence[Value]) -> Value:
-    numbers = [v for v in values if isinstance(v, float)]
-    if isinstance(given, str) or not numbers:
-        return values[0]
-    return min(numbers, key=lambda v: abs(v - given))
 
 
 class Bound(NamedTuple):
@@ -218,8 +199,9 @@ def bounds(
             if patience.lost or not model.variables[name].admits(value):
                 return False
             moved = {**inputs, name: value}
-            tried = explore(Asked(model, moved, judged, {}, judged), brief=True, enough=_solved)
-            return any(map(_solved, patience.shown(tried).leaves))
+            asked = Asked(model, moved, judged, {}, judged)
+            tried = patience.shown(explore(asked, brief=True, enough=lambda leaf: leaf.solved))
+            return any(leaf.solved for leaf in tried.leaves)
 
         edge = _edge(feasible, given)
         bound = None if edge is None else _bound(name, given, edge, feasible)
@@ -259,14 +241,11 @@ def rounded(value: float, digits: int = 6) -> float:
 def _edge(feasible: Callable[[float], bool], given: float) -> float | None:
     """The feasible value nearest to the given one along the line, as far as a short search tells."""
     size = abs(given) or 1.0
-    for share in (0.02, 0.1, 0.3, 0.6, 1.0, 2.5, 5.0):
-        for trial in (given - share * size, given + share * size):
-            if feasible(trial):
-                return _bisected(feasible, given, trial)
-    return None
-
-
-def _bisected(feasible: Callable[[float], bool], outside: float, inside: float) -> float:
+    shares = (0.02, 0.1, 0.3, 0.6, 1.0, 2.5, 5.0)
+    trials = (given + sign * share * size for share in shares for sign in (-1, 1))
+    inside, outside = next(filter(feasible, trials), None), given
+    if inside is None:
+        return None
     for _ in range(MAX_TRIALS):
         middle = 0.5 * (outside + inside)
         if abs(outside - inside) <= 1e-7 * max(abs(inside), 1e-7) or middle in (outside, inside):

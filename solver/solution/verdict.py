@@ -151,14 +151,6 @@ def _without(leaf: Leaf, names: Collection[str]) -> Leaf:
     return replace(leaf, branch=branch)
 
 
-def _free_there(leaf: Leaf, facts: Sequence[Fact]) -> tuple[Unfixed, ...]:
-    """What is missing at a double root, where no other fact names it."""
-    doubles = _doubles(leaf)
-    if not doubles or any(isinstance(fact, AsksNothing) for fact in facts):
-        return ()
-    return (Unfixed(leaf.missing, doubles[0]),)
-
-
 def _unknown(model: Model, leaf: Leaf) -> tuple[str, ...]:
     return tuple(name for name in model.variables if name not in leaf.branch.values)
 
@@ -166,19 +158,19 @@ def _unknown(model: Model, leaf: Leaf) -> tuple[str, ...]:
 def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -> Verdict:
     """Wanted variables are missing: because of values (void rules), or of the inputs' pattern."""
     leaf = leaves[0]
-    structural = _structurally_missing(model, leaf, inputs)
-    by_value = [name for name in leaf.missing if name not in structural]
+    undetermined = planner(model).path(frozenset(inputs), leaf.branch.conditions).undetermined
+    structural = tuple(name for name in leaf.missing if name in undetermined)  # however the values come out
     facts = _relevant(model, leaf, inputs)
     status = Status.PARTIAL
-    if by_value or (facts and not structural):
+    if len(structural) < len(leaf.missing) or (facts and not structural):
         status = _worst(facts)
     if status is Status.PARTIAL and any(isinstance(f, Truncated) for f in leaf.branch.facts):
         status = Status.FAILED
-    unknown = _unknown(model, leaf)
-    if status is Status.SINGULAR:
-        facts = (*_doubles(leaf), *facts, *_free_there(leaf, facts))
+    if status is Status.SINGULAR and (doubles := _doubles(leaf)):
+        told = any(isinstance(fact, AsksNothing) for fact in facts)
+        facts = (*doubles, *facts, *(() if told else (Unfixed(leaf.missing, doubles[0]),)))
     kept = tuple(leaves) if status in (Status.PARTIAL, Status.SINGULAR) else tuple(leaves[:1])
-    return Verdict(status, kept, facts, unknown, tuple(n for n in leaf.missing if n in structural))
+    return Verdict(status, kept, facts, _unknown(model, leaf), structural)
 
 
 def _relevant(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> tuple[Fact, ...]:
@@ -200,12 +192,6 @@ def _about(fact: Fact) -> tuple[int, ...]:
             return equations
         case _:
             return ()
-
-
-def _structurally_missing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> frozenset[str]:
-    """Wanted names that no path reaches from these inputs, however the values come out."""
-    path = planner(model).path(frozenset(inputs), leaf.branch.conditions)
-    return frozenset(path.undetermined).intersection(leaf.missing)
 
 
 _SEVERITY: tuple[tuple[Status, type[object]], ...] = (
@@ -237,36 +223,29 @@ def _contradicted(found: Exploration) -> Verdict:
         leaf = min(refused, key=_short)
         status = Status.INFEASIBLE if _conclusive(found) else Status.FAILED
         return Verdict(status, (leaf,), leaf.conflicts)
-    undefined = [
-        leaf for leaf in found.dead if all(isinstance(fact, Indeterminacy | Unmet) for fact in leaf.conflicts)
-    ]
-    if undefined:
-        return Verdict(Status.SINGULAR, (undefined[0],), undefined[0].conflicts)
+    for leaf in found.dead:
+        if all(isinstance(fact, Indeterminacy | Unmet) for fact in leaf.conflicts):
+            return Verdict(Status.SINGULAR, (leaf,), leaf.conflicts)
     leaf = min(found.dead, key=lambda leaf: len(leaf.conflicts))
     beyond = _beyond_floats(leaf)
     if beyond is not None:
         return Verdict(Status.FAILED, (leaf,), (beyond,))
-    if not _conclusive(found):
-        return Verdict(Status.FAILED, (leaf,), _open_blocks(found, leaf))
-    status = Status.INCONSISTENT
-    return Verdict(status, (leaf,), leaf.conflicts)
+    if _conclusive(found):
+        return Verdict(Status.INCONSISTENT, (leaf,), leaf.conflicts)
+    # blocks may have answers beside those that the leaf was led to, and contradicts rules with
+    numbers = {name: value for name, value in leaf.branch.values.items() if isinstance(value, float)}
+    open_ = tuple(
+        NoRoot(gap.equations, gap.unknowns, False, {n: numbers[n] for n in gap.unknowns if n in numbers})
+        for gap in found.gaps
+        if gap.equations
+    )
+    return Verdict(Status.FAILED, (leaf,), open_)
 
 
 def _short(leaf: Leaf) -> tuple[int, float]:
     """How much of the requirements a leaf breaks: how many, then by how much."""
     misses = [fact.miss for fact in leaf.conflicts if isinstance(fact, Unmet)]
     return len(misses), max(math.inf if miss is None else miss for miss in misses)
-
-
-def _open_blocks(found: Exploration, leaf: Leaf) -> tuple[NoRoot, ...]:
-    """The blocks that may have answers beside those that a leaf was led to, and contradicts rules with."""
-    values = leaf.branch.values
-    numbers = {name: value for name, value in values.items() if isinstance(value, float)}
-    return tuple(
-        NoRoot(gap.equations, gap.unknowns, False, {n: numbers[n] for n in gap.unknowns if n in numbers})
-        for gap in found.gaps
-        if gap.equations
-    )
 
 
 def _conclusive(found: Exploration) -> bool:
@@ -298,7 +277,16 @@ def _beyond_floats(leaf: Leaf) -> BeyondFloats | None:
 
 def _preferred(model: Model, leaves: list[Leaf]) -> list[Leaf]:
     """Distinct leaves; one in which an auxiliary has no value gives way to one where all have."""
-    whole = [leaf for leaf in leaves if not _violates(leaf)] or leaves
+    whole = [
+        leaf
+        for leaf in leaves
+        if not any(  # an auxiliary outside a domain (a pole is no violation: it has a limit)
+            isinstance(fact, NoValue | OutOfRange)
+            and fact.unknown not in leaf.branch.values
+            and not getattr(fact, "pole", False)
+            for fact in leaf.branch.void.values()
+        )
+    ] or leaves
     first: dict[str, Value] = {}
     every = ((name, value) for leaf in whole for name, value in leaf.branch.values.items())
     varying = list(dict.fromkeys(name for name, value in every if first.setdefault(name, value) != value))
@@ -307,12 +295,6 @@ def _preferred(model: Model, leaves: list[Leaf]) -> list[Leaf]:
         if not any(_same_leaf(model, leaf, other, varying) for other in distinct):
             distinct.append(leaf)
     return distinct
-
-
-def _violates(leaf: Leaf) -> bool:
-    """An auxiliary outside a domain (a pole is no violation: it has a limit)."""
-    unmet = (f for f in leaf.branch.void.values() if isinstance(f, NoValue | OutOfRange))
-    return any(f.unknown not in leaf.branch.values and not getattr(f, "pole", False) for f in unmet)
 
 
 def _same_leaf(model: Model, leaf: Leaf, other: Leaf, varying: Sequence[str]) -> bool:
@@ -338,13 +320,12 @@ def _same_leaf(model: Model, leaf: Leaf, other: Leaf, varying: Sequence[str]) ->
 def _same(
     one: Mapping[str, Value], other: Mapping[str, Value], names: Sequence[str], tolerance: float
 ) -> bool:
-    return all(_equal(one[name], other[name], tolerance) for name in names if name in one)
-
-
-def _equal(a: Value, b: Value, tolerance: float) -> bool:
-    if isinstance(a, str) or isinstance(b, str):
-        return a == b
-    return abs(a - b) <= tolerance * max(abs(a), abs(b))
+    for a, b in ((one[name], other[name]) for name in names if name in one):
+        if a != b and (
+            isinstance(a, str) or isinstance(b, str) or not abs(a - b) <= tolerance * max(abs(a), abs(b))
+        ):
+            return False
+    return True
 
 
 def _ordered(asked: Asked, leaves: list[Leaf]) -> list[Leaf]:

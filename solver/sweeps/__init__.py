@@ -238,8 +238,8 @@ class Plan:
         try:
             with time_limit(self.timeout):
                 values, limits = self._values(numbers), self.model.limits
-                said = conclude(Asked(self.model, values, self.want, self.guesses, self.want), limits=limits)
-                return said.verdict, said.found
+                asked = Asked(self.model, values, self.want, self.guesses, self.want)
+                return conclude(asked, limits=limits)[:2]
         except TimeIsUp:
             return Verdict(Status.FAILED, (), (OutOfTime(()),)), Exploration((), False, ())
 
