@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,8 +31,7 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
 )
-from solver.accuracy import rule_check
-from solver.accuracy.rule_check import RuleCheck
+from solver.accuracy.rule_check import RuleCheck, gross, remembered, sides, size
 from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS, STEEP
 from solver.path.graph import Alike, Array, Family, alike
 
@@ -86,14 +86,11 @@ def _each(function: Callable[..., float], count: int, *columns: Any) -> Array:
     try:
         return np.array([function(*row) for row in zip(*rows, strict=True)], dtype=float)
     except (ArithmeticError, ValueError):
-        return np.array([_or_nan(function, row) for row in zip(*rows, strict=True)], dtype=float)
-
-
-def _or_nan(function: Callable[..., float], row: Sequence[float]) -> float:
-    try:
-        return function(*row)
-    except (ArithmeticError, ValueError):
-        return math.nan
+        result = np.full(count, np.nan)
+    for place, row in enumerate(zip(*rows, strict=True)):
+        with suppress(ArithmeticError, ValueError):
+            result[place] = function(*row)
+    return result
 
 
 class _Traced(Traced[Array]):
@@ -210,36 +207,30 @@ class _Found:
         values = point[family.columns]
         rows = _Rows(dict(zip(family.first.names, values, strict=True)), family.numbers, len(family.places))
         rows.plain &= np.isfinite(values).all(axis=0)
-        try:
-            with np.errstate(all="ignore"):
-                self._enter(family, rows)
-        except Undefined:
-            rows.plain[:] = False
-        return rows.plain
-
-    def _enter(self, family: Family, rows: _Rows) -> None:
-        side = _Sides(family.first, rows)
-        plain, places = rows.plain, family.places[rows.plain]
-        holds = side.holds(family)
-        columns = (side.miss, side.noise, side.gross, side.moves, holds)
-        stores = (self.miss, self.noise, self.gross, self.moves, self.holds)
-        for store, column in zip(stores, columns, strict=True):
-            store[places] = np.broadcast_to(column, plain.shape)[plain]
-        for name, column in zip(family.first.names, family.columns, strict=True):
-            if name in side.slopes:
-                slope = np.broadcast_to(side.slopes[name], plain.shape)[plain]
-                self.triplets.append((slope, places, column[plain]))
+        with np.errstate(all="ignore"), suppress(Undefined):
+            side = _Sides(family.first, rows)
+            plain, places = rows.plain, family.places[rows.plain]
+            columns = (side.miss, side.noise, side.gross, side.moves, side.holds(family))
+            stores = (self.miss, self.noise, self.gross, self.moves, self.holds)
+            for store, column in zip(stores, columns, strict=True):
+                store[places] = np.broadcast_to(column, plain.shape)[plain]
+            for name, column in zip(family.first.names, family.columns, strict=True):
+                if name in side.slopes:
+                    slope = np.broadcast_to(side.slopes[name], plain.shape)[plain]
+                    self.triplets.append((slope, places, column[plain]))
+            return plain
+        return np.zeros_like(rows.plain)
 
     def enter_one(
         self, equation: Equation, place: int, values: Mapping[str, Value], column: Mapping[str, int]
     ) -> None:
         try:
-            left, right, slopes, noise = rule_check.sides(equation, values)
+            left, right, slopes, noise = sides(equation, values)
         except (Undefined, KeyError):
             return
         self.miss[place], self.noise[place] = left - right, noise
-        self.gross[place] = rule_check.gross(equation, values)
-        self.moves[place] = rule_check.size(equation, values)
+        self.gross[place] = gross(equation, values)
+        self.moves[place] = size(equation, values)
         columns = np.array([column[name] for name in slopes], dtype=np.intp)
         self.triplets.append((np.array([*slopes.values()]), np.full(len(slopes), place), columns))
 
@@ -311,9 +302,10 @@ class _Sides:
 def note_checks(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> None:
     """Check all rules at once, so that asking for the check of each finds that it holds. Rules that do not
     are not marked: what is known of them is found out one by one."""
+    equations = [equation for equation in equations if remembered(equation, values).check is None]
     found = evaluated(model, equations, values)
     scaled = np.abs(found.miss) / np.where(found.moves > 0.0, found.moves, 1.0)
     numbers = zip(found.miss.tolist(), scaled.tolist(), found.holds.tolist(), strict=True)
     for equation, (miss, share, holds) in zip(equations, numbers, strict=True):
         if holds:
-            rule_check.note(equation, values, RuleCheck(True, miss, share))
+            remembered(equation, values).check = RuleCheck(True, miss, share)

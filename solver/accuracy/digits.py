@@ -107,26 +107,21 @@ class ManyDigits:
         ``sizes`` (n,) of the terms that the unknowns are made of: one that is 0 comes out as their rounding.
         """
         x = [self.mp.mpf(v) for v in start]
-        try:
-            for _ in range(MAX_ITERATIONS):
-                expect_time()
-                step = self._step(*self.linearised(x))
+        for _ in range(MAX_ITERATIONS):
+            expect_time()
+            try:
+                jacobian, misses = self.linearised(x)
+                rows = [{j: slope for j, slope in enumerate(row) if slope} for row in jacobian]
+                step = eliminate_rows(rows, [misses], self.tiny)[0]
                 x = [v - d for v, d in zip(x, step, strict=True)]
-                if self._settled(x, step, sizes or [float(max(map(abs, x)))] * len(x)):
-                    return x
-        except (Undefined, Singular, OverflowError):
-            return None
+                scales = sizes or [float(max(map(abs, x)))] * len(x)
+            except (Undefined, Singular, OverflowError):
+                return None
+            # the next step, which is quadratically smaller, would be lost in rounding
+            triples = zip(x, step, scales, strict=True)
+            if all(abs(d) <= self.small * max(abs(v), self.tiny * size) for v, d, size in triples):
+                return x
         return None
-
-    def _step(self, jacobian: Sequence[Sequence[Any]], misses: Sequence[Any]) -> list[Any]:
-        """Raises Singular."""
-        rows = [{j: slope for j, slope in enumerate(row) if slope} for row in jacobian]
-        return eliminate_rows(rows, [misses], self.tiny)[0]
-
-    def _settled(self, x: Sequence[Any], step: Sequence[Any], sizes: Sequence[float]) -> bool:
-        """Whether the next step, which is quadratically smaller, would be lost in rounding."""
-        triples = zip(x, step, sizes, strict=True)
-        return all(abs(d) <= self.small * max(abs(v), self.tiny * size) for v, d, size in triples)
 
 
 # --- two roots that floats cannot tell apart: a fold of the equations ---
@@ -227,16 +222,22 @@ class _Reduction:
         reach = self.mp.sqrt(-2 * height / curvature)
         if reach > FOLD:
             return None
-        found = [root for side in (-1, 1) if (root := self._root(t + side * reach)) is not None]
-        return Fold(tuple(found)) if len(found) == 2 and self._apart(*found) else None
+        found = []
+        for side in (-1, 1):  # from the estimate by Newton on the block itself, which is regular there
+            self.at(t + side * reach)
+            found.append(self.system.newton(self.x))
+        one, other = found
+        if one is None or other is None:
+            return None
+        pairs = zip(one, other, self.sizes, strict=True)
+        return Fold((one, other)) if any(abs(a - b) > self.tiny * 1000 * s for a, b, s in pairs) else None
 
     def at(self, t: Any) -> tuple[Any, Any]:
         """μ and its slope at t; leaves the point on the curve in ``x``."""
         n = len(self.start)
         for _ in range(FOLD_ITERATIONS):
             jacobian, residual = self.system.linearised(self.x)
-            matrix = [[*row, u] for row, u in zip(jacobian, self.across, strict=True)]
-            matrix.append([*self.along, self.mp.zero])
+            matrix = self._bordered(jacobian)
             offset = sum(v * (x - s) for v, x, s in zip(self.along, self.x, self.start, strict=True))
             miss = [f + self.mu * u for f, u in zip(residual, self.across, strict=True)]
             step = eliminate(matrix, [*miss, offset - t], self.tiny)
@@ -253,13 +254,12 @@ class _Reduction:
 
     def _fuzz(self) -> Any:
         """How far μ moves as the known values move by half a unit of their last places."""
-        values = {name: float(v) for name, v in self._everything().items()}
+        known = self.system.known
+        values = {name: float(v) for name, v in {**known, **self.system.point(self.x)}.items()}
         total = self.mp.zero
-        jacobian = self.system.linearised(self.x)[0]
-        matrix = [[*row, u] for row, u in zip(jacobian, self.across, strict=True)]
-        matrix.append([*self.along, self.mp.zero])
+        matrix = self._bordered(self.system.linearised(self.x)[0])
         slopes = [derivatives(form, values)[1] for form in self.system.forms]
-        for name in self.system.known:
+        for name in known:
             unit = half_unit(values[name])
             column = [self.mp.mpf(slope.get(name, 0.0)) for slope in slopes]
             if unit and any(column):
@@ -267,8 +267,9 @@ class _Reduction:
                 total += unit * abs(moved[-1]) if moved else self.mp.zero
         return total
 
-    def _everything(self) -> dict[str, Any]:
-        return {**self.system.known, **self.system.point(self.x)}
+    def _bordered(self, jacobian: Sequence[Sequence[Any]]) -> list[list[Any]]:
+        rows = [[*row, u] for row, u in zip(jacobian, self.across, strict=True)]
+        return [*rows, [*self.along, self.mp.zero]]
 
     def _extreme(self) -> tuple[Any, Any]:
         """Where the slope of μ vanishes, and the curvature there, by the secant method."""
@@ -286,11 +287,3 @@ class _Reduction:
                 return b, curvature
             at_b = self.at(b)[1]
         return None, None
-
-    def _root(self, t: Any) -> list[Any] | None:
-        """From the estimate of μ(t) = 0 by Newton on the block itself, which is regular there."""
-        self.at(t)
-        return self.system.newton(self.x)
-
-    def _apart(self, one: list[Any], other: list[Any]) -> bool:
-        return any(abs(a - b) > self.tiny * 1000 * s for a, b, s in zip(one, other, self.sizes, strict=True))

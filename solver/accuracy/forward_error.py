@@ -10,7 +10,7 @@ counts (small-sample condition estimation: C. S. Kenney & A. J. Laub, SIAM J. Sc
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple, TypeAlias
 
@@ -90,11 +90,8 @@ def input_errors(
     return propagation.run(steps).error
 
 
-class _Row(NamedTuple):
-    """A rule at the answer: its slopes, and by how much it may be off, for every choice of signs."""
-
-    slopes: Mapping[str, float]
-    off: Errors
+Row: TypeAlias = tuple[Mapping[str, float], Errors]
+"""A rule at the answer: its slopes, and by how much it may be off, for every choice of signs."""
 
 
 class _Propagation:
@@ -124,19 +121,14 @@ class _Propagation:
                             self._direct(chosen[0], unknown)
                     case SolveBlock(equations=equations, unknowns=unknowns):
                         self._block([self.model.equations[i] for i in equations], unknowns)
-        return ForwardErrors(dict(self._largest()), self.blocks, self.cancelled)
-
-    def _largest(self) -> Iterator[tuple[str, float]]:
-        """The largest error over the signs, and what rounding the value itself adds."""
-        for name, number in self.values.items():
-            if isinstance(number, str):
-                continue
-            errors = self.errors.get(name)
-            if errors is None:
-                yield name, 0.0
-            else:
-                worst = float(np.abs(errors).max())
-                yield name, worst + UNIT_ROUNDOFF * abs(number) if worst and self.rounds else worst
+            # the largest error over the signs, and what rounding the value itself adds
+            error: dict[str, float] = {}
+            for name, number in self.values.items():
+                if not isinstance(number, str):
+                    errors = self.errors.get(name)
+                    worst = 0.0 if errors is None else float(np.abs(errors).max())
+                    error[name] = worst + UNIT_ROUNDOFF * abs(number) if worst and self.rounds else worst
+        return ForwardErrors(error, self.blocks, self.cancelled)
 
     def _direct(self, equation: Equation, unknown: str) -> None:
         if not isinstance(self.values.get(unknown), float):
@@ -145,37 +137,36 @@ class _Propagation:
             self._spread(double, (unknown,))
             return
         row = self._row(equation, (unknown,))
-        slope = 0.0 if row is None else row.slopes.get(unknown, 0.0)
-        if row is not None and slope and self._cancels(row, unknown):
-            self.cancelled = True
-        if row is None or not row.off.any():
-            self.errors[unknown] = NONE if row else UNKNOWN
+        if row is None:
+            self.errors[unknown] = UNKNOWN
+            return
+        slopes, off = row
+        if slope := slopes.get(unknown, 0.0):
+            # an unknown that is not 0 may be next to nothing beside what its rule adds up
+            terms = {n: abs(s * v) for n, s in slopes.items() if isinstance(v := self.values.get(n), float)}
+            own = terms.pop(unknown)
+            cancels = 0.0 < own <= CANCELLED * max(terms.values(), default=0.0)
+            self.cancelled = self.cancelled or cancels
+        if not off.any():
+            self.errors[unknown] = NONE
         else:
-            self.errors[unknown] = _finite(-row.off / slope) if slope else UNKNOWN
+            self.errors[unknown] = _finite(-off / slope) if slope else UNKNOWN
 
-    def _cancels(self, row: _Row, unknown: str) -> bool:
-        """Whether an unknown that is not 0 is next to nothing beside what its rule adds up."""
-        terms = {n: abs(s * v) for n, s in row.slopes.items() if isinstance(v := self.values.get(n), float)}
-        own = terms.pop(unknown)
-        return 0.0 < own <= CANCELLED * max(terms.values(), default=0.0)
-
-    def _row(self, equation: Equation, unknowns: Sequence[str]) -> _Row | None:
+    def _row(self, equation: Equation, unknowns: Sequence[str]) -> Row | None:
         """None where the rule cannot be evaluated."""
         try:
             left, right, slopes, noise = sides(equation, self.values)
         except (Undefined, KeyError):
             return None
-        size = (
-            noise + abs(left - right)
-            if self.rounds
-            else blur(subtract(equation.left, equation.right), self.values, {})
-        )
+        size = noise + abs(left - right)
+        if not self.rounds:
+            size = blur(subtract(equation.left, equation.right), self.values, {})
         off = size * _signs(equation.index) if size else NONE
         for name, slope in slopes.items():
             known = self.errors.get(name)
             if known is not None and name not in unknowns and known.any():
                 off = off + slope * known
-        return _Row(slopes, _finite(off))
+        return slopes, _finite(off)
 
     def _block(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> None:
         if (double := self.doubles.get(tuple(e.index for e in equations))) is not None:
@@ -192,11 +183,11 @@ class _Propagation:
     def _rows(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> tuple[Any, Errors] | None:
         """The Jacobian (n, n) of a block, and by how much its rules may be off (n, samples)."""
         rows = [self._row(equation, unknowns) for equation in equations]
-        found = [row for row in rows if row and all(map(math.isfinite, row.slopes.values()))]
+        found = [row for row in rows if row and all(map(math.isfinite, row[0].values()))]
         if len(found) < len(rows):
             return None
-        matrix = [[row.slopes.get(name, 0.0) for name in unknowns] for row in found]
-        return as_matrix(matrix, len(unknowns)), np.array([row.off for row in found])
+        matrix = [[slopes.get(name, 0.0) for name in unknowns] for slopes, _ in found]
+        return as_matrix(matrix, len(unknowns)), np.array([off for _, off in found])
 
     def _many_rows(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> tuple[Any, Errors] | None:
         """The same of rules that are evaluated at once."""

@@ -85,7 +85,7 @@ class Sides(NamedTuple):
     noise: float
 
 
-class _Last:
+class Remembered:
     """What is known of an equation at the values it was last asked about: several ask of one answer."""
 
     def __init__(self, at: tuple[Value, ...]) -> None:
@@ -94,27 +94,17 @@ class _Last:
         self.check: RuleCheck | None = None
 
 
-def _last(equation: Equation, values: Mapping[str, Value]) -> _Last:
+def remembered(equation: Equation, values: Mapping[str, Value]) -> Remembered:
     at = tuple([values[name] for name in equation.names])
-    kept: _Last | None = equation.__dict__.get("_last")
+    kept: Remembered | None = equation.__dict__.get("_last")
     if kept is None or kept.at != at or (0.0 in at and str(kept.at) != str(at)):  # zeros have signs
-        kept = equation.__dict__["_last"] = _Last(at)
+        kept = equation.__dict__["_last"] = Remembered(at)
     return kept
-
-
-def is_checked(equation: Equation, values: Mapping[str, Value]) -> bool:
-    """Whether the check of an equation is known at these values."""
-    return _last(equation, values).check is not None
-
-
-def note(equation: Equation, values: Mapping[str, Value], check: RuleCheck) -> None:
-    """Keep what was found out about an equation elsewhere (``alike.py``)."""
-    _last(equation, values).check = check
 
 
 def sides(equation: Equation, values: Mapping[str, Value]) -> Sides:
     """Both sides at the values; slopes are to be read only. Raises Undefined."""
-    kept = _last(equation, values)
+    kept = remembered(equation, values)
     if kept.sides is None:
         left, slopes, noise = rounded_derivatives(equation.left, values)
         right, others, more = rounded_derivatives(equation.right, values)
@@ -126,17 +116,13 @@ def sides(equation: Equation, values: Mapping[str, Value]) -> Sides:
 
 def check_rule(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
     """Evaluate an equation all of whose variables have values."""
-    kept = _last(equation, values)
+    kept = remembered(equation, values)
     if kept.check is None:
-        kept.check = _checked(equation, values)
+        found = _by_slopes(equation, values)
+        if found.holds and found.miss is not None and jumps(equation) and _leaps(equation, values):
+            found = RuleCheck(False, found.miss, found.scaled)
+        kept.check = found
     return kept.check
-
-
-def _checked(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
-    found = _by_slopes(equation, values)
-    if found.holds and found.miss is not None and jumps(equation) and _leaps(equation, values):
-        return RuleCheck(False, found.miss, found.scaled)
-    return found
 
 
 def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
@@ -195,14 +181,6 @@ def gross(equation: Equation, values: Mapping[str, Value]) -> float:
         return math.inf
 
 
-def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -> RuleCheck:
-    if not all(isinstance(v := values[name], float) and math.isfinite(v) for name in equation.names):
-        return RuleCheck(False, None, math.inf)
-    found = residual_in_many_digits(equation, values, BACKWARD, STEEP, noise)
-    miss = found.miss if math.isfinite(found.miss) else None
-    return RuleCheck(found.reaches, miss, found.scaled, True)
-
-
 def _leaps(equation: Equation, values: Mapping[str, Value]) -> bool:
     """Whether F jumps where its slopes promise 0: ``int(x) + x = 3`` is not satisfied below 2, nor at 2."""
     tied = {name for _, height in heights(equation) for name in names(height)}
@@ -231,12 +209,10 @@ def jumps(equation: Equation) -> bool:
     """Whether some function in the equation jumps (found once)."""
     found = equation.__dict__.get("_jumps")
     if found is None:
-        found = equation.__dict__["_jumps"] = any(map(_has_jump, (equation.left, equation.right)))
+        parts = (node for side in (equation.left, equation.right) for node in walk(side))
+        found = any(isinstance(node, Call) and node.function in _JUMPING for node in parts)
+        equation.__dict__["_jumps"] = found
     return bool(found)
-
-
-def _has_jump(expression: Expression) -> bool:
-    return any(isinstance(node, Call) and node.function in _JUMPING for node in walk(expression))
 
 
 def heights(equation: Equation) -> Iterator[tuple[str, Expression]]:
@@ -321,62 +297,32 @@ HALVINGS = 24
 """Bisections that tell a root, towards which F shrinks, from a pole or a jump."""
 
 
-class Residual(NamedTuple):
-    """``miss`` is F, and ``scaled`` is |F| / Σ|∂F/∂v · v|, both rounded to floats; nan if F has no value.
+def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -> RuleCheck:
+    """The check of an equation of numbers; ``noise`` bounds the error that floats make in F, if known.
 
-    ``reaches``: a change of one value by no more than a given share of it makes F vanish.
+    Values may change by a share BACKWARD. If that takes F farther than a share STEEP of its sides, no slope
+    is believed: the others must suffice, or F must change its sign.
     """
-
-    miss: float
-    scaled: float
-    reaches: bool
-
-
-def residual_in_many_digits(
-    equation: Equation, values: Mapping[str, Value], share: float, steep: float, noise: float
-) -> Residual:
-    """F of an equation of numbers at the ``values``.
-
-    ``share`` is the change of them that is admitted. If that takes F farther than a share ``steep`` of its
-    sides, no slope is believed: the others must suffice, or F must change its sign. ``noise`` bounds the
-    error that floats make in F, if that is known.
-    """
-    rule = _Rule(equation, values)
-    power = context(PRECISIONS[0]).mpf(10)
+    if not all(isinstance(v := values[name], float) and math.isfinite(v) for name in equation.names):
+        return RuleCheck(False, None, math.inf)
+    rule, rough, fine = _Rule(equation, values), PRECISIONS[0], PRECISIONS[-1]
+    power = context(rough).mpf(10)
     try:
-        size = noise / EPS if SMALLEST_NORMAL < noise < math.inf else rule.largest(PRECISIONS[0])
+        size = noise / EPS if SMALLEST_NORMAL < noise < math.inf else rule.largest(rough)
         misses = [rule.miss(digits) for digits in PRECISIONS]
-        for (rough, some), (fine, more) in pairwise(zip(PRECISIONS, misses, strict=True)):
-            clear = abs(more) > size * power ** (SPARE - rough) or (more and fine == PRECISIONS[-1])
-            if clear and abs(some - more) <= COMMON * abs(more):
-                return _judged(rule, more, fine, share, steep)
-        if abs(misses[-1]) > size * power ** (SPARE - PRECISIONS[-1]):
-            return _judged(rule, misses[-1], PRECISIONS[-1], share, steep)
-        seen = max(abs(misses[0]), rule.terms(PRECISIONS[0]))
+        for (some, found), (more, agreed) in pairwise(zip(PRECISIONS, misses, strict=True)):
+            clear = abs(agreed) > size * power ** (SPARE - some) or (agreed and more == fine)
+            if clear and abs(found - agreed) <= COMMON * abs(agreed):
+                return rule.judged(agreed, more)
+        if abs(misses[-1]) > size * power ** (SPARE - fine):
+            return rule.judged(misses[-1], fine)
+        seen = max(abs(misses[0]), rule.terms(rough))
     except Undefined as error:
-        reaches = not error.hole and rule.reaches(share, PRECISIONS[-1])  # 0/0 may be anything beside 0
-        return Residual(math.nan, 0.0 if reaches else math.inf, reaches)
-    if abs(misses[-1]) <= seen * power ** -PRECISIONS[0] and not rule.absorbed():
-        return Residual(0.0, 0.0, True)
-    return Residual(math.nan, math.inf, False)
-
-
-def _judged(rule: _Rule, miss: Any, digits: int, share: float, steep: float) -> Residual:
-    try:
-        gross = rule.gross(digits)
-        limit = steep * gross
-        moves = rule.moves(digits, limit / share)
-        total = sum(map(abs, moves.values()))
-        scaled = abs(miss) / total if total else math.inf
-        some = sum(abs(move) for move in moves.values() if share * abs(move) <= limit)
-        gentle = abs(miss) <= share * gross and (share * total <= limit or abs(miss) <= share * some)
-        reaches = scaled <= share and (
-            gentle or any(rule.straddles(moves, 2 * t, digits) for t in (scaled, share, share / 1e3))
-        )
-    except Undefined:
-        reaches = rule.reaches(share, digits)
-        return Residual(float(miss), 0.0 if reaches else math.inf, reaches)
-    return Residual(float(miss), float(scaled), bool(reaches))
+        reaches = not error.hole and rule.reaches(fine)  # 0/0 may be anything beside 0
+        return RuleCheck(reaches, None, 0.0 if reaches else math.inf, True)
+    if abs(misses[-1]) <= seen * power**-rough and not rule.absorbed():
+        return RuleCheck(True, 0.0, 0.0, True)
+    return RuleCheck(False, None, math.inf, True)
 
 
 class _Rule:
@@ -390,10 +336,6 @@ class _Rule:
         left, right = (extended(side, {**self.values, **(moved or {})}, digits) for side in self.sides)
         return left - right
 
-    def gross(self, digits: int) -> Any:
-        """The size of both sides. Raises Undefined."""
-        return sum(abs(extended(side, self.values, digits)) for side in self.sides)
-
     def terms(self, digits: int) -> Any:
         """The size of what the sides add up. Raises Undefined."""
         terms = [term for side in self.sides for term in (side.terms if isinstance(side, Sum) else (side,))]
@@ -406,6 +348,27 @@ class _Rule:
             terms += [operand for part in parts if isinstance(part, Sum) for operand in children(part)]
             parts = [operand for part in parts for operand in children(part)]
         return max(abs(extended(term, self.values, digits)) for term in terms)
+
+    def judged(self, miss: Any, digits: int) -> RuleCheck:
+        """Whether F, which is ``miss``, vanishes within a small enough change of the values."""
+        shown = number if math.isfinite(number := float(miss)) else None
+        try:
+            gross = sum(abs(extended(side, self.values, digits)) for side in self.sides)
+            limit = STEEP * gross
+            moves = self.moves(digits, limit / BACKWARD)
+            total = sum(map(abs, moves.values()))
+            scaled = abs(miss) / total if total else math.inf
+            some = sum(abs(move) for move in moves.values() if BACKWARD * abs(move) <= limit)
+            near = BACKWARD * total <= limit or abs(miss) <= BACKWARD * some
+            gentle = abs(miss) <= BACKWARD * gross and near
+            reaches = scaled <= BACKWARD and (
+                gentle
+                or any(self.straddles(moves, 2 * t, digits) for t in (scaled, BACKWARD, BACKWARD / 1e3))
+            )
+        except Undefined:
+            reaches = self.reaches(digits)
+            scaled = 0.0 if reaches else math.inf
+        return RuleCheck(bool(reaches), shown, float(scaled), True)
 
     def moves(self, digits: int, limit: Any) -> dict[str, Any]:
         """∂F/∂v · |v| by variable; central differences if a slope has no value, or their sum is beyond the
@@ -445,26 +408,18 @@ class _Rule:
         )
         return bool(above >= 0 >= below)
 
-    def reaches(self, share: float, digits: int) -> bool:
-        """Whether F vanishes, or changes its sign without a pole, within a change of one value by that share:
+    def reaches(self, digits: int) -> bool:
+        """Whether F vanishes, or changes its sign without a pole, within a small enough change of one value:
         for where F has no slope, or no value, as at the end of a domain."""
-        moves = ((-share, -share / 1e3, 0.0), (share, share / 1e3, 0.0))
-        return any(
-            self._vanishes(name, number, [size * change for change in changes], digits)
-            for name, number, size in self._numbers(digits)
-            for changes in moves
-        )
-
-    def _vanishes(self, name: str, number: Any, changes: list[Any], digits: int) -> bool:
-        """Whether F is 0 at one of these changes of a variable, or between two of them."""
-        found = [
-            (change, miss)
-            for c in changes
-            if (miss := self._tried(name, change := number + c, digits)) is not None
-        ]
-        if any(miss == 0 for _, miss in found):
-            return True
-        return any(self._meet(name, one, other, digits) for one, other in pairwise(found))
+        for name, number, size in self._numbers(digits):
+            for share in (-BACKWARD, BACKWARD):
+                tried = [number + size * change for change in (share, share / 1e3, 0.0)]
+                found = [(at, miss) for at in tried if (miss := self._tried(name, at, digits)) is not None]
+                if any(miss == 0 for _, miss in found):
+                    return True
+                if any(self._meet(name, one, other, digits) for one, other in pairwise(found)):
+                    return True
+        return False
 
     def _meet(self, name: str, one: tuple[Any, Any], other: tuple[Any, Any], digits: int) -> bool:
         """Whether F has a root between two points (value, F), and no pole or jump: it shrinks towards it."""
@@ -499,49 +454,24 @@ class _Rule:
 
 def absorbs(expression: Expression, values: Mapping[str, Any], digits: int) -> bool:
     """Whether some operation of an expression loses all of one operand at the values, in that many digits."""
-    stack: list[Any] = [expression]
-    while stack:
-        node = stack.pop()
-        try:
+    nothing = context(digits).mpf(10) ** (SPARE - digits)
+    for node in walk(expression):
+        lost = False
+        with suppress(Undefined):
             match node:
-                case Sum(terms) if _absorbs([extended(term, values, digits) for term in terms], digits):
-                    return True
-                case Call(_, (operand,)) if _saturates(node, extended(operand, values, digits), digits):
-                    return True
-                case Call("atan2" | "atan2d", sides) if _absorbs(
-                    [extended(side, values, digits) for side in sides], digits
-                ):
-                    return True
-                case Power(base, exponent) if _next_to_one(
-                    extended(base, values, digits), extended(exponent, values, digits), digits
-                ):
-                    return True
-        except Undefined:
-            continue
-        finally:
-            stack.extend(children(node))
+                case Sum(parts) | Call("atan2" | "atan2d", parts):  # one that is nothing beside the largest
+                    numbers = [extended(part, values, digits) for part in parts]
+                    sizes = [abs(number) for number in numbers if number]
+                    lost = len(sizes) > 1 and min(sizes) < max(sizes) * nothing
+                case Call(function, (operand,)):  # it goes on changing, but by nothing beside its value
+                    argument, at = Name("0"), extended(operand, values, digits)
+                    call = Call(function, (argument,))
+                    result, slopes = extended_derivatives(call, {argument.name: at}, digits)
+                    flat = function == "tanh" and abs(result) == 1  # its slope is computed as 1 - tanh^2
+                    lost = flat or 0 < abs(slopes[argument.name] * at) < abs(result) * nothing
+                case Power(base, exponent):  # not 1, and nothing beside 1 tells it from that
+                    root, power = (extended(part, values, digits) for part in (base, exponent))
+                    lost = root > 0 and 0 < abs(power * context(digits).log(root)) < nothing
+        if lost:
+            return True
     return False
-
-
-def _absorbs(terms: list[Any], digits: int) -> bool:
-    """Whether a term is not 0, and nothing beside the largest."""
-    sizes = [abs(term) for term in terms if term]
-    return len(sizes) > 1 and min(sizes) < max(sizes) * _nothing(digits)
-
-
-def _next_to_one(base: Any, exponent: Any, digits: int) -> bool:
-    """Whether a power is not 1, and nothing beside 1 tells it from that."""
-    return bool(base > 0 and 0 < abs(exponent * context(digits).log(base)) < _nothing(digits))
-
-
-def _saturates(call: Call, at: Any, digits: int) -> bool:
-    """Whether a function goes on changing there, but by nothing beside its value."""
-    argument = Name("0")
-    result, slopes = extended_derivatives(Call(call.function, (argument,)), {argument.name: at}, digits)
-    move = abs(slopes[argument.name] * at)
-    flat = call.function == "tanh" and abs(result) == 1  # its slope is computed as 1 - tanh^2
-    return bool(flat or 0 < move < abs(result) * _nothing(digits))
-
-
-def _nothing(digits: int) -> Any:
-    return context(digits).mpf(10) ** (SPARE - digits)

@@ -12,7 +12,7 @@ from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import Number
 from solver.accuracy.alike import note_checks
 from solver.accuracy.forward_error import forward_errors
-from solver.accuracy.rule_check import check_rule, half_unit, is_checked
+from solver.accuracy.rule_check import check_rule, half_unit
 from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated
 from solver.kernel.block import kernel_of
 from solver.kernel.candidates import BlockOutcome
@@ -117,7 +117,7 @@ class Findings:
             if activity(equation, decided) and all(name in values for name in equation.names)
         ]
         if len(rules) > MANY:
-            note_checks(self.model, [rule for rule in rules if not is_checked(rule, values)], values)
+            note_checks(self.model, rules, values)
         for equation in rules:
             check = check_rule(equation, values)
             checked += 1
