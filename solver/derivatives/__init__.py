@@ -37,7 +37,8 @@ def diagnosis(model: Model, reason: Reason, group: Sequence[tuple[str, str]]) ->
     labels = () if reason.rule < 0 else (Label(model.equations[reason.rule].rule),)
     match reason.kind:
         case "tied":
-            text = f"{what} does not exist: moved alone, {_either(givens)} would break this rule"
+            alone = givens[0] if len(givens) == 1 else "each of them"
+            text = f"{what} does not exist: moved alone, {alone} would break this rule"
             note = "clear an input that the others determine"
         case "rough":
             text = f"{what} can't be told here: this rule has no slope at these values"
@@ -62,10 +63,6 @@ def diagnosis(model: Model, reason: Reason, group: Sequence[tuple[str, str]]) ->
 def _listed(names: Sequence[str]) -> str:
     shown = names if len(names) <= 6 else (*names[:6], f"{len(names) - 6} more")
     return " and ".join(filter(None, (", ".join(shown[:-1]), shown[-1])))
-
-
-def _either(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else "each of them"
 
 
 def _comparisons(pairs: Iterable[Pair]) -> str:
@@ -130,7 +127,35 @@ def sensitivities(
 
     Where the rules have no slope there, ``near`` finds answers beside it, whose derivatives may have a limit.
     """
-    return _Study(model, values, inputs, outputs, by, tuple(prefer), near).run()
+    pairs = active_comparisons(model, values)
+    total = totals(model, values, inputs, by, prefer)
+    slopes: dict[tuple[str, str], float] = {}
+    reasons: dict[tuple[str, str], Reason] = {}
+    for given in by:
+        changing = any(total.of(pair, given) != 0 for pair in pairs)
+        for output in outputs:
+            found = Reason("edges", pairs=pairs) if changing else _one(total, values, output, given)
+            if isinstance(found, Reason):
+                reasons[output, given] = found
+            else:
+                slopes[output, given] = found
+        lost = [o for o in outputs if (r := reasons.get((o, given))) and r.kind in _APPROACHABLE]
+        if near is None or not lost:
+            continue
+        # limits of the derivatives from both sides, where the rules at the point itself tell nothing
+        after, before = (one_sided(model, values, inputs, lost, given, way, near) for way in (1, -1))
+        for output in (output for output in lost if output in after and output in before):
+            sides = after[output], before[output]
+            reason = reasons.pop((output, given))
+            if abs(sides[0] - sides[1]) <= SAME * max(map(abs, sides)):
+                slopes[output, given] = sides[0]
+            else:  # a corner, at the rule or the guards that make it
+                reasons[output, given] = reason._replace(kind="kink", sides=sides)
+    groups: dict[Reason, list[tuple[str, str]]] = {}
+    for key, reason in reasons.items():
+        groups.setdefault(reason, []).append(key)
+    diagnoses = tuple(diagnosis(model, reason, group) for reason, group in groups.items())
+    return Sensitivities(model, tuple(outputs), tuple(by), slopes, diagnoses)
 
 
 def chosen_outputs(
@@ -151,90 +176,24 @@ def chosen_inputs(model: Model, names: Iterable[str] | None, inputs: Mapping[str
     if names is None:
         return tuple(name for name in model.variables if isinstance(inputs.get(name), float))
     found = tuple(dict.fromkeys(variables_named(names, model)))
-    wrong = [name for name in found if not isinstance(inputs.get(name), float)]
+    wrong = [
+        error(
+            "E425",
+            f"{name} is not an input with a number, so nothing can be derived by it",
+            notes=(f"give it a number: --set {name}=…",),
+        )
+        for name in found
+        if not isinstance(inputs.get(name), float)
+    ]
     if wrong:
-        raise RuleSheetError(*map(no_number_input, wrong))
+        raise RuleSheetError(*wrong)
     return found
 
 
-def no_number_input(name: str) -> Diagnosis:
-    text = f"{name} is not an input with a number, so nothing can be derived by it"
-    return error("E425", text, notes=(f"give it a number: --set {name}=…",))
-
-
-class _Study:
-    """Derivatives at one answer; where its rules change, the limits of those beside it."""
-
-    def __init__(
-        self,
-        model: Model,
-        values: Mapping[str, Value],
-        inputs: Mapping[str, Value],
-        outputs: Sequence[str],
-        by: Sequence[str],
-        prefer: tuple[int, ...],
-        near: Near | None,
-    ) -> None:
-        self.model, self.values, self.inputs = model, values, inputs
-        self.outputs, self.by, self.prefer, self.near = outputs, by, prefer, near
-        self.slopes: dict[tuple[str, str], float] = {}
-        self.reasons: dict[tuple[str, str], Reason] = {}
-
-    def run(self) -> Sensitivities:
-        pairs = active_comparisons(self.model, self.values)
-        total = totals(self.model, self.values, self.inputs, self.by, self.prefer)
-        for given in self.by:
-            if all(total.of(pair, given) == 0 for pair in pairs):
-                self._take(given, total)
-            else:
-                reason = Reason("edges", pairs=pairs)
-                self.reasons.update(((output, given), reason) for output in self.outputs)
-        for given in self.by:
-            self._approach(given)
-        diagnoses = tuple(self._diagnoses())
-        return Sensitivities(self.model, tuple(self.outputs), tuple(self.by), self.slopes, diagnoses)
-
-    def _take(self, given: str, total: Total) -> None:
-        for output in self.outputs:
-            slope: float | Reason = Reason("unsolved")
-            if isinstance(self.values.get(output), float):
-                slope = _one(total, output, given)
-            if isinstance(slope, Reason):
-                self.reasons[output, given] = slope
-            else:
-                self.slopes[output, given] = slope
-
-    def _approach(self, given: str) -> None:
-        """Limits of the derivatives from both sides, where the rules at the point itself tell nothing."""
-        lost = [o for o in self.outputs if (r := self.reasons.get((o, given))) and r.kind in _APPROACHABLE]
-        if not lost or self.near is None:
-            return
-        after, before = (
-            one_sided(self.model, self.values, self.inputs, lost, given, way, self.near) for way in (1, -1)
-        )
-        for output in after.keys() & before.keys():
-            reason = self.reasons.pop((output, given))
-            self._settle(output, given, after[output], before[output], reason)
-
-    def _settle(self, output: str, given: str, after: float, before: float, reason: Reason) -> None:
-        """The derivative where both sides agree; else the corner, at the rule or the guards that make it."""
-        if abs(after - before) <= SAME * max(abs(after), abs(before)):
-            self.slopes[output, given] = after
-        else:
-            self.reasons[output, given] = reason._replace(kind="kink", sides=(after, before))
-
-    # --- why there is none ---
-
-    def _diagnoses(self) -> Iterator[Diagnosis]:
-        groups: dict[Reason, list[tuple[str, str]]] = {}
-        for pair, reason in self.reasons.items():
-            groups.setdefault(reason, []).append(pair)
-        for reason, group in groups.items():
-            yield diagnosis(self.model, reason, group)
-
-
-def _one(total: Total, output: str, given: str) -> float | Reason:
+def _one(total: Total, values: Mapping[str, Value], output: str, given: str) -> float | Reason:
     """The derivative, or why there is none."""
+    if not isinstance(values.get(output), float):
+        return Reason("unsolved")
     if output == given:
         return 1.0
     if given in total.tied:
@@ -243,15 +202,12 @@ def _one(total: Total, output: str, given: str) -> float | Reason:
     if corner is not None:
         return Reason("rough", corner)
     if output in total.by and output not in total.underdetermined:
-        return _cleared(float(total.by[output].get(given, 0.0)), total, output, given)
+        slope = float(total.by[output].get(given, 0.0))
+        # 0 where it is no more than what is left of terms that cancel at the digits computed with
+        above, below = (abs(float(total.sharp.values[name])) or 1.0 for name in (output, given))
+        return slope if abs(slope) * below > CANCELLED * above else 0.0
     rule = next((e for e, read in total.rough.items() if read & {output, *total.underdetermined}), None)
     return Reason("free") if rule is None else Reason("rough", rule)
-
-
-def _cleared(slope: float, total: Total, output: str, given: str) -> float:
-    """The slope; 0 where it is no more than what is left of terms that cancel at the digits computed with."""
-    above, below = (abs(float(total.sharp.values[name])) or 1.0 for name in (output, given))
-    return slope if abs(slope) * below > CANCELLED * above else 0.0
 
 
 class Contribution(NamedTuple):
@@ -301,26 +257,22 @@ class ToleranceBands(Mapping[str, "Band | None"]):
         value = self.answer.get(name)
         if not isinstance(value, float) or any(slope is None for slope in slopes):
             return None
-        return _band(name, value, self.tolerances, [slope or 0.0 for slope in slopes])
+        amounts = {
+            given: abs(slope or 0.0) * tolerance
+            for (given, tolerance), slope in zip(self.tolerances.items(), slopes, strict=True)
+        }
+        rss = math.hypot(*amounts.values())
+        shares = tuple(
+            Contribution(given, amount, (amount / rss) ** 2 if rss else 0.0)
+            for given, amount in sorted(amounts.items(), key=lambda item: -item[1])
+        )
+        return Band(name, value, math.fsum(amounts.values()), rss, shares)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.sensitivities.outputs)
 
     def __len__(self) -> int:
         return len(self.sensitivities.outputs)
-
-
-def _band(name: str, value: float, tolerances: Mapping[str, float], slopes: Sequence[float]) -> Band:
-    amounts = {given: abs(s) * t for (given, t), s in zip(tolerances.items(), slopes, strict=True)}
-    rss = math.hypot(*amounts.values())
-    ranked = sorted(amounts.items(), key=lambda item: -item[1])
-    return Band(
-        name,
-        value,
-        math.fsum(amounts.values()),
-        rss,
-        tuple(Contribution(given, a, (a / rss) ** 2 if rss else 0.0) for given, a in ranked),
-    )
 
 
 def tolerances_of(

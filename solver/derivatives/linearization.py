@@ -17,7 +17,7 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Expression, Name, Symbol
 from solver.accuracy.digits import ManyDigits, Work
 from solver.accuracy.rule_check import sides
-from solver.numerics.linear_algebra import factorise
+from solver.numerics.linear_algebra import factorise, independent_rows
 from solver.path.cases import activity, outcomes
 from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn
 from solver.structure.incidence import Incidence
@@ -76,15 +76,10 @@ def active_equations(
         for equation in model.equations
         if activity(equation, known)
         and all(name in values for name in equation.names)
-        and not _symbolic(equation, values)
-    )
-
-
-def _symbolic(equation: Equation, values: Mapping[str, Value]) -> bool:
-    sides = (equation.left, equation.right)
-    return any(
-        isinstance(side, Symbol) or (isinstance(side, Name) and isinstance(values[side.name], str))
-        for side in sides
+        and not any(
+            isinstance(side, Symbol) or (isinstance(side, Name) and isinstance(values[side.name], str))
+            for side in (equation.left, equation.right)
+        )
     )
 
 
@@ -112,15 +107,15 @@ def linearize(
     unknowns = tuple(name for name in model.variables if name in names and name not in inputs)
     first = [e for e in dict.fromkeys(prefer) if e in rows]
     order = [*first, *(e for e in rows if e not in set(first))]
-    square = _square(rows, order, unknowns, values)
-    used = {e for block in square.blocks for e in block.equations}
+    blocks, free, held = _square(rows, order, unknowns, values)
+    used = {e for block in blocks for e in block.equations}
     return Linearization(
         rows=rows,
-        blocks=square.blocks,
+        blocks=blocks,
         parameters=parameters,
         redundant=tuple(e for e in rows if e not in used),
-        free=tuple(name for name in unknowns if name in square.free),
-        held=tuple(name for name in unknowns if name in square.held),
+        free=tuple(name for name in unknowns if name in free),
+        held=tuple(name for name in unknowns if name in held),
         rough=tuple(rough),
     )
 
@@ -137,19 +132,16 @@ def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float] 
 # --- the regular square part ----------------------------------------------------------
 
 
-class _Square(NamedTuple):
-    blocks: tuple[SquareBlock, ...]
-    free: frozenset[str]
-    held: frozenset[str]
-
-
 def _square(
     rows: Mapping[int, Mapping[str, float]],
     order: Sequence[int],
     unknowns: Sequence[str],
     values: Mapping[str, Value],
-) -> _Square:
-    """Blocks of the first independent rows of ``order``; unknowns are held until what is left is regular."""
+) -> tuple[tuple[SquareBlock, ...], set[str], set[str]]:
+    """Blocks of the first independent rows of ``order``, and the free and the held unknowns.
+
+    Unknowns are held until what is left is regular.
+    """
     free: set[str] = set()
     held: set[str] = set()
     while True:
@@ -161,32 +153,39 @@ def _square(
             held.update(kept[u] for u in matching.single_unknowns)
             continue
         taken = [e for place, e in enumerate(order) if matching.unknown_of[place] is not None]
-        blocks = _blocks(rows, taken, kept)
+        blocks = tuple(  # in block lower triangular form, by everything that occurs in them
+            SquareBlock(tuple(taken[e] for e in block.equations), tuple(kept[u] for u in block.unknowns))
+            for block in block_triangular(_incidence(rows, taken, kept, moving=False))
+        )
         singular = [block for block in blocks if not _regular(rows, block, values)]
         if not singular:
-            return _Square(blocks, frozenset(free), frozenset(held))
+            return blocks, free, held
         if len(kept) > DENSE:
-            lost = {name for block in singular for name in block.unknowns}
-            return _without(rows, blocks, free | lost, held | lost)
-        from solver.numerics.linear_algebra import independent_rows
-
+            return _without(rows, blocks, free, held, singular)
         found = independent_rows([[rows[e].get(n, 0.0) for n in kept] for e in order], _sizes(kept, values))
         if not found.held and len(order) == len(kept):  # regular as a whole, by a hair
-            return _Square(blocks, frozenset(free), frozenset(held))
+            return blocks, free, held
         order = [order[i] for i in found.rows]
         free.update(kept[j] for j in found.free)
         held.update(kept[j] for j in found.held)
 
 
 def _without(
-    rows: Mapping[int, Mapping[str, float]], blocks: Iterable[SquareBlock], free: set[str], held: set[str]
-) -> _Square:
-    """The blocks without held unknowns; whatever needs a free unknown is taken for free."""
+    rows: Mapping[int, Mapping[str, float]],
+    blocks: Iterable[SquareBlock],
+    free: set[str],
+    held: set[str],
+    singular: Iterable[SquareBlock],
+) -> tuple[tuple[SquareBlock, ...], set[str], set[str]]:
+    """The blocks without held unknowns, those of ``singular`` blocks among them; whatever needs a free
+    unknown is taken for free."""
+    lost = {name for block in singular for name in block.unknowns}
+    free, held = free | lost, held | lost
     rest = tuple(block for block in blocks if not held.intersection(block.unknowns))
     for block in rest:
         if any(free.intersection(rows[e]) for e in block.equations):
             free.update(block.unknowns)
-    return _Square(rest, frozenset(free), frozenset(held))
+    return rest, free, held
 
 
 def _incidence(
@@ -201,28 +200,14 @@ def _incidence(
     return Incidence(occurs, tuple({} for _ in occurs), len(unknowns))
 
 
-def _blocks(
-    rows: Mapping[int, Mapping[str, float]], taken: Sequence[int], unknowns: Sequence[str]
-) -> tuple[SquareBlock, ...]:
-    """Block lower triangular form of as many rows as unknowns, by everything that occurs in them."""
-    return tuple(
-        SquareBlock(tuple(taken[e] for e in block.equations), tuple(unknowns[u] for u in block.unknowns))
-        for block in block_triangular(_incidence(rows, taken, unknowns, moving=False))
-    )
-
-
 def _regular(
     rows: Mapping[int, Mapping[str, float]], block: SquareBlock, values: Mapping[str, Value]
 ) -> bool:
     if len(block.unknowns) == 1:
         return rows[block.equations[0]].get(block.unknowns[0], 0.0) != 0.0
-    factor = factorise(matrix_of(rows, block), _sizes(block.unknowns, values))
+    matrix = [[rows[e].get(name, 0.0) for name in block.unknowns] for e in block.equations]
+    factor = factorise(matrix, _sizes(block.unknowns, values))
     return factor.rank == factor.columns
-
-
-def matrix_of(rows: Mapping[int, Mapping[str, float]], block: SquareBlock) -> list[list[float]]:
-    """The slopes of a block by its own unknowns, equation by equation."""
-    return [[rows[e].get(name, 0.0) for name in block.unknowns] for e in block.equations]
 
 
 def _sizes(unknowns: Iterable[str], values: Mapping[str, Value]) -> list[float]:
@@ -281,7 +266,8 @@ def sharpened(
                 _settle(equations, linear.rows, block, exact)
                 rows.update((e.index, precise_slopes(e.left, e.right, exact)) for e in equations)
             else:
-                rows.update((e.index, _numbers(linear.rows[e.index])) for e in equations)
+                for e in equations:
+                    rows[e.index] = {name: number(slope) for name, slope in linear.rows[e.index].items()}
             blocks.append(block)
         except (Undefined, _Blunt):
             lost.update(block.unknowns)
@@ -293,10 +279,6 @@ def sharpened(
         except Undefined:
             continue
     return Sharp(exact, rows, tuple(blocks), frozenset(lost))
-
-
-def _numbers(row: Mapping[str, float]) -> dict[str, Extended]:
-    return {name: number(slope) for name, slope in row.items()}
 
 
 def number(value: float) -> Extended:
@@ -319,24 +301,20 @@ def _settle(
     exact: dict[str, Any],
 ) -> None:
     """The root of a block near its float values. Raises _Blunt if there is none."""
-    start = [float(exact[name]) for name in block.unknowns]
-    sizes = _sizes_of_terms([rows[e.index] for e in equations], block, exact)
-    root = ManyDigits(equations, block.unknowns, exact, DIGITS, Work(MAX_WORK)).newton(start, sizes)
+    start = {name: float(exact[name]) for name in block.unknowns}
+    # the terms that an unknown is made of: the largest Σ|∂F/∂v·v| / |∂F/∂u| of its rules
+    terms = dict.fromkeys(block.unknowns, 0.0)
+    for row in (rows[equation.index] for equation in equations):
+        total = sum(abs(slope * float(exact[name])) for name, slope in row.items())
+        for name in terms.keys() & row.keys():
+            if row[name]:
+                terms[name] = max(terms[name], total / abs(row[name]))
+    sizes = list(terms.values())
+    system = ManyDigits(equations, block.unknowns, exact, DIGITS, Work(MAX_WORK))
+    root = system.newton(list(start.values()), sizes)
     if root is None or any(
-        abs(v - x) > FAR * abs(x) + ASTRAY * size for v, x, size in zip(root, start, sizes, strict=True)
+        abs(v - x) > FAR * abs(x) + ASTRAY * size
+        for v, x, size in zip(root, start.values(), sizes, strict=True)
     ):
         raise _Blunt
     exact.update(zip(block.unknowns, root, strict=True))
-
-
-def _sizes_of_terms(
-    rows: Sequence[Mapping[str, float]], block: SquareBlock, values: Mapping[str, Any]
-) -> list[float]:
-    """How large the terms are that an unknown is made of: the largest Σ|∂F/∂v·v| / |∂F/∂u| of its rules."""
-    found = dict.fromkeys(block.unknowns, 0.0)
-    for row in rows:
-        total = sum(abs(slope * float(values[name])) for name, slope in row.items())
-        for name in found.keys() & row.keys():
-            if row[name]:
-                found[name] = max(found[name], total / abs(row[name]))
-    return list(found.values())

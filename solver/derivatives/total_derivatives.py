@@ -14,7 +14,6 @@ from rulesheets.syntax.nodes import Call, Expression, Number, Quotient
 from rulesheets.syntax.program import walk
 from solver.derivatives.linearization import (
     Extended,
-    Linearization,
     Sharp,
     linearize,
     number,
@@ -42,29 +41,27 @@ def active_comparisons(model: Model, values: Mapping[str, Value]) -> tuple[Pair,
 
 def kinks(equation: Equation, values: Mapping[str, Value]) -> Iterator[Pair]:
     """Pairs that are equal at a kink or a jump of some function in the equation, and come apart beside it."""
-    for side in (equation.left, equation.right):
-        for node in walk(side):
-            if isinstance(node, Call) and node.arguments:
-                yield from (pair for pair in _meetings(node, values) if _even(pair, values))
+    for node in (node for side in (equation.left, equation.right) for node in walk(side)):
+        if isinstance(node, Call) and node.arguments:
+            yield from (pair for pair in _meetings(node, values) if _even(pair, values))
 
 
 def _meetings(call: Call, values: Mapping[str, Value]) -> Iterator[Pair]:
-    first, *rest = call.arguments
-    match call.function:
-        case "abs" | "sgn":
-            yield first, ZERO
-        case "min" | "max":
+    match call.function, call.arguments:
+        case "abs" | "sgn", (x,):
+            yield x, ZERO
+        case "min" | "max", arguments:
             extreme = _number(call, values)
-            met = [a for a in call.arguments if extreme is not None and _number(a, values) == extreme]
+            met = [a for a in arguments if extreme is not None and _number(a, values) == extreme]
             yield from combinations(met, 2)
-        case "step":
-            yield first, rest[0]
-        case "int" | "frac":
-            yield from _whole(first, 0.0, values)
-        case "round":
-            yield from _whole(first, 0.5, values)
-        case "mod":
-            yield from _whole(Quotient(first, rest[0]), 0.0, values)
+        case "step", (x, at):
+            yield x, at
+        case "int" | "frac", (x,):
+            yield from _whole(x, 0.0, values)
+        case "round", (x,):
+            yield from _whole(x, 0.5, values)
+        case "mod", (x, y):
+            yield from _whole(Quotient(x, y), 0.0, values)
 
 
 def _whole(argument: Expression, offset: float, values: Mapping[str, Value]) -> Iterator[Pair]:
@@ -129,7 +126,14 @@ def totals(
     sharp = sharpened(model, linear, values, inputs)
     by = _solved(sharp, parameters)
     rough = {e: frozenset(model.equations[e].names) for e in linear.rough}
-    found = Total(by, sharp.lost, _ties(linear, sharp, by, parameters), rough, sharp)
+    tied: dict[str, int] = {}  # redundant rules that hold at the answer, but not beside it
+    for equation in linear.redundant:
+        row = sharp.rows.get(equation, {})
+        for parameter in parameters if sharp.lost.isdisjoint(row) else ():
+            terms = _chain(row, by, parameter)
+            if abs(sum(terms)) > AGREE * sum(map(abs, terms)):
+                tied.setdefault(parameter, equation)
+    found = Total(by, sharp.lost, tied, rough, sharp)
     return replace(found, cornered=_cornered(model, values, found, parameters))
 
 
@@ -177,25 +181,6 @@ def _chain(
 ) -> list[Extended]:
     """The terms ∂F/∂v · dv/dp of a total derivative."""
     return [slope * by[name][parameter] for name, slope in row.items() if parameter in by.get(name, ())]
-
-
-def _ties(
-    linear: Linearization,
-    sharp: Sharp,
-    by: Mapping[str, Mapping[str, Extended]],
-    parameters: Sequence[str],
-) -> dict[str, int]:
-    """Redundant rules that hold at the answer, but not beside it."""
-    tied: dict[str, int] = {}
-    for equation in linear.redundant:
-        row = sharp.rows.get(equation, {})
-        if sharp.lost.intersection(row):
-            continue
-        for parameter in parameters:
-            terms = _chain(row, by, parameter)
-            if abs(sum(terms)) > AGREE * sum(map(abs, terms)):
-                tied.setdefault(parameter, equation)
-    return tied
 
 
 Near = Callable[[Mapping[str, Value], Mapping[str, float]], Mapping[str, Value] | None]
