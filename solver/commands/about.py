@@ -72,31 +72,21 @@ def _cache(arguments: Namespace) -> int:
     if folder is None:
         print("nothing is kept: BACKSOLVE_CACHE is empty")
         return 0
-    if arguments.clear:
-        return _clear(folder)
-    count, size = store.usage()
-    print(f"{folder}: {_entries(count)}, {_size(size)}")
-    if not store.trusted(folder):
-        print("it is not used: it belongs to somebody else, or others can write to it", file=sys.stderr)
-    return 0
-
-
-def _clear(folder: str) -> int:
     try:
-        count = store.clear()
+        count, size = (store.clear(), 0) if arguments.clear else store.usage()
     except OSError as failure:
         print(f"error: {folder} cannot be cleared: {failure.strerror}", file=sys.stderr)
         return 2
-    print(f"{folder}: {_entries(count)} removed")
+    entries = "1 entry" if count == 1 else f"{count or 'no'} entries"
+    if arguments.clear:
+        print(f"{folder}: {entries} removed")
+        return 0
+    print(
+        f"{folder}: {entries}, " + (f"{size / 2**20:.1f} MB" if size >= 2**20 else f"{size / 2**10:.1f} kB")
+    )
+    if not store.trusted(folder):
+        print("it is not used: it belongs to somebody else, or others can write to it", file=sys.stderr)
     return 0
-
-
-def _entries(count: int) -> str:
-    return "1 entry" if count == 1 else f"{count or 'no'} entries"
-
-
-def _size(size: int) -> str:
-    return f"{size / 2**20:.1f} MB" if size >= 2**20 else f"{size / 2**10:.1f} kB"
 
 
 SHELLS = ("bash", "zsh", "fish")
@@ -112,8 +102,10 @@ def _completion_arguments(parser: ArgumentParser) -> None:
 
 def _completion(arguments: Namespace) -> int:
     """Print the script of a shell."""
-    write = {"bash": _bash, "zsh": _zsh, "fish": _fish}[arguments.shell]
-    print("\n".join(write([_completed(name) for name in sorted(TABLE)])))
+    commands = [_completed(name) for name in sorted(TABLE)]
+    if arguments.shell == "zsh":
+        print("autoload -U +X bashcompinit && bashcompinit")
+    print("\n".join(_fish(commands) if arguments.shell == "fish" else _bash(commands)))
     return 0
 
 
@@ -159,11 +151,6 @@ def _bash(commands: list[_Completed]) -> Iterator[str]:
     yield '  case $word in -*) _of "$options";; *) _of "$words"; COMPREPLY+=($(compgen -f -- "$word"));; esac'
     yield "}"
     yield "complete -o filenames -F _backsolve backsolve"
-
-
-def _zsh(commands: list[_Completed]) -> Iterator[str]:
-    yield "autoload -U +X bashcompinit && bashcompinit"
-    yield from _bash(commands)
 
 
 def _fish(commands: list[_Completed]) -> Iterator[str]:

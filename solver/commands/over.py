@@ -17,7 +17,7 @@ from rulesheets.inputs import parse_input, parse_value, quantities, variable_nam
 from rulesheets.model import Model, Value, Variable
 from rulesheets.units import converted, parted, scaling
 from solver.commands.inputs import Option, Request
-from solver.files.tables import Array, Chunk, column_of, heading, pieces
+from solver.files.tables import Chunk, column_of, heading, pieces
 from solver.sweeps.stream import (
     Axis,
     Grid,
@@ -42,20 +42,16 @@ def read_over(
     Raises RuleSheetError for what is no range of a variable, and for ranges that cannot be combined.
     """
     axes = read_axes(texts, model)
-    if not side_by_side:
-        rows = 1
-        for axis in axes.values():
-            rows *= len(axis)
-        if rows > LIMIT:
-            raise RuleSheetError(_too_many(Option("over", texts[-1])))
-        return tuple(axes), Grid(tuple(axes.values()))
-    (first, length), *_ = ((name, len(axis)) for name, axis in axes.items())
-    for (name, axis), text in zip(axes.items(), texts, strict=True):
-        if len(axis) != length:
-            said = f"with --zip all have one length: {first} has {length:,}, {name} has {len(axis):,}"
+    lengths = {name: len(axis) for name, axis in axes.items()}
+    first, length = next(iter(lengths.items()))
+    if not side_by_side and math.prod(lengths.values()) > LIMIT:
+        raise RuleSheetError(_too_many(Option("over", texts[-1])))
+    for (name, other), text in zip(lengths.items(), texts, strict=True):
+        if side_by_side and other != length:
+            said = f"with --zip all have one length: {first} has {length:,}, {name} has {other:,}"
             note = "leave --zip out to sweep every combination"
             raise RuleSheetError(Option("over", text).wrong("E424", said, note))
-    return tuple(axes), Grid(tuple(axes.values()), zipped=True)
+    return tuple(axes), Grid(tuple(axes.values()), zipped=side_by_side)
 
 
 def read_axes(texts: Iterable[str], model: Model) -> dict[str, Axis]:
@@ -82,11 +78,11 @@ def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axi
             parts = [*(f"{part} [{last[1]}]" for part in parts[:-1]), parts[-1]]
         values = [_listed(option, variable, part, model) for part in parts]
         return column_of(values, variable.name)
-    measured = parted(stretch.rpartition(":")[2])
-    if measured is not None:
-        return _in_unit(
-            option, variable, stretch[: stretch.rindex(":") + 1] + measured[0], measured[1], model
-        )
+    head, _, end = stretch.rpartition(":")
+    if (measured := parted(end)) is not None:  # 0:90:5deg: a range in a unit, in that of the variable
+        number, unit = measured
+        numbers = _axis(option, variable, f"{head}:{number}", model)[:].tolist()
+        return column_of(converted(numbers, unit, variable, option.place(unit)), variable.name)
     parts = stretch.split(":")
     if len(parts) != 3:
         raise RuleSheetError(_no_range(option))
@@ -101,13 +97,6 @@ def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axi
     if max(abs(start), abs(start + step * (count - 1))) > Fraction(sys.float_info.max):
         raise RuleSheetError(not_finite("it is too large for a float", option.place(stretch)))
     return Stretch(start, step, count)
-
-
-def _in_unit(option: Option, variable: Variable, stretch: str, unit: str, model: Model) -> Axis:
-    """A range in a unit, ``0:90:5deg``, in that of the variable."""
-    axis = _axis(option, variable, stretch, model)
-    numbers = axis[:].tolist()
-    return column_of(converted(numbers, unit, variable, option.place(unit)), variable.name)
 
 
 def _listed(option: Option, variable: Variable, text: str, model: Model) -> float | str:
@@ -150,28 +139,23 @@ def read_approach(text: str, model: Model) -> tuple[str, dict[float, float]]:
     Distances are relative to the limit (absolute where that is 0), and counted towards 0; negative ones
     lie beyond. Raises RuleSheetError for what is none of this.
     """
-    option = Option("approach", text)
-    form = _FORM.fullmatch(text)
+    option, form = Option("approach", text), _FORM.fullmatch(text)
+    said = "--approach needs a name, a limit, and the relative distances of the first and the last value"
+    unread = option.wrong("E424", said, "write --approach NAME=LIMIT:1e-1..1e-15, with the limit as a number")
     if form is None:
-        raise RuleSheetError(_unread(option))
-    name, limit_text, first_text, last_text = form.groups()
+        raise RuleSheetError(unread)
+    name, limit_text, first, last = form[1], form[2], float(form[3]), float(form[4])
     variable_named(name, model, option.place(name))
     limit = parse_value(limit_text, option.place(limit_text))
-    first, last = float(first_text), float(last_text)
     if isinstance(limit, str) or not first * last > 0 or not math.isfinite(first * last):
-        raise RuleSheetError(_unread(option))
+        raise RuleSheetError(unread)
     decades = math.log10(last / first)
     count = round(abs(decades) * A_DECADE) + 1
     if count > 100 * A_DECADE:
-        raise RuleSheetError(_unread(option))
+        raise RuleSheetError(unread)
     distances = [first * 10.0 ** (decades * k / max(count - 1, 1)) for k in range(count)]
     numbers = [limit * (1.0 - d) if limit else d for d in distances]
     return name, {number: abs(d) for number, d in zip(numbers, distances, strict=True) if number != limit}
-
-
-def _unread(option: Option) -> Diagnosis:
-    said = "--approach needs a name, a limit, and the relative distances of the first and the last value"
-    return option.wrong("E424", said, "write --approach NAME=LIMIT:1e-1..1e-15, with the limit as a number")
 
 
 FRAMES = 100_000
@@ -233,23 +217,33 @@ def read_swept(arguments: Namespace, model: Model) -> Swept:
 def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
     """``columns`` are those to take; none means all."""
     written, total = heading(path)
-    there = tuple(_parted(head)[0] for head in written)
+    there = [_parted(head)[0] for head in written]
     wanted = [name.strip() for text in columns for name in text.split(",") if name.strip()]
     if not any(name in model.variables for name in there):
         said = f"{path} has no column that is a variable of {model.name}"  # of another file show no word
         raise RuleSheetError(error("E440", said, notes=("the first line of the file names variables",)))
-    complaints = [_no_column(name, there, path) for name in wanted if name not in there]
     names = tuple(dict.fromkeys(wanted or there))
-    complaints.extend(_unknown(name, model, path) for name in names if name not in model.variables)
-    complaints.extend(_twice(name, path) for name in names if there.count(name) > 1)
-    refuse(complaints)
+    refuse(
+        [
+            *(_no_column(path, name, there) for name in wanted if name not in there),
+            *(_no_variable(path, name, model) for name in names if name not in model.variables),
+            *(_two_columns(path, name) for name in names if there.count(name) > 1),
+        ]
+    )
     heads = [written[there.index(name)] for name in names]
     numbers = [head for head, name in zip(heads, names, strict=True) if name in quantities(model)]
-    scales = [
-        _scale(model.variables[name], _parted(head)[1]) for name, head in zip(names, heads, strict=True)
-    ]
-    read = (tuple(map(_scaled, piece, scales)) for piece in pieces(path, heads, numbers))
-    chunks = file_chunks(read, total)
+    scales: list[tuple[float, float]] = []
+    for name, head in zip(names, heads, strict=True):
+        variable, unit = model.variables[name], _parted(head)[1]
+        scales.append(scaling(unit, variable) if unit and unit != variable.unit else (1.0, 0.0))
+
+    def scaled(piece: Chunk) -> Chunk:
+        pairs = zip(piece, scales, strict=True)
+        return tuple(
+            column if scale == (1.0, 0.0) else column * scale[0] + scale[1] for column, scale in pairs
+        )
+
+    chunks = file_chunks(map(scaled, pieces(path, heads, numbers)), total)
     first = next(chunks, ())
     return Swept(names, total, None, chain([first] if first else [], chunks), first_lessons(first))
 
@@ -260,32 +254,18 @@ def _parted(head: str) -> tuple[str, str]:
     return (name.strip(), unit.strip()) if bracket and head.endswith("]") else (head, "")
 
 
-def _scale(variable: Variable, unit: str) -> tuple[float, float] | None:
-    """Factor and shift from the unit of a column to that of its variable. Raises RuleSheetError."""
-    return scaling(unit, variable) if unit and unit != variable.unit else None
-
-
-def _scaled(column: Array, scale: tuple[float, float] | None) -> Array:
-    return column if scale is None else column * scale[0] + scale[1]
-
-
-def _no_column(name: str, there: tuple[str, ...], path: str) -> Diagnosis:
+def _no_column(path: str, name: str, there: Sequence[str]) -> Diagnosis:
+    notes = (*suggestion(name, there), f"its columns are {', '.join(there)}")
     return error(
-        "E440",
-        f"{path} has no column {name}",
-        Label(Option("columns", name).place(name)),
-        notes=(*suggestion(name, there), f"its columns are {', '.join(there)}"),
+        "E440", f"{path} has no column {name}", Label(Option("columns", name).place(name)), notes=notes
     )
 
 
-def _unknown(name: str, model: Model, path: str) -> Diagnosis:
-    """A column that is no variable is a mistake more often than not: nothing is left out in silence."""
-    return error(
-        "E440",
-        f"{path} has a column {name}, and {model.name} no such variable",
-        notes=(*suggestion(name, model.variables), "--columns NAME,… takes some of the columns alone"),
-    )
+def _no_variable(path: str, name: str, model: Model) -> Diagnosis:
+    """Such a column is a mistake more often than not: nothing is left out in silence."""
+    notes = (*suggestion(name, model.variables), "--columns NAME,… takes some of the columns alone")
+    return error("E440", f"{path} has a column {name}, and {model.name} no such variable", notes=notes)
 
 
-def _twice(name: str, path: str) -> Diagnosis:
+def _two_columns(path: str, name: str) -> Diagnosis:
     return error("E440", f"{path} has two columns {name}", notes=("rename one of them",))

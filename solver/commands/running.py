@@ -66,20 +66,15 @@ class _Parser(ArgumentParser):
     def read(self, words: list[str]) -> Namespace:
         options = {option for action in self._actions for option in action.option_strings}
         for word in words[: words.index("--")] if "--" in words else words:
-            if word.startswith("--") and word.partition("=")[0] not in options:
-                raise SystemExit(_unknown_option(self._command, word.partition("=")[0], options))
-        if not {"-h", "--help"}.intersection(words):
-            self.usage = ""  # else it is made up for messages that do without
+            name = word.partition("=")[0]
+            if name.startswith("--") and name not in options:
+                near = closest(name.lstrip("-"), sorted(option.lstrip("-") for option in options))
+                notes = (f"did you mean --{near}?",) if near and f"--{near}" in options else ()
+                raise SystemExit(_misused(self._command, f"there is no option {name}", *notes))
         return self.parse_intermixed_args(words)
 
     def error(self, message: str) -> NoReturn:
         raise SystemExit(_misused(self._command, message))
-
-
-def _unknown_option(command: str, word: str, options: Collection[str]) -> int:
-    near = closest(word.lstrip("-"), sorted(option.lstrip("-") for option in options))
-    notes = (f"did you mean --{near}?",) if near and f"--{near}" in options else ()
-    return _misused(command, f"there is no option {word}", *notes)
 
 
 def _misused(command: str, message: str, *notes: str) -> int:
