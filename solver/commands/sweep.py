@@ -12,9 +12,9 @@ from time import monotonic
 from typing import TextIO
 
 from rulesheets.deadline import WATCH, expired
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, plural
+from rulesheets.diagnosis import RuleSheetError, error, plural
 from rulesheets.inputs import symbolic
-from rulesheets.model import Model, Variable
+from rulesheets.model import Variable
 from rulesheets.syntax import escaped
 from rulesheets.units import shown
 from solver.commands.inputs import Option, Request, add_display_options, add_input_options, read_request
@@ -27,16 +27,14 @@ from solver.pictures.drawing import picture_kind
 from solver.sweeps import prepare
 from solver.sweeps.curves import follow_sweep
 from solver.sweeps.stream import (
-    Outcome,
     Sink,
-    earlier,
-    expect_plain,
     heads,
+    resumed,
     shown_columns,
 )
 from solver.sweeps.stream import run as streamed
 from solver.sweeps.sweep import followed, work_of
-from solver.sweeps.tracing import Branch, CurveTable
+from solver.sweeps.tracing import Branch
 from solver.sweeps.work import Solved, Work
 from solver.sweeps.workers import solved_pieces
 
@@ -108,57 +106,42 @@ PICTURES = (".png", ".svg", ".pdf")
 class PlotSink:
     """Holds the rows and draws them when the last has come.
 
-    ``shape`` is that of the grid, None for rows of a file. Raises RuleSheetError: E433 for an
-    ending that is no picture, E445 for a sweep that cannot be drawn, E416.
+    Raises RuleSheetError: E433 for an ending that is no picture, E445 for a sweep that cannot be drawn, E416.
     """
 
-    def __init__(
-        self,
-        path: str,
-        model: Model,
-        inputs: tuple[str, ...],
-        shape: tuple[int, ...] | None,
-        answer: str | None,
-    ) -> None:
-        self._path, self._model, self._inputs = path, model, inputs
-        self._shape, self._answer = shape, answer
+    def __init__(self, path: str, work: Work, swept: Swept) -> None:
+        self._path, self._work, self._shape = path, work, swept.shape
         self._form = picture_kind(path, PICTURES)
+        self._answer = work.names[len(work.inputs)] if work.every else None
         self._pieces: list[Table] = []
         self._rows = 0
+        self._expect_few(swept.total or 0)
+
+    def _expect_few(self, rows: int) -> None:
+        if rows > ROWS_DRAWN:
+            said, notes = f"a picture shows at most {ROWS_DRAWN:,} rows", ("take a larger step",)
+            raise RuleSheetError(error("E445", said, notes=notes))
 
     def add(self, table: Table) -> None:
         new = len(table.status) if self._answer is None else int((table[self._answer] < 2).sum())
         self._rows += new
-        if self._rows <= ROWS_DRAWN:
-            self._pieces.append(table)
-        else:
-            self._pieces = []
+        self._pieces = [*self._pieces, table] if self._rows <= ROWS_DRAWN else []
 
     def close(self) -> None:
         from solver.pictures import plot
 
-        if self._rows > ROWS_DRAWN:
-            raise RuleSheetError(too_many())
+        self._expect_few(self._rows)
         if not self._pieces:
             return
-        whole = joined(self._pieces)
-        drawn = (*self._model.variables, self._answer)
+        model, turn = self._work.model, planner(self._work.model).graph.turn
+        drawn, whole = (*model.variables, self._answer), joined(self._pieces)
         table = whole.having({n: column for n, column in whole.items() if n in drawn})
-        lattice = plot.Lattice(self._inputs, self._shape or (self._rows,), self._answer)
-        turns = {name: self._turn(name) for name in table}
-        picture = plot.plotted(plot.arranged(table, lattice), self._model, turns, self._form[1:])
-        write_file(self._path, picture)
-
-    def _turn(self, name: str) -> float | None:
-        turn = planner(self._model).graph.turn(name)
-        return turn and shown(turn, self._model.variables[name], difference=True)
+        lattice = plot.Lattice(self._work.inputs, self._shape or (self._rows,), self._answer)
+        turns = {n: t and shown(t, model.variables[n], difference=True) for n in table if (t := turn(n))}
+        write_file(self._path, plot.plotted(plot.arranged(table, lattice), model, turns, self._form[1:]))
 
     def discard(self) -> None:
         self._pieces = []
-
-
-def too_many() -> Diagnosis:
-    return error("E445", f"a picture shows at most {ROWS_DRAWN:,} rows", notes=("take a larger step",))
 
 
 INTERRUPTED = 130
@@ -217,8 +200,12 @@ def _run(arguments: Namespace) -> int:
         progress.end()
     if expired():
         print("the time was up: rows that were not solved by then are failed", file=sys.stderr)
-    print(_summary(outcome, arguments.output or arguments.plot, swept.total), file=sys.stderr)
+    print(outcome, file=sys.stderr)  # 361 rows: 340 solved, 21 infeasible
     if outcome.interrupted:
+        of = f" of {swept.total:,}" if swept.total is not None else ""
+        path = arguments.output or arguments.plot
+        place = f"; {escaped(path)} is whole, with these rows" if path else ""
+        print(f"interrupted after {outcome.rows:,}{of} rows{place}", file=sys.stderr)
         return INTERRUPTED
     return 0 if outcome.all_solved else 1
 
@@ -228,14 +215,8 @@ def _work(arguments: Namespace, request: Request, swept: Swept) -> Work:
     request.swept(swept.names)
     given = {name: value for name, value in request.inputs.items() if name not in swept.names}
     plan = prepare(request.model, swept.names, request.want, given, request.guesses)
-    return work_of(
-        plan,
-        swept.lessons,
-        swept.line,
-        every=arguments.all,
-        jit=arguments.jit,
-        timeout=arguments.timeout,
-    )
+    options = {"every": arguments.all, "jit": arguments.jit, "timeout": arguments.timeout}
+    return work_of(plan, swept.lessons, swept.line, **options)
 
 
 def _sinks(arguments: Namespace, work: Work, swept: Swept, progress: Progress) -> list[Sink]:
@@ -244,7 +225,7 @@ def _sinks(arguments: Namespace, work: Work, swept: Swept, progress: Progress) -
     if arguments.output:
         sinks.append(table_file(arguments.output, names, symbolic(work.model)))
     if arguments.plot:  # after the table, which is in its place before the picture is drawn
-        sinks.append(_plot(arguments.plot, work, swept))
+        sinks.append(PlotSink(arguments.plot, work, swept))
     return sinks or [CsvFile(Printed(sys.stdout, progress.end), names)]
 
 
@@ -253,33 +234,12 @@ def _before(arguments: Namespace, work: Work, swept: Swept) -> tuple[list[Solved
     if not arguments.resume:
         return [], swept.chunks
     if not arguments.output or arguments.all:
-        raise RuleSheetError(_not_resumable())
+        notes = ("add -o FILE, the file of the sweep that was cut off", "--all and --follow start anew")
+        said = "--resume needs a file to go on with, of one answer a row"
+        raise RuleSheetError(error("E448", said, notes=notes))
     if not os.path.exists(arguments.output):
         return [], swept.chunks
-    expect_plain(work.model, work.names)
-    there = earlier(arguments.output, work.names)
-    return [there.solved()], there.after(swept.chunks, work.inputs)
-
-
-def _not_resumable() -> Diagnosis:
-    notes = ("add -o FILE, the file of the sweep that was cut off", "--all and --follow start anew")
-    return error("E448", "--resume needs a file to go on with, of one answer a row", notes=notes)
-
-
-def _plot(path: str, work: Work, swept: Swept) -> Sink:
-    if swept.total is not None and swept.total > ROWS_DRAWN:
-        raise RuleSheetError(too_many())
-    answer = work.names[len(work.inputs)] if work.every else None
-    return PlotSink(path, work.model, work.inputs, swept.shape, answer)
-
-
-def _summary(outcome: Outcome, output: str | None, total: int | None) -> str:
-    """``361 rows: 340 solved, 21 infeasible``, and what an interrupt left."""
-    if not outcome.interrupted:
-        return str(outcome)
-    of = f" of {total:,}" if total is not None else ""
-    place = f"; {escaped(output)} is whole, with these rows" if output else ""
-    return f"{outcome}\ninterrupted after {outcome.rows:,}{of} rows{place}"
+    return resumed(arguments.output, work, swept.chunks)
 
 
 ALONE = ("rows", "zip", "all", "plot", "jobs", "scheduler", "resume")
@@ -292,67 +252,52 @@ def follow(arguments: Namespace) -> int:
     request.expect_output(arguments.output)
     others = [option for option in ALONE if getattr(arguments, option)]
     if len(arguments.over) != 1 or others:
-        raise RuleSheetError(_one_range(others))
+        also, notes = (
+            f"; --{others[0]} does not go with it" if others else "",
+            ("give one --over, and --want",),
+        )
+        raise RuleSheetError(error("E447", f"a curve is followed over one range{also}", notes=notes))
     ((name, axis),) = read_axes(arguments.over, request.model).items()
     if request.inputs.get(name) is not None:
         raise RuleSheetError(Option("over", name).repeated(name))
-    values = axis[:]
-    given = {n: value for n, value in request.inputs.items() if n != name}
-    table = follow_sweep(request.model, name, values, request.want, given, request.guesses)
-    _write_curves(table, request.model, arguments.output)
+    model, given = request.model, {n: value for n, value in request.inputs.items() if n != name}
+    table = follow_sweep(model, name, axis[:], request.want, given, request.guesses)
+    names = heads(tuple(table), model)
+    columns = table.having(dict(zip(names, shown_columns(table, model).values(), strict=True)))
+    if arguments.output:
+        write_table(arguments.output, columns)
+    else:
+        sys.stdout.write((csv_head(names) + csv_rows(columns)).decode("utf-8"))
     late = expired()
     if late:
         print("the time was up: there may be branches that were not found", file=sys.stderr)
-    if table.branches or not late:
-        print("\n".join(_branches_told(table, request.model)), file=sys.stderr)
-    return 0 if len(table.status) and _only_limits(table) else 1
-
-
-def _one_range(others: list[str]) -> Diagnosis:
-    said = f"; --{others[0]} does not go with it" if others else ""
-    return error("E447", f"a curve is followed over one range{said}", notes=("give one --over, and --want",))
-
-
-def _write_curves(table: CurveTable, model: Model, path: str | None) -> None:
-    names = heads(tuple(table), model)
-    columns = table.having(dict(zip(names, shown_columns(table, model).values(), strict=True)))
-    if path:
-        write_table(path, columns)
-    else:
-        sys.stdout.write((csv_head(names) + csv_rows(columns)).decode("utf-8"))
-
-
-def _only_limits(table: CurveTable) -> bool:
+    if table.branches:
+        count = len(table.branches)
+        print(
+            f"{plural(len(table.status), 'row')} on",
+            "1 branch" if count == 1 else f"{count} branches",
+            file=sys.stderr,
+        )
+        for branch in table.branches:
+            print(
+                f"branch {branch.number}: {'; '.join(_told(model.variables[name], branch))}", file=sys.stderr
+            )
+    elif not late:
+        print(f"no value of {name} has an answer to begin at", file=sys.stderr)
     limits = {limit.row for branch in table.branches for limit in branch.limits}
-    return all(solved or row in limits for row, solved in enumerate(table.solved.tolist()))
-
-
-def _branches_told(table: CurveTable, model: Model) -> Iterator[str]:
-    """How many rows and branches there are; of each branch its ends and where it turns back."""
-    if not table.branches:
-        yield f"no value of {table.swept} has an answer to begin at"
-        return
-    yield f"{plural(len(table.status), 'row')} on {_branches(len(table.branches))}"
-    for branch in table.branches:
-        yield f"branch {branch.number}: {'; '.join(_told(model.variables[table.swept], branch))}"
-
-
-def _branches(count: int) -> str:
-    return "1 branch" if count == 1 else f"{count} branches"
+    solved = enumerate(table.solved.tolist())
+    return 0 if len(table.status) and all(there or row in limits for row, there in solved) else 1
 
 
 def _told(swept: Variable, branch: Branch) -> Iterator[str]:
+    """The ends of a branch, and where it turns back."""
     yield f"rows {branch.first + 1} to {branch.last}"
     if branch.limits:
-        limits = (
-            f"{shown(limit.value, swept):.12g} ({'greatest' if limit.greatest else 'least'})"
-            for limit in branch.limits
+        kinds = (
+            (shown(limit.value, swept), "greatest" if limit.greatest else "least") for limit in branch.limits
         )
-        yield f"{swept.name} turns back at {', '.join(limits)}"
-    if branch.closed:
-        yield "it is closed"
-    else:
-        yield f"it begins where {branch.start}, and ends where {branch.end}"
+        yield f"{swept.name} turns back at {', '.join(f'{value:.12g} ({kind})' for value, kind in kinds)}"
+    yield "it is closed" if branch.closed else f"it begins where {branch.start}, and ends where {branch.end}"
 
 
 COMMANDS = {"sweep": Command(_arguments, _run)}

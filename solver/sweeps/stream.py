@@ -30,7 +30,7 @@ from solver.files.tables import (
     pieces,
     stacked,
 )
-from solver.sweeps.work import Solved
+from solver.sweeps.work import Solved, Work
 
 _EXACT = 2**53
 """Integers below this are floats."""
@@ -169,74 +169,49 @@ def shown_columns(table: Table, model: Model) -> Table:
     return table.having(values)
 
 
-def expect_plain(model: Model, names: Iterable[str]) -> None:
-    """Raise RuleSheetError (E448) where a table that is gone on with has other units than the rules."""
-    if found := next(iter(displays(model, names)), None):
-        notes = (f"{found} is shown in {model.variables[found].display_unit}; start anew, or show none so",)
-        raise RuleSheetError(error("E448", "--resume goes on in the units of the rules", notes=notes))
-
-
-_CODES = {word: code for code, word in enumerate(WORDS)}
-
-
-@dataclass(frozen=True)
-class Earlier:
-    """The rows of a file that an earlier run of the sweep has left."""
-
-    path: str
-    names: tuple[str, ...]
-    table: Table
-
-    def solved(self) -> Solved:
-        counts = np.bincount(self.table.status, minlength=len(WORDS))
-        return Solved(tuple(counts.tolist()), self.table)
-
-    def after(self, chunks: Iterator[Chunk], inputs: Sequence[str]) -> Iterator[Chunk]:
-        """The rows that are left. Raises RuleSheetError (E448) if the earlier ones are others."""
-        done, rows = 0, len(self.table.status)
-        for chunk in chunks:
-            count = min(len(chunk[0]), rows - done)
-            for name, column in zip(inputs, chunk, strict=True):
-                before = self.table[name][done : done + count]
-                if count and not _alike(before, column[:count]):
-                    raise RuleSheetError(other_sweep(self.path, "its rows have other inputs"))
-            done += count
-            if count < len(chunk[0]):
-                yield tuple(column[count:] for column in chunk)
-        if done < rows:
-            raise RuleSheetError(other_sweep(self.path, "it has more rows"))
-
-
-def earlier(path: str, names: tuple[str, ...]) -> Earlier:
-    """The rows of a table file with the columns ``names`` and a status.
+def resumed(path: str, work: Work, chunks: Iterator[Chunk]) -> tuple[list[Solved], Iterator[Chunk]]:
+    """The rows of a file that an earlier run of a sweep has left, and the chunks of those left to do.
 
     Rows at its end that failed are left out: they are solved again, with more time perhaps. Raises
-    RuleSheetError: E448 for a file with other columns, E440, E441.
+    RuleSheetError: E448 for units that are not those of the rules, for a file with other columns or rows,
+    E440, E441.
     """
-    status = free_name("status", names)
-    if heading(path)[0] != (*names, status):
+    if found := next(iter(displays(work.model, work.names)), None):
+        notes = (
+            f"{found} is shown in {work.model.variables[found].display_unit}; start anew, or show none so",
+        )
+        raise RuleSheetError(error("E448", "--resume goes on in the units of the rules", notes=notes))
+    names = (*work.names, free_name("status", work.names))
+    if heading(path)[0] != names:
         raise RuleSheetError(other_sweep(path, "its columns are others"))
-    read = list(pieces(path, (*names, status)))
-    columns = [stacked(column) for column in zip(*read, strict=True)] or [np.zeros(0)] * (len(names) + 1)
-    words = columns.pop().tolist()
-    if not _CODES.keys() >= set(words):
+    read = list(pieces(path, names))
+    *columns, words = [stacked(column) for column in zip(*read, strict=True)] or [np.zeros(0)] * len(names)
+    if not set(WORDS) >= set(words.tolist()):
         raise RuleSheetError(other_sweep(path, "it has rows without a status"))
-    codes = np.array([_CODES[word] for word in words], dtype=np.int8)
-    done = np.flatnonzero(codes != _CODES[str(Status.FAILED)])
-    rows = int(done[-1]) + 1 if len(done) else 0
-    values = dict(zip(names, columns, strict=True))
-    values[names[-1]] = values[names[-1]].astype(np.int64)  # the numbers of answers
-    return Earlier(path, names, Table(values, codes).rows(0, rows))
+    codes = np.array([WORDS.index(word) for word in words.tolist()], dtype=np.int8)
+    done = np.flatnonzero(codes != WORDS.index(str(Status.FAILED)))
+    values = dict(zip(work.names, columns, strict=True))
+    values[work.names[-1]] = columns[-1].astype(np.int64)  # the numbers of answers
+    table = Table(values, codes).rows(0, int(done[-1]) + 1 if len(done) else 0)
+    counts = np.bincount(table.status, minlength=len(WORDS))
+    return [Solved(tuple(counts.tolist()), table)], _after(path, table, chunks, work.inputs)
 
 
-def _alike(one: Array, other: Array) -> bool:
-    if one.dtype == object or other.dtype == object:
-        return list(map(_told, one.tolist())) == list(map(_told, other.tolist()))
-    return bool(np.array_equal(one, other, equal_nan=True))
-
-
-def _told(value: object) -> object:
-    return None if value != value else value
+def _after(path: str, table: Table, chunks: Iterator[Chunk], inputs: Sequence[str]) -> Iterator[Chunk]:
+    """The rows that are left. Raises RuleSheetError (E448) if the earlier ones are others."""
+    done, rows = 0, len(table.status)
+    for chunk in chunks:
+        count = min(len(chunk[0]), rows - done)
+        for name, column in zip(inputs, chunk, strict=True):
+            both = table[name][done : done + count], column[:count]
+            one, other = ([None if v != v else v for v in part.tolist()] for part in both)
+            if one != other:
+                raise RuleSheetError(other_sweep(path, "its rows have other inputs"))
+        done += count
+        if count < len(chunk[0]):
+            yield tuple(column[count:] for column in chunk)
+    if done < rows:
+        raise RuleSheetError(other_sweep(path, "it has more rows"))
 
 
 _STATUSES = tuple(Status)
