@@ -13,7 +13,7 @@ import numpy as np
 from rulesheets.diagnosis import RuleSheetError, error, render
 from rulesheets.format import readable
 from rulesheets.inputs import override
-from rulesheets.model import Model, Value
+from rulesheets.model import Value
 from rulesheets.syntax import escaped
 from rulesheets.units import shown
 from solver.commands.inputs import Request, add_input_options, read_request
@@ -62,7 +62,10 @@ def _run(arguments: Namespace) -> int:
     path = arguments.output or request.model.name + kinds[0]
     kind = _kind(path, kinds)
     request.expect_output(path)
-    dpi = _dpi(arguments.dpi, kind)
+    dpi = _DPI.get(kind, _SHARP) if arguments.dpi is None else arguments.dpi
+    if not 10.0 <= dpi <= 2400.0:
+        notes = ("give 10 to 2400 dots an inch",)
+        raise RuleSheetError(error("E434", f"--dpi {dpi:g} is no resolution", notes=notes))
     studio = _Studio(request, figures, side_by_side, arguments.all)
     data = studio.film(motion, dpi) if motion else studio.picture(kind[1:], dpi)
     print(*studio.complaints, sep="\n\n", end="\n" if studio.complaints else "", file=sys.stderr)
@@ -77,15 +80,6 @@ def _kind(path: str, kinds: Sequence[str]) -> str:
     film = "give --over NAME=START:STOP:STEP to make a film" if kinds is PICTURES else "a range makes a film"
     notes = (film,) if path.lower().endswith(FILMS) or kinds is FILMS else ()
     return picture_kind(path, kinds, "film" if kinds is FILMS else "picture", notes)
-
-
-def _dpi(given: float | None, kind: str) -> float:
-    if given is None:
-        return _DPI.get(kind, _SHARP)
-    if not 10.0 <= given <= 2400.0:
-        notes = ("give 10 to 2400 dots an inch",)
-        raise RuleSheetError(error("E434", f"--dpi {given:g} is no resolution", notes=notes))
-    return given
 
 
 class _Studio:
@@ -107,29 +101,25 @@ class _Studio:
         self.tally = ""
 
     def picture(self, form: str, dpi: float) -> bytes | None:
-        """A still picture; None where there is nothing to draw."""
+        """A still picture; None where there is nothing to draw. What is wrong joins the complaints."""
         from solver.pictures.page import compose, encode
 
-        views = [view for state in self.states for view in self._still(state)]
-        if not views:
+        shown: list[View] = []
+        for state in self.states:
+            title, result = self._named(state), self._solve(state)
+            about = f"{title}: " if title else ""
+            if result.status is not Status.SOLVED:
+                self.complaints.append(f"{about}{result.status}: {MEANINGS[result.status]}")
+                self.complaints += map(render, result.diagnoses)
+            if result.solutions:
+                self.complaints += (about + text for text in left_out(result, self.figures))
+            with suppress(Unsolved):
+                shown += views(result, title, self.every, self.figures)
+        if not shown:
             return None
-        drawn = {d.name: None for view in views for d in view.diagrams if d}
-        self.tally = ", ".join(drawn) + (f"; {len(views)} side by side" if len(views) > 1 else "")
-        return encode(compose(views), form, dpi)
-
-    def _still(self, state: Mapping[str, Value]) -> list[View]:
-        """The views of one state; what is wrong with it joins the complaints."""
-        title = self._named(state)
-        result = self._solve(state)
-        about = f"{title}: " if title else ""
-        if result.status is not Status.SOLVED:
-            self.complaints.append(f"{about}{result.status}: {MEANINGS[result.status]}")
-            self.complaints += map(render, result.diagnoses)
-        if result.solutions:
-            self.complaints += (about + text for text in left_out(result, self.figures))
-        with suppress(Unsolved):
-            return views(result, title, self.every, self.figures)
-        return []
+        drawn = {d.name: None for view in shown for d in view.diagrams if d}
+        self.tally = ", ".join(drawn) + (f"; {len(shown)} side by side" if len(shown) > 1 else "")
+        return encode(compose(shown), form, dpi)
 
     def film(self, motion: Mapping[str, Sequence[float]], dpi: float) -> bytes | None:
         """A frame for each value of the range; None where not one has an answer."""
@@ -144,7 +134,10 @@ class _Studio:
             for at, views in zip(values, instants, strict=True)
             if any(views)
         ]
-        self.complaints += (f"not drawn, {status}: {_some(names)}" for status, names in missing.items())
+        for status, names in missing.items():
+            rest = len(names) - _NAMED
+            more = f"; and {rest} more" if rest > 0 else ""
+            self.complaints.append(f"not drawn, {status}: {'; '.join(names[:_NAMED])}{more}")
         self.tally = f"{len(film)} frames"
         return gif(images(film, dpi)) if film else None
 
@@ -180,25 +173,17 @@ class _Studio:
         return views
 
     def _solve(self, values: Mapping[str, Value]) -> Result:
-        request = self.request
-        return solve(
-            request.model, {**request.inputs, **values}, want=self.want or None, guesses=request.guesses
-        )
+        model, inputs = self.request.model, {**self.request.inputs, **values}
+        return solve(model, inputs, want=self.want or None, guesses=self.request.guesses)
 
     def _named(self, values: Mapping[str, Value]) -> str:
-        return ", ".join(_named(name, value, self.request.model) for name, value in values.items())
-
-
-def _named(name: str, value: Value, model: Model) -> str:
-    """``thetaAO = 30 deg``."""
-    variable = model.variables[name]
-    number = value if isinstance(value, str) else readable(shown(value, variable))
-    return f"{name} = {number} {variable.shown_unit}".rstrip()
-
-
-def _some(names: Sequence[str]) -> str:
-    rest = len(names) - _NAMED
-    return "; ".join(names[:_NAMED]) + (f"; and {rest} more" if rest > 0 else "")
+        """``thetaAO = 30 deg, branch = open``."""
+        told = []
+        for name, value in values.items():
+            variable = self.request.model.variables[name]
+            number = value if isinstance(value, str) else readable(shown(value, variable))
+            told.append(f"{name} = {number} {variable.shown_unit}".rstrip())
+        return ", ".join(told)
 
 
 COMMANDS = {"draw": Command(_arguments, _run)}

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from rulesheets.diagnosis import RuleSheetError, error, suggestion
+from rulesheets.diagnosis import RuleSheetError, error, refuse, suggestion
 from rulesheets.model import Model
 from rulesheets.syntax.nodes import Figure as Declared
 from solver.facts import Status, Unsolved
@@ -56,9 +56,11 @@ def views(
     if not any(one for diagrams in drawn for one in diagrams):
         unknown = Status.PARTIAL if result.status is Status.SOLVED else result.status
         raise Unsolved(unknown, result.diagnoses)
-    return [
-        View(_title(title, number, len(answers)), diagrams) for number, diagrams in enumerate(drawn, start=1)
-    ]
+    if len(drawn) == 1:
+        return [View(title, *drawn)]
+    numbers = (f"answer {number} of {len(drawn)}" for number in range(1, len(drawn) + 1))
+    titles = (", ".join(filter(None, (title, number))) for number in numbers)
+    return [View(*pair) for pair in zip(titles, drawn, strict=True)]
 
 
 def left_out(result: Result, figures: Iterable[str] | None = None) -> list[str]:
@@ -68,45 +70,26 @@ def left_out(result: Result, figures: Iterable[str] | None = None) -> list[str]:
     return [f"the figure {name} is left out: {reason}" for name, reason in reasons if reason]
 
 
-def _title(title: str, number: int, count: int) -> str:
-    if count == 1:
-        return title
-    return f"{title}, answer {number} of {count}" if title else f"answer {number} of {count}"
-
-
 def chosen(model: Model, figures: Iterable[str] | None = None) -> tuple[Declared, ...]:
     """The figures of a model by these names, all where there are none."""
     if not model.figures:
-        raise RuleSheetError(
-            error(
-                "E430",
-                f"{model.name} has no figure to draw",
-                notes=("a section figure says what is drawn: points, lines and vectors named by variables",),
-            )
-        )
+        notes = ("a section figure says what is drawn: points, lines and vectors named by variables",)
+        raise RuleSheetError(error("E430", f"{model.name} has no figure to draw", notes=notes))
     by_name = {figure.name: figure for figure in model.figures}
-    wanted = tuple(figures) if figures is not None else tuple(by_name)
-    unknown = [name for name in wanted if name not in by_name]
-    if unknown:
-        raise RuleSheetError(
-            *(
-                error(
-                    "E431",
-                    f"{model.name} has no figure {name}",
-                    notes=suggestion(name, by_name) or (f"its figures are {', '.join(by_name)}",),
-                )
-                for name in unknown
-            )
-        )
+    wanted = tuple(by_name if figures is None else figures)
+    unknown = []
+    for name in (name for name in wanted if name not in by_name):
+        near = tuple(suggestion(name, by_name)) or (f"its figures are {', '.join(by_name)}",)
+        unknown.append(error("E431", f"{model.name} has no figure {name}", notes=near))
+    refuse(unknown)
     return tuple(by_name[name] for name in wanted)
 
 
 def require_matplotlib() -> None:
     """Raise RuleSheetError (E432) where matplotlib is not installed."""
     if find_spec("matplotlib") is None:
-        raise RuleSheetError(
-            error("E432", "drawing needs matplotlib", notes=("pip install 'backsolve[plot]'",))
-        )
+        notes = ("pip install 'backsolve[plot]'",)
+        raise RuleSheetError(error("E432", "drawing needs matplotlib", notes=notes))
 
 
 def picture_kind(path: str, kinds: Sequence[str], what: str = "picture", notes: tuple[str, ...] = ()) -> str:

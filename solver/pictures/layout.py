@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from rulesheets.checks.marks import ARROWS
@@ -101,20 +101,26 @@ def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> 
     views = [view for frame in frames for view in frame if view]
     rows, columns = len(views[0].diagrams), max(map(len, frames))
     seen = {
-        (row, column): list(_seen(frames, row, column)) for row in range(rows) for column in range(columns)
+        (row, column): [diagram for view in _column(frames, column) if (diagram := view.diagrams[row])]
+        for row in range(rows)
+        for column in range(columns)
     }
     least = {cell: window(diagrams) for cell, diagrams in seen.items()}
     extents = tuple(
-        _extent([least[row, column] for column in range(columns)], _caption(row, views))
+        _extent(
+            [least[row, column] for column in range(columns)],
+            _longest(diagram.title for column in range(columns) for diagram in seen[row, column]),
+        )
         for row in range(rows)
     )
-    cells = _cells(rows, columns)
+    # figures below each other where there are several views; the figures of one view fill rows
+    wide = rows if rows <= _ACROSS else -(-rows // 2)
+    cells = {cell: cell if columns > 1 else divmod(cell[0], wide) for cell in seen}
     widths, heights = _tracks(extents, cells)
     if columns > 1:
-        titles = [_titles(frames, column) for column in range(columns)]
-        widths = tuple(
-            max(width, text_width(title, BOLD)) for width, title in zip(widths, titles, strict=True)
-        )
+        titles = (_longest(view.title for view in _column(frames, column)) for column in range(columns))
+        pairs = zip(widths, titles, strict=True)
+        widths = tuple(max(width, text_width(title, BOLD)) for width, title in pairs)
     return Layout(
         extents=extents,
         windows={
@@ -131,6 +137,15 @@ def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> 
     )
 
 
+def _column(frames: Sequence[Sequence[View | None]], column: int) -> list[View]:
+    """The views of all frames in one column."""
+    return [view for views in frames if column < len(views) and (view := views[column])]
+
+
+def _longest(texts: Iterable[str]) -> str:
+    return max(texts, key=len, default="")
+
+
 def text_width(text: str, points: float) -> float:
     """About how wide a text is, in millimetres, in the font that matplotlib brings along."""
     return 0.215 * points * len(text)
@@ -139,24 +154,6 @@ def text_width(text: str, points: float) -> float:
 def legend_width(kind: str) -> float:
     """Width of a kind of arrow in the legend."""
     return 10.0 + text_width(ARROW_NAMES[kind], LEGEND)
-
-
-def _seen(frames: Sequence[Sequence[View | None]], row: int, column: int) -> Iterator[Diagram]:
-    for views in frames:
-        view = views[column] if column < len(views) else None
-        if view is not None and (diagram := view.diagrams[row]) is not None:
-            yield diagram
-
-
-def _caption(row: int, views: Sequence[View]) -> str:
-    """The longest caption of a figure, which is the same in all views that have it."""
-    captions = (diagram.title for view in views if (diagram := view.diagrams[row]))
-    return max(captions, key=len, default="")
-
-
-def _titles(frames: Sequence[Sequence[View | None]], column: int) -> str:
-    titles = (view.title for views in frames if column < len(views) and (view := views[column]))
-    return max(titles, key=len, default="")
 
 
 def _extent(windows: Sequence[Window], caption: str) -> Extent:
@@ -177,14 +174,6 @@ def _travel(seen: Sequence[Diagram]) -> dict[int, tuple[Place, Place]]:
                 low, high = found.get(number, (place, place))
                 found[number] = min(low, place), max(high, place)
     return found
-
-
-def _cells(rows: int, columns: int) -> dict[tuple[int, int], tuple[int, int]]:
-    """Figures below each other where there are several views; the figures of one view fill rows."""
-    if columns > 1:
-        return {(row, column): (row, column) for row in range(rows) for column in range(columns)}
-    wide = rows if rows <= _ACROSS else -(-rows // 2)
-    return {(row, 0): divmod(row, wide) for row in range(rows)}
 
 
 def _tracks(
