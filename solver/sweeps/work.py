@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from time import time
@@ -31,7 +31,9 @@ def refusals(columns: Sequence[Array], inputs: Sequence[Variable]) -> NDArray[np
     codes = np.zeros(len(columns[0]) if columns else 1, dtype=np.int8)
     lacking = np.zeros(len(codes), dtype=bool)
     for column, variable in zip(columns, inputs, strict=True):
-        symbols = _symbols(column)
+        symbols = np.zeros(len(column), dtype=bool)
+        if column.dtype == object:
+            symbols = np.array([isinstance(value, str) for value in column.tolist()], dtype=bool)
         numbers = np.where(symbols, np.nan, column).astype(float)
         below = numbers <= variable.low if variable.low_open else numbers < variable.low
         above = numbers >= variable.high if variable.high_open else numbers > variable.high
@@ -41,45 +43,8 @@ def refusals(columns: Sequence[Array], inputs: Sequence[Variable]) -> NDArray[np
     return codes
 
 
-def _symbols(column: Array) -> NDArray[np.bool_]:
-    if column.dtype != object:
-        return np.zeros(len(column), dtype=bool)
-    return np.array([isinstance(value, str) for value in column.tolist()], dtype=bool)
-
-
 Key: TypeAlias = tuple[str | None, ...]
 """The symbols of a row, None at the place of a number."""
-
-
-class SteadyPlans:
-    """Plans of one work by the symbols of a row: a symbol that is swept is fixed in a plan of its own.
-
-    ``lessons`` (n,) an input are rows of which records are made beforehand. A plan goes back to these before
-    every piece: what it solved before leaves no trace.
-    """
-
-    def __init__(self, work: Work, lessons: Sequence[Array]) -> None:
-        self.work, self._lessons = work, lessons
-        self._plans: dict[Key, tuple[Plan, Any]] = {}
-
-    def groups(self, columns: Sequence[Array]) -> Iterator[tuple[Plan, Array, list[Array]]]:
-        """The rows by their plans: which they are, and their columns of numbers."""
-        for key, rows in _by_symbols(columns).items():
-            yield self._plan(key), rows, _numbers(columns, key, rows)
-
-    def _plan(self, key: Key) -> Plan:
-        if key not in self._plans:
-            work = self.work
-            fixed = {n: s for n, s in zip(work.inputs, key, strict=True) if s is not None}
-            names = tuple(name for name in work.inputs if name not in fixed)
-            plan = Plan(work.model, names, work.want, {**work.given, **fixed}, work.guesses)
-            rows = _by_symbols(self._lessons).get(key, ()) if self._lessons else ()
-            if names and len(rows):
-                plan.sweep(*_numbers(self._lessons, key, rows), jit=work.jit)
-            self._plans[key] = plan, plan.records.mark()
-        plan, known = self._plans[key]
-        plan.records.forget(known)
-        return plan
 
 
 def _by_symbols(columns: Sequence[Array]) -> dict[Key, Array]:
@@ -97,64 +62,6 @@ def _numbers(columns: Sequence[Array], key: Key, rows: Any) -> list[Array]:
     return [
         c[rows].astype(float, copy=False) for c, symbol in zip(columns, key, strict=True) if symbol is None
     ]
-
-
-def solved_answers(
-    plans: SteadyPlans, columns: Sequence[Array], refused: NDArray[np.int8]
-) -> tuple[NDArray[np.int8], Answers]:
-    """The status codes (n,) of rows, and all their answers, the primary ones of each row first.
-
-    ``refused`` (n,) has the status code of a row that is not asked, or 0. Raises Interrupted with the same
-    for an interrupt while a row is solved.
-    """
-    codes, work = refused.copy(), plans.work
-    asked = np.flatnonzero(refused == 0)
-    parts: list[tuple[Array, Answers]] = []
-    left = refused == 0
-    for plan, rows, numbers in plans.groups([column[asked] for column in columns]):
-        places = asked[rows]
-        done = len(places)
-        try:
-            status, answers = (
-                sweep_answers(plan, numbers, work.jit, work.steady) if numbers else _alike(plan, done)
-            )
-        except Interrupted as reached:
-            done, (status, answers) = reached.rows, reached.kept
-        codes[places] = status
-        left[places[:done]] = False
-        parts.append((places, answers))
-        if done < len(places):
-            break
-    found = codes, together(parts, len(codes))
-    if left.any():
-        raise Interrupted(int(np.argmax(left)), found)
-    return found
-
-
-def every_answer(
-    inputs: Mapping[str, Array], want: Sequence[str], codes: Array, answers: Answers, number: str
-) -> Table:
-    """A row for each answer, numbered 1, 2, … in the column ``number``, the primary answer first.
-
-    A row of inputs without an answer keeps one row, numbered 0.
-    """
-    some = answers.counts > 0
-    each = np.where(some, answers.counts, 1)
-    starts = np.cumsum(each) - each
-    table: dict[str, Array] = {name: np.repeat(column, each) for name, column in inputs.items()}
-    ranks = np.arange(1, each.sum() + 1) - np.repeat(starts, each)
-    ranks[starts[~some]] = 0
-    table[number] = ranks.astype(np.int32)
-    values = answers.listed() or [np.full(len(codes), np.nan) for _ in want]
-    for name, column in zip(want, values, strict=True):
-        table.setdefault(name, column)
-    return Table(table, np.repeat(codes, each), answers=np.repeat(answers.counts, each))
-
-
-def _alike(plan: Plan, count: int) -> tuple[Array, Answers]:
-    """So many rows that have no numbers to tell them apart."""
-    status, answers = plan.outcome(())
-    return np.full(count, CODES[status], dtype=np.int8), listed([answers] * count)
 
 
 class Rows(NamedTuple):
@@ -246,39 +153,96 @@ def unpacked(data: bytes) -> Work:
 
 
 class Solver:
-    """Solves pieces of one sweep, each from the same state: what it solved before leaves no trace."""
+    """Solves pieces of one sweep, each from the same state: what it solved before leaves no trace.
+
+    A symbol that is swept is fixed in a plan of its own. Of the lessons of the work records are made
+    beforehand, and a plan goes back to these before every piece.
+    """
 
     def __init__(self, work: Work) -> None:
         self.work = work
         self._inputs = [work.model.variables[name] for name in work.inputs]
         asked = refusals(work.lessons, self._inputs) == 0 if work.lessons else ()
-        self._plans = SteadyPlans(work, [column[asked] for column in work.lessons])
+        self._lessons = [column[asked] for column in work.lessons]
+        self._plans: dict[Key, tuple[Plan, Any]] = {}
 
     def __call__(self, columns: Sequence[Array]) -> Solved:
         """Rows whose inputs are missing or out of range get their status, and only the others are solved.
 
         Raises Interrupted with the rows before the one that an interrupt met, solved.
         """
+        codes = refusals(columns, self._inputs)
+        asked, left = np.flatnonzero(codes == 0), codes == 0
+        parts: list[tuple[Array, Answers]] = []
+        with self.work.limit():
+            for key, rows in _by_symbols([column[asked] for column in columns]).items():
+                places = asked[rows]
+                done, status, answers = self._answers(key, _numbers(columns, key, places), len(places))
+                codes[places] = status
+                left[places[:done]] = False
+                parts.append((places, answers))
+                if done < len(places):
+                    break
+        found = together(parts, len(codes))
+        if not left.any():
+            return self._solved(columns, codes, found)
+        count = int(np.argmax(left))
+        inputs = [column[:count] for column in columns]
+        raise Interrupted(count, (self._solved(inputs, codes[:count], found.cut(0, count)),))
+
+    def _answers(self, key: Key, numbers: list[Array], count: int) -> tuple[int, Array, Answers]:
+        """How many rows of these symbols were solved before an interrupt, their codes and answers."""
+        plan, work = self._plan(key), self.work
+        if not numbers:  # nothing tells the rows apart
+            status, answers = plan.outcome(())
+            return count, np.full(count, CODES[status], dtype=np.int8), listed([answers] * count)
         try:
-            with self.work.limit():
-                found = solved_answers(self._plans, columns, refusals(columns, self._inputs))
+            return count, *sweep_answers(plan, numbers, work.jit, work.steady)
         except Interrupted as reached:
-            count, (codes, answers) = reached.rows, reached.kept
-            inputs = [column[:count] for column in columns]
-            kept = (self._solved(inputs, codes[:count], answers.cut(0, count)),)
-            raise Interrupted(count, kept) from None
-        return self._solved(columns, *found)
+            return reached.rows, *reached.kept
+
+    def _plan(self, key: Key) -> Plan:
+        if key not in self._plans:
+            work = self.work
+            fixed = {n: s for n, s in zip(work.inputs, key, strict=True) if s is not None}
+            names = tuple(name for name in work.inputs if name not in fixed)
+            plan = Plan(work.model, names, work.want, {**work.given, **fixed}, work.guesses)
+            rows = _by_symbols(self._lessons).get(key, ()) if self._lessons else ()
+            if names and len(rows):
+                try:
+                    plan.sweep(*_numbers(self._lessons, key, rows), jit=work.jit)
+                except Interrupted:  # rows to learn from are none of the piece
+                    raise Interrupted(0, ()) from None
+            self._plans[key] = plan, plan.records.mark()
+        plan, known = self._plans[key]
+        plan.records.forget(known)
+        return plan
 
     def _solved(self, columns: Sequence[Array], codes: Array, answers: Answers) -> Solved:
-        several = int((answers.counts > 1).sum())
         if self.work.every:
-            inputs = dict(zip(self.work.inputs, columns, strict=True))
-            number = self.work.names[len(self.work.inputs)]
-            table = every_answer(inputs, self.work.want, codes, answers, number)
-            return Solved(_counts(codes), table)
-        rows = Rows(tuple(columns), codes, answers)
+            return Solved(_counts(codes), self._every(columns, codes, answers))
+        several, rows = int((answers.counts > 1).sum()), Rows(tuple(columns), codes, answers)
         solved = self.work.solved(rows, np.zeros(len(codes), dtype=np.intp))
         return replace(solved, rows=rows if several else rows.last(), several=several)
+
+    def _every(self, columns: Sequence[Array], codes: Array, answers: Answers) -> Table:
+        """A row for each answer, numbered 1, 2, …, the primary answer first.
+
+        A row of inputs without an answer keeps one row, numbered 0.
+        """
+        work = self.work
+        some = answers.counts > 0
+        each = np.where(some, answers.counts, 1)
+        starts = np.cumsum(each) - each
+        pairs = zip(work.inputs, columns, strict=True)
+        table: dict[str, Array] = {name: np.repeat(column, each) for name, column in pairs}
+        ranks = np.arange(1, each.sum() + 1) - np.repeat(starts, each)
+        ranks[starts[~some]] = 0
+        table[work.names[len(work.inputs)]] = ranks.astype(np.int32)
+        values = answers.listed() or [np.full(len(codes), np.nan) for _ in work.want]
+        for name, column in zip(work.want, values, strict=True):
+            table.setdefault(name, column)
+        return Table(table, np.repeat(codes, each), answers=np.repeat(answers.counts, each))
 
 
 def _counts(codes: Array) -> tuple[int, ...]:
@@ -302,32 +266,25 @@ class Branches:
         assert piece.rows is not None
         last = piece.rows.last()
         if piece.several:
-            rows = piece.rows if self._before is None else _together(self._before, piece.rows)
-            extra = len(rows.codes) - len(piece.rows.codes)
-            first = kept(
-                rows.inputs, rows.answers, self.turns, self.work.line, self._done - extra, [0] * extra
-            )
+            before, rows = self._before, piece.rows
+            extra = 0 if before is None else len(before.codes)
+            if before is not None:
+                both = zip(before.inputs, rows.inputs, strict=True)
+                codes = np.concatenate([before.codes, rows.codes])
+                parts = [(np.arange(extra), before.answers), (np.arange(extra, len(codes)), rows.answers)]
+                rows = Rows(tuple(map(stacked, both)), codes, together(parts, len(codes)))
+            done, line = self._done - extra, self.work.line
+            first = kept(rows.inputs, rows.answers, self.turns, line, done, [0] * extra)
             if first.any():
                 piece = replace(self.work.solved(piece.rows, first[extra:]), several=piece.several)
-            last = rows.last()._replace(answers=_in_front(rows.last().answers, first[-2:]))
+            last = rows.last()
+            planes = [[column.copy() for column in plane] for plane in last.answers.planes]
+            for row, place in enumerate(first[-2:].tolist()):  # the primary answers before the others
+                for values in zip(*planes, strict=True):
+                    values[0][row], values[place][row] = values[place][row], values[0][row]
+            last = last._replace(answers=Answers(last.answers.counts, planes))
         self._before, self._done = last, self._done + sum(piece.counts)
         return piece
-
-
-def _together(one: Rows, other: Rows) -> Rows:
-    inputs = tuple(stacked(pair) for pair in zip(one.inputs, other.inputs, strict=True))
-    codes, few = np.concatenate([one.codes, other.codes]), len(one.codes)
-    parts = [(np.arange(few), one.answers), (np.arange(few, len(codes)), other.answers)]
-    return Rows(inputs, codes, together(parts, len(codes)))
-
-
-def _in_front(answers: Answers, first: Array) -> Answers:
-    """The primary answers before the others."""
-    planes = [[column.copy() for column in plane] for plane in answers.planes]
-    for row, place in enumerate(first.tolist()):
-        for values in zip(*planes, strict=True):
-            values[0][row], values[place][row] = values[place][row], values[0][row]
-    return Answers(answers.counts, planes)
 
 
 class Follower:
