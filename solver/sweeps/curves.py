@@ -101,12 +101,8 @@ def parted(
     for name in names:
         ends = first.get(name), middle.get(name), last.get(name)
         numbers = [value for value in ends if isinstance(value, float)]
-        if len(numbers) == 3:
-            search = _Search(answer, name, turn(name))
-            if search.suspicious(*numbers) and (
-                not search.joined(start, end, *numbers) or search.grows(start, end, *numbers)
-            ):
-                return True
+        if len(numbers) == 3 and _Search(answer, name, turn(name)).parts(start, end, *numbers):
+            return True
     return False
 
 
@@ -116,9 +112,12 @@ class _Search:
     def __init__(self, answer: Answer, name: str, turn: float | None) -> None:
         self.answer, self.name, self.turn = answer, name, turn
 
-    def suspicious(self, a: float, middle: float, b: float) -> bool:
-        """Whether the value in the middle lies outside of those at the ends, or next to one of them."""
-        return max(self._apart(a, middle), self._apart(middle, b)) > STEEP * self._apart(a, b)
+    def parts(self, start: float, end: float, a: float, middle: float, b: float) -> bool:
+        """Whether the value jumps or has a pole; looked at only where the middle one lies outside of those at
+        the ends, or next to one of them."""
+        if max(self._apart(a, middle), self._apart(middle, b)) <= STEEP * self._apart(a, b):
+            return False
+        return not self.joined(start, end, a, middle, b) or self.grows(start, end, a, middle, b)
 
     def joined(self, start: float, end: float, a: float, between: float, b: float) -> bool:
         """Whether the change of the value vanishes with the interval."""
@@ -189,7 +188,38 @@ def follow_sweep(
     swept = np.atleast_1d(np.asarray(values, dtype=np.float64))
     if not swept.size or not np.isfinite(swept).all():
         raise ValueError("a sweep that is followed needs finite numbers to sweep over")
-    return _Following(plan, name, swept).run()
+    answers: list[tuple[float, Leaf]] = []
+    for value in swept.tolist():
+        verdict, _ = plan.judged((value,))
+        answers += ((value, leaf) for leaf in verdict.leaves if verdict.status is Status.SOLVED)
+    sizes: dict[str, float] = {}
+    for _, leaf in answers:
+        for key, number in leaf.branch.values.items():
+            if isinstance(number, float):
+                sizes[key] = max(sizes.get(key, 0.0), abs(number))
+    found: list[_Found] = []
+    for value, leaf in answers:
+        if not any(branch.passes(leaf, value) for branch in found):
+            found += _followed(plan, name, swept, leaf, value, sizes)
+    return _table(plan, name, found)
+
+
+def _followed(
+    plan: Plan, name: str, values: Vector, leaf: Leaf, value: float, sizes: Mapping[str, float]
+) -> Iterator[_Found]:
+    """The branch that an answer lies on, if its rules leave it one way to go."""
+    graph, span = planner(plan.model).graph, (float(values.min()), float(values.max()))
+    core = core_of(graph, leaf.branch.steps, name)
+    names = (*core.names, name)
+    fixed = {n: v for n, v in leaf.branch.values.items() if n not in core.moving}
+    system = CoreSystem(graph, names, fixed, frozenset((*plan.given, name)), span)
+    point = np.array([*(leaf.branch.values[n] for n in core.names), value], dtype=np.float64)
+    scale = np.array([sizes.get(n) or 1.0 for n in names])
+    scale[-1] = span[1] - span[0] or scale[-1]
+    scale = np.where(np.isfinite(system.turn), system.turn / (2 * np.pi), scale)
+    curve = traced(system, point, scale)
+    if curve is not None:
+        yield _Found(curve, system, tuple(curve_rows(curve, np.unique(values))))
 
 
 class _Found(NamedTuple):
@@ -222,66 +252,29 @@ def _same(leaf: Leaf, name: str, value: Value) -> bool:
     return there == value
 
 
-class _Following:
-    def __init__(self, plan: Plan, name: str, values: Vector) -> None:
-        self.plan, self.name, self.values = plan, name, values
-        self.model = plan.model
-        self.span = float(values.min()), float(values.max())
-        self.found: list[_Found] = []
-
-    def run(self) -> CurveTable:
-        answers = {value: self._answers(value) for value in self.values.tolist()}
-        sizes = _magnitudes(leaf for leaves in answers.values() for leaf in leaves)
-        for value, leaves in answers.items():
-            for leaf in leaves:
-                if not any(found.passes(leaf, value) for found in self.found):
-                    self._seed(leaf, value, sizes)
-        return self._table()
-
-    def _answers(self, value: float) -> tuple[Leaf, ...]:
-        verdict, _ = self.plan.judged((value,))
-        return verdict.leaves if verdict.status is Status.SOLVED else ()
-
-    def _seed(self, leaf: Leaf, value: float, sizes: Mapping[str, float]) -> None:
-        """Follow the branch that an answer lies on, if its rules leave it one way to go."""
-        graph = planner(self.model).graph
-        core = core_of(graph, leaf.branch.steps, self.name)
-        names = (*core.names, self.name)
-        fixed = {n: v for n, v in leaf.branch.values.items() if n not in core.moving}
-        inputs = frozenset((*self.plan.given, self.name))
-        system = CoreSystem(graph, names, fixed, inputs, self.span)
-        point = np.array([*(leaf.branch.values[n] for n in core.names), value], dtype=np.float64)
-        scale = np.array([sizes.get(name) or 1.0 for name in names])
-        scale[-1] = self.span[1] - self.span[0] or scale[-1]
-        scale = np.where(np.isfinite(system.turn), system.turn / (2 * np.pi), scale)
-        curve = traced(system, point, scale)
-        if curve is not None:
-            rows = tuple(curve_rows(curve, np.unique(self.values)))
-            self.found.append(_Found(curve, system, rows))
-
-    # --- the table ---
-
-    def _filling(self, found: _Found, want: tuple[str, ...]) -> Filling:
-        return Filling(self.model, found.system, want, found.curve.pieces[0].problem.scale)
-
-    def _table(self) -> CurveTable:
-        want = tuple(n for n in self.plan.want if n != self.name)
-        runs = [run for found in self.found for run in _runs(found, self._filling(found, want))]
-        rows = [(number, row) for number, run in enumerate(runs, start=1) for row in run.rows]
-        columns = {
-            self.name: np.array([row.point.z[-1] for _, row in rows], dtype=np.float64),
-            **{name: column_of([row.values.get(name) for _, row in rows], name) for name in want},
-        }
-        labels = free_name("branch", columns), free_name("arc", columns)
-        columns[labels[0]] = np.array([number for number, _ in rows], dtype=np.int64)
-        columns[labels[1]] = np.array([row.point.arc for _, row in rows], dtype=np.float64)
-        status = np.array([CODES[row.status] for _, row in rows], dtype=np.int8)
-        firsts = np.cumsum([0, *(len(run.rows) for run in runs)]).tolist()
-        branches = tuple(
-            _branch(number, first, run)
-            for number, (first, run) in enumerate(zip(firsts, runs, strict=False), 1)
-        )
-        return CurveTable(columns, status, self.name, branches, labels, self.model.files)
+def _table(plan: Plan, name: str, found: Sequence[_Found]) -> CurveTable:
+    want = tuple(n for n in plan.want if n != name)
+    runs: list[_Run] = []
+    for one in found:
+        scale = one.curve.pieces[0].problem.scale
+        runs += _runs(one, Filling(plan.model, one.system, want, scale))
+    rows = [(number, row) for number, run in enumerate(runs, start=1) for row in run.rows]
+    columns = {
+        name: np.array([row.point.z[-1] for _, row in rows], dtype=np.float64),
+        **{n: column_of([row.values.get(n) for _, row in rows], n) for n in want},
+    }
+    labels = free_name("branch", columns), free_name("arc", columns)
+    columns[labels[0]] = np.array([number for number, _ in rows], dtype=np.int64)
+    columns[labels[1]] = np.array([row.point.arc for _, row in rows], dtype=np.float64)
+    status = np.array([CODES[row.status] for _, row in rows], dtype=np.int8)
+    branches, first = list[Branch](), 0
+    for number, run in enumerate(runs, 1):
+        folds = [(place, row) for place, row in enumerate(run.rows, first) if row.point.fold]
+        limits = tuple(Limit(float(row.point.z[-1]), row.greatest, place) for place, row in folds)
+        last = first + len(run.rows)
+        branches.append(Branch(number, first, last, run.closed, run.start, run.end, limits))
+        first = last
+    return CurveTable(columns, status, name, tuple(branches), labels, plan.model.files)
 
 
 class _Filled(NamedTuple):
@@ -306,62 +299,34 @@ def _runs(found: _Found, filling: Filling) -> Iterator[_Run]:
     """The rows of a branch. Where nothing can have several values, they part where there is no answer."""
     rows = tuple(_Filled(row.point, row.greatest, *filling(row.point)) for row in found.rows)
     curve, system = found.curve, found.system
-    start, end = (
-        _end(curve.first_end, rows[0].point.z, system),
-        _end(curve.last_end, rows[-1].point.z, system),
-    )
+    start = _end(curve.first_end, rows[0].point.z, system)
+    end = _end(curve.last_end, rows[-1].point.z, system)
     if len(system.names) > 1:
-        kept = rows if curve.closed else tuple(_sound(rows))
-        if kept:
+        # an end where the rules do not hold to rounding goes: a curve comes only near to where it ends
+        ends = () if curve.closed else (rows[0], rows[-1])
+        sound = (
+            r for r in rows if r.point.fold or r.status is Status.SOLVED or not any(r is e for e in ends)
+        )
+        if kept := tuple(sound):
             yield _Run(kept, curve.closed, start, end)
         return
+
+    def answer(place: float) -> Mapping[str, Value] | None:
+        status, values = filling(rows[0].point._replace(z=np.array([place])))
+        return values if status is Status.SOLVED else None
+
+    turn = planner(filling.model).graph.single_turn
     solved = groupby(enumerate(rows), key=lambda item: item[1].status is Status.SOLVED)
     for run in [list(group) for there, group in solved if there]:
         first, last = run[0][0], run[-1][0]
         begins = start if first == 0 else End.DOMAIN.value
         for place in range(first, last):
             expect_time()
-            if _breaks(rows[place].point, rows[place + 1].point, filling):
+            ends_at = float(rows[place].point.z[-1]), float(rows[place + 1].point.z[-1])
+            if parted(*ends_at, answer, filling.want, turn):
                 yield _Run(rows[first : place + 1], False, begins, BREAK)
                 first, begins = place + 1, BREAK
         yield _Run(rows[first : last + 1], False, begins, end if last == len(rows) - 1 else End.DOMAIN.value)
-
-
-def _breaks(here: CurvePoint, there: CurvePoint, filling: Filling) -> bool:
-    """Whether what is computed jumps, or has a pole, between two rows."""
-
-    def answer(place: float) -> Mapping[str, Value] | None:
-        status, values = filling(here._replace(z=np.array([place])))
-        return values if status is Status.SOLVED else None
-
-    ends = float(here.z[-1]), float(there.z[-1])
-    return parted(*ends, answer, filling.want, planner(filling.model).graph.single_turn)
-
-
-def _sound(rows: tuple[_Filled, ...]) -> Iterator[_Filled]:
-    """Without an end where the rules do not hold to rounding: a curve comes only near to where it ends."""
-    for row in rows:
-        if row.point.fold or row.status is Status.SOLVED or (row is not rows[0] and row is not rows[-1]):
-            yield row
-
-
-def _magnitudes(leaves: Iterable[Leaf]) -> dict[str, float]:
-    """The largest absolute value that each variable has in any answer."""
-    sizes: dict[str, float] = {}
-    for leaf in leaves:
-        for name, value in leaf.branch.values.items():
-            if isinstance(value, float):
-                sizes[name] = max(sizes.get(name, 0.0), abs(value))
-    return sizes
-
-
-def _branch(number: int, first: int, run: _Run) -> Branch:
-    limits = tuple(
-        Limit(float(row.point.z[-1]), row.greatest, first + place)
-        for place, row in enumerate(run.rows)
-        if row.point.fold
-    )
-    return Branch(number, first, first + len(run.rows), run.closed, run.start, run.end, limits)
 
 
 def _end(end: End, z: Vector, system: CoreSystem) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,7 +25,6 @@ from solver.numerics.continuation import (
     CurvePoint,
     End,
     Problem,
-    Trace,
     Vector,
     crossing,
     follow,
@@ -58,9 +58,9 @@ class CoreSystem:
         self.guarded = any(e.guard for e in self.candidates)
         jumps = dict(filter(None, map(_direction, self.candidates)))
         turns = [jumps.get(name) or graph.turn(name) for name in names[:-1]]
-        low, high = zip(*(_range(self.model, name) for name in names), strict=True)
+        variables = [self.model.variables[name] for name in names]
+        self.low, self.high = (np.array([getattr(v, end) for v in variables]) for end in ("low", "high"))
         self.turn = np.array([turn or np.inf for turn in turns] + [np.inf])
-        self.low, self.high = np.array(low), np.array(high)
         self.turn[np.isfinite(self.low) | np.isfinite(self.high)] = np.inf
         self.low[-1], self.high[-1] = max(self.low[-1], span[0]), min(self.high[-1], span[1])
 
@@ -80,34 +80,31 @@ class CoreSystem:
 
     def problem(self, at: Vector, scale: Vector) -> Problem | None:
         """The problem of the rules that are active at ``at``; None where they leave more than a curve."""
-        equations = self._independent(at, scale)
-        if equations is None:
+        values, rows, equations = self.values(at), [], []
+        for equation in self.active(at):
+            if (row := slopes(equation, values)) is not None:
+                rows.append([row.get(name, 0.0) for name in self.names])
+                equations.append(equation)
+        kept = independent_rows(rows, scale).rows if rows else ()
+        if len(kept) != len(self.names) - 1:
             return None
+        equations = [equations[i] for i in kept]
         block = SolveBlock(tuple(e.index for e in equations), self.names, ())
         kernel, jumps = kernel_of(self.graph, block), [_jump(e) or math.inf for e in equations]
         known: list[Any] = [self.fixed[name] for name in kernel.known]
-        misses, rows = kernel.residual(known), kernel.jacobian(known)
+        misses, derivatives = kernel.residual(known), kernel.jacobian(known)
 
         def residual(z: Vector) -> Vector:
             pairs = zip(misses(z.tolist()), jumps, strict=True)
             return np.array([math.remainder(miss, jump) for miss, jump in pairs], dtype=np.float64)
 
         def jacobian(z: Vector) -> Vector:
-            return np.array(rows(z.tolist()), dtype=np.float64).reshape(len(equations), len(self.names))
+            return np.array(derivatives(z.tolist()), dtype=np.float64).reshape(
+                len(equations), len(self.names)
+            )
 
         ranges = (self.low, self.high)
         return Problem(residual, jacobian, scale, self.turn, *ranges, self.regime, self.regime(at))
-
-    def _independent(self, at: Vector, scale: Vector) -> list[Equation] | None:
-        values, rows, usable = self.values(at), [], []
-        for equation in self.active(at):
-            if (row := slopes(equation, values)) is not None:
-                rows.append([row.get(name, 0.0) for name in self.names])
-                usable.append(equation)
-        if not rows:
-            return [] if len(self.names) == 1 else None
-        found = independent_rows(rows, scale)
-        return [usable[i] for i in found.rows] if len(found.rows) == len(self.names) - 1 else None
 
     def holds(self, z: Vector, within: float) -> bool:
         """Whether every active rule of the core holds at a point, to a share of its terms."""
@@ -121,11 +118,6 @@ class CoreSystem:
             if abs(miss) > within * max(size(equation, values), abs(left), abs(right)):
                 return False
         return True
-
-
-def _range(model: Model, name: str) -> tuple[float, float]:
-    variable = model.variables[name]
-    return variable.low, variable.high
 
 
 def _direction(equation: Equation) -> tuple[str, float] | None:
@@ -196,27 +188,19 @@ def _onward(
     pieces: list[Piece] = []
     for _ in range(CHANGES):
         expect_time()
-        trace: Trace = follow(problem, first, home)
+        trace = follow(problem, first, home)
         pieces.append(Piece(problem, trace.points))
         if trace.end is not End.CHANGED:
             return pieces, trace.end
-        taken_over = _taken_over(system, problem, trace.points[-1])
-        if taken_over is None:
+        # the rules that hold beyond, and the point where they take over
+        last = trace.points[-1]
+        beyond = last.z + 1e-7 * problem.scale * last.tangent
+        following = system.problem(beyond, problem.scale) if system.holds(beyond, MEETS) else None
+        point = None if following is None else point_at(following, last.z, last.tangent, last.arc)
+        if following is None or point is None:
             return pieces, End.CHANGED
-        problem, first = taken_over
+        problem, first = following, point
     return pieces, End.LIMIT
-
-
-def _taken_over(system: CoreSystem, problem: Problem, last: CurvePoint) -> tuple[Problem, CurvePoint] | None:
-    """The rules that hold beyond, and the point where they take over; None where they do not hold there."""
-    beyond = last.z + 1e-7 * problem.scale * last.tangent
-    if not system.holds(beyond, MEETS):
-        return None
-    following = system.problem(beyond, problem.scale)
-    if following is None:
-        return None
-    point = point_at(following, last.z, last.tangent, last.arc)
-    return None if point is None else (following, point)
 
 
 def _joined(backward: list[Piece], forward: list[Piece]) -> tuple[Piece, ...]:
@@ -251,8 +235,13 @@ def curve_rows(curve: Curve, values: Vector) -> Iterator[CurveRow]:
     first, last = curve.points[0], curve.points[-1]
     yield CurveRow(first, _rises(first))
     for piece in curve.pieces:
-        for here, there in zip(piece.points, piece.points[1:], strict=False):
-            yield from _between(piece, here, there, values)
+        for here, there in pairwise(piece.points):
+            a, b = float(here.z[-1]), float(there.z[-1])
+            inside = values[(values > min(a, b)) & (values < max(a, b))].tolist()
+            for value in sorted(inside, reverse=b < a):
+                found = _crossing(piece.problem, here, there, value)
+                if found is not None:
+                    yield CurveRow(found)
             swept = bool((values == there.z[-1]).any())
             if there is not last and (there.fold or swept):
                 yield CurveRow(there, _rises(here))
@@ -262,16 +251,6 @@ def curve_rows(curve: Curve, values: Vector) -> Iterator[CurveRow]:
 
 def _rises(point: CurvePoint) -> bool:
     return bool(point.tangent[-1] > 0)
-
-
-def _between(piece: Piece, here: CurvePoint, there: CurvePoint, values: Vector) -> Iterator[CurveRow]:
-    """Swept values strictly between two neighbours, in the order of the curve."""
-    a, b = float(here.z[-1]), float(there.z[-1])
-    inside = values[(values > min(a, b)) & (values < max(a, b))].tolist()
-    for value in sorted(inside, reverse=b < a):
-        found = _crossing(piece.problem, here, there, value)
-        if found is not None:
-            yield CurveRow(found)
 
 
 def _crossing(problem: Problem, here: CurvePoint, there: CurvePoint, value: float) -> CurvePoint | None:
