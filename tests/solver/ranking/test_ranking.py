@@ -152,6 +152,24 @@ def test_the_crank_driven_by_its_slider_turns_on_as_in_the_paper() -> None:
         assert plan(9.79) == pytest.approx(plan.all(9.79)[0], rel=1e-12)
 
 
+def test_a_negative_difference_lets_other_amounts_be_positive() -> None:
+    """A book value written down at a rate of 22 % a year; at 178 % it would change its sign each year."""
+    rules = "B1 = C*(1 - d)^n\nS = C*(1 - d)^N\nB2 = C - (C - S)/N*n\ndiff = B1 - B2"
+    given = {"C": 48000.0, "S": 48000.0 * 0.78**8, "n": 3.0, "N": 8.0}
+    result = solver.solve(rulesheets.loads(rules), given)
+    assert len(result.solutions) == 2
+    assert result["d"] == pytest.approx(0.22, rel=1e-9)
+    assert result["diff"] < 0.0
+
+
+def test_a_saturation_current_suggests_no_size_of_the_others() -> None:
+    """The fill factor of a cell at a photocurrent ten decades above the saturation current."""
+    rules = "u = ln(IL/I0 + 1)\nFF = (u - ln(u + 0.72))/(u + 1)"
+    model = rulesheets.loads(rules)
+    factor = solver.solve(model, {"IL": 3.2, "I0": 1e-9})["FF"]
+    assert solver.solve(model, {"FF": factor, "I0": 1e-9})["IL"] == pytest.approx(3.2, rel=1e-9)
+
+
 def test_guesses_come_before_all_else() -> None:
     model = rulesheets.loads(SHIELD)
     assert solver.solve(model, guesses={"T3": -800.0})["T3"] < 0  # type: ignore[operator]
