@@ -77,14 +77,6 @@ def range_text(variable: Variable) -> str:
     return f"{'(' if variable.low_open else '['}{low}, {high}{')' if variable.high_open else ']'}"
 
 
-def empty_range(span: Span | None) -> Diagnosis:
-    return wrong_range("this range is empty: its lower end is not below its upper end", span)
-
-
-def wrong_range(message: str, span: Span | None) -> Diagnosis:
-    return said("E121", message, span, "write a range as in [0, 5], or as > 0, < 5")
-
-
 def not_a_value(text: str, place: Span, reason: str = "") -> Diagnosis:
     help_ = "a value is a number (3, 1e-3), an expression of numbers (2*3), or a symbol ('open)"
     return said(

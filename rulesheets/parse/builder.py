@@ -12,9 +12,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 from lark import Token
 
-from rulesheets.diagnosis import RuleSheetError, said
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, said
 from rulesheets.evaluate import Undefined, value
-from rulesheets.input_messages import empty_range, wrong_range
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import Expression, Range, measured, names, units_of
 
@@ -317,3 +316,11 @@ def _bounded(bounds: Sequence[Bound]) -> Range | None:
     if low > high or (low == high and (low_open or high_open)):
         raise RuleSheetError(empty_range(span))
     return Range(low, high, low_open, high_open, lower_end, upper_end, span)
+
+
+def empty_range(span: Span | None) -> Diagnosis:
+    return wrong_range("this range is empty: its lower end is not below its upper end", span)
+
+
+def wrong_range(message: str, span: Span | None) -> Diagnosis:
+    return said("E121", message, span, "write a range as in [0, 5], or as > 0, < 5")

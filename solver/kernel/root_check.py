@@ -230,6 +230,10 @@ def is_beside_pole(question: Question, point: Mapping[str, float], found: Uncert
     return False
 
 
+ROUNDS, CONTRACTION = 5, 0.1
+"""Steps in extended precision, and the share of one that the next may be; the last, of the error bar 1e-5."""
+
+
 def _check_large(
     question: Question, point: Mapping[str, float], found: Uncertainty
 ) -> tuple[RootCheck, dict[str, float]]:
@@ -237,12 +241,34 @@ def _check_large(
     cancel in it is none the worse; one that divides by next to nothing is."""
     start, root = list(point.values()), dict(point)
     if found.relative is None or found.relative > ORDINARY * EPS:
-        sharp = sharp_root(question, start, _sizes(question, start))
+        sharp = _settled(question, start, found) or sharp_root(question, start, _sizes(question, start))
         if sharp is None or not _within(start, sharp, found.errors, SAFETY):
             return RootCheck.NO_ROOT, root
         root = question.named(sharp)
     beside = is_beside_pole(question, root, found)
     return (RootCheck.BESIDE_POLE if beside else RootCheck.STANDS), root
+
+
+def _settled(question: Question, start: Sequence[float], found: Uncertainty) -> list[float] | None:
+    """Where steps with residuals in extended precision, slopes staying as they are, shrink to nothing beside
+    the error bars; None where they do not, or a function has no such values."""
+    assert question.sparse is not None
+    bars, before = np.array(found.errors), math.inf
+    x: Any = np.array(start, dtype=np.longdouble)
+    factor = question.factor(start, _sizes(question, start))
+    for _ in range(ROUNDS):
+        try:
+            miss = question.sparse[0](x).astype(float)
+        except TypeError:
+            return None
+        step = np.array(factor.solve(miss.tolist()))
+        length = float((np.abs(step) / bars).max())
+        if not length <= min(1.0, CONTRACTION * before):
+            return None
+        x, before = x - step, length
+        if length <= CONTRACTION**ROUNDS:
+            return [float(v) for v in x]
+    return None
 
 
 def root_beside(
