@@ -32,8 +32,13 @@ def command_named(name: str) -> Command:
 
 
 def run(name: str, words: list[str]) -> int:
-    """Parse the words of a command and run it; what argparse refuses ends with exit code 2."""
-    command, parser = command_named(name), _Parser(name, COMMANDS[name][1])
+    """Parse the words of a command and run it; what argparse refuses ends with exit code 2.
+
+    Diagnoses are rendered for people on stderr, and as an object on stdout where JSON is asked for.
+    """
+    command, about = command_named(name), COMMANDS[name][1]
+    form = partial(HelpFormatter, width=(screen_of(sys.stdout).width or 80) - 2)  # else it brings shutil
+    parser = _Parser(f"backsolve {name}", description=f"{about[0].upper()}{about[1:]}.", formatter_class=form)
     command.add_arguments(parser)
     if command.keeps:
         parser.add_argument("--no-cache", action="store_true", help="neither look up nor keep anything")
@@ -50,52 +55,35 @@ def run(name: str, words: list[str]) -> int:
         print("error[S553]: the time was up", file=sys.stderr)
         return UNSOLVED
     except RuleSheetError as wrong:
-        return _report(wrong, arguments)
+        color = sys.stderr.isatty() and "NO_COLOR" not in os.environ
+        width = screen_of(sys.stderr).width
+        said = (render(diagnosis, color=color, width=width) for diagnosis in wrong.diagnoses)
+        print("\n\n".join(said), file=sys.stderr)
+        if getattr(arguments, "json", False):
+            from solver.report.sheet import error_json  # with it comes numpy, which help does without
+
+            print(error_json(wrong.diagnoses))
+        return WRONG
 
 
 class _Parser(ArgumentParser):
     """The arguments of one command. Mistakes raise SystemExit when they are told."""
 
-    def __init__(self, command: str, about: str) -> None:
-        said = f"{about[0].upper()}{about[1:]}."
-        form = partial(HelpFormatter, width=(screen_of(sys.stdout).width or 80) - 2)  # else it brings shutil
-        prog = f"backsolve {command}"
-        super().__init__(prog=prog, description=said, allow_abbrev=False, formatter_class=form)
-        self._command = command
-
     def read(self, words: list[str]) -> Namespace:
         options = {option for action in self._actions for option in action.option_strings}
         for word in words[: words.index("--")] if "--" in words else words:
             name = word.partition("=")[0]
-            if name.startswith("--") and name not in options:
+            if name.startswith("--") and name not in options:  # no abbreviations
                 near = closest(name.lstrip("-"), sorted(option.lstrip("-") for option in options))
                 notes = (f"did you mean --{near}?",) if near and f"--{near}" in options else ()
-                raise SystemExit(_misused(self._command, f"there is no option {name}", *notes))
+                self.error(f"there is no option {name}", *notes)
         return self.parse_intermixed_args(words)
 
-    def error(self, message: str) -> NoReturn:
-        raise SystemExit(_misused(self._command, message))
-
-
-def _misused(command: str, message: str, *notes: str) -> int:
-    """Say what is wrong with the words of a command, and where its options are told."""
-    for line in (f"backsolve {command}: {message}", *(f"  {note}" for note in notes)):
-        print(escaped(line), file=sys.stderr)
-    print(f"  `backsolve {command} --help` lists the options", file=sys.stderr)
-    return WRONG
-
-
-def _report(wrong: RuleSheetError, arguments: Namespace) -> int:
-    """Diagnoses rendered for people on stderr, and as an object on stdout where JSON is asked for."""
-    color = sys.stderr.isatty() and "NO_COLOR" not in os.environ
-    width = screen_of(sys.stderr).width
-    said = (render(diagnosis, color=color, width=width) for diagnosis in wrong.diagnoses)
-    print("\n\n".join(said), file=sys.stderr)
-    if getattr(arguments, "json", False):
-        from solver.report.sheet import error_json  # with it comes numpy, which help does without
-
-        print(error_json(wrong.diagnoses))
-    return WRONG
+    def error(self, message: str, *notes: str) -> NoReturn:
+        for line in (f"{self.prog}: {message}", *(f"  {note}" for note in notes)):
+            print(escaped(line), file=sys.stderr)
+        print(f"  `{self.prog} --help` lists the options", file=sys.stderr)
+        raise SystemExit(WRONG)
 
 
 def unknown_command(word: str, commands: Collection[str]) -> int:

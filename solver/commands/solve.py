@@ -11,8 +11,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from contextvars import Context
 from dataclasses import replace
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.diagnosis import RuleSheetError, plural, render
@@ -22,14 +21,7 @@ from rulesheets.loading import find_sheet, load, parsed, read_source
 from rulesheets.model import Model
 from rulesheets.syntax import escaped
 from rulesheets.units.check import check_units, inferred
-from solver.commands.inputs import (
-    Option,
-    add_display_options,
-    add_input_options,
-    add_sheet_options,
-    load_sheet,
-    read_request,
-)
+from solver.commands.inputs import Option, add_input_options, add_sheet_options, load_sheet, read_request
 from solver.commands.running import Command
 from solver.files import write_file
 from solver.path.planner import path_tree, planner
@@ -40,182 +32,98 @@ from solver.report.text import result_text
 from solver.result import Result
 from solver.solving import posted, solve
 
-if TYPE_CHECKING:
-    from solver.derivatives import Sensitivities, ToleranceBands
-    from solver.result import Samples
-
-
 MOST_WARNINGS = 3
 """Warnings of units after a table."""
 
 
 def _solve_arguments(parser: ArgumentParser) -> None:
-    add_input_options(parser)
-    add_display_options(parser)
-    parser.add_argument("--all", action="store_true", help="show every answer, side by side")
-    parser.add_argument("--explain", action="store_true", help="show locals, path, and rules used")
-    parser.add_argument(
-        "--digits", action="store_true", help="print each number with the digits that are right"
-    )
-    parser.add_argument("--prove", action="store_true", help="prove every answer, and that there is no other")
-    parser.add_argument("--limits", action="store_true", help="take rules that are 0/0 by their limits")
-    add_derived_options(parser)
+    def samples(text: str) -> int:
+        if text.isascii() and text.isdigit() and 2 <= int(text) <= 10_000_000:
+            return int(text)
+        raise ArgumentTypeError("a number of samples from 2 to 10,000,000 is needed")
+
+    add_input_options(parser, units=True)
+    add, flag = parser.add_argument, "store_true"
+    add("--all", action=flag, help="show every answer, side by side")
+    add("--explain", action=flag, help="show locals, path, and rules used")
+    add("--digits", action=flag, help="print each number with the digits that are right")
+    add("--prove", action=flag, help="prove every answer, and that there is no other")
+    add("--limits", action=flag, help="take rules that are 0/0 by their limits")
+    slopes = "derivatives of outputs by inputs: of those named, else of all"
+    add("--sensitivity", metavar="NAME,…", nargs="?", const="", help=slopes)
+    add("--tolerances", action=flag, help="tolerances of the outputs (shown where inputs have some)")
+    add("--monte-carlo", metavar="N", type=samples, help="compare with N samples within the tolerances")
+    add("--seed", metavar="K", type=int, default=0, help="the seed of the samples (0)")
+    how = "of the samples: anywhere within the tolerance, or normal with the tolerance at 3 sigma"
+    add("--distribution", choices=("uniform", "normal"), default="uniform", help=how)
     forms = parser.add_mutually_exclusive_group()
-    forms.add_argument("--json", action="store_true", help="print one JSON object")
-    forms.add_argument("--csv", action="store_true", help="print the variable sheet as CSV")
-    parser.add_argument("-o", "--output", metavar="FILE.csv", help="also write the variable sheet to a file")
+    forms.add_argument("--json", action=flag, help="print one JSON object")
+    forms.add_argument("--csv", action=flag, help="print the variable sheet as CSV")
+    add("-o", "--output", metavar="FILE.csv", help="also write the variable sheet to a file")
 
 
 def _solve(arguments: Namespace) -> int:
-    """Solve, print, write; the exit code is that of the status."""
+    """Solve, write, print; the exit code is that of the status."""
     request = read_request(arguments)
     request.expect_output(arguments.output)
-    result = solve(
-        request.model,
-        request.inputs,
-        want=request.want,
-        guesses=request.guesses,
-        prove=arguments.prove,
-        limits=arguments.limits,
-    )
+    options = {"prove": arguments.prove, "limits": arguments.limits}
+    result = solve(request.model, request.inputs, request.want, request.guesses, **options)
     if arguments.output:
         write_file(arguments.output, result_csv(result).encode())
-    _print(_with_unit_warnings(result, every=arguments.json), arguments)
-    return result.status.exit_code
-
-
-def _with_unit_warnings(result: Result, every: bool) -> Result:
-    """The result with what is wrong with units in its rules, the first of it; its status stays."""
-    warnings = check_units(result.model, sure=True)
-    if not warnings:
-        return result
-    if not every and len(warnings) > MOST_WARNINGS:
+    warnings = check_units(result.model, sure=True)  # of the rules; the status stays
+    if not arguments.json and len(warnings) > MOST_WARNINGS:
         last = warnings[MOST_WARNINGS - 1]
         rest = f"{len(warnings) - MOST_WARNINGS} more such warnings: see backsolve check"
         warnings = (*warnings[: MOST_WARNINGS - 1], last._replace(notes=(*last.notes, rest)))
-    return replace(result, diagnoses=(*result.diagnoses, *warnings))
-
-
-def _print(result: Result, arguments: Namespace) -> None:
-    if arguments.csv:
-        _print_csv(result, every=arguments.all)
-        if asked(arguments) and (said := derived_text(derived(result, arguments), color=False)):
-            print(said, file=sys.stderr)
-    elif arguments.json:
-        also = derived_json(derived(result, arguments))
-        print(result_json(result, explain=arguments.explain, digits=arguments.digits, also=also))
-    else:
+    if warnings:
+        result = replace(result, diagnoses=(*result.diagnoses, *warnings))
+    color = sys.stdout.isatty() and "NO_COLOR" not in os.environ
+    if arguments.csv:  # what is wrong goes out of the way of a program that reads the sheet
+        sys.stdout.write(result_csv(result, every=arguments.all))
+        for diagnosis in result.diagnoses:
+            print(render(diagnosis), file=sys.stderr)
+    elif not arguments.json:
         shown = {"every": arguments.all, "explain": arguments.explain, "digits": arguments.digits}
-        print(result_text(result, **shown, color=_color()))
-        if said := derived_text(derived(result, arguments), color=_color()):
-            print(f"\n{said}")
+        print(result_text(result, **shown, color=color))
+    derived = _derived(result, arguments)
+    if arguments.json:
+        also = derived.json() if derived else {}
+        print(result_json(result, explain=arguments.explain, digits=arguments.digits, also=also))
+    elif derived and arguments.csv:
+        print(derived.text(), file=sys.stderr)
+    elif derived:
+        print(f"\n{derived.text(color=color)}")
+    return result.status.exit_code
 
 
-def _print_csv(result: Result, *, every: bool) -> None:
-    """The sheet on stdout; what is wrong on stderr, out of the way of a program that reads the sheet."""
-    sys.stdout.write(result_csv(result, every=every))
-    for diagnosis in result.diagnoses:
-        print(render(diagnosis), file=sys.stderr)
+def _derived(result: Result, arguments: Namespace) -> Any:
+    """What the options ask for beside the answer, None where they ask for nothing.
 
-
-def _color() -> bool:
-    return sys.stdout.isatty() and "NO_COLOR" not in os.environ
-
-
-def add_derived_options(parser: ArgumentParser) -> None:
-    add = parser.add_argument
-    add(
-        "--sensitivity",
-        metavar="NAME,…",
-        nargs="?",
-        const="",
-        help="derivatives of outputs by inputs: of those named, else of all",
-    )
-    add("--tolerances", action="store_true", help="tolerances of the outputs (shown where inputs have some)")
-    add("--monte-carlo", metavar="N", type=_samples, help="compare with N samples within the tolerances")
-    add("--seed", metavar="K", type=int, default=0, help="the seed of the samples (0)")
-    add(
-        "--distribution",
-        choices=("uniform", "normal"),
-        default="uniform",
-        help="of the samples: anywhere within the tolerance, or normal with the tolerance at 3 sigma",
-    )
-
-
-def _samples(text: str) -> int:
-    if not text.isascii() or not text.isdigit() or not 2 <= int(text) <= 10_000_000:
-        raise ArgumentTypeError("a number of samples from 2 to 10,000,000 is needed")
-    return int(text)
-
-
-def asked(arguments: Namespace) -> bool:
-    """Whether an option asks for something derived."""
-    return arguments.sensitivity is not None or bool(arguments.tolerances or arguments.monte_carlo)
-
-
-class Derived(NamedTuple):
-    """What the options ask for beside the answer itself."""
-
-    sensitivities: Sensitivities | None
-    bands: ToleranceBands | None
-    samples: Samples | None
-
-
-def derived(result: Result, arguments: Namespace) -> Derived:
-    """Bands where they are asked for, or where an input has a tolerance and there is an answer."""
-    asked = arguments.tolerances or arguments.monte_carlo
+    Tolerances also where an input of an answer has one. Of the names of ``--sensitivity`` inputs choose
+    columns, others rows. Raises RuleSheetError for unknown names.
+    """
+    text, samples = arguments.sensitivity, None
     stated = any(result.model.variables[name].tolerance for name in result.inputs)
-    text = arguments.sensitivity
-    sensitivities = None if text is None else _sensitivities(result, text)
-    bands = result.tolerance_bands() if asked or (stated and result.solutions) else None
-    samples = None
+    asked = arguments.tolerances or arguments.monte_carlo
+    banded = asked or (stated and result.solutions and (text is not None or not arguments.csv))
+    if text is None and not banded:
+        return None
+    from solver.report.html import Derived  # with it come plans, which a plain solve does without
+
+    sensitivities = None
+    if text is not None:
+        names = list(filter(None, map(str.strip, text.split(","))))
+        for name in names:
+            variable_named(name, result.model, Option("sensitivity", text).place(name))
+        inputs = [name for name in names if name in result.inputs]
+        outputs = [name for name in names if name not in result.inputs]
+        sensitivities = result.sensitivity(outputs or None, inputs or None)
+    bands = result.tolerance_bands() if banded else None
     if arguments.monte_carlo and bands is not None and bands.tolerances and result.solutions:
         from solver.sweeps.sweep import monte_carlo
 
         samples = monte_carlo(result, arguments.monte_carlo, arguments.seed, arguments.distribution)
     return Derived(sensitivities, bands, samples)
-
-
-def derived_text(found: Derived, *, color: bool) -> str:
-    """The same as blocks of text; empty where nothing is asked for."""
-    texts = []
-    if found.sensitivities is not None:
-        texts.append(_report().sensitivity_text(found.sensitivities, color=color))
-    if found.bands is not None:
-        texts.append(_report().tolerances_text(found.bands, color=color))
-    if found.samples is not None:
-        texts.append(_report().samples_text(found.samples, found.bands))
-    return "\n\n".join(texts)
-
-
-def derived_json(found: Derived) -> dict[str, object]:
-    """The same as members of the JSON object."""
-    members: dict[str, object] = {}
-    if found.sensitivities is not None:
-        members["sensitivities"] = _report().sensitivity_json(found.sensitivities)
-        members["sensitivity_diagnoses"] = [diagnosis_json(one) for one in found.sensitivities.diagnoses]
-    if found.bands is not None:
-        members["tolerances"] = _report().tolerances_json(found.bands)
-        members["tolerance_diagnoses"] = [diagnosis_json(one) for one in found.bands.diagnoses]
-    if found.samples is not None:
-        members["monte_carlo"] = _report().samples_json(found.samples)
-    return members
-
-
-def _report() -> Any:
-    """What prints derivatives and samples: with it come plans, which a plain solve does without."""
-    return import_module("solver.report.html")
-
-
-def _sensitivities(result: Result, text: str) -> Sensitivities:
-    """Names that are inputs choose columns, others rows. Raises RuleSheetError for unknown names."""
-    option = Option("sensitivity", text)
-    names = list(filter(None, map(str.strip, text.split(","))))
-    for name in names:
-        variable_named(name, result.model, option.place(name))
-    inputs = [name for name in names if name in result.inputs]
-    outputs = [name for name in names if name not in result.inputs]
-    return result.sensitivity(outputs or None, inputs or None)
 
 
 LOOK = 0.2
@@ -339,8 +247,7 @@ def _path(arguments: Namespace) -> int:
 
 
 def _why_arguments(parser: ArgumentParser) -> None:
-    add_input_options(parser, want=False)
-    add_display_options(parser)
+    add_input_options(parser, want=False, units=True)
     parser.add_argument("name", metavar="NAME", help="the variable to account for, a local by its full name")
     forms = parser.add_mutually_exclusive_group()
     forms.add_argument("--markdown", action="store_true", help="print Markdown")

@@ -17,7 +17,7 @@ from rulesheets.inputs import symbolic
 from rulesheets.model import Variable
 from rulesheets.syntax import escaped
 from rulesheets.units import shown
-from solver.commands.inputs import Option, Request, add_display_options, add_input_options, read_request
+from solver.commands.inputs import Option, Request, add_input_options, read_request
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.commands.running import Command
 from solver.files import Printed, write_file
@@ -51,8 +51,7 @@ class Progress:
     """
 
     def __init__(self, stream: TextIO, total: int | None) -> None:
-        self._stream, self._total = stream, total
-        self._began = monotonic()
+        self._stream, self._total, self._began = stream, total, monotonic()
         self._due = self._began + PATIENCE if stream.isatty() else inf
         self._done = self._width = 0
 
@@ -64,19 +63,19 @@ class Progress:
         now = monotonic()
         if now >= self._due:
             self._due = now + PAUSE
-            self._show(progress_line(self._done + rows, self._total, now - self._began))
+            line = progress_line(self._done + rows, self._total, now - self._began)
+            self._show(line.ljust(self._width))
+            self._width = len(line)
 
     def end(self) -> None:
         """Clear the line, also for whoever writes to the same terminal next."""
         if self._width:
-            self._show("")
-            self._stream.write("\r")
-            self._stream.flush()
+            self._show(f"{' ' * self._width}\r")
+            self._width = 0
 
     def _show(self, line: str) -> None:
-        self._stream.write("\r" + line.ljust(self._width))
+        self._stream.write(f"\r{line}")
         self._stream.flush()
-        self._width = len(line)
 
 
 def progress_line(done: int, total: int | None, seconds: float) -> str:
@@ -111,7 +110,7 @@ class PlotSink:
 
     def __init__(self, path: str, work: Work, swept: Swept) -> None:
         self._path, self._work, self._shape = path, work, swept.shape
-        self._form = picture_kind(path, PICTURES)
+        self._form = picture_kind(path, PICTURES)[1:]
         self._answer = work.names[len(work.inputs)] if work.every else None
         self._pieces: list[Table] = []
         self._rows = 0
@@ -138,7 +137,7 @@ class PlotSink:
         table = whole.having({n: column for n, column in whole.items() if n in drawn})
         lattice = plot.Lattice(self._work.inputs, self._shape or (self._rows,), self._answer)
         turns = {n: t and shown(t, model.variables[n], difference=True) for n in table if (t := turn(n))}
-        write_file(self._path, plot.plotted(plot.arranged(table, lattice), model, turns, self._form[1:]))
+        write_file(self._path, plot.plotted(plot.arranged(table, lattice), model, turns, self._form))
 
     def discard(self) -> None:
         self._pieces = []
@@ -148,33 +147,26 @@ INTERRUPTED = 130
 
 
 def _arguments(parser: ArgumentParser) -> None:
-    add_input_options(parser)
-    add_display_options(parser)
-    add = parser.add_argument
-    add(
-        "--over",
-        metavar="NAME=START:STOP:STEP",
-        action="append",
-        default=[],
-        help="values of an input, or NAME=A,B,…; several ranges make every combination",
-    )
-    add("--zip", action="store_true", help="take several ranges side by side instead")
+    def processes(text: str) -> int:
+        if text.isdecimal() and int(text) >= 1:
+            return int(text)
+        raise ArgumentTypeError(f"{text} is no number of processes")
+
+    add_input_options(parser, units=True)
+    add, flag = parser.add_argument, "store_true"
+    over = "values of an input, or NAME=A,B,…; several ranges make every combination"
+    add("--over", metavar="NAME=START:STOP:STEP", action="append", default=[], help=over)
+    add("--zip", action=flag, help="take several ranges side by side instead")
     add("--rows", metavar="FILE", help="inputs from the columns of a CSV or Parquet file, one row a solve")
     add("--columns", metavar="NAME,…", action="append", default=[], help="take these columns of it alone")
-    add("--all", action="store_true", help="every answer of a row, each in a row of its own")
-    add("--follow", action="store_true", help="follow every branch of answers through its turning points")
+    add("--all", action=flag, help="every answer of a row, each in a row of its own")
+    add("--follow", action=flag, help="follow every branch of answers through its turning points")
     add("-o", "--output", metavar="FILE.csv|.parquet", help="write the table instead of printing it")
-    add("--resume", action="store_true", help="go on with the rows that the file of -o does not have yet")
+    add("--resume", action=flag, help="go on with the rows that the file of -o does not have yet")
     add("--plot", metavar="FILE.png|.svg|.pdf", help="draw the wanted variables over the swept one")
-    add("--jobs", metavar="N", type=_jobs, help="processes that share the work (else as many as pay)")
-    add("--jit", action="store_true", help="machine code: pays from about 100,000 rows")
+    add("--jobs", metavar="N", type=processes, help="processes that share the work (else as many as pay)")
+    add("--jit", action=flag, help="machine code: pays from about 100,000 rows")
     add("--scheduler", metavar="ADDRESS", help="solve on a dask cluster")
-
-
-def _jobs(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise ArgumentTypeError(f"{text} is no number of processes")
-    return int(text)
 
 
 def _run(arguments: Namespace) -> int:
@@ -187,10 +179,14 @@ def _run(arguments: Namespace) -> int:
     request.expect_output(arguments.output)
     request.expect_output(arguments.plot)
     swept = read_swept(arguments, request.model)
-    work = _work(arguments, request, swept)
-    before, chunks = _before(arguments, work, swept)
+    work, before, chunks = _prepared(arguments, swept, request)
     progress = Progress(sys.stderr, swept.total)
-    sinks = _sinks(arguments, work, swept, progress)
+    names, sinks = heads(work.names, work.model), list[Sink]()
+    if arguments.output:
+        sinks.append(table_file(arguments.output, names, symbolic(work.model)))
+    if arguments.plot:  # after the table, which is in its place before the picture is drawn
+        sinks.append(PlotSink(arguments.plot, work, swept))
+    sinks = sinks or [CsvFile(Printed(sys.stdout, progress.end), names)]
     pieces = solved_pieces(work, chunks, swept.total, arguments.jobs, arguments.scheduler)
     watching = WATCH.set(progress.within)
     try:
@@ -201,45 +197,30 @@ def _run(arguments: Namespace) -> int:
     if expired():
         print("the time was up: rows that were not solved by then are failed", file=sys.stderr)
     print(outcome, file=sys.stderr)  # 361 rows: 340 solved, 21 infeasible
-    if outcome.interrupted:
-        of = f" of {swept.total:,}" if swept.total is not None else ""
-        path = arguments.output or arguments.plot
-        place = f"; {escaped(path)} is whole, with these rows" if path else ""
-        print(f"interrupted after {outcome.rows:,}{of} rows{place}", file=sys.stderr)
-        return INTERRUPTED
-    return 0 if outcome.all_solved else 1
+    if not outcome.interrupted:
+        return 0 if outcome.all_solved else 1
+    of, path = f" of {swept.total:,}" * (swept.total is not None), arguments.output or arguments.plot
+    place = f"; {escaped(path)} is whole, with these rows" if path else ""
+    print(f"interrupted after {outcome.rows:,}{of} rows{place}", file=sys.stderr)
+    return INTERRUPTED
 
 
-def _work(arguments: Namespace, request: Request, swept: Swept) -> Work:
-    """What is to be solved for each row."""
+def _prepared(
+    arguments: Namespace, swept: Swept, request: Request
+) -> tuple[Work, list[Solved], Iterator[Chunk]]:
+    """What is to be solved for each row, what an earlier run has left, and the rows that are left."""
     request.swept(swept.names)
     given = {name: value for name, value in request.inputs.items() if name not in swept.names}
     plan = prepare(request.model, swept.names, request.want, given, request.guesses)
     options = {"every": arguments.all, "jit": arguments.jit, "timeout": arguments.timeout}
-    return work_of(plan, swept.lessons, swept.line, **options)
-
-
-def _sinks(arguments: Namespace, work: Work, swept: Swept, progress: Progress) -> list[Sink]:
-    """The table goes to a file and to a picture, or to standard output, for which the line makes way."""
-    names, sinks = heads(work.names, work.model), list[Sink]()
-    if arguments.output:
-        sinks.append(table_file(arguments.output, names, symbolic(work.model)))
-    if arguments.plot:  # after the table, which is in its place before the picture is drawn
-        sinks.append(PlotSink(arguments.plot, work, swept))
-    return sinks or [CsvFile(Printed(sys.stdout, progress.end), names)]
-
-
-def _before(arguments: Namespace, work: Work, swept: Swept) -> tuple[list[Solved], Iterator[Chunk]]:
-    """What an earlier run has left, and the rows that are left to solve."""
-    if not arguments.resume:
-        return [], swept.chunks
-    if not arguments.output or arguments.all:
+    work = work_of(plan, swept.lessons, swept.line, **options)
+    if arguments.resume and (arguments.all or not arguments.output):
         notes = ("add -o FILE, the file of the sweep that was cut off", "--all and --follow start anew")
         said = "--resume needs a file to go on with, of one answer a row"
         raise RuleSheetError(error("E448", said, notes=notes))
-    if not os.path.exists(arguments.output):
-        return [], swept.chunks
-    return resumed(arguments.output, work, swept.chunks)
+    if not arguments.resume or not os.path.exists(arguments.output):
+        return work, [], swept.chunks
+    return work, *resumed(arguments.output, work, swept.chunks)
 
 
 ALONE = ("rows", "zip", "all", "plot", "jobs", "scheduler", "resume")
@@ -250,13 +231,10 @@ def follow(arguments: Namespace) -> int:
     """Follow, write and tell. The exit code is 0 where there are branches and only limits are singular."""
     request = read_request(arguments)
     request.expect_output(arguments.output)
-    others = [option for option in ALONE if getattr(arguments, option)]
+    others = [f"; --{option} does not go with it" for option in ALONE if getattr(arguments, option)]
     if len(arguments.over) != 1 or others:
-        also, notes = (
-            f"; --{others[0]} does not go with it" if others else "",
-            ("give one --over, and --want",),
-        )
-        raise RuleSheetError(error("E447", f"a curve is followed over one range{also}", notes=notes))
+        said = f"a curve is followed over one range{''.join(others[:1])}"
+        raise RuleSheetError(error("E447", said, notes=("give one --over, and --want",)))
     ((name, axis),) = read_axes(arguments.over, request.model).items()
     if request.inputs.get(name) is not None:
         raise RuleSheetError(Option("over", name).repeated(name))
@@ -268,36 +246,30 @@ def follow(arguments: Namespace) -> int:
         write_table(arguments.output, columns)
     else:
         sys.stdout.write((csv_head(names) + csv_rows(columns)).decode("utf-8"))
-    late = expired()
+    late, count = expired(), len(table.branches)
     if late:
         print("the time was up: there may be branches that were not found", file=sys.stderr)
-    if table.branches:
-        count = len(table.branches)
-        print(
-            f"{plural(len(table.status), 'row')} on",
-            "1 branch" if count == 1 else f"{count} branches",
-            file=sys.stderr,
-        )
-        for branch in table.branches:
-            print(
-                f"branch {branch.number}: {'; '.join(_told(model.variables[name], branch))}", file=sys.stderr
-            )
+    if count:
+        branches = "1 branch" if count == 1 else f"{count} branches"
+        print(f"{plural(len(table.status), 'row')} on {branches}", file=sys.stderr)
     elif not late:
         print(f"no value of {name} has an answer to begin at", file=sys.stderr)
+    for branch in table.branches:
+        print(f"branch {branch.number}: {_told(model.variables[name], branch)}", file=sys.stderr)
     limits = {limit.row for branch in table.branches for limit in branch.limits}
     solved = enumerate(table.solved.tolist())
     return 0 if len(table.status) and all(there or row in limits for row, there in solved) else 1
 
 
-def _told(swept: Variable, branch: Branch) -> Iterator[str]:
-    """The ends of a branch, and where it turns back."""
-    yield f"rows {branch.first + 1} to {branch.last}"
-    if branch.limits:
-        kinds = (
-            (shown(limit.value, swept), "greatest" if limit.greatest else "least") for limit in branch.limits
-        )
-        yield f"{swept.name} turns back at {', '.join(f'{value:.12g} ({kind})' for value, kind in kinds)}"
-    yield "it is closed" if branch.closed else f"it begins where {branch.start}, and ends where {branch.end}"
+def _told(swept: Variable, branch: Branch) -> str:
+    """The rows of a branch, where it turns back, and its ends."""
+    turns = ", ".join(
+        f"{shown(limit.value, swept):.12g} ({'greatest' if limit.greatest else 'least'})"
+        for limit in branch.limits
+    )
+    back = f"; {swept.name} turns back at {turns}" if turns else ""
+    ends = f"it begins where {branch.start}, and ends where {branch.end}"
+    return f"rows {branch.first + 1} to {branch.last}{back}; {'it is closed' if branch.closed else ends}"
 
 
 COMMANDS = {"sweep": Command(_arguments, _run)}

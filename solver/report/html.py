@@ -20,7 +20,7 @@ from solver.path.planner import given_by
 from solver.report import table
 from solver.report.derivation import Derivation
 from solver.report.path import Plain, Tex, told
-from solver.report.sheet import displayed, sheet_heads, sheet_rows
+from solver.report.sheet import diagnosis_json, displayed, sheet_heads, sheet_rows
 from solver.report.why import ESCAPED, Page, why_latex
 from solver.result import Result, Samples
 
@@ -31,14 +31,53 @@ WIDE = 6
 """Inputs side by side; more of them go into further tables."""
 
 
-def sensitivity_text(found: Sensitivities, *, color: bool = False) -> str:
-    """The table, and under it why a derivative is missing."""
-    groups = [found.inputs[i : i + WIDE] for i in range(0, len(found.inputs), WIDE)]
-    if not groups or not found.outputs:
-        return "Sensitivities: there is no output with a number, or no input"
-    head = "Sensitivities: units of the output for one unit of the input, the other inputs held\n"
-    tables = (table(header, rows) for header, *rows in (cells(found, group) for group in groups))
-    return head + "\n\n".join([*tables, *(render(d, color=color) for d in found.diagnoses)])
+class Derived(NamedTuple):
+    """What is derived from a result, each None where nobody asks: ``samples`` come with ``bands``."""
+
+    sensitivities: Sensitivities | None
+    bands: ToleranceBands | None
+    samples: Samples | None
+
+    def text(self, *, color: bool = False) -> str:
+        """Blocks of text: tables, and under each why something is missing."""
+        blocks: list[str] = []
+        if (slopes := self.sensitivities) is not None:
+            groups = [slopes.inputs[i : i + WIDE] for i in range(0, len(slopes.inputs), WIDE)]
+            tables = [table(header, rows) for header, *rows in (cells(slopes, group) for group in groups)]
+            head = "Sensitivities: units of the output for one unit of the input, the other inputs held\n"
+            if not tables or not slopes.outputs:
+                head, tables = "Sensitivities: there is no output with a number, or no input", [""]
+            blocks += [head + tables[0], *tables[1:]]
+            blocks += (render(d, color=color) for d in slopes.diagnoses if tables[0])
+        if self.bands is not None:
+            blocks += _tolerances_text(self.bands, color)
+        if self.samples is not None and self.bands is not None:
+            blocks.append(_samples_text(self.samples, self.bands))
+        return "\n\n".join(blocks)
+
+    def json(self) -> dict[str, object]:
+        """Members of a JSON object; null stands for what is not known."""
+        members: dict[str, object] = {}
+        if (slopes := self.sensitivities) is not None:
+            members["sensitivities"] = [
+                {"output": out, "input": given, "value": slopes[out, given], "unit": slopes.unit(out, given)}
+                for out, given in slopes
+            ]
+            members["sensitivity_diagnoses"] = [diagnosis_json(one) for one in slopes.diagnoses]
+        if self.bands is not None:
+            members["tolerances"] = [_band_json(name, band) for name, band in self.bands.items()]
+            members["tolerance_diagnoses"] = [diagnosis_json(one) for one in self.bands.diagnoses]
+        if (samples := self.samples) is not None:
+            names = ("mean", "deviation", "least", "greatest")
+            found = ((name, samples.statistics(name) or (None,) * 4) for name in samples.outputs)
+            members["monte_carlo"] = {
+                "samples": len(samples.table.status),
+                "seed": samples.seed,
+                "distribution": samples.distribution,
+                "statuses": {str(status): n for status, n in samples.counts.items()},
+                "outputs": [{"output": name, **dict(zip(names, four, strict=True))} for name, four in found],
+            }
+        return members
 
 
 def cells(found: Sensitivities, inputs: Sequence[str]) -> list[tuple[str, ...]]:
@@ -60,44 +99,11 @@ def cells(found: Sensitivities, inputs: Sequence[str]) -> list[tuple[str, ...]]:
     return [("", *map(told, inputs)), *rows]
 
 
-def sensitivity_json(found: Sensitivities) -> list[dict[str, object]]:
-    """One object a derivative: ``output``, ``input``, ``value`` (null where there is none), ``unit``."""
-    return [
-        {"output": output, "input": given, "value": found[output, given], "unit": found.unit(output, given)}
-        for output, given in found
-    ]
-
-
 NAMED = 4
 """Contributions that a row names."""
 
 DIGITS, SAMPLED = 4, 6
 """Significant digits of a tolerance, and of a value drawn at random."""
-
-
-def tolerances_text(bands: ToleranceBands, *, color: bool = False) -> str:
-    """The bands to first order, contributions ranked; and why one is missing."""
-    if not bands.tolerances:
-        return "Tolerances: no input has one; write it as in --set AO='3 ± 0.01'"
-    if not len(bands):
-        return "Tolerances: there is no output with a number"
-    heads = ("Name", "Value", "Worst case", "Root sum square", "Unit", "Contributions")
-    text = table(heads, (_row(bands, name) for name in bands))
-    said = (render(diagnosis, color=color) for diagnosis in bands.diagnoses)
-    return "\n\n".join([f"Tolerances, to first order\n{text}", *said])
-
-
-def _row(bands: ToleranceBands, name: str) -> tuple[str, ...]:
-    band, unit = _displayed(bands, name), bands.sensitivities.model.variables[name].shown_unit
-    if band is None:
-        return name, "", "not known", "not known", unit, ""
-    worst, rss = (f"± {size:.{DIGITS}g}" for size in (band.worst, band.rss))
-    named = [one for one in band.contributions if one.amount][:NAMED]
-    shares = [f"{one.input} {100 * one.share:.3g} %" for one in named]
-    rest = sum(one.share for one in band.contributions) - sum(one.share for one in named)
-    if rest > 1e-9:
-        shares.append(f"others {100 * rest:.3g} %")
-    return name, readable(band.value), worst, rss, unit, ", ".join(shares)
 
 
 def _displayed(bands: ToleranceBands, name: str) -> Band | None:
@@ -108,56 +114,60 @@ def _displayed(bands: ToleranceBands, name: str) -> Band | None:
     return band._replace(value=shown(band.value, variable), worst=worst, rss=rss)
 
 
-def samples_text(samples: Samples, bands: ToleranceBands) -> str:
+def _tolerances_text(bands: ToleranceBands, color: bool) -> list[str]:
+    """The bands to first order, contributions ranked; and why one is missing."""
+    if not bands.tolerances:
+        return ["Tolerances: no input has one; write it as in --set AO='3 ± 0.01'"]
+    if not len(bands):
+        return ["Tolerances: there is no output with a number"]
+    rows: list[tuple[str, ...]] = []
+    for name in bands:
+        band, unit = _displayed(bands, name), bands.sensitivities.model.variables[name].shown_unit
+        if band is None:
+            rows.append((name, "", "not known", "not known", unit, ""))
+            continue
+        named = [one for one in band.contributions if one.amount][:NAMED]
+        shares = [f"{one.input} {100 * one.share:.3g} %" for one in named]
+        rest = sum(one.share for one in band.contributions) - sum(one.share for one in named)
+        if rest > 1e-9:
+            shares.append(f"others {100 * rest:.3g} %")
+        sizes = (f"± {size:.{DIGITS}g}" for size in (band.worst, band.rss))
+        rows.append((name, readable(band.value), *sizes, unit, ", ".join(shares)))
+    heads = ("Name", "Value", "Worst case", "Root sum square", "Unit", "Contributions")
+    text = f"Tolerances, to first order\n{table(heads, rows)}"
+    return [text, *(render(diagnosis, color=color) for diagnosis in bands.diagnoses)]
+
+
+def _samples_text(samples: Samples, bands: ToleranceBands) -> str:
     """What the samples did, beside what first order says of the standard deviation and the range."""
-    counts = ", ".join(f"{n} {status}" for status, n in samples.counts.items())
+    rows = []
+    for name in samples.outputs:
+        variable, band = bands.sensitivities.model.variables[name], _displayed(bands, name)
+        rss = worst = ""
+        if band is not None:
+            rss = f"{band.rss * samples.spread:.{DIGITS}g}"
+            worst = f"{band.value - band.worst:.{SAMPLED}g} to {band.value + band.worst:.{SAMPLED}g}"
+        mean = spread = least = greatest = ""
+        if (found := samples.statistics(name)) is not None:
+            average, deviation, *ends = found
+            mean, least, greatest = (f"{shown(v, variable):.{SAMPLED}g}" for v in (average, *ends))
+            spread = f"{abs(shown(deviation, variable, difference=True)):.{DIGITS}g}"
+        rows.append((name, mean, spread, rss, least, greatest, worst))
     how = f"{samples.distribution} within the tolerances"
     if samples.distribution == "normal":
         how = "normal, tolerances are three standard deviations"
-    count = plural(len(samples.table.status), "sample")
+    counts = ", ".join(f"{n} {status}" for status, n in samples.counts.items())
+    told = f"{plural(len(samples.table.status), 'sample')} ({counts}), {how}, seed {samples.seed}"
     heads = ("Name", "Mean", "Std dev", "first order", "Least", "Greatest", "worst case")
-    text = table(heads, (_sampled(samples, bands, name) for name in samples.outputs))
-    return f"Monte Carlo: {count} ({counts}), {how}, seed {samples.seed}\n{text}"
+    return f"Monte Carlo: {told}\n{table(heads, rows)}"
 
 
-def _sampled(samples: Samples, bands: ToleranceBands, name: str) -> tuple[str, ...]:
-    variable, band, rss, worst = bands.sensitivities.model.variables[name], _displayed(bands, name), "", ""
-    if band is not None:
-        rss = f"{band.rss * samples.spread:.{DIGITS}g}"
-        worst = f"{band.value - band.worst:.{SAMPLED}g} to {band.value + band.worst:.{SAMPLED}g}"
-    if (found := samples.statistics(name)) is None:
-        return name, "", "", rss, "", "", worst
-    average, deviation, *ends = found
-    mean, least, greatest = (f"{shown(value, variable):.{SAMPLED}g}" for value in (average, *ends))
-    spread = abs(shown(deviation, variable, difference=True))
-    return name, mean, f"{spread:.{DIGITS}g}", rss, least, greatest, worst
-
-
-def tolerances_json(bands: ToleranceBands) -> list[dict[str, object]]:
-    """One object an output; ``value``, ``worst`` and ``rss`` are null where they are not known."""
-    unknown: dict[str, object] = {"value": None, "worst": None, "rss": None, "contributions": []}
-    found: list[dict[str, object]] = []
-    for name, band in bands.items():
-        if band is None:
-            found.append({"output": name, **unknown})
-        else:
-            parts = [one._asdict() for one in band.contributions]
-            sizes = {"value": band.value, "worst": band.worst, "rss": band.rss}
-            found.append({"output": name, **sizes, "contributions": parts})
-    return found
-
-
-def samples_json(samples: Samples) -> dict[str, object]:
-    """How the samples were drawn, their statuses counted, and mean, deviation and range of the outputs."""
-    names = ("mean", "deviation", "least", "greatest")
-    found = ((name, samples.statistics(name) or (None,) * 4) for name in samples.outputs)
-    return {
-        "samples": len(samples.table.status),
-        "seed": samples.seed,
-        "distribution": samples.distribution,
-        "statuses": {str(status): n for status, n in samples.counts.items()},
-        "outputs": [{"output": name, **dict(zip(names, four, strict=True))} for name, four in found],
-    }
+def _band_json(name: str, band: Band | None) -> dict[str, object]:
+    if band is None:
+        return {"output": name, "value": None, "worst": None, "rss": None, "contributions": []}
+    parts = [one._asdict() for one in band.contributions]
+    sizes = {"value": band.value, "worst": band.worst, "rss": band.rss}
+    return {"output": name, **sizes, "contributions": parts}
 
 
 class Grid(NamedTuple):
@@ -182,25 +192,19 @@ def latex(shown: Any) -> str:
     """The same as LaTeX: equations of a result and of a derivation, else an array."""
     if isinstance(shown, Derivation):
         return "" if shown.value is None else why_latex(shown)
-    if isinstance(shown, Result):
-        return _result_latex(shown)
+    if isinstance(shown, Result):  # the outputs of the primary answer, a row each
+        known = shown.solutions[0] if shown.solutions else shown.partial
+        lines = []
+        for name in (name for name in shown.wanted if name in known and name not in shown.inputs):
+            unit = (shown.model.variables[name].unit or "").translate(ESCAPED)
+            label, value = Tex().expression(Name(name)), Tex().value(known[name])
+            lines.append(rf"  {label} &= {value}" + (rf"\ \text{{{unit}}}" if unit else ""))
+        return "\\begin{align*}\n" + " \\\\\n".join(lines) + "\n\\end{align*}"
     grid = grid_of(shown)
     rows = [grid.heads, *grid.rows]
     lines = [" & ".join(rf"\text{{{cell.translate(ESCAPED)}}}" for cell in row) for row in rows]
     body = " \\\\\n".join([lines[0] + r" \\ \hline " + lines[1], *lines[2:]] if lines[1:] else lines)
     return f"\\begin{{array}}{{{'r' * len(grid.heads)}}}\n{body}\n\\end{{array}}"
-
-
-def _result_latex(result: Result) -> str:
-    """The outputs of the primary answer, a row each."""
-    known = result.solutions[0] if result.solutions else result.partial
-    rows = []
-    for name in result.wanted:
-        if name in known and name not in result.inputs:
-            unit = (result.model.variables[name].unit or "").translate(ESCAPED)
-            label, value = Tex().expression(Name(name)), Tex().value(known[name])
-            rows.append(rf"  {label} &= {value}" + (rf"\ \text{{{unit}}}" if unit else ""))
-    return "\\begin{align*}\n" + " \\\\\n".join(rows) + "\n\\end{align*}"
 
 
 @singledispatch

@@ -189,6 +189,7 @@ def test_output_is_the_same_twice(run: Run) -> None:
         (["--set", "c=-1"], "E4", "c"),
         (["--set", "a"], "E420", "--set NAME=VALUE"),
         (["--set", "=3"], "E420", "--set NAME=VALUE"),
+        (["--set", "a=1,c=2"], "E420", "write --set a=1 --set c=2"),
         (["--set", "a=1", "--set", "a=2"], "E421", "a is given twice"),
         (["--set", "a=1", "--clear", "a"], "E421", "a is given twice"),
         (["--set", "a=1 [kg]"], "E461", "give a in mm"),
