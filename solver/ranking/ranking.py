@@ -133,20 +133,23 @@ class Ranking:
         tops = [on.largest([on.there(n, -np.inf) for n in column]) for column in zip(*answers, strict=True)]
         rows = [[on.there(number, 0.0) for number in answer] for answer in answers]
         most = [on.largest([LEAST, *map(abs, column)]) for column in zip(*rows, strict=True)]
-        weights = self._weights(tops, given)
+        weights = self._weights(tops, most, given)
         keys = [self._key(row, most, tops, weights, sizes, on) for row in rows]
         least = -on.largest([-key[SIZE] for key in keys])
         for key in keys:  # what is within half a decade of the best is of the same size
             key[SIZE] = on.rounded(GRAIN * on.largest([key[SIZE] - least - SLACK, 0.0]))
         return keys
 
-    def _weights(self, tops: Sequence[Number], given: Sequence[Number]) -> list[Number]:
+    def _weights(
+        self, tops: Sequence[Number], most: Sequence[Number], given: Sequence[Number]
+    ) -> list[Number]:
         """What a negative value of each name counts: nothing where its kind has negative values anyhow.
 
-        ``tops`` are the largest values among the answers.
+        ``tops`` are the largest values among the answers, ``most`` the largest magnitudes.
         """
         positive = dict[int | None, Number]()
-        below = [(top < 0.0) & (top > -np.inf) for top in tops] + [number < 0.0 for number in given]
+        found = [(top + ZERO * size < 0.0) & (top > -np.inf) for top, size in zip(tops, most, strict=True)]
+        below = found + [number < 0.0 for number in given]
         for kind, difference, negative in zip(self._kinds, self._differences, below, strict=True):
             if kind is not None and not difference:
                 positive[kind] = positive.get(kind, 1.0) * (1.0 - negative)
@@ -180,7 +183,7 @@ class Ranking:
             there = 1.0 * (abs(number) > least) * (apart[place] * sizes[1][place] > NOTHING)
             below = (number < -least) * there + (number < floor - least)
             negatives = negatives + weights[place] * below
-            zeros = zeros + (1.0 - there) * (tops[place] > 0.0)
+            zeros = zeros + (1.0 - there) * (tops[place] > least)
             far = on.largest([far, 1.0 * (_away(apart[place], sizes[1][place]) > UNLIKELY) * there])
             distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)

@@ -65,6 +65,8 @@ class Refusal(Recording):
         ((_, fact),) = facts.items()
         state = self._on(self._steps(start, leaf))
         self.flow.require(self._impossible(state, fact, leaf))
+        if self.flow.finders:
+            raise NotCompilable  # of the roots of a block it follows those that the sample has
         self._guard(state.checks, state.finite)
         self._keep_usual()
         return Program(self.flow, len(self.pattern.inputs), (self._guards,), symbols)

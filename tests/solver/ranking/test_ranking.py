@@ -243,3 +243,12 @@ def test_an_only_answer_is_listed_whatever_its_size() -> None:
 def test_an_only_answer_is_marked_where_it_is_far_too_large(b: str, marked: tuple[str, ...]) -> None:
     """Its size follows from a and b, which suggest 1."""
     assert solver.solve(rulesheets.loads(f"a = 1\nb = {b}\nc = 1/(b - a)\n")).solutions[0].unlikely == marked
+
+
+@pytest.mark.parametrize("rest", [-5e-17, 5e-17])
+def test_what_rounding_leaves_of_zero_is_trivial_with_either_sign(rest: float) -> None:
+    """At x = 0 the other answer has a negative x: nothing positive is lost, whatever is left of 0."""
+    model = rulesheets.loads("x*(x + 1) = c\nx = cosd(phi)\nc = 0\n")
+    rule = Ranking(model, ("c",), ("x", "phi"))
+    answers = [{"phi": 180.0, "x": -1.0}, {"phi": 90.0, "x": rest}]
+    assert rule.order(answers, {"c": 0.0}) == rule.order([answers[0], {"phi": 90.0, "x": 0.0}], {"c": 0.0})

@@ -72,3 +72,15 @@ def test_a_row_just_beyond_the_end_of_a_stroke_refuses_none_inside() -> None:
             plan(end - beyond)
     for inside in (1e-6, 3e-5, 1e-4, 1e-3):
         assert len(plan.all(end + inside)) == 2
+
+
+def test_a_refusal_tells_nothing_of_roots_that_its_row_had_not() -> None:
+    """At y = -3 the only root is u = -3.3, which has no square root; at y = -1.5 there are three roots."""
+    sheet = "variables\n  y = -3\n  u in [-4, 4]\n  z\nrules\n  u - 3*sin(u) = y\n  u = sqrt(z)\n"
+    plan = solver.prepare(rulesheets.loads(sheet), ["y"], ["z"])
+    with pytest.raises(solver.Unsolved) as refused:
+        plan(-3.0)
+    assert str(refused.value.status) == "infeasible"
+    u = np.sqrt([z for (z,) in plan.all(-1.5)])
+    assert len(u) == 2
+    assert np.allclose(u - 3 * np.sin(u), -1.5)
