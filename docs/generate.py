@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import solver
+from rulesheets.files import shipped_models
 from rulesheets.functions import TABLE
 from rulesheets.inputs import parse_value
-from rulesheets.loading import shipped_models
 
 DOCS = Path(__file__).parent
 PUBLISHED = DOCS.parent / "models" / "published.csv"

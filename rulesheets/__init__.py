@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from rulesheets.diagnosis import Label as Label
     from rulesheets.diagnosis import RuleSheetError as RuleSheetError
     from rulesheets.diagnosis import Severity as Severity
+    from rulesheets.files import shipped_models as shipped_models
     from rulesheets.inputs import in_unit as in_unit
     from rulesheets.loading import load as load
     from rulesheets.loading import loads as loads
-    from rulesheets.loading import shipped_models as shipped_models
     from rulesheets.model import Equation as Equation
     from rulesheets.model import Model as Model
     from rulesheets.model import Premise as Premise
@@ -37,7 +37,8 @@ _NAMES = {
     "inputs": "in_unit",
     "diagnosis": "Diagnosis Label RuleSheetError Severity",
     "registered": "function",
-    "loading": "load loads shipped_models",
+    "files": "shipped_models",
+    "loading": "load loads",
     "model": "Equation Model Premise Value Variable",
     "syntax": "Source Span",
 }

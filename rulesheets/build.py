@@ -1,4 +1,4 @@
-"""A program to a model: checked, its values evaluated, its calls expanded."""
+"""A sheet and the files that it uses to a model: checked, its values evaluated, its calls expanded."""
 
 from __future__ import annotations
 
@@ -6,14 +6,18 @@ import os
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
-from rulesheets.checks import check
+from rulesheets.checks import check, head_of
 from rulesheets.checks.marks import check_figures
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, refuse
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error, labels, refuse, said
 from rulesheets.expand import Expansion
+from rulesheets.files import confined, is_sheet, near_files, outside, parsed, read_source
 from rulesheets.inputs import declared, valued
 from rulesheets.library import Library
 from rulesheets.model import Model, Variable
+from rulesheets.registered import run_python
+from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import (
     Call,
     CallRule,
@@ -23,6 +27,8 @@ from rulesheets.syntax.nodes import (
     Function,
     Name,
     RuleSheet,
+    UnitRow,
+    Use,
     children,
     names,
     numbers,
@@ -32,6 +38,159 @@ from rulesheets.units import differences, library_of, unit_named
 
 _MEASURE = re.compile(r"[\d.]\[")
 _PI = re.compile("Pi|PI")
+
+
+class File(NamedTuple):
+    """A parsed file: ``key`` tells it from others, ``folder`` is what its ``use`` paths are relative to."""
+
+    key: str
+    shown: str
+    folder: str
+    sheet: RuleSheet
+
+
+def gather(
+    source: Source, folder: str, path: str | None = None, within: str | None = None, python: bool = False
+) -> Program:
+    """Parse a sheet and, each once, the files that it uses directly or through others.
+
+    ``path`` is the file of the sheet itself, None for a text that is in no file; ``within`` the folder
+    that used files must lie in; ``python``: files of Python may be run. Raises RuleSheetError for what
+    cannot be read or parsed, circles and doubly defined functions.
+    """
+    key = os.path.realpath(path) if path else source.name
+    first = File(key, source.name, folder, parsed(source, path))
+    found = _Gathering(first, within, python)
+    refuse(found.complaints)
+    return Program(
+        first.sheet,
+        found.functions,
+        tuple(found.units),
+        tuple(found.texts),
+        tuple(found.links.items()),
+        tuple(found.ran),
+    )
+
+
+class _Gathering:
+    """Depth-first over the uses, with a stack, so that no chain of files is too long."""
+
+    def __init__(self, first: File, within: str | None, python: bool) -> None:
+        self.within, self.python = within, python
+        self.functions: dict[str, Function] = {}
+        self.complaints: list[Diagnosis] = []
+        self.texts: list[Source] = []
+        self.links: dict[str, str] = {}
+        self.units: list[UnitRow] = []
+        self.seen: set[str] = set()
+        self.ran: list[str] = []
+        trail = [first]
+        pending = [self.enter(first)]
+        while trail:
+            step = next(pending[-1], None)
+            if step is None:
+                trail.pop()
+                pending.pop()
+                continue
+            file = self.open(*step, trail)
+            if file is not None:
+                trail.append(file)
+                pending.append(self.enter(file))
+
+    def enter(self, file: File) -> Iterator[tuple[str, Span | None]]:
+        self.seen.add(file.key)
+        self.units += (row for row in file.sheet.units if isinstance(row, UnitRow))
+        for function in file.sheet.functions:
+            earlier = self.functions.setdefault(function.name.lower(), function)
+            if earlier is not function:
+                message = f"the function {function.name} is defined twice"
+                places = (head_of(function), "defined again"), (head_of(earlier), "first defined here")
+                note = "give one of the two another name (capitals do not count in function names)"
+                self.complaints.append(error("E206", message, *labels(*places), notes=(note,)))
+        for use in file.sheet.uses:
+            if use.python:
+                for path in use.paths:
+                    self.run(path, place_of(path, use), file)
+        uses = (use for use in file.sheet.uses if not use.python)
+        return ((path, place_of(path, use)) for use in uses for path in use.paths)
+
+    def run(self, path: str, place: Span | None, file: File) -> None:
+        """Run a file of Python that registers functions, if that is allowed."""
+        shown = os.path.normpath(os.path.join(file.folder, path))
+        if not self.python:
+            message = f"the sheet needs the Python file {path}, which is not allowed to run"
+            note = (
+                "a Python file can do anything that you can: read it, and if you trust it, give "
+                "--allow-python (allow_python=True in Python)"
+            )
+            self.complaints.append(said("E313", message, place, note, label="named here"))
+        elif not confined(shown, self.within):
+            self.complaints.append(outside(path, place))
+        elif not os.path.exists(shown):
+            self.complaints.append(_missing(path, shown, place))
+        elif shown not in self.ran:
+            self.ran.append(shown)
+            try:
+                run_python(shown)
+            except RuleSheetError as wrong:
+                used = labels((place, "used here"))
+                self.complaints.extend(one._replace(labels=used) for one in wrong.diagnoses)
+
+    def open(self, path: str, place: Span | None, trail: list[File]) -> File | None:
+        """The file that a ``use`` names; None where it was read before or cannot be used."""
+        shown = os.path.normpath(os.path.join(trail[-1].folder, path))
+        key = self.links[shown] = os.path.realpath(shown)
+        if not confined(shown, self.within):
+            self.complaints.append(outside(path, place))
+            return None
+        circle = [file.key for file in trail]
+        if key in circle:
+            names = [os.path.basename(file.shown) for file in trail[circle.index(key) :]]
+            message = "a file uses itself" if len(names) == 1 else "files use each other in a circle"
+            ring = " → ".join((*names, names[0]))
+            note = f"the way round: {ring}; move what both need into a file of its own"
+            self.complaints.append(said("E307", message, place, note, label="closes the circle"))
+            return None
+        if key in self.seen:
+            return None
+        if not os.path.exists(shown):
+            self.complaints.append(_missing(path, shown, place))
+            return None
+        try:
+            source = read_source(shown)
+        except RuleSheetError as wrong:
+            used = labels((place, "used here"))
+            told = (one._replace(labels=(*one.labels, *used)) for one in wrong.diagnoses)
+            raise RuleSheetError(*told) from None
+        self.texts.append(source)
+        file = File(key, shown, os.path.dirname(shown), parsed(source, shown))
+        self.complaints.extend(_only_functions(file, path, place))
+        return file
+
+
+def place_of(path: str, use: Use) -> Span | None:
+    """Where a ``use`` names the path, quotes included."""
+    start = use.span.text.find(f'"{path}"') if use.span is not None else -1
+    return use.span if use.span is None or start < 0 else use.span.part(start, len(path) + 2)
+
+
+def _missing(path: str, shown: str, place: Span | None) -> Diagnosis:
+    notes = near_files(shown) or ("paths are relative to the file that names them",)
+    return said("E306", f"there is no file {path} to use", place, *notes, label=f"looked for {shown}")
+
+
+def _only_functions(file: File, path: str, place: Span | None) -> Iterator[Diagnosis]:
+    if (rule := next(rules_of(file.sheet), None)) is not None:
+        found, where, label = "rules", rule.span, "a rule outside any function"
+    elif file.sheet.figures:
+        found, where, label = "figures", file.sheet.figures[0].span, "a figure"
+    elif file.sheet.variables is not None:
+        found, where, label = "a variables section", None, ""
+    else:
+        return
+    places = labels((place, "used here"), (where if is_sheet(file.key) else None, label))
+    note = "a used file may hold functions and units only; move them into a file of their own"
+    yield error("E308", f"{path} cannot be used: it has {found} of its own", *places, notes=(note,))
 
 
 def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:

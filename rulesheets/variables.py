@@ -21,9 +21,9 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, refuse, said, suggestion
+from rulesheets.files import read_source
 from rulesheets.input_messages import guess_with_tolerance, symbol_as_guess
 from rulesheets.inputs import decimal_point, delimiter, is_symbol, parse_input, unguarded, variable_named
-from rulesheets.loading import read_source
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Source, Span
 

@@ -12,7 +12,7 @@ import pytest
 
 import rulesheets
 from rulesheets.diagnosis import RuleSheetError, catalogue, render
-from rulesheets.loading import read_source
+from rulesheets.files import read_source
 from rulesheets.parse import parse
 from rulesheets.units.check import check_units
 

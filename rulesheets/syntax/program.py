@@ -28,14 +28,16 @@ from rulesheets.syntax.nodes import (
 class Program(NamedTuple):
     """``functions`` are the rule functions of all files by their names in lower case.
 
-    ``texts`` are the texts of the files that it uses, ``units`` the units that all files define,
-    ``python`` the paths of the Python files that have registered functions for it.
+    ``units`` are the units that all files define, ``texts`` the texts of the files that it uses, ``links``
+    the paths by which they are used, each with where its links lead to, ``python`` the paths of the Python
+    files that have registered functions for it.
     """
 
     sheet: RuleSheet
     functions: Mapping[str, Function]
-    texts: tuple[Source, ...] = ()
     units: tuple[UnitRow, ...] = ()
+    texts: tuple[Source, ...] = ()
+    links: tuple[tuple[str, str], ...] = ()
     python: tuple[str, ...] = ()
 
     @property

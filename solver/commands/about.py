@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from rulesheets import store
 from rulesheets.diagnosis import RuleSheetError, catalogue, error, suggestion
-from rulesheets.loading import find_sheet, shipped_models
+from rulesheets.files import find_sheet, shipped_models
 from solver.commands import COMMANDS as TABLE
 from solver.commands.running import Command, command_named
 from solver.report import columns

@@ -15,9 +15,10 @@ from typing import Any
 
 from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.diagnosis import RuleSheetError, plural, render
+from rulesheets.files import find_sheet, parsed, read_source
 from rulesheets.format import format_sheet
 from rulesheets.inputs import override, variable_named
-from rulesheets.loading import find_sheet, load, parsed, read_source
+from rulesheets.loading import load
 from rulesheets.model import Model
 from rulesheets.syntax import escaped
 from rulesheets.units.check import check_units, inferred

@@ -20,9 +20,9 @@ from pygls.uris import from_fs_path
 from pygls.workspace import TextDocument
 
 from rulesheets.diagnosis import RuleSheetError
+from rulesheets.files import parsed, read_source
 from rulesheets.format import format_sheet, readable
 from rulesheets.functions import TABLE
-from rulesheets.loading import parsed, read_source
 from rulesheets.syntax import Source
 from solver.editor import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Names, Symbol, Word, symbol
 from solver.lane import Lane, Workers

@@ -35,7 +35,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.loading import MAIN_SHEET, read_source, shipped_model, shipped_models
+from rulesheets.files import MAIN_SHEET, read_source, shipped_model, shipped_models
 from solver.files import write_file
 from solver.lane import Lane, Workers
 from solver.page.bench import QUICK, SLOW

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.files import find_sheet, shipped_models
 from rulesheets.inputs import override
-from rulesheets.loading import find_sheet, shipped_models
 from rulesheets.model import Model, Value, expect_model
 from solver.commands.inputs import add_input_options, read_request
 from solver.commands.over import read_axes

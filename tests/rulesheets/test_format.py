@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rulesheets.files import read_source
 from rulesheets.format import format_condition, format_expression, format_number, format_rule, format_sheet
-from rulesheets.loading import read_source
 from rulesheets.parse import parse
 from rulesheets.syntax import Source
 from rulesheets.syntax.nodes import Name, Negative, Number, Power, Product, RuleSheet, Sum

@@ -1,14 +1,16 @@
 """Files, folders, shipped names and the functions that sheets use."""
 
 import os
+import shutil
+from pathlib import Path
 from unittest.mock import patch
 
 import pytest
 
 import rulesheets
 from rulesheets import RuleSheetError, load, loads
+from rulesheets.files import find_sheet, shipped_models
 from rulesheets.functions import TABLE
-from rulesheets.loading import find_sheet, shipped_models
 from rulesheets.parse import parse
 from rulesheets.syntax.nodes import Name
 
@@ -128,12 +130,12 @@ def parses(tmp_path, monkeypatch):
     monkeypatch.setenv("BACKSOLVE_CACHE", str(tmp_path / "cache"))
     seen: list[str] = []
     monkeypatch.setattr(
-        rulesheets.parse, "parse", lambda source: (seen.append(source.name), parse(source))[1]
+        rulesheets.files, "parse", lambda source: (seen.append(source.name), parse(source))[1]
     )
     return seen
 
 
-def test_a_file_is_parsed_again_only_after_a_change(crank, parses):
+def test_a_model_is_made_again_only_after_a_change(crank, parses):
     first = load(crank)
     assert len(parses) == 3
     again = load(crank)
@@ -142,15 +144,32 @@ def test_a_file_is_parsed_again_only_after_a_change(crank, parses):
     assert [item.rule for item in again.equations] == [item.rule for item in first.equations]
     (crank / "parts" / "rod.tk").write_text("function rod(a; b)\nrules\n  b = 3*a\n")
     assert load(crank).equations != first.equations
-    assert parses[3:] == [str(crank / "parts" / "rod.tk")]
+    assert len(parses) == 6
 
 
-def test_a_damaged_entry_is_parsed_again(crank, parses):
+def test_a_damaged_entry_is_made_again(crank, parses):
     first = load(crank)
-    for entry in (crank.parent / "cache").glob("syntax-*"):
+    for entry in (crank.parent / "cache").glob("model-*"):
         entry.write_bytes(entry.read_bytes()[:-1])
     assert load(crank) == first
     assert len(parses) == 6
+
+
+def test_a_kept_model_lies_where_its_files_lie(crank, parses, monkeypatch):
+    """Of relative paths the same name may mean another file, and links may lead elsewhere."""
+    monkeypatch.chdir(crank)
+    first = load("model.tk")
+    other = crank.parent / "other" / crank.name
+    shutil.copytree(crank, other)
+    monkeypatch.chdir(other)
+    assert load("model.tk").files == tuple(str(other / Path(file).relative_to(crank)) for file in first.files)
+    outside = crank.parent / "rod.tk"
+    (other / "parts" / "rod.tk").rename(outside)
+    (other / "parts" / "rod.tk").symlink_to(outside)
+    assert load("model.tk") == first
+    with pytest.raises(RuleSheetError) as caught:
+        load("model.tk", within=".")
+    assert codes(caught) == ["E311", "E311"]
 
 
 def test_a_wrong_sheet_is_wrong_every_time(tmp_path, parses):

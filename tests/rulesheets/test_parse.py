@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rulesheets.diagnosis import RuleSheetError
+from rulesheets.files import read_source
 from rulesheets.format import format_sheet
-from rulesheets.loading import read_source
 from rulesheets.parse import parse
 from rulesheets.parse.grammar import Grammar, Unparsed
 from rulesheets.parse.layout import logical_lines

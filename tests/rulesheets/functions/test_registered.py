@@ -53,6 +53,16 @@ def sheet(tmp_path: Path) -> Path:
     return tmp_path / "steam.tk"
 
 
+def test_functions_of_ones_own_are_no_part_of_a_kept_model(tmp_path: Path) -> None:
+    (tmp_path / "own.tk").write_text("y = twice_as(3)\n")
+    rulesheets.function("twice_as", lambda x: 2 * x)
+    assert rulesheets.load(tmp_path / "own.tk").equations
+    del TABLE["twice_as"]
+    with pytest.raises(RuleSheetError) as caught:
+        rulesheets.load(tmp_path / "own.tk")
+    assert caught.value.diagnoses[0].code == "E201"
+
+
 def test_a_file_of_python_runs_only_if_that_is_allowed(sheet: Path) -> None:
     with pytest.raises(RuleSheetError) as caught:
         rulesheets.load(sheet)

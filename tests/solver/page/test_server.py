@@ -19,7 +19,7 @@ from starlette.websockets import WebSocketDisconnect
 
 import rulesheets
 import solver
-from rulesheets.loading import shipped_model
+from rulesheets.files import shipped_model
 from solver.__main__ import main
 from solver.page.server import LARGEST, application
 

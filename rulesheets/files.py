@@ -1,0 +1,164 @@
+"""Files: which one a name means, and what it says."""
+
+from __future__ import annotations
+
+import os
+
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, said, suggestion
+from rulesheets.input_messages import expect_regular
+from rulesheets.parse import parse
+from rulesheets.syntax import Source, Span
+from rulesheets.syntax.nodes import RuleSheet
+
+ENDING = ".tk"
+"""What the name of a rule sheet ends in."""
+MAIN_SHEET = "model.tk"
+"""The sheet of a folder."""
+
+_LARGEST = 64 * 2**20
+"""Bytes beyond which a file is not taken for a rule sheet."""
+
+
+def read_source(path: str | os.PathLike[str]) -> Source:
+    """The text of a UTF-8 file (a byte order mark is dropped), line ends as ``\\n``.
+
+    Raises RuleSheetError for a file that is missing, a folder, unreadable, too large, or no text.
+    """
+    name = os.fspath(path)
+    expect_regular(name)
+    try:
+        with open(name, "rb") as file:
+            data = file.read(_LARGEST + 1)
+    except FileNotFoundError:
+        raise RuleSheetError(error("E301", f"there is no file {name}", notes=near_files(name))) from None
+    except IsADirectoryError:
+        notes = ("name a file in it; a folder is a sheet where it holds a model.tk",)
+        raise RuleSheetError(error("E302", f"{name} is a folder, not a file", notes=notes)) from None
+    except (OSError, ValueError) as failure:
+        reason = getattr(failure, "strerror", None) or str(failure)
+        raise RuleSheetError(error("E304", f"{name} cannot be read: {reason}")) from None
+    return Source(name, decoded(name, data))
+
+
+def parsed(source: Source, path: str | None) -> RuleSheet:
+    """The rule sheet that a text says; ``path`` is its file.
+
+    Raises RuleSheetError with what is wrong line by line, or (E312) for a file that is no rule sheet.
+    """
+    try:
+        return parse(source)
+    except RuleSheetError:
+        if path is None or is_sheet(path):
+            raise
+        note = f"a sheet that ends in {ENDING} is shown where it is wrong"
+        raise RuleSheetError(said("E312", f"{source.name} is no rule sheet", None, note)) from None
+
+
+def is_sheet(path: str) -> bool:
+    """Whether a file has the name of a rule sheet, links resolved: of no other is a line ever shown."""
+    return os.path.realpath(path).lower().endswith(ENDING)
+
+
+def confined(path: str, within: str | None) -> bool:
+    """Whether a file lies in the folder ``within``, links resolved. None is the whole file system."""
+    if within is None:
+        return True
+    folder = os.path.realpath(within)
+    return os.path.realpath(path).startswith(os.path.join(folder, ""))
+
+
+def outside(path: str, place: Span | None = None) -> Diagnosis:
+    message = f"{path} lies outside the folder that sheets are confined to"
+    return said("E311", message, place, "links count as the files that they lead to")
+
+
+def near_files(path: str) -> tuple[str, ...]:
+    """The note on a file that is not there: its folder is not either, or holds one that is spelt alike."""
+    folder, name = os.path.split(path)
+    if not os.path.isdir(folder or "."):
+        return (f"there is no folder {folder} either",)
+    ending = os.path.splitext(name)[1]
+    return suggestion(name, sorted(other for other in os.listdir(folder or ".") if other.endswith(ending)))
+
+
+def decoded(name: str, data: bytes) -> str:
+    """The text of the bytes of a sheet. Raises RuleSheetError (E303, E305)."""
+    if len(data) > _LARGEST:
+        raise RuleSheetError(error("E305", f"{name} is too large for a rule sheet"))
+    nul = data.find(b"\0")
+    if nul >= 0:
+        raise RuleSheetError(_not_text(name, data, nul))
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as wrong:
+        raise RuleSheetError(_not_text(name, data, wrong.start)) from None
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _not_text(name: str, data: bytes, place: int) -> Diagnosis:
+    """Says what the file seems to be, and where the first byte stands that is no text."""
+    readable = data[:place].decode("utf-8", "replace")
+    source = Source(name, readable.replace("\r\n", "\n"))
+    here = Span(source, len(source.text), len(source.text) + 1)
+    if b"\0" in data:
+        note = "a rule sheet is a UTF-8 text file"
+        return said("E303", f"{name} is a binary file, not a rule sheet", None, note)
+    label = f"byte 0x{data[place]:02x} is no character"
+    note = "save the sheet in the encoding UTF-8"
+    return said("E303", f"{name} is not UTF-8 text", here if is_sheet(name) else None, note, label=label)
+
+
+def find_sheet(path: str) -> str:
+    """The file that a path or the bare name of a shipped model stands for.
+
+    Raises RuleSheetError (E309) for a bare name that is neither.
+    """
+    if os.path.isfile(path):
+        return path
+    if os.path.isfile(os.path.join(path, MAIN_SHEET)):
+        return os.path.join(path, MAIN_SHEET)
+    bare = path.rstrip("/")
+    if bare in shipped_models():
+        return shipped_model(bare)
+    if os.path.exists(path) or os.path.dirname(bare) or bare.endswith(".tk"):
+        return path
+    here = sorted(name for name in os.listdir() if name.endswith(".tk"))
+    notes = suggestion(bare, (*shipped_models(), *here)) or (
+        "a sheet is named by its path, such as crank.tk; `backsolve models` lists the shipped ones",
+    )
+    raise RuleSheetError(error("E309", f"there is no rule sheet and no shipped model {bare}", notes=notes))
+
+
+def find_variable_sheet(path: str, sheet: str) -> str:
+    """The file of a variable sheet: the path itself, or a file of that name beside the rule sheet.
+
+    ``sheet`` is what :func:`find_sheet` takes. Raises RuleSheetError (E310) where neither is there.
+    """
+    folder = os.path.dirname(find_sheet(sheet))
+    beside = os.path.join(folder, path)
+    found = next((file for file in (path, beside) if os.path.exists(file)), None)
+    if found is not None:
+        return found
+    there = sorted(name for name in os.listdir(folder or ".") if name.endswith(".csv"))
+    notes = suggestion(path, there) or ((f"beside {sheet} there are {', '.join(there)}",) if there else ())
+    message = f"there is no variable sheet {path}, neither here nor beside {sheet}"
+    raise RuleSheetError(error("E310", message, notes=notes))
+
+
+def shipped_models() -> tuple[str, ...]:
+    """The names of the models that come with the package."""
+    folder = _models_folder()
+    there = sorted(os.listdir(folder)) if os.path.isdir(folder) else ()
+    return tuple(name for name in there if os.path.isfile(shipped_model(name)))
+
+
+def shipped_model(name: str) -> str:
+    """The file of a shipped model."""
+    return os.path.join(_models_folder(), name, MAIN_SHEET)
+
+
+def _models_folder() -> str:
+    """``rulesheets/models`` where installed, ``models`` beside the package in a checkout."""
+    package = os.path.dirname(os.path.abspath(__file__))
+    installed = os.path.join(package, "models")
+    return installed if os.path.isdir(installed) else os.path.join(os.path.dirname(package), "models")
