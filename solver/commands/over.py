@@ -23,7 +23,6 @@ from solver.sweeps.stream import (
     Grid,
     Stretch,
     file_chunks,
-    first_lessons,
     grid_chunks,
     grid_lessons,
 )
@@ -245,7 +244,8 @@ def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
 
     chunks = file_chunks(map(scaled, pieces(path, heads, numbers)), total)
     first = next(chunks, ())
-    return Swept(names, total, None, chain([first] if first else [], chunks), first_lessons(first))
+    lessons = grid_lessons(Grid(first, zipped=True), 16 * len(first[0])) if first else ()
+    return Swept(names, total, None, chain([first] if first else [], chunks), lessons)
 
 
 def _parted(head: str) -> tuple[str, str]:

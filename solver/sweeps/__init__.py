@@ -5,7 +5,8 @@ outputs. Floats go in, checked floats come out.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property, reduce
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -67,34 +68,25 @@ def arguments(
 
 
 def _value(model: Model, name: str, given: Any) -> Value:
+    number: float | None = None
+    kind = getattr(getattr(given, "dtype", None), "kind", "")
+    if not isinstance(given, complex | bytes | bytearray) and kind != "c":
+        with suppress(TypeError, ValueError, OverflowError):
+            number = float(given)
     if isinstance(given, str):
         if not is_symbol(given):
-            hint = f"; give the number {given}, not a text" if _is_number(given) else ""
+            hint = "" if number is None else f"; give the number {given}, not a text"
             raise TypeError(
                 f"{given!r} is no value for {name}: a text is read as a symbol, and this is none{hint}"
             )
         if name in quantities(model):
             raise TypeError(f"{name} is a number, and {given!r} a symbol")
         return given.removeprefix("'")
-    if not getattr(given, "ndim", 0) and _is_number(given):
-        return float(given)
-    kind = type(given).__name__
+    if number is not None and not getattr(given, "ndim", 0):
+        return number
     hint = "; for columns of values call sweep" if hasattr(given, "__len__") else ""
     hint = "; to have it solved give nan" if given is None else hint
-    raise TypeError(f"{name} takes a number (or a symbol), not {kind}{hint}")
-
-
-def _is_number(given: Any) -> bool:
-    if (
-        isinstance(given, complex | bytes | bytearray)
-        or getattr(getattr(given, "dtype", None), "kind", "") == "c"
-    ):
-        return False
-    try:
-        float(given)
-    except (TypeError, ValueError, OverflowError):
-        return False
-    return True
+    raise TypeError(f"{name} takes a number (or a symbol), not {type(given).__name__}{hint}")
 
 
 Array: TypeAlias = NDArray[Any]
@@ -169,32 +161,78 @@ class Plan:
         found = self._known(numbers)
         return self._answers(numbers) if found is None else found
 
-    def _known(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]] | None:
-        """The answers by the first record that settles them."""
-        found = self.records.known(numbers)
-        self._bind()
-        return found
-
     def _numbers(self, given: tuple[Value | None, ...], named: Mapping[str, Value]) -> tuple[Value, ...]:
         """The numbers of a call; places that a record has filled up hold None."""
         while given and given[-1] is None:
             given = given[:-1]
         return arguments(self.model, self.inputs, given, named)
 
+    def _known(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]] | None:
+        """The answers by the first record that settles them."""
+        found = self.records.known(numbers)
+        self._bind()
+        return found
+
+    def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
+        status, found, verdict = self._solved(numbers)
+        if status is not Status.SOLVED:
+            raise Unsolved(status, lambda: self._explained(numbers, verdict or self.judged(numbers)[0]))
+        return found
+
+    def outcome(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
+        """The status of one row and, where it is solved, the wanted values of every answer in order."""
+        found = self._known(numbers)
+        return self._solved(numbers)[:2] if found is None else (Status.SOLVED, found)
+
+    def _solved(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]], Verdict | None]:
+        """The outcome of a row step by step, and the verdict unless a record refuses it.
+
+        What is found out becomes a record, where it can; of an infeasible row it is the refusal, where
+        nothing but that is known of it. A row that lacks an input teaches nothing: it is solved for it; nor
+        does one whose rules were read anew.
+        """
+        if any(refused(*numbers) is not None for refused in self.records.refused):
+            return Status.INFEASIBLE, [], None
+        verdict, found = self.judged(numbers)
+        solved = verdict.status is Status.SOLVED
+        if not verdict.reread and all(isinstance(one, str) or math.isfinite(one) for one in numbers):
+            if solved and self.records.learn(numbers, verdict.leaves, found.dead):
+                self._bind()
+            elif verdict.status is Status.INFEASIBLE:
+                self.records.refuse(numbers, found)
+        leaves = verdict.leaves if solved else ()
+        rows = (tuple(leaf.branch.values.get(n, math.nan) for n in self.want) for leaf in leaves)
+        return verdict.status, list(dict.fromkeys(rows)), verdict
+
     def sweep(self, *columns: Column, jit: bool = False) -> Table:
         """One solve a row for arrays (n,) in the order of ``inputs``; a row without an answer is NaN.
 
+        The primary answer of a row is the one that continues a branch, else the one that the rule says.
         With ``jit`` the records are compiled to machine code (extra ``jit``), which pays from about 1e5 rows.
         Raises ValueError for columns of different lengths, ImportError where the extra is absent.
         """
-        return sweep_rows(self, columns, jit)
+        arrays = self._columns(columns)
+        inputs = dict(zip(self.inputs, arrays, strict=True))
+        if _is_long(self, arrays) and (table := _in_pieces(self, inputs, jit)) is not None:
+            return table
+        status, answers = sweep_answers(self, arrays, jit, steady=True)
+        first = kept(arrays, answers, self.turns, len(status))
+        return one_answer(inputs, self.want, status, answers, first, own=True)
 
     def sweep_all(self, *columns: Column, jit: bool = False) -> tuple[NDArray[np.int8], Answers]:
         """Every answer of each row for one or more arrays (n,) of numbers, and the status codes (n,).
 
         Raises ValueError and ImportError as ``sweep`` does.
         """
-        return sweep_answers(self, columns, jit)
+        return sweep_answers(self, self._columns(columns), jit)
+
+    def _columns(self, columns: Sequence[Column]) -> list[Array]:
+        if len(columns) != len(self.inputs):
+            told = plural(len(self.inputs), "column")
+            raise TypeError(f"this plan is prepared for {told}, not for {len(columns)}")
+        arrays = [column_of(column, name) for name, column in zip(self.inputs, columns, strict=True)]
+        one_length(self.inputs, arrays)
+        return arrays
 
     @cached_property
     def turns(self) -> Array:
@@ -207,22 +245,6 @@ class Plan:
         if self._sweeper is None or self._sweeper.jit is not jit or self._sweeper.records is not self.records:
             self._sweeper = AnswerSweeper(self.records, jit, self.turns)
         return self._sweeper
-
-    def outcome(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
-        """The status of one row and, where it is solved, the wanted values of every answer in order."""
-        rows = self._known(numbers)
-        if rows is not None:
-            return Status.SOLVED, rows
-        if self._refused(numbers):
-            return Status.INFEASIBLE, []
-        verdict, found = self.judged(numbers)
-        self.learn(numbers, verdict, found)
-        return verdict.status, self._rows(verdict) if verdict.status is Status.SOLVED else []
-
-    def _rows(self, verdict: Verdict) -> list[tuple[Value, ...]]:
-        """The wanted values of answers, none of them twice."""
-        rows = (tuple(leaf.branch.values.get(n, math.nan) for n in self.want) for leaf in verdict.leaves)
-        return list(dict.fromkeys(rows))
 
     def judged(self, numbers: tuple[Value, ...]) -> tuple[Verdict, Exploration]:
         """Verdict on one row, unexplained; what it found out serves the rows that decide alike.
@@ -257,32 +279,6 @@ class Plan:
         """The inputs of a row by name, those that it lacks left out."""
         row = {n: v if isinstance(v, str) else float(v) for n, v in zip(self.inputs, numbers, strict=True)}
         return {**self.given, **{n: v for n, v in row.items() if isinstance(v, str) or math.isfinite(v)}}
-
-    def learn(self, numbers: tuple[Value, ...], verdict: Verdict, found: Exploration) -> None:
-        """A record of a row that was solved step by step, where it has one.
-
-        Of an infeasible row it is the refusal that is recorded, where nothing but that is known of it. A row
-        that lacks an input teaches nothing: it is solved for it; nor does one whose rules were read anew.
-        """
-        if verdict.reread or not all(isinstance(number, str) or math.isfinite(number) for number in numbers):
-            return
-        if verdict.status is Status.SOLVED and self.records.learn(numbers, verdict.leaves, found.dead):
-            self._bind()
-        elif verdict.status is Status.INFEASIBLE:
-            self.records.refuse(numbers, found)
-
-    def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
-        if self._refused(numbers):
-            raise Unsolved(Status.INFEASIBLE, lambda: self._explained(numbers, self.judged(numbers)[0]))
-        verdict, found = self.judged(numbers)
-        self.learn(numbers, verdict, found)
-        if verdict.status is not Status.SOLVED:
-            raise Unsolved(verdict.status, lambda: self._explained(numbers, verdict))
-        return self._rows(verdict)
-
-    def _refused(self, numbers: tuple[Value, ...]) -> bool:
-        """Whether a row is known to be infeasible."""
-        return any(refused(*numbers) is not None for refused in self.records.refused)
 
     def _explained(self, numbers: tuple[Value, ...], verdict: Verdict) -> tuple[Diagnosis, ...]:
         for name, number in zip(self.inputs, numbers, strict=True):
@@ -323,29 +319,37 @@ def prepare(
 
 
 def sweep_answers(
-    plan: Plan, columns: Sequence[Column], jit: bool, steady: bool = False
+    plan: Plan, columns: list[Array], jit: bool, steady: bool = False
 ) -> tuple[NDArray[np.int8], Answers]:
     """The status codes (n,) of every row, and all its wanted values, the primary answer first.
 
     The columns (n,) stand in the order of the plan's inputs; without any there is one row. In a ``steady``
-    sweep answers are in order as far as ``Answers.runs`` says. Raises ValueError for columns of different
-    lengths.
+    sweep answers are in order as far as ``Answers.runs`` says. Raises Interrupted with the same for an
+    interrupt at a row.
     """
-    arrays = _columns(plan.inputs, columns)
-    if not arrays or any(array.dtype != float for array in arrays):
-        return _one_by_one(plan, arrays)
-    return _numbers(plan, arrays, jit, steady)
+    if not columns or any(column.dtype != float for column in columns):
+        rows = zip(*columns, strict=True) if columns else [()]
+        outcomes = [plan.outcome(tuple(map(_number, row))) for row in rows]
+        codes = np.array([CODES[status] for status, _ in outcomes], dtype=np.int8)
+        return codes, listed([found for _, found in outcomes])
+    status = np.zeros(len(columns[0]), dtype=np.int8)
+
+    def outcome(row: int) -> tuple[Status, list[tuple[Value, ...]]]:
+        if (watch := WATCH.get()) is not None:
+            watch(row)
+        return plan.outcome(tuple(float(column[row]) for column in columns))
+
+    def keep(rows: Array, outcome: Status) -> None:
+        status[rows] = CODES[outcome]
+
+    try:
+        return status, plan.sweeper(jit).run(columns, outcome, keep, steady)
+    except Interrupted as reached:
+        raise Interrupted(reached.rows, (status, reached.kept)) from None
 
 
-def sweep_rows(plan: Plan, columns: Sequence[Column], jit: bool) -> Table:
-    """The primary answer of every row: the one that continues a branch, else the one that the rule says."""
-    arrays = _columns(plan.inputs, columns)
-    inputs = dict(zip(plan.inputs, arrays, strict=True))
-    if _is_long(plan, arrays) and (table := _in_pieces(plan, inputs, jit)) is not None:
-        return table
-    status, answers = sweep_answers(plan, arrays, jit, steady=True)
-    first = kept(arrays, answers, plan.turns, len(status))
-    return one_answer(inputs, plan.want, status, answers, first, own=True)
+def _number(value: Any) -> Value:
+    return value if isinstance(value, str) else np.nan if value is None else float(value)
 
 
 PIECE, HEAD = 2**17, 2**9
@@ -406,44 +410,3 @@ def _table(
     columns = {name: columns[name] for name in (*inputs, *want)}
     columns[free_name("answers", columns)] = counts
     return Table(columns, status, answers=counts)
-
-
-def _columns(names: Sequence[str], columns: Sequence[Column]) -> list[Array]:
-    if len(columns) != len(names):
-        raise TypeError(f"this plan is prepared for {plural(len(names), 'column')}, not for {len(columns)}")
-    arrays = [column_of(column, name) for name, column in zip(names, columns, strict=True)]
-    one_length(names, arrays)
-    return arrays
-
-
-def _numbers(plan: Plan, columns: list[Array], jit: bool, steady: bool) -> tuple[NDArray[np.int8], Answers]:
-    """Rows of numbers: by records first. Raises Interrupted with the same for an interrupt at a row."""
-    status = np.zeros(len(columns[0]), dtype=np.int8)
-
-    def outcome(row: int) -> tuple[Status, list[tuple[Value, ...]]]:
-        watch = WATCH.get()
-        if watch is not None:
-            watch(row)
-        return plan.outcome(tuple(float(column[row]) for column in columns))
-
-    def keep(rows: Array, outcome: Status) -> None:
-        status[rows] = CODES[outcome]
-
-    try:
-        found = plan.sweeper(jit).run(columns, outcome, keep, steady)
-    except Interrupted as reached:
-        raise Interrupted(reached.rows, (status, reached.kept)) from None
-    return status, found
-
-
-def _one_by_one(plan: Plan, columns: list[Array]) -> tuple[NDArray[np.int8], Answers]:
-    found = [plan.outcome(numbers) for numbers in _rows(columns)]
-    status = np.array([CODES[status] for status, _ in found], dtype=np.int8)
-    return status, listed([rows for _, rows in found])
-
-
-def _rows(columns: list[Array]) -> Iterator[tuple[Value, ...]]:
-    if not columns:
-        yield ()
-    for row in zip(*columns, strict=True):
-        yield tuple(v if isinstance(v, str) else np.nan if v is None else float(v) for v in row)

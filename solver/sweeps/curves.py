@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache, partial
 from itertools import groupby
 from typing import NamedTuple
 
@@ -35,17 +36,12 @@ from solver.sweeps.tracing import (
 )
 
 
-class Core(NamedTuple):
-    """``names``: the unknowns of the steps that can have several values, and all that these need of what
-    moves with the parameter, in the order of the steps. ``moving``: everything that does, the parameter too.
+def _core(graph: ModelGraph, steps: Sequence[Step], parameter: str) -> tuple[tuple[str, ...], frozenset[str]]:
+    """The core of a path, and what moves with the parameter, which does so, too.
+
+    The core are the unknowns of the steps that can have several values, and all that these need of what
+    moves, in the order of the steps: nothing where every step has one value, and no case was assumed.
     """
-
-    names: tuple[str, ...]
-    moving: frozenset[str]
-
-
-def core_of(graph: ModelGraph, steps: Sequence[Step], parameter: str) -> Core:
-    """The core of a path; it has no names where every step has one value, and no case was assumed."""
     made = [(step, names, {*read_by(graph, step)}) for step in steps if (names := given_by(step))]
     assumed = {name for step in steps if isinstance(step, Assume) for name in read_by(graph, step)}
     moving = {parameter}
@@ -58,7 +54,7 @@ def core_of(graph: ModelGraph, steps: Sequence[Step], parameter: str) -> Core:
             continue
         if _forks(graph, step) or not (needed | assumed).isdisjoint(names):
             needed.update(names, read & moving)
-    return Core(tuple(n for _, names, _ in made for n in names if n in needed & moving), frozenset(moving))
+    return tuple(n for _, names, _ in made for n in names if n in needed & moving), frozenset(moving)
 
 
 def _forks(graph: ModelGraph, step: Step) -> bool:
@@ -68,9 +64,6 @@ def _forks(graph: ModelGraph, step: Step) -> bool:
     rules = (graph.model.equations[index] for index in equations_of(step))
     return not all(is_linear(subtract(rule.left, rule.right), given_by(step)) for rule in rules)
 
-
-Answer = Callable[[float], "Mapping[str, Value] | None"]
-"""The values at a place of the swept variable; None where there is no answer."""
 
 STEEP = 0.8
 """Share of a change that one half of an interval takes, and not the other, where it is looked at closely."""
@@ -87,82 +80,52 @@ STILL_GROWN = 4.0
 
 
 def parted(
-    start: float, end: float, answer: Answer, names: Sequence[str], turn: Callable[[str], float | None]
+    start: float, end: float, value: Callable[[float], float | None], turn: float | None = None
 ) -> bool:
-    """Whether some of the named values jumps, has a pole, or is missing between two places with answers.
+    """Whether a value jumps, has a pole, or is missing (None) between two places where it is known.
 
-    ``turn``: the whole turn of a name that is an angle, which makes no difference.
+    It is looked at closely only where its middle lies outside of those at the ends, or next to one of them.
+    ``turn``: the whole turn of an angle, which makes no difference.
     """
-    first, last, middle = answer(start), answer(end), answer(0.5 * (start + end))
-    if first is None or last is None:
+
+    def apart(one: float, other: float) -> float:
+        return abs(other - one) if turn is None else abs(math.remainder(other - one, turn))
+
+    a, between, b = value(start), value(0.5 * (start + end)), value(end)
+    if a is None or b is None or between is None:
+        return a is not None and b is not None
+    most, largest = max(apart(a, between), apart(between, b)), max(abs(a), abs(b))
+    if most <= STEEP * apart(a, b):
         return False
-    if middle is None:
-        return True
-    for name in names:
-        ends = first.get(name), middle.get(name), last.get(name)
-        numbers = [value for value in ends if isinstance(value, float)]
-        if len(numbers) == 3 and _Search(answer, name, turn(name)).parts(start, end, *numbers):
+    most, low, high = max(most, apart(a, b)), start, end
+    for _ in range(HALVINGS):  # does the change of the value vanish with the interval?
+        place = 0.5 * (low + high)
+        middle = None if place in (low, high) else value(place)
+        if middle is None:
             return True
-    return False
+        left, right = apart(a, middle), apart(middle, b)
+        most = max(most, left, right)
+        low, a, high, b = (low, a, place, middle) if left >= right else (place, middle, high, b)
+        if apart(a, b) <= max(VANISHED * most, ROUNDING * max(abs(a), abs(b))):
+            return turn is None and abs(between) > largest and _grows(start, end, value, GROWN * largest)
+    return True
 
 
-class _Search:
-    """Where one value changes most."""
-
-    def __init__(self, answer: Answer, name: str, turn: float | None) -> None:
-        self.answer, self.name, self.turn = answer, name, turn
-
-    def parts(self, start: float, end: float, a: float, middle: float, b: float) -> bool:
-        """Whether the value jumps or has a pole; looked at only where the middle one lies outside of those at
-        the ends, or next to one of them."""
-        if max(self._apart(a, middle), self._apart(middle, b)) <= STEEP * self._apart(a, b):
-            return False
-        return not self.joined(start, end, a, middle, b) or self.grows(start, end, a, middle, b)
-
-    def joined(self, start: float, end: float, a: float, between: float, b: float) -> bool:
-        """Whether the change of the value vanishes with the interval."""
-        most = max(self._apart(a, b), self._apart(a, between), self._apart(between, b))
-        for _ in range(HALVINGS):
-            place = 0.5 * (start + end)
-            middle = None if place in (start, end) else self._at(place)
-            if middle is None:
-                return False
-            most = max(most, self._apart(a, middle), self._apart(middle, b))
-            if self._apart(a, middle) >= self._apart(middle, b):
-                end, b = place, middle
-            else:
-                start, a = place, middle
-            if self._apart(a, b) <= max(VANISHED * most, ROUNDING * max(abs(a), abs(b))):
-                return True
-        return False
-
-    def grows(self, start: float, end: float, a: float, between: float, b: float) -> bool:
-        """Whether the value grows without bound, or vanishes, where it is largest: at a maximum it does not,
-        however small it is at the ends."""
-        most = GROWN * max(abs(a), abs(b))
-        if self.turn is not None or abs(between) <= max(abs(a), abs(b)):
-            return False
-        reached: list[float] = []
-        for _ in range(HALVINGS):
-            if not start < (place := 0.5 * (start + end)) < end:
-                break
-            places = start, 0.5 * (start + place), place, 0.5 * (place + end), end
-            found = [self._at(at) for at in places[1:4]]
-            sizes = [abs(number) for number in found if number is not None]
-            if len(sizes) < len(found):
-                return True
-            reached.append(max(sizes))
-            largest = sizes.index(reached[-1])
-            start, end = places[largest], places[largest + 2]
-        return len(reached) > LAST and reached[-1] > max(most, STILL_GROWN * reached[-1 - LAST])
-
-    def _at(self, place: float) -> float | None:
-        values = self.answer(place)
-        number = None if values is None else values.get(self.name)
-        return number if isinstance(number, float) else None
-
-    def _apart(self, a: float, b: float) -> float:
-        return abs(b - a) if self.turn is None else abs(math.remainder(b - a, self.turn))
+def _grows(start: float, end: float, value: Callable[[float], float | None], most: float) -> bool:
+    """Whether a value grows without bound, or vanishes, where it is largest: at a maximum it does not,
+    however small it is at the ends."""
+    reached: list[float] = []
+    for _ in range(HALVINGS):
+        if not start < (place := 0.5 * (start + end)) < end:
+            break
+        places = start, 0.5 * (start + place), place, 0.5 * (place + end), end
+        sizes = [abs(number) for at in places[1:4] if (number := value(at)) is not None]
+        if len(sizes) < 3:
+            return True
+        reached.append(max(sizes))
+        peak = sizes.index(reached[-1])
+        start, end = places[peak], places[peak + 2]
+    return len(reached) > LAST and reached[-1] > max(most, STILL_GROWN * reached[-1 - LAST])
 
 
 BREAK = "a value jumps or grows without bound"
@@ -209,11 +172,11 @@ def _followed(
 ) -> Iterator[_Found]:
     """The branch that an answer lies on, if its rules leave it one way to go."""
     graph, span = planner(plan.model).graph, (float(values.min()), float(values.max()))
-    core = core_of(graph, leaf.branch.steps, name)
-    names = (*core.names, name)
-    fixed = {n: v for n, v in leaf.branch.values.items() if n not in core.moving}
+    core, moving = _core(graph, leaf.branch.steps, name)
+    names = (*core, name)
+    fixed = {n: v for n, v in leaf.branch.values.items() if n not in moving}
     system = CoreSystem(graph, names, fixed, frozenset((*plan.given, name)), span)
-    point = np.array([*(leaf.branch.values[n] for n in core.names), value], dtype=np.float64)
+    point = np.array([*(leaf.branch.values[n] for n in core), value], dtype=np.float64)
     scale = np.array([sizes.get(n) or 1.0 for n in names])
     scale[-1] = span[1] - span[0] or scale[-1]
     scale = np.where(np.isfinite(system.turn), system.turn / (2 * np.pi), scale)
@@ -311,9 +274,14 @@ def _runs(found: _Found, filling: Filling) -> Iterator[_Run]:
             yield _Run(kept, curve.closed, start, end)
         return
 
-    def answer(place: float) -> Mapping[str, Value] | None:
+    @cache
+    def answer(place: float) -> Mapping[str, Value]:
         status, values = filling(rows[0].point._replace(z=np.array([place])))
-        return values if status is Status.SOLVED else None
+        return values if status is Status.SOLVED else {}
+
+    def value(name: str, place: float) -> float | None:
+        found = answer(place).get(name)
+        return found if isinstance(found, float) else None
 
     turn = planner(filling.model).graph.single_turn
     solved = groupby(enumerate(rows), key=lambda item: item[1].status is Status.SOLVED)
@@ -323,7 +291,7 @@ def _runs(found: _Found, filling: Filling) -> Iterator[_Run]:
         for place in range(first, last):
             expect_time()
             ends_at = float(rows[place].point.z[-1]), float(rows[place + 1].point.z[-1])
-            if parted(*ends_at, answer, filling.want, turn):
+            if any(parted(*ends_at, partial(value, name), turn(name)) for name in filling.want):
                 yield _Run(rows[first : place + 1], False, begins, BREAK)
                 first, begins = place + 1, BREAK
         yield _Run(rows[first : last + 1], False, begins, end if last == len(rows) - 1 else End.DOMAIN.value)

@@ -106,23 +106,12 @@ def grid_chunks(rows: Grid) -> Iterator[Chunk]:
         done = end
 
 
-def grid_lessons(rows: Grid) -> Chunk:
-    """Some rows from all over a grid, to learn from; of a short one none."""
-    places = lessons(len(rows), len(rows))
+def grid_lessons(rows: Grid, total: int | None = None) -> Chunk:
+    """Some rows from all over a grid to learn from: so few that they do not weigh on ``total`` rows, its own
+    where that is None; of few none.
+    """
+    places = np.linspace(0, len(rows) - 1, min(LESSONS, (total or len(rows)) // 64)).astype(np.int64)
     return rows.at(places) if len(places) else ()
-
-
-def first_lessons(chunk: Chunk) -> Chunk:
-    """Some rows of the first piece, where nothing is known of the others."""
-    if not chunk:
-        return ()
-    places = lessons(16 * len(chunk[0]), len(chunk[0]))
-    return tuple(column[places] for column in chunk) if len(places) else ()
-
-
-def lessons(total: int, there: int) -> Array:
-    """The places of rows to learn from, of those that are there: so few that they do not weigh."""
-    return np.linspace(0, there - 1, min(LESSONS, total // 64)).astype(np.int64)
 
 
 def file_chunks(pieces: Iterable[Chunk], total: int | None) -> Iterator[Chunk]:

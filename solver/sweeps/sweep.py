@@ -9,7 +9,6 @@ from time import time
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rulesheets.deadline import Interrupted, time_limit
 from rulesheets.diagnosis import RuleSheetError
@@ -60,7 +59,12 @@ def sweep(
     a wrong number of ``jobs``.
     """
     expect_model(model)
-    inputs = {name: _in_its_unit(model, name, column) for name, column in columns_of(inputs).items()}
+    if not isinstance(inputs, Mapping):
+        names = getattr(inputs, "column_names", None) or getattr(inputs, "columns", None)
+        if names is None:
+            raise TypeError(f"inputs are a mapping or a data frame, not of the type {type(inputs).__name__}")
+        inputs = {str(name): np.asarray(inputs[name]) for name in names}
+    inputs = {name: _in_its_unit(model, name, column) for name, column in inputs.items()}
     if jobs is not None and jobs < 1:
         raise ValueError(f"{jobs} is no number of processes")
     if follow:
@@ -82,16 +86,6 @@ def sweep(
     solved = solved_pieces(work, chunks, len(rows), jobs, scheduler)
     table = joined([piece.table for piece in followed(work, solved)])
     return Table(table, table.status, model.files, table.answers)
-
-
-def columns_of(inputs: Any) -> Mapping[str, Column]:
-    """The columns of a mapping or of a data frame by name."""
-    if isinstance(inputs, Mapping):
-        return inputs
-    names = getattr(inputs, "column_names", None) or getattr(inputs, "columns", None)
-    if names is None:
-        raise TypeError(f"inputs are a mapping or a data frame, not of the type {type(inputs).__name__}")
-    return {str(name): np.asarray(inputs[name]) for name in names}
 
 
 def _in_its_unit(model: Model, name: str, column: Any) -> Any:
@@ -124,18 +118,8 @@ def work_of(
     if jit and find_spec("llvmlite") is None:
         raise RuleSheetError(missing_extra("machine code needs", "llvmlite", "jit"))
     until = None if timeout is None else time() + timeout
-    return Work(
-        plan.model,
-        plan.inputs,
-        plan.want,
-        plan.given,
-        plan.guesses,
-        lessons,
-        every,
-        jit,
-        line,
-        until,
-    )
+    known = plan.model, plan.inputs, plan.want, plan.given, plan.guesses
+    return Work(*known, lessons, every, jit, line, until)
 
 
 def followed(work: Work, pieces: Iterator[Solved]) -> Iterator[Solved]:
@@ -144,7 +128,7 @@ def followed(work: Work, pieces: Iterator[Solved]) -> Iterator[Solved]:
     follow: Callable[[Solved], Solved]
     if work.every:
         answer, *wanted = work.names[len(work.inputs) :]
-        follow = Follower(answer, wanted, {name: turn(name) or inf for name in wanted}, work.line).numbered
+        follow = Follower(answer, wanted, {name: turn(name) or inf for name in wanted}, work.line)
     else:
         follow = Branches(work, np.array([turn(name) or inf for name in work.want]))
     try:
@@ -178,26 +162,15 @@ def monte_carlo(
         raise ValueError("there is no answer to sample around")
     model, answer = result.model, result.solutions[0]
     sizes = tolerances_of(model, result.inputs, tolerances)
-    named = None if outputs is None else variables_named(outputs, model)
-    wanted = tuple(
-        n for n in (named or result.wanted) if n not in result.inputs and isinstance(answer.get(n), float)
-    )
+    numbers = {n: v for n, v in answer.items() if isinstance(v, float) and n not in result.inputs}
+    named = () if outputs is None else variables_named(outputs, model)
+    wanted = tuple(name for name in named or result.wanted if name in numbers)
     draw = np.random.default_rng(seed)
-    columns = {
-        n: float(result.inputs[n]) + size * _drawn(draw, distribution, samples) for n, size in sizes.items()
-    }
+    columns = []
+    for name, size in sizes.items():  # deviations in units of a tolerance
+        normal = distribution == "normal"
+        off = draw.normal(0.0, SPREADS["normal"], samples) if normal else draw.uniform(-1.0, 1.0, samples)
+        columns.append(float(result.inputs[name]) + size * off)
     given = {name: result.inputs.get(name) for name in model.variables}
-    guesses = {name: answer[name] for name in model.variables if _unknown_number(name, result)}
-    plan = prepare(model, list(sizes), wanted, given, guesses)  # type: ignore[arg-type]
-    return Samples(plan.sweep(*columns.values()), sizes, wanted, distribution, seed)
-
-
-def _unknown_number(name: str, result: Result) -> bool:
-    return name not in result.inputs and isinstance(result.solutions[0].get(name), float)
-
-
-def _drawn(draw: np.random.Generator, distribution: str, count: int) -> NDArray[np.float64]:
-    """Deviations in units of a tolerance."""
-    if distribution == "normal":
-        return draw.normal(0.0, SPREADS["normal"], count)
-    return draw.uniform(-1.0, 1.0, count)
+    plan = prepare(model, list(sizes), wanted, given, numbers)
+    return Samples(plan.sweep(*columns), sizes, wanted, distribution, seed)

@@ -56,7 +56,9 @@ class CoreSystem:
             e for e in self.model.equations if known.issuperset(e.names) and set(names).intersection(e.names)
         ]
         self.guarded = any(e.guard for e in self.candidates)
-        jumps = dict(filter(None, map(_direction, self.candidates)))
+        directions = {e.index: found for e in self.candidates if (found := _direction(e))}
+        self.jump = {index: turn for index, (_, turn) in directions.items()}
+        jumps = dict(directions.values())
         turns = [jumps.get(name) or graph.turn(name) for name in names[:-1]]
         variables = [self.model.variables[name] for name in names]
         self.low, self.high = (np.array([getattr(v, end) for v in variables]) for end in ("low", "high"))
@@ -70,9 +72,7 @@ class CoreSystem:
 
     def regime(self, z: Vector) -> tuple[int, ...]:
         """The candidates that are active at a point."""
-        if not self.guarded:
-            return ()
-        return tuple(e.index for e in self.active(z))
+        return tuple(e.index for e in self.active(z)) if self.guarded else ()
 
     def active(self, z: Vector) -> list[Equation]:
         chosen = {e.index for e in self.candidates}
@@ -90,7 +90,7 @@ class CoreSystem:
             return None
         equations = [equations[i] for i in kept]
         block = SolveBlock(tuple(e.index for e in equations), self.names, ())
-        kernel, jumps = kernel_of(self.graph, block), [_jump(e) or math.inf for e in equations]
+        kernel, jumps = kernel_of(self.graph, block), [self.jump.get(e.index, math.inf) for e in equations]
         known: list[Any] = [self.fixed[name] for name in kernel.known]
         misses, derivatives = kernel.residual(known), kernel.jacobian(known)
 
@@ -114,7 +114,7 @@ class CoreSystem:
                 left, right, *_ = sides(equation, values)
             except Undefined:
                 return False
-            miss = math.remainder(left - right, _jump(equation) or math.inf)
+            miss = math.remainder(left - right, self.jump.get(equation.index, math.inf))
             if abs(miss) > within * max(size(equation, values), abs(left), abs(right)):
                 return False
         return True
@@ -129,11 +129,6 @@ def _direction(equation: Equation) -> tuple[str, float] | None:
             if row.direction and row.angle is not None:
                 return one.name, row.angle
     return None
-
-
-def _jump(equation: Equation) -> float | None:
-    found = _direction(equation)
-    return None if found is None else found[1]
 
 
 MEETS = 1e-6
@@ -172,20 +167,30 @@ def traced(system: CoreSystem, seed: Vector, scale: Vector) -> Curve | None:
     ahead = None if problem is None else start(problem, seed)
     if problem is None or ahead is None:
         return None
-    forward, end = _onward(system, problem, ahead, ahead)
+    forward, end = _onward(system, problem, ahead)
     if end is End.CLOSED:
         return Curve(tuple(forward), end, end)
     # turning the tangent around changes the sign of the bordered determinant
     behind = ahead._replace(tangent=-ahead.tangent, orientation=-ahead.orientation)
-    backward, first_end = _onward(system, problem, behind, behind)
-    return Curve(_joined(backward, forward), first_end, end)
+    backward, first_end = _onward(system, problem, behind)
+    # one run through both: the backward one turned around, arc lengths counted from its far end
+    length = backward[-1].points[-1].arc
+    pieces = []
+    for piece in reversed(backward):
+        turned = (
+            p._replace(tangent=-p.tangent, orientation=-p.orientation, arc=length - p.arc)
+            for p in reversed(piece.points)
+        )
+        pieces.append(Piece(piece.problem, tuple(turned)))
+    for piece in forward:
+        moved = (p._replace(arc=p.arc + length) for p in piece.points)
+        pieces.append(Piece(piece.problem, tuple(moved)))
+    return Curve(tuple(pieces), first_end, end)
 
 
-def _onward(
-    system: CoreSystem, problem: Problem, first: CurvePoint, home: CurvePoint
-) -> tuple[list[Piece], End]:
+def _onward(system: CoreSystem, problem: Problem, home: CurvePoint) -> tuple[list[Piece], End]:
     """Follow a curve through changes of its rules, as long as the answer goes on."""
-    pieces: list[Piece] = []
+    pieces, first = list[Piece](), home
     for _ in range(CHANGES):
         expect_time()
         trace = follow(problem, first, home)
@@ -203,22 +208,6 @@ def _onward(
     return pieces, End.LIMIT
 
 
-def _joined(backward: list[Piece], forward: list[Piece]) -> tuple[Piece, ...]:
-    """One run through both: the backward one turned around, arc lengths counted from its far end."""
-    length = backward[-1].points[-1].arc
-    pieces = []
-    for piece in reversed(backward):
-        turned = (
-            p._replace(tangent=-p.tangent, orientation=-p.orientation, arc=length - p.arc)
-            for p in reversed(piece.points)
-        )
-        pieces.append(Piece(piece.problem, tuple(turned)))
-    shifted = [
-        Piece(piece.problem, tuple(p._replace(arc=p.arc + length) for p in piece.points)) for piece in forward
-    ]
-    return (*pieces, *shifted)
-
-
 NOUGHT = 1e-15
 """Share of its magnitude below which a coordinate may be what is left of an exact 0."""
 
@@ -233,7 +222,7 @@ class CurveRow(NamedTuple):
 def curve_rows(curve: Curve, values: Vector) -> Iterator[CurveRow]:
     """The first point, every swept value that the branch passes, every fold, the last point."""
     first, last = curve.points[0], curve.points[-1]
-    yield CurveRow(first, _rises(first))
+    yield CurveRow(first, bool(first.tangent[-1] > 0))
     for piece in curve.pieces:
         for here, there in pairwise(piece.points):
             a, b = float(here.z[-1]), float(there.z[-1])
@@ -244,13 +233,9 @@ def curve_rows(curve: Curve, values: Vector) -> Iterator[CurveRow]:
                     yield CurveRow(found)
             swept = bool((values == there.z[-1]).any())
             if there is not last and (there.fold or swept):
-                yield CurveRow(there, _rises(here))
+                yield CurveRow(there, bool(here.tangent[-1] > 0))
     if len(curve.points) > 1:
-        yield CurveRow(last, _rises(last))
-
-
-def _rises(point: CurvePoint) -> bool:
-    return bool(point.tangent[-1] > 0)
+        yield CurveRow(last, bool(last.tangent[-1] > 0))
 
 
 def _crossing(problem: Problem, here: CurvePoint, there: CurvePoint, value: float) -> CurvePoint | None:
@@ -285,22 +270,17 @@ class Filling:
         return Status.SINGULAR if point.fold else status, values
 
     def _solved(self, z: Vector) -> tuple[Status, dict[str, Value]]:
-        inputs = {**self.system.fixed, **self.wrapped(z)}
+        """With angles in (-180, 180], as far as the rules of the core admit it."""
+        finite = np.isfinite(self.system.turn)
+        turn = np.where(finite, self.system.turn, 1.0)
+        moved = np.where(finite, z - turn * np.ceil(z / turn - 0.5), z)
+        if self.system.holds(moved, 1e-12):
+            z = moved
+        inputs = self.system.values(z)
         asked = Asked(self.model, inputs, self.want, {}, self.want)
         verdict = judge(asked, explore(asked))
         values = verdict.leaves[0].branch.values if verdict.leaves else inputs
         return verdict.status, {name: values[name] for name in self.want if name in values}
-
-    def wrapped(self, z: Vector) -> dict[str, float]:
-        """The core with angles in (-180, 180], as far as its rules admit it."""
-        plain = dict(zip(self.system.names, z.tolist(), strict=True))
-        moved = z.copy()
-        for place, turn in enumerate(self.system.turn):
-            if math.isfinite(turn):
-                moved[place] -= turn * math.ceil(moved[place] / turn - 0.5)
-        if np.array_equal(moved, z) or not self.system.holds(moved, 1e-12):
-            return plain
-        return dict(zip(self.system.names, moved.tolist(), strict=True))
 
 
 class Limit(NamedTuple):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from time import time
 from typing import Any, NamedTuple, TypeAlias
@@ -116,15 +115,6 @@ class Work(NamedTuple):
     line: int = ENDLESS
     until: float | None = None
 
-    def limit(self) -> AbstractContextManager[None]:
-        """What is left of the time."""
-        return time_limit(None if self.until is None else max(self.until - time(), 1e-9))
-
-    @property
-    def steady(self) -> bool:
-        """Whether only a branch of answers has to be kept, and not every row to be sorted."""
-        return not self.every and self.line > 1
-
     @property
     def names(self) -> tuple[str, ...]:
         """The columns of the table, the status not among them."""
@@ -171,35 +161,33 @@ class Solver:
 
         Raises Interrupted with the rows before the one that an interrupt met, solved.
         """
-        codes = refusals(columns, self._inputs)
+        work, codes = self.work, refusals(columns, self._inputs)
         asked, left = np.flatnonzero(codes == 0), codes == 0
+        steady = not work.every and work.line > 1  # a branch is kept: not every row has to be sorted
         parts: list[tuple[Array, Answers]] = []
-        with self.work.limit():
+        with time_limit(None if work.until is None else max(work.until - time(), 1e-9)):
             for key, rows in _by_symbols([column[asked] for column in columns]).items():
-                places = asked[rows]
-                done, status, answers = self._answers(key, _numbers(columns, key, places), len(places))
+                places, plan = asked[rows], self._plan(key)
+                done, numbers = len(places), _numbers(columns, key, places)
+                try:
+                    if numbers:
+                        status, answers = sweep_answers(plan, numbers, work.jit, steady)
+                    else:  # nothing tells the rows apart
+                        one, found = plan.outcome(())
+                        status, answers = np.full(done, CODES[one], dtype=np.int8), listed([found] * done)
+                except Interrupted as reached:
+                    done, (status, answers) = reached.rows, reached.kept
                 codes[places] = status
                 left[places[:done]] = False
                 parts.append((places, answers))
                 if done < len(places):
                     break
-        found = together(parts, len(codes))
+        every = together(parts, len(codes))
         if not left.any():
-            return self._solved(columns, codes, found)
+            return self._solved(columns, codes, every)
         count = int(np.argmax(left))
         inputs = [column[:count] for column in columns]
-        raise Interrupted(count, (self._solved(inputs, codes[:count], found.cut(0, count)),))
-
-    def _answers(self, key: Key, numbers: list[Array], count: int) -> tuple[int, Array, Answers]:
-        """How many rows of these symbols were solved before an interrupt, their codes and answers."""
-        plan, work = self._plan(key), self.work
-        if not numbers:  # nothing tells the rows apart
-            status, answers = plan.outcome(())
-            return count, np.full(count, CODES[status], dtype=np.int8), listed([answers] * count)
-        try:
-            return count, *sweep_answers(plan, numbers, work.jit, work.steady)
-        except Interrupted as reached:
-            return reached.rows, *reached.kept
+        raise Interrupted(count, (self._solved(inputs, codes[:count], every.cut(0, count)),))
 
     def _plan(self, key: Key) -> Plan:
         if key not in self._plans:
@@ -300,19 +288,14 @@ class Follower:
         self._column, self._wanted, self._line = column, tuple(wanted), line
         self._turns = np.array([turns.get(name, np.inf) for name in wanted])
         self._row, self._in_order = 0, False
-        self._start_anew()
-
-    def _start_anew(self) -> None:
-        """The branches of the last row: their numbers, where they are (v, k), and their steps to there."""
+        # the branches of the last row: their numbers, where they are (v, k), and their steps to there
         self._labels: list[int] = []
         self._at: Points = np.zeros((len(self._wanted), 0))
         self._steps = self._at
 
-    def numbered(self, piece: Solved) -> Solved:
-        return replace(piece, table=self(piece.table))
-
-    def __call__(self, table: Table) -> Table:
-        """The next piece of the table, renumbered."""
+    def __call__(self, piece: Solved) -> Solved:
+        """The next piece, renumbered."""
+        table = piece.table
         ranks = table[self._column]
         found = [numbers_of(table[name]) for name in self._wanted]
         points = np.array(found).reshape(len(found), len(ranks))  # also where nothing is wanted
@@ -332,12 +315,12 @@ class Follower:
             places = slice(starts[row], starts[row] + len(self._labels) * (end - row))
             numbers[places] = np.tile(self._labels, end - row)
             self._row, row = self._row + end - row, end
-        return table.having({**table, self._column: numbers})
+        return replace(piece, table=table.having({**table, self._column: numbers}))
 
     def _one(self, found: Points) -> None:
         """Number the answers (v, j) of one row by the row before."""
         if self._row % self._line == 0:
-            self._start_anew()
+            self._labels = []
         count, before = found.shape[1], self._labels
         labels: dict[int, int] = {}
         steps: Points = np.zeros(found.shape)

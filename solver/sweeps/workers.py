@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing, suppress
 from functools import lru_cache
+from importlib import import_module
 from importlib.metadata import version
 from queue import SimpleQueue
 from threading import Lock
@@ -24,7 +25,7 @@ from time import thread_time
 from typing import Any
 
 from rulesheets.deadline import Interrupted, Interrupts
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
+from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.registered import in_memory
 from solver.files import missing_extra
 from solver.files.tables import Chunk
@@ -66,21 +67,29 @@ def in_order(
         for chunk in chunks:
             under_way.append(submit(chunk))
             while len(under_way) >= window():
-                yield _whole(_awaited(under_way[0]))
+                yield _awaited(under_way[0])
                 under_way.popleft()
         while under_way:
-            yield _whole(_awaited(under_way[0]))
+            yield _awaited(under_way[0])
             under_way.popleft()
     except KeyboardInterrupt:
         if interrupt is None:
             raise
         interrupt()
-        kept = tuple(_left(under_way))
-        raise Interrupted(sum(sum(piece.counts) for piece in kept), kept) from None
+        kept: list[Solved] = []
+        for future in under_way:  # up to the first gap
+            try:
+                answer = future.result(PATIENCE)
+            except (TimeoutError, CancelledError, RuleSheetError):
+                break
+            kept += [answer] if isinstance(answer, Solved) else answer
+            if not isinstance(answer, Solved):
+                break
+        raise Interrupted(sum(sum(piece.counts) for piece in kept), tuple(kept)) from None
 
 
 def _awaited(future: Any) -> Any:
-    """The result of a future. An interrupt that comes while its lock is let go ends in a RuntimeError
+    """The piece of a future. An interrupt that comes while its lock is let go ends in a RuntimeError
     ("cannot release un-acquired lock"); it is raised as what it is."""
     try:
         return future.result()
@@ -88,24 +97,6 @@ def _awaited(future: Any) -> Any:
         if isinstance(failure.__context__, KeyboardInterrupt):
             raise KeyboardInterrupt from None
         raise
-
-
-def _whole(answer: Any) -> Solved:
-    assert isinstance(answer, Solved)
-    return answer
-
-
-def _left(under_way: Iterable[Any]) -> Iterator[Solved]:
-    """What is solved of pieces under way, up to the first gap."""
-    for future in under_way:
-        try:
-            answer = future.result(PATIENCE)
-        except (TimeoutError, CancelledError, RuleSheetError):
-            return
-        if not isinstance(answer, Solved):
-            yield from answer
-            return
-        yield answer
 
 
 class _Workers:
@@ -122,7 +113,7 @@ class _Workers:
         """Ask the workers for what they have, and start no other piece."""
         self._ending = True
         for worker in self._all:
-            worker.interrupt()
+            worker.process.send_signal(signal.SIGINT)
 
     def submit(self, chunk: Chunk) -> Future[Solved | tuple[Solved, ...]]:
         return self._threads.submit(self._solve, chunk)
@@ -131,7 +122,7 @@ class _Workers:
         """End the workers, whatever they are doing."""
         self._closed = True
         for worker in self._all:
-            worker.kill()
+            worker.process.kill()
         self._threads.shutdown(wait=True, cancel_futures=True)
         for worker in self._all:
             worker.end()
@@ -167,7 +158,7 @@ class _Worker:
 
     def __init__(self, work: bytes) -> None:
         self._work: bytes | None = work
-        self._process = subprocess.Popen(
+        self.process = subprocess.Popen(
             [sys.executable, "-c", _START, json.dumps(sys.path)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -176,26 +167,20 @@ class _Worker:
         )
 
     def ask(self, chunk: Chunk) -> object:
-        assert self._process.stdin is not None and self._process.stdout is not None
+        assert self.process.stdin is not None and self.process.stdout is not None
         if self._work is not None:
-            pickle.dump(self._work, self._process.stdin, protocol=5)
+            pickle.dump(self._work, self.process.stdin, protocol=5)
             self._work = None
-        pickle.dump(chunk, self._process.stdin, protocol=5)
-        self._process.stdin.flush()
-        return pickle.load(self._process.stdout)
-
-    def interrupt(self) -> None:
-        self._process.send_signal(signal.SIGINT)
-
-    def kill(self) -> None:
-        self._process.kill()
+        pickle.dump(chunk, self.process.stdin, protocol=5)
+        self.process.stdin.flush()
+        return pickle.load(self.process.stdout)
 
     def end(self) -> None:
         """No thread may be asking any more."""
-        assert self._process.stdin is not None and self._process.stdout is not None
-        self._process.kill()
-        self._process.wait()
-        for pipe in (self._process.stdin, self._process.stdout):
+        assert self.process.stdin is not None and self.process.stdout is not None
+        self.process.kill()
+        self.process.wait()
+        for pipe in (self.process.stdin, self.process.stdout):
             with suppress(OSError):  # what the process did not read any more goes nowhere
                 pipe.close()
 
@@ -238,30 +223,35 @@ def solved_on_cluster(work: Work, chunks: Iterable[Chunk], scheduler: Any) -> It
     Two pieces a thread of the cluster are under way at any time. Raises RuleSheetError: E441 without
     dask, E444 for a scheduler or workers that cannot be used.
     """
-    distributed = _distributed()
+    try:
+        distributed = import_module("distributed")
+    except ImportError:
+        raise RuleSheetError(missing_extra("clusters need", "dask", "dask")) from None
     with ExitStack() as stack:
-        client = stack.enter_context(_client(scheduler)) if isinstance(scheduler, str) else scheduler
-        _workers(client, scheduler)
-        packed = client.submit(bytes, work.packed(), pure=False)
-        here = version("backsolve")
-
-        def submit(chunk: Chunk) -> Any:
-            return client.submit(solve_piece, packed, here, chunk, pure=False)
-
-        def window() -> int:
-            threads: dict[str, int] = client.nthreads()
-            return 2 * max(1, sum(threads.values()))
-
+        client = scheduler
+        if isinstance(scheduler, str):
+            try:
+                client = distributed.Client(scheduler, timeout=ANSWER_WITHIN, set_as_default=False)
+            except (OSError, ValueError) as failure:
+                raise _unusable(f"no scheduler answers at {scheduler}", str(failure)) from None
+            stack.enter_context(client)
         try:
-            yield from in_order(submit, chunks, window)
+            client.wait_for_workers(1, timeout=ANSWER_WITHIN)
+        except TimeoutError:
+            raise _unusable(f"the scheduler at {scheduler} has no workers") from None
+        packed, here = client.submit(bytes, work.packed(), pure=False), version("backsolve")
+        try:
+            yield from in_order(
+                lambda chunk: client.submit(solve_piece, packed, here, chunk, pure=False),
+                chunks,
+                lambda: 2 * max(1, sum(client.nthreads().values())),
+            )
         except distributed.KilledWorker as killed:
-            raise RuleSheetError(
-                _unusable("its workers keep ending over the same rows", str(killed))
-            ) from None
+            raise _unusable("its workers keep ending over the same rows", str(killed)) from None
         except distributed.CancelledError:
-            raise RuleSheetError(_unusable("the connection to the scheduler is lost")) from None
+            raise _unusable("the connection to the scheduler is lost") from None
         except ModuleNotFoundError as missing:
-            raise RuleSheetError(_unusable(f"its workers have no module {missing.name}")) from None
+            raise _unusable(f"its workers have no module {missing.name}") from None
 
 
 def solve_piece(packed: bytes, expected: str, chunk: Chunk) -> Solved:
@@ -272,37 +262,14 @@ def solve_piece(packed: bytes, expected: str, chunk: Chunk) -> Solved:
 
 @lru_cache(maxsize=4)
 def _solver(packed: bytes, expected: str) -> Solver:
-    here = version("backsolve")
-    if here != expected:
-        raise RuleSheetError(_unusable(f"its workers have Backsolve {here}, and this is {expected}"))
+    if (here := version("backsolve")) != expected:
+        raise _unusable(f"its workers have Backsolve {here}, and this is {expected}")
     return Solver(unpacked(packed))
 
 
-def _client(address: str) -> Any:
-    try:
-        return _distributed().Client(address, timeout=ANSWER_WITHIN, set_as_default=False)
-    except (OSError, ValueError) as failure:
-        raise RuleSheetError(_unusable(f"no scheduler answers at {address}", str(failure))) from None
-
-
-def _workers(client: Any, scheduler: object) -> None:
-    try:
-        client.wait_for_workers(1, timeout=ANSWER_WITHIN)
-    except TimeoutError:
-        raise RuleSheetError(_unusable(f"the scheduler at {scheduler} has no workers")) from None
-
-
-def _distributed() -> Any:
-    try:
-        import distributed
-    except ImportError:
-        raise RuleSheetError(missing_extra("clusters need", "dask", "dask")) from None
-    return distributed
-
-
-def _unusable(reason: str, detail: str = "") -> Diagnosis:
+def _unusable(reason: str, *details: str) -> RuleSheetError:
     notes = ("workers are started with `dask worker ADDRESS --nthreads 1`, where Backsolve is installed",)
-    return error("E444", f"the cluster cannot be used: {reason}", notes=(*filter(None, (detail,)), *notes))
+    return RuleSheetError(error("E444", f"the cluster cannot be used: {reason}", notes=(*details, *notes)))
 
 
 WORTH = 2.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import pytest
 from hypothesis import assume, given, settings
@@ -13,13 +13,13 @@ from solver.sweeps.curves import parted
 
 
 def is_parted(function: Callable[[float], float], start: float, end: float) -> bool:
-    def answer(place: float) -> Mapping[str, float] | None:
+    def value(place: float) -> float | None:
         try:
-            return {"y": function(place)}
+            return function(place)
         except ZeroDivisionError:
             return None
 
-    return parted(start, end, answer, ["y"], lambda name: None)
+    return parted(start, end, value)
 
 
 @settings(max_examples=40)

@@ -45,6 +45,7 @@ from solver.sweeps.stream import Grid, Outcome, grid_chunks, grid_lessons, run
 from solver.sweeps.sweep import work_of
 from solver.sweeps.work import Solved, Solver, Work, unpacked
 from solver.sweeps.workers import in_order, solved_pieces
+from solver.trace.records import Records
 
 ROOT = Path(__file__).parent.parent.parent
 
@@ -458,7 +459,7 @@ def test_an_interrupt_keeps_the_rows_of_a_piece(
     words = ["sweep", "slow.tk", "--over", "c=1:2:0.1", "--want", "x,y", "--jobs", "1", "-o", f"out.{ending}"]
     words += ["--all"] if every else []
     main((*words, "-o", f"whole.{ending}"))
-    monkeypatch.setattr(Plan, "learn", lambda *given: None)
+    monkeypatch.setattr(Records, "learn", lambda *given: False)
     before, asked = Plan.judged, []
 
     def judged(plan: Plan, numbers: tuple[float, ...]) -> object:

@@ -18,7 +18,7 @@ import rulesheets
 import solver
 from solver.files.tables import Table, column_of, csv_head
 from solver.sweeps.stream import LARGEST, Grid, Stretch, file_chunks, grid_chunks, size
-from solver.sweeps.work import Follower
+from solver.sweeps.work import Follower, Solved
 from tests.solver.conftest import Run
 
 ROOT = Path(__file__).parent.parent.parent
@@ -287,7 +287,7 @@ def test_branches_that_cross_are_followed(orders: list[list[int]], seed: int) ->
     values = {"answer": np.tile([1, 2, 3], 40), "x": shuffled.ravel()}
     table = Table(values, np.zeros(120, dtype=np.int8))
     follow = Follower("answer", ["x"], {"x": 360.0}, 10**9)
-    numbers = [follow(part)["answer"] for part in (table.rows(0, 33), table.rows(33, 120))]
+    numbers = [follow(Solved((), part)).table["answer"] for part in (table.rows(0, 33), table.rows(33, 120))]
     labels = {line: place + 1 for place, line in enumerate(orders[0])}
     expected = [labels[line] for order in orders for line in order]
     assert np.concatenate(numbers).tolist() == expected
@@ -305,15 +305,18 @@ def test_branches_in_the_order_of_their_values_are_followed_through_crossings(se
     table = Table(values, np.zeros(750, dtype=np.int8))
     follow = Follower("answer", ["x"], {}, 10**9)
     cut -= cut % 3
-    numbers = [follow(part)["answer"] for part in (table.rows(0, cut), table.rows(cut, 750))]
+    numbers = [
+        follow(Solved((), part)).table["answer"] for part in (table.rows(0, cut), table.rows(cut, 750))
+    ]
     assert np.concatenate(numbers).tolist() == (orders + 1).ravel().tolist()
 
 
 def test_numbers_start_anew_on_each_line_and_after_a_gap() -> None:
     values = {"answer": np.array([1, 2, 1, 2, 0, 1, 2]), "x": np.array([0.0, 9, 9, 0, np.nan, 9, 0])}
     table = Table(values, np.zeros(7, dtype=np.int8))
-    assert Follower("answer", ["x"], {}, 100)(table)["answer"].tolist() == [1, 2, 2, 1, 0, 1, 2]
-    assert Follower("answer", ["x"], {}, 1)(table)["answer"].tolist() == [1, 2, 1, 2, 0, 1, 2]
+    piece = Solved((), table)
+    for line, expected in ((100, [1, 2, 2, 1, 0, 1, 2]), (1, [1, 2, 1, 2, 0, 1, 2])):
+        assert Follower("answer", ["x"], {}, line)(piece).table["answer"].tolist() == expected
 
 
 def test_every_answer_of_a_grid_on_the_command_line(run: Run, sheet: str) -> None:
