@@ -76,7 +76,7 @@ def closed_form(theta: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def rows(count: int):
-    from solver.sweeps.stream import Grid, Stretch
+    from solver.sweeps.sweep import Grid, Stretch
 
     return Grid((Stretch(Fraction(0), Fraction(360, count), count),))
 
@@ -84,8 +84,7 @@ def rows(count: int):
 def work(count: int, jit: bool):
     import rulesheets
     import solver
-    from solver.sweeps.stream import grid_lessons
-    from solver.sweeps.sweep import work_of
+    from solver.sweeps.sweep import grid_lessons, work_of
 
     plan = solver.prepare(rulesheets.load("offset_slider_crank"), ["thetaAO"], WANT)
     return work_of(plan, grid_lessons(rows(count)), jit=jit)
@@ -95,7 +94,7 @@ def by_hand(count: int) -> Iterator:
     """The pieces of the sweep, solved by the closed form instead of the sheet."""
     from solver.facts import Status
     from solver.files.tables import Table
-    from solver.sweeps.stream import grid_chunks
+    from solver.sweeps.sweep import grid_chunks
     from solver.sweeps.work import Solved
 
     for (theta,) in grid_chunks(rows(count)):
@@ -130,7 +129,7 @@ def in_memory(count: int, way: str) -> Took:
     """A sweep of ``count`` rows that stays in memory, in pieces as large as those of a file."""
     import rulesheets
     import solver
-    from solver.sweeps.stream import LARGEST
+    from solver.sweeps.sweep import LARGEST
 
     theta = np.arange(count) * (360.0 / count)
     plan = solver.prepare(rulesheets.load("offset_slider_crank"), ["thetaAO"], WANT)
@@ -151,7 +150,7 @@ def in_memory(count: int, way: str) -> Took:
 
 def to_file(path: str, count: int, way: str) -> dict[str, float]:
     from solver.files.tables import table_file
-    from solver.sweeps.stream import grid_chunks, run
+    from solver.sweeps.sweep import grid_chunks, run
     from solver.sweeps.workers import solved_pieces
 
     todo = work(count, way == "jit")

@@ -18,7 +18,7 @@ from rulesheets.model import Model, Value, Variable
 from rulesheets.units import converted, parted, scaling
 from solver.commands.inputs import Option, Request
 from solver.files.tables import Chunk, column_of, heading, pieces
-from solver.sweeps.stream import (
+from solver.sweeps.sweep import (
     Axis,
     Grid,
     Stretch,

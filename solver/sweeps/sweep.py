@@ -1,27 +1,47 @@
-"""Many solves of one plan: sweeps, a status for each row; and samples drawn within tolerances."""
+"""A sweep from its rows to its table: cut into pieces, solved, put together or written as it comes.
+
+How rows are cut is a matter of the rows alone, never of the clock: a row can be solved from where its
+neighbour ended, so pieces decide the last bits. Cut alike, a sweep gives the same bytes in one process, in
+several, and on a cluster.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
 from importlib.util import find_spec
-from math import inf
+from math import inf, lcm, prod
 from time import time
-from typing import Any
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
-from rulesheets.deadline import Interrupted, time_limit
-from rulesheets.diagnosis import RuleSheetError
+from rulesheets.deadline import Interrupted, Interrupts, time_limit
+from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.inputs import variable_named, variables_named
 from rulesheets.model import Model, Tolerance, Value, expect_model
-from rulesheets.units import scaling
+from rulesheets.units import displays, scaling
 from solver.derivatives import tolerances_of
-from solver.files import missing_extra
-from solver.files.tables import Chunk, Column, Table, column_of, joined, one_length
+from solver.facts import Status
+from solver.files import missing_extra, other_sweep
+from solver.files.tables import (
+    WORDS,
+    Array,
+    Chunk,
+    Column,
+    Table,
+    column_of,
+    free_name,
+    heading,
+    joined,
+    one_length,
+    pieces,
+    stacked,
+)
 from solver.path.planner import planner
 from solver.result import SPREADS, Result, Samples
 from solver.sweeps import Plan, prepare
-from solver.sweeps.stream import Grid, grid_chunks, grid_lessons
 from solver.sweeps.work import ENDLESS, Branches, Follower, Solved, Work
 from solver.sweeps.workers import solved_pieces
 
@@ -174,3 +194,256 @@ def monte_carlo(
     given = {name: result.inputs.get(name) for name in model.variables}
     plan = prepare(model, list(sizes), wanted, given, numbers)
     return Samples(plan.sweep(*columns), sizes, wanted, distribution, seed)
+
+
+_EXACT = 2**53
+"""Integers below this are floats."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """``start``, ``start + step``, …: ``count`` values, each the float nearest to the exact one."""
+
+    start: Fraction
+    step: Fraction
+    count: int
+
+    def __len__(self) -> int:
+        return self.count
+
+    def __getitem__(self, places: Array | slice) -> Array:
+        """Where numerator and denominator are exact floats (below 2^53), one division rounds once."""
+        if isinstance(places, slice):
+            places = np.arange(*places.indices(self.count))
+        bottom = lcm(self.start.denominator, self.step.denominator)
+        begin, each = int(self.start * bottom), int(self.step * bottom)
+        span = each * (self.count - 1)
+        if max(bottom, abs(begin), abs(span), abs(begin + span)) < _EXACT:
+            return np.asarray((places * float(each) + begin) / bottom)
+        return np.array([float(self.start + self.step * place) for place in places.tolist()])
+
+
+Axis: TypeAlias = Stretch | Array
+"""The values of one input: in equal steps, or one by one, objects where symbols are among them."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Every combination of the axes, the last one running fastest; nothing is held but the axes.
+
+    ``zipped``: the axes side by side instead, row k with the value k of each; all have one length.
+    """
+
+    axes: tuple[Axis, ...]
+    zipped: bool = False
+
+    def __len__(self) -> int:
+        return prod(self.shape)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The last number is that of the rows of a line, along which only the last input changes."""
+        return tuple(map(len, self.axes[:1] if self.zipped else self.axes))
+
+    def at(self, places: Array) -> Chunk:
+        """The inputs of these rows."""
+        along = [places] * len(self.axes) if self.zipped else np.unravel_index(places, self.shape)
+        return tuple(axis[there] for axis, there in zip(self.axes, along, strict=True))
+
+
+SMALLEST, LARGEST = 256, 65_536
+LESSONS = 256
+
+
+def size(done: int, total: int | None) -> int:
+    """Rows of the next piece: few at first, so that slow rows show soon, and many of many."""
+    limit = LARGEST if total is None else min(LARGEST, total // 16)
+    return max(SMALLEST, min(limit, done // 4))
+
+
+def grid_chunks(rows: Grid) -> Iterator[Chunk]:
+    """Pieces of a grid, each made when it is asked for."""
+    total, done = len(rows), 0
+    while done < total:
+        end = min(total, done + size(done, total))
+        yield rows.at(np.arange(done, end))
+        done = end
+
+
+def grid_lessons(rows: Grid, total: int | None = None) -> Chunk:
+    """Some rows from all over a grid to learn from: so few that they do not weigh on ``total`` rows, its own
+    where that is None; of few none.
+    """
+    places = np.linspace(0, len(rows) - 1, min(LESSONS, (total or len(rows)) // 64)).astype(np.int64)
+    return rows.at(places) if len(places) else ()
+
+
+def file_chunks(pieces: Iterable[Chunk], total: int | None) -> Iterator[Chunk]:
+    """Pieces of a file, however it was cut when it was read."""
+    done, waiting, held = 0, list[Chunk](), 0
+    for piece in pieces:
+        waiting.append(piece)
+        held += len(piece[0])
+        while held >= size(done, total):
+            whole = _joined(waiting)
+            count = size(done, total)
+            yield tuple(column[:count] for column in whole)
+            done, held = done + count, held - count
+            waiting = [tuple(column[count:] for column in whole)]
+    if held:
+        yield _joined(waiting)
+
+
+def _joined(pieces: list[Chunk]) -> Chunk:
+    return tuple(stacked(columns) for columns in zip(*pieces, strict=True))
+
+
+class Sink(Protocol):
+    """Takes the pieces of a table in order; then it is closed, whole, or discarded."""
+
+    def add(self, table: Table) -> None: ...
+    def close(self) -> None: ...
+    def discard(self) -> None: ...
+
+
+def heads(names: Iterable[str], model: Model) -> tuple[str, ...]:
+    """The headings of a table: ``v``, and ``v [km/h]`` for what is not in the unit of the rules."""
+    found = displays(model, names)
+    return tuple(
+        f"{name} [{model.variables[name].display_unit}]" if name in found else name for name in names
+    )
+
+
+def shown_columns(table: Table, model: Model) -> Table:
+    """The columns in display units, by their names."""
+    values = dict(table)
+    for name, (factor, shift) in displays(model, values).items():
+        values[name] = values[name].astype(float) * factor + shift
+    return table.having(values)
+
+
+def resumed(path: str, work: Work, chunks: Iterator[Chunk]) -> tuple[list[Solved], Iterator[Chunk]]:
+    """The rows of a file that an earlier run of a sweep has left, and the chunks of those left to do.
+
+    Rows at its end that failed are left out: they are solved again, with more time perhaps. Raises
+    RuleSheetError: E448 for units that are not those of the rules, for a file with other columns or rows,
+    E440, E441.
+    """
+    if found := next(iter(displays(work.model, work.names)), None):
+        notes = (
+            f"{found} is shown in {work.model.variables[found].display_unit}; start anew, or show none so",
+        )
+        raise RuleSheetError(error("E448", "--resume goes on in the units of the rules", notes=notes))
+    names = (*work.names, free_name("status", work.names))
+    if heading(path)[0] != names:
+        raise RuleSheetError(other_sweep(path, "its columns are others"))
+    read = list(pieces(path, names))
+    *columns, words = [stacked(column) for column in zip(*read, strict=True)] or [np.zeros(0)] * len(names)
+    if not set(WORDS) >= set(words.tolist()):
+        raise RuleSheetError(other_sweep(path, "it has rows without a status"))
+    codes = np.array([WORDS.index(word) for word in words.tolist()], dtype=np.int8)
+    done = np.flatnonzero(codes != WORDS.index(str(Status.FAILED)))
+    values = dict(zip(work.names, columns, strict=True))
+    values[work.names[-1]] = columns[-1].astype(np.int64)  # the numbers of answers
+    table = Table(values, codes).rows(0, int(done[-1]) + 1 if len(done) else 0)
+    counts = np.bincount(table.status, minlength=len(WORDS))
+    return [Solved(tuple(counts.tolist()), table)], _after(path, table, chunks, work.inputs)
+
+
+def _after(path: str, table: Table, chunks: Iterator[Chunk], inputs: Sequence[str]) -> Iterator[Chunk]:
+    """The rows that are left. Raises RuleSheetError (E448) if the earlier ones are others."""
+    done, rows = 0, len(table.status)
+    for chunk in chunks:
+        count = min(len(chunk[0]), rows - done)
+        for name, column in zip(inputs, chunk, strict=True):
+            both = table[name][done : done + count], column[:count]
+            one, other = ([None if v != v else v for v in part.tolist()] for part in both)
+            if one != other:
+                raise RuleSheetError(other_sweep(path, "its rows have other inputs"))
+        done += count
+        if count < len(chunk[0]):
+            yield tuple(column[count:] for column in chunk)
+    if done < rows:
+        raise RuleSheetError(other_sweep(path, "it has more rows"))
+
+
+_STATUSES = tuple(Status)
+
+
+class Outcome(NamedTuple):
+    """``counts`` are the rows by status code, ``several`` those of which one of several answers is shown;
+    ``interrupted`` says that there would have been more.
+    """
+
+    counts: tuple[int, ...]
+    interrupted: bool = False
+    several: int = 0
+
+    @property
+    def rows(self) -> int:
+        return sum(self.counts)
+
+    @property
+    def all_solved(self) -> bool:
+        return self.counts[_STATUSES.index(Status.SOLVED)] == self.rows
+
+    def __str__(self) -> str:
+        """``361 rows: 340 solved, 21 infeasible``."""
+        if not self.rows:
+            return "no rows"
+        pairs = zip(self.counts, _STATUSES, strict=True)
+        parts = ", ".join(f"{count:,} {status}" for count, status in pairs if count)
+        told = f"{self.rows:,} {'row' if self.rows == 1 else 'rows'}: {parts}"
+        if not self.several:
+            return told
+        have = "has" if self.several == 1 else "have"
+        rows = "row" if self.rows == 1 else "rows"
+        first = "several answers; the first of each is shown"
+        return f"{told}\n{self.several:,} of {self.rows:,} {rows} {have} {first}"
+
+
+def run(
+    pieces: Iterator[Solved],
+    sinks: Sequence[Sink],
+    progress: Callable[[int], None] | None = None,
+    model: Model | None = None,
+) -> Outcome:
+    """Hand the table of every piece to every sink, in the display units of a ``model``.
+
+    ``progress`` hears the number of rows done. An interrupt ends the sweep and keeps what is done. Anything
+    else that ends it early discards the sinks and is raised, as is a second interrupt.
+    """
+    counts, several = [0] * len(_STATUSES), 0
+    with Interrupts() as interrupts:
+        try:
+            for piece in _each(pieces, interrupts):
+                table = piece.table if model is None else shown_columns(piece.table, model)
+                for sink in sinks:
+                    sink.add(table)
+                counts = [done + more for done, more in zip(counts, piece.counts, strict=True)]
+                several += piece.several
+                if progress is not None:
+                    progress(sum(counts))
+            for sink in sinks:
+                sink.close()
+        except BaseException:
+            for sink in sinks:
+                sink.discard()
+            raise
+        return Outcome(tuple(counts), interrupts.asked, several)
+
+
+def _each(pieces: Iterator[Solved], interrupts: Interrupts) -> Iterator[Solved]:
+    """The pieces, and what an interrupt leaves of those that are under way."""
+    while not interrupts.asked:
+        try:
+            with interrupts.open():
+                piece = next(pieces, None)
+        except Interrupted as reached:
+            yield from reached.kept
+            return
+        except KeyboardInterrupt:
+            return
+        if piece is None:
+            return
+        yield piece

@@ -21,8 +21,7 @@ import solver
 from rulesheets.diagnosis import RuleSheetError
 from solver.__main__ import main
 from solver.files.tables import column_of
-from solver.sweeps.stream import Grid, grid_chunks
-from solver.sweeps.sweep import work_of
+from solver.sweeps.sweep import Grid, grid_chunks, work_of
 from solver.sweeps.workers import solved_pieces
 
 pytest.importorskip("distributed")

@@ -41,8 +41,7 @@ from solver.files.tables import (
 )
 from solver.sweeps import Plan, workers
 from solver.sweeps import sweep as sweeping
-from solver.sweeps.stream import Grid, Outcome, grid_chunks, grid_lessons, run
-from solver.sweeps.sweep import work_of
+from solver.sweeps.sweep import Grid, Outcome, grid_chunks, grid_lessons, run, work_of
 from solver.sweeps.work import Solved, Solver, Work, unpacked
 from solver.sweeps.workers import in_order, solved_pieces
 from solver.trace.records import Records

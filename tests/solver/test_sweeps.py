@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from solver.files.tables import Table, column_of, csv_head
-from solver.sweeps.stream import LARGEST, Grid, Stretch, file_chunks, grid_chunks, size
+from solver.sweeps.sweep import LARGEST, Grid, Stretch, file_chunks, grid_chunks, size
 from solver.sweeps.work import Follower, Solved
 from tests.solver.conftest import Run
 
