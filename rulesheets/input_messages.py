@@ -105,3 +105,11 @@ def expect_regular(name: str) -> None:
         raise RuleSheetError(
             error("E304", f"{name} cannot be read: it is a pipe or a device, not a file", notes=notes)
         )
+
+
+def empty_range(span: Span | None) -> Diagnosis:
+    return wrong_range("this range is empty: its lower end is not below its upper end", span)
+
+
+def wrong_range(message: str, span: Span | None) -> Diagnosis:
+    return said("E121", message, span, "write a range as in [0, 5], or as > 0, < 5")

@@ -13,6 +13,7 @@ from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, refuse, said
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.number import with_round_values
 from rulesheets.input_messages import (
+    empty_range,
     no_tolerance,
     not_a_value,
     not_finite,
@@ -25,7 +26,6 @@ from rulesheets.input_messages import (
 from rulesheets.library import Library
 from rulesheets.model import Model, Tolerance, Value, Variable, expect_model
 from rulesheets.parse import parse
-from rulesheets.parse.builder import empty_range
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import (
     Comparison,

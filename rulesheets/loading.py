@@ -91,6 +91,7 @@ def _model(
         model = build(program, name, tuple(map(os.path.abspath, paths)))
         if keeps and not program.python:
             with suppress(RecursionError):  # a product of hundreds of factors
+                _ = model.unit_warnings  # which commands ask for
                 store.save("model", key, _written(model, source, program))
         return model
 

@@ -183,9 +183,16 @@ class Model:
         latex: str = import_module("rulesheets.algebra").listing(self, latex=True)
         return latex
 
+    @cached_property
+    def unit_warnings(self) -> tuple[Diagnosis, ...]:
+        """What is surely wrong with the units of its rules (``check_units``)."""
+        found: tuple[Diagnosis, ...] = import_module("rulesheets.units.check").check_units(self, sure=True)
+        return found
+
     def __getstate__(self) -> dict[str, object]:
         """Pickled without what solves have found out about it, compiled code among it."""
-        return {name: self.__dict__[name] for name in self.__match_args__}
+        kept = (*self.__match_args__, "unit_warnings")
+        return {name: self.__dict__[name] for name in kept if name in self.__dict__}
 
 
 def expect_model(model: object) -> None:

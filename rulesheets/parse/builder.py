@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
 from lark import Token
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, said
+from rulesheets.diagnosis import RuleSheetError, said
 from rulesheets.evaluate import Undefined, value
+from rulesheets.input_messages import empty_range, wrong_range
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import Expression, Range, measured, names, units_of
 
@@ -91,7 +91,7 @@ class Builder:
         number = self.number(
             [Token("NUMBER", digits, token.start_pos, end_pos=token.start_pos + len(digits))]
         )
-        return replace(number, span=self._of(token), unit=unit[:-1].strip())
+        return number.but(span=self._of(token), unit=unit[:-1].strip())
 
     def symbol(self, children: Children) -> nodes.Symbol:
         return nodes.Symbol(str(children[0])[1:], self._of(children[0]))
@@ -115,7 +115,7 @@ class Builder:
 
     def group(self, children: Children) -> Any:
         opening, inner, closing = children
-        return replace(inner, span=self._span(self._start(opening), self._end(closing)))
+        return inner.but(span=self._span(self._start(opening), self._end(closing)))
 
     def expressions(self, children: Children) -> Expressions:
         return tuple(child for child in children if child is not None)
@@ -162,7 +162,7 @@ class Builder:
     def _listed(self, kind: type[nodes.And | nodes.Or], children: Children) -> nodes.Condition:
         """``and(a, b)``: a word, a parenthesis, terms with commas between them, a parenthesis."""
         terms, span = children[2:-1:2], self._span(self._start(children[0]), self._end(children[-1]))
-        return kind(tuple(terms), span) if len(terms) > 1 else replace(terms[0], span=span)
+        return kind(tuple(terms), span) if len(terms) > 1 else terms[0].but(span=span)
 
     def negation(self, children: Children) -> nodes.Not:
         word, term = children
@@ -316,11 +316,3 @@ def _bounded(bounds: Sequence[Bound]) -> Range | None:
     if low > high or (low == high and (low_open or high_open)):
         raise RuleSheetError(empty_range(span))
     return Range(low, high, low_open, high_open, lower_end, upper_end, span)
-
-
-def empty_range(span: Span | None) -> Diagnosis:
-    return wrong_range("this range is empty: its lower end is not below its upper end", span)
-
-
-def wrong_range(message: str, span: Span | None) -> Diagnosis:
-    return said("E121", message, span, "write a range as in [0, 5], or as > 0, < 5")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, refuse, said
@@ -63,7 +63,7 @@ class _Block:
     def closed(self, source: Source) -> Any:
         span = Span(source, self.node.span.start, self.end)
         content = "rules" if isinstance(self.node, nodes.Function) else "marks"
-        return replace(self.node, span=span, **{content: tuple(self.lines)})
+        return self.node.but(span=span, **{content: tuple(self.lines)})
 
 
 _NAME = re.compile(r"(?:[^\W\d_]|[°%‰$€£¥℃℉])(?:[\w°%]*[^\W\d])?")
@@ -146,7 +146,7 @@ class _Reading:
         else:
             node = read_line(self.source, line, kind)
         if self.section in ("variables", "units", "figure"):
-            node = replace(node, comment=line.comment or "", gap=line.gap)
+            node = node.but(comment=line.comment or "", gap=line.gap)
         else:
             node = nodes.Rule(node, line.comment or "", self._span(line), line.gap)
         self._lines.append(node)
@@ -241,8 +241,8 @@ class _Reading:
         """Begin a function or a figure: it is there, though its head be wrong, for the lines that follow."""
         self.section, kind = ("function", "head") if isinstance(empty, nodes.Function) else ("figure",) * 2
         about: dict[str, Any] = {"comment": line.comment or "", "span": self._span(line), "above": above}
-        self.blocks.append(_Block(replace(empty, **about), line.end))
-        self.blocks[-1].node = replace(read_line(self.source, line, kind), **about)
+        self.blocks.append(_Block(empty.but(**about), line.end))
+        self.blocks[-1].node = read_line(self.source, line, kind).but(**about)
 
     def _parameters(self, line: Line) -> None:
         if self.section == _SKIPPED:
@@ -256,7 +256,7 @@ class _Reading:
         block.end = line.end
         parameters = (*block.node.parameters, *read_line(self.source, line, "parameters"))
         remarks = "; ".join(filter(None, (block.node.parameters_comment, line.comment)))
-        block.node = replace(block.node, parameters=parameters, parameters_comment=remarks)
+        block.node = block.node.but(parameters=parameters, parameters_comment=remarks)
 
     # --- the whole ---
 

@@ -8,9 +8,8 @@ once names are bound, as the mathematics that the solver works on.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from operator import attrgetter
-from typing import Any, ClassVar, TypeAlias, overload
+from typing import Any, ClassVar, Self, TypeAlias, dataclass_transform, overload
 
 from rulesheets.syntax import Span
 
@@ -20,21 +19,43 @@ from rulesheets.syntax import Span
 _PLACES = frozenset({"span", "gap", "like"})
 
 
-class Node:
-    """A value of its fields, of which ``span`` and ``gap`` tell only where it stands.
+@dataclass_transform(eq_default=False)
+class Fields(type):
+    """Makes the annotated names of a class its fields: slots, and the arguments of its constructor.
 
-    ``parts`` are the expressions and conditions that it consists of, left to right. Nodes of all kinds are
-    compared, hashed and shown here: a dataclass that does so for itself, or that freezes, takes five times as
-    long to import. No node is changed once it is made.
+    ``dataclass`` does so as well, and takes a tenth of the time in which a command starts.
     """
 
-    __slots__: ClassVar[tuple[str, ...]] = ()
+    def __new__(cls, name: str, bases: tuple[type, ...], space: dict[str, Any]) -> Fields:
+        annotations = space.get("__annotations__", {}).items()
+        fields = tuple(field for field, kind in annotations if "ClassVar" not in kind)
+        defaults = {one: space.pop(one) for one in fields if one in space}
+        space["__slots__"] = space["__match_args__"] = fields
+        if fields:
+            taken = ", ".join(f"{one}=defaults[{one!r}]" if one in defaults else one for one in fields)
+            kept = "; ".join(f"self.{one} = {one}" for one in fields)
+            exec(f"def __init__(self, {taken}): {kept}", {"defaults": defaults}, space)
+        return super().__new__(cls, name, bases, space)
+
+
+class Node(metaclass=Fields):
+    """A value of its fields, of which ``span`` and ``gap`` tell only where it stands.
+
+    ``parts`` are the expressions and conditions that it consists of, left to right. No node is changed once
+    it is made.
+    """
+
     parts: ClassVar[Any] = property(lambda node: ())
     _content: ClassVar[attrgetter[Any]]
+    __match_args__: ClassVar[tuple[str, ...]]
 
     def __init_subclass__(cls) -> None:
-        if content := [name for name in cls.__annotations__ if name not in _PLACES]:
+        if content := [name for name in cls.__match_args__ if name not in _PLACES]:
             cls._content = attrgetter(*content)
+
+    def but(self, **changes: Any) -> Self:
+        """The same with other values of some fields."""
+        return type(self)(**{name: getattr(self, name) for name in self.__match_args__} | changes)
 
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
@@ -45,17 +66,15 @@ class Node:
         return hash(self._content(self))
 
     def __repr__(self) -> str:
-        shown = ((name, getattr(self, name)) for name in self.__slots__ if name not in _PLACES)
+        shown = ((name, getattr(self, name)) for name in self.__match_args__ if name not in _PLACES)
         return f"{type(self).__name__}({', '.join(f'{n}={v!r}' for n, v in shown if v is not None)})"
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
-        return type(self), tuple(getattr(self, name) for name in self.__slots__)
+        return type(self), tuple(getattr(self, name) for name in self.__match_args__)
 
 
 class Operators(Node):
     """``+ - * / **`` of expressions and numbers; terms 0 and factors 1 fold away."""
-
-    __slots__ = ()
 
     def __neg__(self: Any) -> Expression:
         return negative(self)
@@ -88,7 +107,6 @@ class Operators(Node):
         return power(self, _tree(other))
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Number(Operators):
     """A number as written; ``unit`` is the text in the brackets of ``9.81[m/s^2]``, which no solve sees."""
 
@@ -97,7 +115,6 @@ class Number(Operators):
     unit: str | None = None
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Symbol(Operators):
     """A symbolic value such as ``'open``; ``name`` is ``open``."""
 
@@ -105,7 +122,6 @@ class Symbol(Operators):
     span: Span | None = None
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Name(Operators):
     """A variable. In a model the name is the full, dotted one."""
 
@@ -113,14 +129,12 @@ class Name(Operators):
     span: Span | None = None
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Negative(Operators):
     operand: Expression
     span: Span | None = None
     parts = property(lambda node: (node.operand,))
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Sum(Operators):
     """``a + b - c`` is ``Sum((a, b, Negative(c)))``: two terms or more, added left to right.
 
@@ -132,7 +146,6 @@ class Sum(Operators):
     parts = property(attrgetter("terms"))
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Product(Operators):
     left: Expression
     right: Expression
@@ -140,7 +153,6 @@ class Product(Operators):
     parts = property(attrgetter("left", "right"))
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Quotient(Operators):
     left: Expression
     right: Expression
@@ -148,7 +160,6 @@ class Quotient(Operators):
     parts = property(attrgetter("left", "right"))
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Power(Operators):
     base: Expression
     exponent: Expression
@@ -156,7 +167,6 @@ class Power(Operators):
     parts = property(attrgetter("base", "exponent"))
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Call(Operators):
     """A function in an expression; the name is in lower case. ``pi`` is ``Call("pi", ())``."""
 
@@ -172,7 +182,6 @@ Operand: TypeAlias = Expression | float
 # --- conditions -----------------------------------------------------------------
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Comparison(Node):
     """``operator`` is one of ``=  <>  <  <=  >  >=``."""
 
@@ -183,28 +192,24 @@ class Comparison(Node):
     parts = property(attrgetter("left", "right"))
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class And(Node):
     terms: tuple[Condition, ...]
     span: Span | None = None
     parts = property(attrgetter("terms"))
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Or(Node):
     terms: tuple[Condition, ...]
     span: Span | None = None
     parts = property(attrgetter("terms"))
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Not(Node):
     term: Condition
     span: Span | None = None
     parts = property(lambda node: (node.term,))
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Given(Node):
     """``given('x)``: true where x is an input."""
 
@@ -217,7 +222,6 @@ Condition: TypeAlias = Comparison | And | Or | Not | Given
 # --- rules ----------------------------------------------------------------------
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Equality(Node):
     """``(a, b) = (c, d)``; a plain ``a = b`` has one expression a side.
 
@@ -245,7 +249,6 @@ class Equality(Node):
         )
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class CallRule(Node):
     """``call f(arguments; results)``."""
 
@@ -256,7 +259,6 @@ class CallRule(Node):
     parts = property(lambda node: (*node.arguments, *node.results))
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class IfRule(Node):
     """``if c then r else s``; an ``else if`` chain is an ``IfRule`` in ``otherwise``."""
 
@@ -267,7 +269,6 @@ class IfRule(Node):
     parts = property(lambda node: (node.condition,))
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Inequality(Node):
     """``a < b`` as a rule; of a chain such as ``0 < x < 1``, the comparison of each two neighbours."""
 
@@ -279,7 +280,6 @@ class Inequality(Node):
 RuleBody: TypeAlias = Equality | Inequality | CallRule | IfRule
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Rule(Node):
     """One rule of a sheet with its trailing comment (without the comment mark).
 
@@ -292,7 +292,6 @@ class Rule(Node):
     gap: bool = False
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class CommentLine(Node):
     """A line that only comments, kept so that a formatted sheet loses nothing."""
 
@@ -304,7 +303,6 @@ class CommentLine(Node):
 # --- variables and sheets -------------------------------------------------------
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Range(Node):
     """Where a solution may lie: ``in [a, b]``, ``> 0``, ``< b``.
 
@@ -320,7 +318,6 @@ class Range(Node):
     span: Span | None = None
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Tolerance(Node):
     """``± 0.01`` or ``± 1%`` after the value of an input; ``size`` as written."""
 
@@ -329,7 +326,6 @@ class Tolerance(Node):
     span: Span | None = None
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class VariableRow(Node):
     """A row of the variables section.
 
@@ -349,7 +345,6 @@ class VariableRow(Node):
     tolerance: Tolerance | None = None
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class UnitRow(Node):
     """A line of the units section: ``names = meaning``; ``""`` for a unit of a kind of its own."""
 
@@ -365,7 +360,6 @@ class UnitRow(Node):
         return ", ".join(f"~{name}" for name in self.names) + f" = {self.meaning}"
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Use(Node):
     """``use "a.tk", "b.tk"``: paths as written; ``python``: files of Python, which register functions."""
 
@@ -375,7 +369,6 @@ class Use(Node):
     python: bool = False
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Function(Node):
     """A rule function: ``function f(arguments; results)``, ``parameters``, ``rules``.
 
@@ -393,7 +386,6 @@ class Function(Node):
     parameters_comment: str = ""
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Mark(Node):
     """One line of a figure: ``point A = (x, y)``, ``line (O, A)``. ``kind`` is a row of ``marks.KINDS``."""
 
@@ -405,7 +397,6 @@ class Mark(Node):
     gap: bool = False
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class Figure(Node):
     """``figure name [unit]`` with what is drawn in it; the comment beside the head is its caption.
 
@@ -420,7 +411,6 @@ class Figure(Node):
     above: tuple[CommentLine, ...] = ()
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class RuleSheet(Node):
     """A whole file. ``variables`` is None where the sheet has no such section."""
 

@@ -71,7 +71,7 @@ def _solve(arguments: Namespace) -> int:
     result = solve(request.model, request.inputs, request.want, request.guesses, **options)
     if arguments.output:
         write_file(arguments.output, result_csv(result).encode())
-    warnings = check_units(result.model, sure=True)  # of the rules; the status stays
+    warnings = result.model.unit_warnings  # of the rules; the status stays
     if not arguments.json and len(warnings) > MOST_WARNINGS:
         last = warnings[MOST_WARNINGS - 1]
         rest = f"{len(warnings) - MOST_WARNINGS} more such warnings: see backsolve check"

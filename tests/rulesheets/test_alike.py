@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass
 from typing import Any
 
 import pytest
@@ -13,6 +12,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.parse import alike, parse
 from rulesheets.parse.grammar import grammar
 from rulesheets.syntax import Source, Span
+from rulesheets.syntax.nodes import Node
 
 names = st.sampled_from(["a", "b2", "T_1", "Tα", "pi", "If_", "E", "e5", "mod", "in"])
 numbers = st.sampled_from(["0", "1", "2.5", ".5", "3.", "1e3", "2E-4", "0e7", "007"])
@@ -67,6 +67,6 @@ def _read(text: str) -> Any:
 def _tree(node: Any) -> Any:
     if isinstance(node, Span):
         return node.start, node.end
-    if is_dataclass(node):
-        return type(node).__name__, *(_tree(getattr(node, f.name)) for f in fields(node) if f.name != "like")
+    if isinstance(node, Node):
+        return type(node).__name__, *(_tree(getattr(node, f)) for f in node.__match_args__ if f != "like")
     return tuple(map(_tree, node)) if isinstance(node, tuple) else node
