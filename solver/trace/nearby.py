@@ -2,19 +2,20 @@
 
 They are followed to both ends of a range of each input, and what they may be anywhere in all ranges is taken
 for twice as far from where they are as the moves of all inputs add up to. Where the rule puts one answer
-first whatever the numbers are, within that, it is the first in all of the box.
+first whatever the numbers are, within that, it is the first in all of the box. Where nothing but the sizes of
+a few others may put them before it, the rule of the two is asked at every call.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.model import Value
-from solver.ranking.ranking import Key
+from solver.ranking.ranking import GRAIN, SIZE, SLACK, ZERO, Key
 from solver.trace.implied import lean
-from solver.trace.order import RANGES, UNORDERED, Range, Ranked, before, spread
+from solver.trace.order import RANGES, UNORDERED, Range, Ranked, before, keys_as_nodes, range_of, spread
 from solver.trace.program import Box, Ending, Program
 from solver.trace.python import compile_scalar
 
@@ -22,12 +23,23 @@ SHARES = (0.1, 0.03, 0.01, 3e-3, 1e-3)
 """How far the ranges reach, relative to the numbers that they lie around."""
 HALVINGS = 4
 """How often a number may come to half of what it is, or to twice that, where it might come to 0."""
+ROUNDED = 2.0
+"""More than rounding takes from the difference of two parts of a key."""
 PRICE = 32
 """Calls that pay for another box; four times as many for each after one that was not worth it."""
 
 Numbers: TypeAlias = tuple[Value, ...]
 Rows: TypeAlias = Sequence[Sequence[float]]
 Limits: TypeAlias = Mapping[int, Range]
+
+
+class Asked(NamedTuple):
+    """The ``answers`` that are followed, the limits that their numbers must keep to, and those of them that
+    are ``compared`` with the first one at every call."""
+
+    answers: list[int]
+    limits: Limits
+    compared: list[int]
 
 
 class Nearby:
@@ -76,21 +88,30 @@ class Nearby:
             return None
         keys = self._keys(here)
         place, most = min(range(len(keys)), key=keys.__getitem__), len(keys)
-        best: tuple[Limits, float] | None = None
+        best: tuple[Asked, float] | None = None
         for share in SHARES:
             there = self._moved(numbers, share) if most else None
             asked = there and self._asked(place, [here, *there], most)
             if asked:
-                most, best = len(asked[0]) - 1, (asked[1], share)
+                most, best = len(asked.answers) - 1, (asked, share)
         if best is None:
             return None
-        flow, (limits, share) = self.program.flow, best
+        flow, (asked, share) = self.program.flow, best
         checks = []
-        for node, inside in limits.items():
+        for node, inside in asked.limits.items():
             checks += [flow.add("lt", flow.constant(inside.low), node)]
             checks += [flow.add("lt", node, flow.constant(inside.high))]
+        checks += [self._is_nearer(place, other, here) for other in asked.compared]
         ends = ((n - share * abs(n), n + share * abs(n)) for n in numbers if isinstance(n, float))
         return place, tuple(checks), tuple(end for pair in ends for end in pair)
+
+    def _is_nearer(self, place: int, other: int, here: Rows) -> int:
+        """The condition that the sizes of one answer are so much nearer to the suggested ones than those of
+        another one that nothing else counts: the rule of the two alone says so by more than it rounds to."""
+        flow, (ranking, answers, given) = self.program.flow, self.ranked
+        zero = tuple(number == 0.0 for number in here[0][len(ranking.read) :])
+        _, key = keys_as_nodes(flow, ranking, [answers[place], answers[other]], given, zero)
+        return flow.add("lt", flow.constant(ROUNDED), key[SIZE])
 
     def _moved(self, numbers: Numbers, share: float) -> list[Rows] | None:
         """The answers where each number is moved down and up by a share; None where one of them ends."""
@@ -104,9 +125,9 @@ class Nearby:
                     found.append(rows)
         return found
 
-    def _asked(self, place: int, rows: Sequence[Rows], most: int) -> tuple[list[int], Limits] | None:
-        """The answers, at ``most``, that are asked for one of them to be the first, and the limits that their
-        numbers must keep to. ``rows`` are the answers here and where each number is moved.
+    def _asked(self, place: int, rows: Sequence[Rows], most: int) -> Asked | None:
+        """What is asked of answers, at ``most`` so many, for one of them to be the first. ``rows`` are the
+        answers here and where each number is moved.
         """
         ranges = [
             [_around(*column) for column in zip(*some, strict=True)] for some in zip(*rows, strict=True)
@@ -116,9 +137,9 @@ class Nearby:
         while new and len(asked) + len(new) <= most:
             asked += new
             limits = self._limits([(k, rows[0][k], ranges[k]) for k in asked])
-            unclear = self._unclear(place, ranges, keys, limits)
-            if not unclear:
-                return asked, limits
+            unclear, comparable = self._unclear(place, ranges, keys, limits)
+            if comparable.issuperset(unclear) and set(asked).issuperset(unclear):
+                return Asked(asked, limits, unclear)
             new = [other for other in unclear if other not in asked]
         return None
 
@@ -150,8 +171,9 @@ class Nearby:
 
     def _unclear(
         self, place: int, ranges: Sequence[Sequence[Any]], keys: Sequence[Sequence[Key]], limits: Limits
-    ) -> list[int]:
-        """The answers that may come before that of a place somewhere in the ranges, within the limits."""
+    ) -> tuple[list[int], set[int]]:
+        """The answers that may come before that of a place somewhere in the ranges, within the limits, and
+        those that the sizes alone tell from it."""
         ranking, count = self.ranked.ranking, len(self.ranked.ranking.read)
         rows = [
             [
@@ -162,8 +184,32 @@ class Nearby:
         ]
         given = ranges[0][count:]
         told = ranking.keys_on(RANGES, rows, given, tuple(around == Range(0.0, 0.0) for around in given))
-        others = (other for other in range(len(rows)) if other != place)
-        return [k for k in others if not before(told[place], told[k], [(key[place], key[k]) for key in keys])]
+        others = [other for other in range(len(rows)) if other != place]
+        unclear = [
+            k for k in others if not before(told[place], told[k], [(key[place], key[k]) for key in keys])
+        ]
+        there = {k for k in (place, *unclear) if _counts_whole(k, rows, ranking.angles)}
+        return unclear, {
+            k
+            for k in unclear
+            if {place, k} <= there
+            and keys[0][k][SIZE] - keys[0][place][SIZE] > GRAIN * SLACK
+            and all(
+                range_of(a).high <= range_of(b).low
+                for a, b in zip(told[place][:SIZE], told[k][:SIZE], strict=True)
+            )
+        }
+
+
+def _counts_whole(place: int, rows: Sequence[Sequence[Any]], angles: Sequence[bool]) -> bool:
+    """Whether no number of an answer, angles aside, is so small in its range that it may count as 0 beside
+    those of the others."""
+    for angle, column in zip(angles, zip(*rows, strict=True), strict=False):
+        there = [abs(range_of(number)) for number in column if range_of(number).low == range_of(number).low]
+        own = abs(range_of(column[place]))
+        if not angle and any(own.low <= 2.0 * ZERO * other.high for other in there):
+            return False
+    return True
 
 
 def _within(one: Range, other: Range) -> Range:

@@ -257,16 +257,11 @@ def order(flow: Flow, ranked: Ranked, numbers: Callable[[int], float], beforehan
     answers of the sample apart.
     """
 
-    def recorded(node: int | None) -> Any:
-        return math.nan if node is None else Number(flow, node)
-
     ranking, answers, given = ranked
-    rows = [[recorded(node) for node in answer] for answer in answers]
     zero = tuple(node is not None and numbers(node) == 0.0 for node in given)
     there = [node for node, none in zip(given, zero, strict=True) if node is not None and not none]
     told = [flow.add("not", flow.add("eq", node, flow.constant(0.0))) for node in there]
-    found = ranking.keys_on(_arithmetic(flow), rows, [recorded(node) for node in given], zero)
-    keys = [tuple(_node(flow, part) for part in key) for key in found]
+    keys = keys_as_nodes(flow, ranking, answers, given, zero)
     decides = 0
     for one, other in combinations(keys, 2):
         pairs = enumerate(zip(one, other, strict=True))
@@ -285,6 +280,21 @@ def order(flow: Flow, ranked: Ranked, numbers: Callable[[int], float], beforehan
     usual = asked(pairwise)
     first = usual if len(keys) == 2 else asked(lambda some: product(some[:1], some[1:]))
     return Order(tuple(keys), needed, usual, first)
+
+
+def keys_as_nodes(
+    flow: Flow,
+    ranking: Ranking,
+    answers: Sequence[Sequence[int | None]],
+    given: Sequence[int | None],
+    zero: tuple[bool, ...],
+) -> list[tuple[int, ...]]:
+    """The nodes of the parts of each answer's key; ``zero`` tells which given numbers are 0."""
+    known, *rows = [
+        [math.nan if node is None else Number(flow, node) for node in nodes] for nodes in (given, *answers)
+    ]
+    found = ranking.keys_on(_arithmetic(flow), rows, known, zero)
+    return [tuple(_node(flow, part) for part in key) for key in found]
 
 
 def _usual(

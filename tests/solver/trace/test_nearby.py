@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 
 import solver
+from benchmarks.redistribution import linkage_question
+from tests.everyday.corpus import sheets
 
 ANGLES = "variables\nx in [0, 60]\nk = 5\nrules\nsin(x) + x/k = 1.2\ny = x^2\n"
 """Many answers of one iterated unknown, of which the sizes tell the first."""
@@ -59,3 +61,36 @@ def test_what_is_no_number_is_told_as_ever() -> None:
         plan("5")
     with pytest.raises(solver.Unsolved):
         plan(math.inf)
+
+
+SWAPPED = [question for sheet in sheets() for question in sheet.questions() if question.changes]
+
+
+@pytest.mark.parametrize("question", SWAPPED[::50], ids=lambda question: question.id)
+def test_a_plan_says_what_a_solve_says_near_its_sample_and_far_from_it(question: Any) -> None:
+    model, draw = question.sheet.model, random.Random(question.id)
+    given = {name: number for name, number in question.changes.items() if isinstance(number, float)}
+    rest = {name: value for name, value in question.changes.items() if name not in given}
+    plan: Any = solver.prepare(model, [*given], None, rest)
+    for share in (0.0, 1e-3, 1e-3, 1e-2, 0.3, 0.3, 1e-3):
+        numbers = {name: x * (1 + share * draw.uniform(-1, 1)) for name, x in given.items()}
+        solved: Any = solver.solve(model, {**rest, **numbers})
+        if not solved.solutions:
+            with pytest.raises(solver.Unsolved):
+                plan(*numbers.values())
+            continue
+        first = solved.solutions[0]
+        for name, found in zip(plan.want, plan(*numbers.values()), strict=True):
+            assert found == pytest.approx(first[name], rel=1e-9, abs=1e-9), (name, numbers)
+
+
+def test_answers_that_sizes_alone_tell_apart_are_compared_at_every_call() -> None:
+    asked: Any = linkage_question("four_link_chain", "posted", 308)
+    plan: Any = solver.prepare(asked.model, [*asked.given], asked.want, asked.fixed)
+    plan(*asked.given.values())
+    draw = random.Random(0)
+    for _ in range(8):
+        near = [number * (1 + 2e-4 * draw.uniform(-1, 1)) for number in asked.given.values()]
+        assert plan(*near) == plan.all(*near)[0]
+    near = plan.records._nearby[plan.records.useful]
+    assert near.call is not None and near.box.told
