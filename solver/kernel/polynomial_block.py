@@ -32,7 +32,7 @@ from solver.path.isolate import smooth
 from solver.path.polynomial import (
     UNIT,
     Polynomial,
-    TooLarge,
+    NoForm,
     constant,
     degree,
     letter,
@@ -194,7 +194,7 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
         return False
     try:
         ((whole, gross, power),) = _Steps(question, forms, turn).residuals(question)
-    except (NotPolynomial, TooLarge, OverflowError):
+    except (NotPolynomial, NoForm, OverflowError):
         return False
     if any(CANCELLED * abs(c) <= gross.get(monomial, 0) for monomial, c in whole.items()):
         return False
@@ -349,7 +349,7 @@ def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
         return False
     try:
         p, q = (polynomial for polynomial, _, _ in _Steps(question, forms).residuals(question))
-    except (NotPolynomial, TooLarge, OverflowError):
+    except (NotPolynomial, NoForm, OverflowError):
         return False
     if not 0 < max(degree(f, tears[1]) for f in (p, q)) <= HIGHEST_OF_TWO:
         return False

@@ -26,7 +26,6 @@ from solver.path.polynomial import (
     Letters,
     NoForm,
     Polynomial,
-    TooLarge,
     coefficients,
     constant,
     degree,
@@ -111,24 +110,19 @@ class System:
         if any(not self.unknown(e) for e in self.equations):
             raise NoForm
 
-    def drop(self, *places: int) -> None:
+    def close(self, found: Collection[str], *places: int) -> None:
+        """From here on these letters are known, and the equations at these places used up."""
+        self.open.difference_update(found)
         self.equations = [e for place, e in enumerate(self.equations) if place not in places]
-
-    def found(self, *names: str) -> None:
-        """From here on these letters are known. What stood before them stays before them."""
-        self.open.difference_update(names)
 
     # --- what a polynomial is in the open letters ---
 
-    def unknown(self, polynomial: Polynomial) -> set[str]:
-        return letters(polynomial) & self.open
+    def unknown(self, polynomial: Polynomial) -> list[str]:
+        return sorted(letters(polynomial) & self.open)
 
-    def plain(self, name: str) -> bool:
-        """Neither a cosine nor a sine of an unknown angle."""
-        return not name.startswith(("#c ", "#s "))
-
-    def linear(self, equation: Polynomial) -> bool:
-        return not self.curved(equation)
+    def plain(self, *names: str) -> bool:
+        """None of them the cosine or the sine of an unknown angle."""
+        return not any(name.startswith(("#c ", "#s ")) for name in names)
 
     def curved(self, equation: Polynomial) -> Polynomial:
         """What is not linear of it."""
@@ -138,67 +132,63 @@ class System:
             if sum(exponent for name, exponent in monomial if name in self.open) > 1
         }
 
-    def sides(self, equation: Polynomial, x: str, y: str) -> Line:
-        """``a x + b y = k``."""
-        by_x = coefficients(equation, x)
-        by_y = coefficients(by_x.get(0, {}), y)
-        return by_x.get(1, {}), by_y.get(1, {}), scaled(by_y.get(0, {}), Fraction(-1))
-
     # --- the same as formulas ---
 
     def expression(self, polynomial: Polynomial) -> Expression:
         return expression(polynomial, self.letters.meaning)
 
-    def size(self, polynomial: Polynomial) -> Expression:
-        """The sum of the sizes of the terms."""
-        terms = [expression({m: c}, self.letters.meaning) for m, c in polynomial.items()]
-        return add(*(call("abs", term) for term in terms))
-
     def coefficient(self, polynomial: Polynomial) -> Coefficient:
-        return Coefficient(self.expression(polynomial), self.size(polynomial))
+        terms = [self.expression({monomial: c}) for monomial, c in polynomial.items()]
+        return Coefficient(self.expression(polynomial), add(*(call("abs", term) for term in terms)))
 
-    def line(self, equation: Polynomial, x: str, y: str) -> tuple[Coefficient, Coefficient, Coefficient]:
-        a, b, k = self.sides(equation, x, y)
-        return self.coefficient(a), self.coefficient(b), self.coefficient(k)
+    def divisor(self, divisor: Polynomial) -> Let:
+        """A letter for something known, which must not vanish."""
+        name = f"#d{len(self.letters.meaning)}"
+        self.letters.meaning[name] = Name(name)
+        value, size = self.coefficient(divisor)
+        return Let(name, value, divisor=True, size=size)
 
     def reciprocal(self, divisor: Polynomial) -> str:
-        """A letter for the reciprocal of something known, which must not vanish."""
-        count = len(self.letters.meaning)
-        name, inverse = f"#d{count}", f"#i{count}"
-        self.forward.append(Let(name, self.expression(divisor), divisor=True, size=self.size(divisor)))
-        self.forward.append(Let(inverse, divide(Number(1.0), Name(name))))
-        self.letters.meaning.update({name: Name(name), inverse: Name(inverse)})
+        """A letter for the reciprocal of something known."""
+        let = self.divisor(divisor)
+        inverse = f"#i{let.name[2:]}"
+        self.forward += [let, Let(inverse, divide(Number(1.0), Name(let.name)))]
+        self.letters.meaning[inverse] = Name(inverse)
         return inverse
+
+
+def line(equation: Polynomial, x: str, y: str) -> Line | None:
+    """``a x + b y = k`` with a, b and k free of the two; None where it is no such line."""
+    by_x = coefficients(equation, x)
+    by_y = coefficients(by_x.get(0, {}), y)
+    a, b, k = by_x.get(1, {}), by_y.get(1, {}), scaled(by_y.get(0, {}), Fraction(-1))
+    if {*by_x, *by_y} - {0, 1} or y in letters(a):
+        return None
+    return a, b, k
 
 
 def close(system: System) -> bool:
     """Solve an equation in one letter, or a line in the cosine and sine of one angle."""
     for place, equation in enumerate(system.equations):
-        unknown = sorted(system.unknown(equation))
-        if len(unknown) == 1 and system.plain(unknown[0]) and degree(equation, unknown[0]) <= 2:
-            _root(system, equation, unknown[0])
-        elif system.linear(equation) and [system.letters.pairs.get(n) for n in unknown[1:]] == unknown[:1]:
-            cosine, sine = unknown
-            a, b, k = system.line(equation, cosine, sine)
-            system.forward.append(Circle(cosine, sine, a, b, k, system.coefficient(constant(1.0))))
-            system.found(cosine, sine)
-        else:
-            continue
-        system.drop(place)
+        match system.unknown(equation):
+            case [name] if system.plain(name) and degree(equation, name) <= 2:
+                parts = coefficients(equation, name)
+                c, b, a = (parts.get(power, {}) for power in range(3))
+                if a:
+                    system.forward.append(Parabola(name, *map(system.coefficient, (a, b, c))))
+                else:
+                    inverse = Name(system.reciprocal(b))
+                    system.forward.append(Let(name, negative(multiply(system.expression(c), inverse))))
+            case [cosine, sine] if system.letters.pairs.get(sine) == cosine and (
+                found := line(equation, cosine, sine)
+            ):
+                numbers = map(system.coefficient, (*found, constant(1.0)))
+                system.forward.append(Circle(cosine, sine, *numbers))
+            case _:
+                continue
+        system.close(system.unknown(equation), place)
         return True
     return False
-
-
-def _root(system: System, equation: Polynomial, name: str) -> None:
-    parts = coefficients(equation, name)
-    c, b, a = (parts.get(power, {}) for power in range(3))
-    if not a:
-        inverse = system.reciprocal(b)
-        value = negative(multiply(system.expression(c), Name(inverse)))
-        system.forward.append(Let(name, value))
-    else:
-        system.forward.append(Parabola(name, *map(system.coefficient, (a, b, c))))
-    system.found(name)
 
 
 def subtract(system: System) -> bool:
@@ -214,41 +204,37 @@ def subtract(system: System) -> bool:
 def line_and_circle(system: System) -> bool:
     """``a x + b y = k`` and ``x² + y² + d x + e y + f = 0``, moved to the centre."""
     for i, j in permutations(range(len(system.equations)), 2):
-        line, circle = system.equations[i], system.equations[j]
-        unknown = sorted(system.unknown(line))
-        if len(unknown) != 2 or not system.linear(line) or not all(map(system.plain, unknown)):
+        straight, circle = system.equations[i], system.equations[j]
+        unknown, curved = system.unknown(straight), system.curved(circle)
+        if len(unknown) != 2 or not system.plain(*unknown) or line(straight, *unknown) is None:
             continue
-        curved = system.curved(circle)
-        if system.unknown(circle) != set(unknown) or set(curved) != {((name, 2),) for name in unknown}:
+        if system.unknown(circle) != unknown or set(curved) != {((name, 2),) for name in unknown}:
             continue
-        if len(set(curved.values())) == 1:
-            _meet_circle(system, line, circle, *unknown)
-            system.drop(i, j)
-            return True
+        if len(set(curved.values())) > 1:
+            continue
+        x, y = unknown
+        circle = scaled(circle, 1 / circle[((x, 2),)])
+        by_x = coefficients(circle, x)
+        by_y = coefficients(by_x[0], y)
+        centre = [scaled(part.get(1, {}), Fraction(-1, 2)) for part in (by_x, by_y)]
+        square = minus(plus(*(times(part, part) for part in centre)), by_y.get(0, {}))
+        meaning = system.letters.meaning
+        moved = [f"#m{len(meaning)} {name}" for name in unknown]
+        meaning.update({new: Name(new) for new in moved})
+        for name, new, part in zip(unknown, moved, centre, strict=True):
+            straight = substituted(straight, name, plus(letter(new), part))
+        found = line(straight, *moved)
+        assert found is not None
+        system.forward.append(Circle(moved[0], moved[1], *map(system.coefficient, (*found, square))))
+        for name, new, part in zip(unknown, moved, centre, strict=True):
+            system.forward.append(Let(name, add(Name(new), system.expression(part))))
+        system.close(unknown, i, j)
+        return True
     return False
 
 
-def _meet_circle(system: System, line: Polynomial, circle: Polynomial, x: str, y: str) -> None:
-    circle = scaled(circle, 1 / circle[((x, 2),)])
-    by_x = coefficients(circle, x)
-    by_y = coefficients(by_x[0], y)
-    d, e, f = by_x.get(1, {}), by_y.get(1, {}), by_y.get(0, {})
-    centre = [scaled(part, Fraction(-1, 2)) for part in (d, e)]
-    square = minus(plus(*(times(part, part) for part in centre)), f)
-    meaning = system.letters.meaning
-    moved = [f"#m{len(meaning)} {name}" for name in (x, y)]
-    meaning.update({new: Name(new) for new in moved})
-    for name, new, part in zip((x, y), moved, centre, strict=True):
-        line = substituted(line, name, plus(letter(new), part))
-    a, b, k = system.line(line, *moved)
-    system.forward.append(Circle(moved[0], moved[1], a, b, k, system.coefficient(square)))
-    for name, new, part in zip((x, y), moved, centre, strict=True):
-        system.forward.append(Let(name, add(Name(new), system.expression(part))))
-    system.found(x, y)
-
-
 def substitute(system: System, by_number: bool) -> bool:
-    """Replace a plain letter that an equation gives as a polynomial in the others.
+    """Replace a plain letter that an equation gives as a polynomial in the others, wherever it stands.
 
     Equations free of angles come first: what they make zero is exactly zero then. ``by_number``: only where
     the coefficient of the letter is a number, so that no divisor is needed.
@@ -256,113 +242,84 @@ def substitute(system: System, by_number: bool) -> bool:
     best = None
     for place, equation in enumerate(system.equations):
         unknown = system.unknown(equation)
-        turning = sum(1 for name in unknown if not system.plain(name))
-        for name in sorted(filter(system.plain, unknown)):
+        plain = list(filter(system.plain, unknown))
+        for name in plain:
             parts = coefficients(equation, name)
             if set(parts) - {0, 1} or system.unknown(parts[1]):
                 continue
             number = set(parts[1]) == {UNIT}
-            cost = (not number, turning, len(equation), place, name)
+            cost = (not number, len(unknown) - len(plain), len(equation), place, name)
             if (number or not by_number) and (best is None or cost < best):
                 best = cost
     if best is None:
         return False
     *_, place, name = best
-    _replace(system, system.equations.pop(place), name)
-    return True
-
-
-def _replace(system: System, equation: Polynomial, name: str) -> None:
-    """Put what a linear equation says of a letter wherever the letter stands."""
-    parts = coefficients(equation, name)
+    parts = coefficients(system.equations[place], name)
     value = scaled(parts.get(0, {}), Fraction(-1))
     if set(parts[1]) == {UNIT}:
         value = scaled(value, 1 / parts[1][UNIT])
     else:
         value = times(value, letter(system.reciprocal(parts[1])))
-    size = system.size(value) if name in system.letters.roots else None
+    size = system.coefficient(value).size if name in system.letters.roots else None
     system.backward.append([Let(name, system.expression(value), size=size)])
-    system.found(name)
+    system.close((name,), place)
     system.equations = [substituted(e, name, value) for e in system.equations]
+    return True
 
 
 def cross(system: System) -> bool:
     """Two lines in two plain letters, by Cramer's rule: no pivot to choose before there are numbers."""
     for (i, one), (j, other) in combinations(enumerate(system.equations), 2):
-        unknown = sorted(system.unknown(one))
-        if len(unknown) != 2 or not all(map(system.plain, unknown)):
+        unknown = system.unknown(one)
+        if len(unknown) != 2 or not system.plain(*unknown) or system.unknown(other) != unknown:
             continue
-        if not (system.unknown(other) == {*unknown} and system.linear(one) and system.linear(other)):
+        first, second = line(one, *unknown), line(other, *unknown)
+        if first is None or second is None:
             continue
-        x, y = unknown
-        (a, b, p), (c, d, q) = (system.sides(line, x, y) for line in (one, other))
+        (a, b, p), (c, d, q) = first, second
         inverse = Name(system.reciprocal(minus(times(a, d), times(b, c))))
         by_x, by_y = minus(times(p, d), times(b, q)), minus(times(a, q), times(p, c))
-        system.forward.append(Let(x, multiply(system.expression(by_x), inverse)))
-        system.forward.append(Let(y, multiply(system.expression(by_y), inverse)))
-        system.found(x, y)
-        system.drop(i, j)
+        for name, value in zip(unknown, (by_x, by_y), strict=True):
+            system.forward.append(Let(name, multiply(system.expression(value), inverse)))
+        system.close(unknown, i, j)
         return True
     return False
 
 
 def rotate(system: System) -> bool:
-    """Replace two equations that turn an angle, which occurs nowhere else, by ``a² + b² = p² + q²``."""
+    """Replace two equations that turn an angle, which occurs nowhere else, by ``a² + b² = p² + q²``.
+
+    They are ``a c + b s = p`` and ``-b c + a s = q``, or that with the signs of the second changed.
+    """
     for cosine, sine, _ in system.letters.angles.values():
         if cosine not in system.open or sine not in system.open:
             continue
         holders = [i for i, e in enumerate(system.equations) if letters(e) & {cosine, sine}]
-        turned = (_turned(system.equations[place], cosine, sine) for place in holders)
-        lines = [line for line in turned if line is not None]
+        turned = (line(system.equations[place], cosine, sine) for place in holders)
+        lines = [one for one in turned if one is not None]
         if not len(lines) == len(holders) == 2:
             continue
         (a, b, p), (c, d, q) = lines
         opposite = partial(scaled, factor=Fraction(-1))
         if (c, d) == (b, opposite(a)):
             c, d, q = opposite(c), opposite(d), opposite(q)
-        if (c, d) == (opposite(b), a):
-            system.drop(*holders)
-            _close(system, cosine, sine, (a, b, p, q))
-            return True
+        if (c, d) != (opposite(b), a):
+            continue
+        pairs = system.letters.pairs
+        square = reduced(plus(times(a, a), times(b, b)), pairs)
+        closing = minus(plus(times(p, p), times(q, q)), square)
+        system.close((cosine, sine), *holders)
+        system.equations.append(reduced(closing, pairs))
+        divisor = system.divisor(square)
+        found: list[Formula] = [divisor]
+        for name, above in (
+            (cosine, minus(times(a, p), times(b, q))),
+            (sine, plus(times(b, p), times(a, q))),
+        ):
+            found.append(Let(name, divide(system.expression(above), Name(divisor.name))))
+        system.backward.append(found)
+        return True
     return False
-
-
-def direction(name: str, cosine: str, sine: str, unit: str) -> Let:
-    """An angle from its cosine and sine; ``unit`` is "d" for degrees."""
-    return Let(name, call("atan2" + unit, Name(sine), Name(cosine)))
-
-
-def _turned(equation: Polynomial, cosine: str, sine: str) -> Line | None:
-    """``a c + b s = p`` with the rest free of the two."""
-    by_cosine = coefficients(equation, cosine)
-    a, rest = by_cosine.get(1, {}), by_cosine.get(0, {})
-    by_sine = coefficients(rest, sine)
-    b, p = by_sine.get(1, {}), scaled(by_sine.get(0, {}), Fraction(-1))
-    if set(by_cosine) - {0, 1} or set(by_sine) - {0, 1} or sine in letters(a):
-        return None
-    return a, b, p
-
-
-def _close(
-    system: System, cosine: str, sine: str, turn: tuple[Polynomial, Polynomial, Polynomial, Polynomial]
-) -> None:
-    """``a c + b s = p`` and ``-b c + a s = q``, for a, b, p and q."""
-    a, b, p, q = turn
-    pairs, meaning = system.letters.pairs, system.letters.meaning
-    square = reduced(plus(times(a, a), times(b, b)), pairs)
-    closing = minus(plus(times(p, p), times(q, q)), square)
-    system.equations.append(reduced(closing, pairs))
-    system.found(cosine, sine)
-    name = f"#d{len(meaning)}"
-    meaning[name] = Name(name)
-    c, s = minus(times(a, p), times(b, q)), plus(times(b, p), times(a, q))
-    system.backward.append(
-        [
-            Let(name, system.expression(square), divisor=True, size=system.size(square)),
-            Let(cosine, divide(system.expression(c), Name(name))),
-            Let(sine, divide(system.expression(s), Name(name))),
-        ]
-    )
 
 
 MAX_EQUATIONS = 16
@@ -399,9 +356,13 @@ def closed_form(
             if not any(move(system) for move in MOVES):
                 return None
         system.tidy()
-    except (NoForm, TooLarge, OverflowError):
+    except (NoForm, OverflowError):
         return None
     if system.equations:
         return None
     backward = (formula for group in reversed(system.backward) for formula in group)
-    return (*system.forward, *backward, *(direction(name, *angle) for name, angle in angles.items()))
+    turned = (
+        Let(name, call("atan2" + unit, Name(sine), Name(cosine)))
+        for name, (cosine, sine, unit) in angles.items()
+    )
+    return (*system.forward, *backward, *turned)

@@ -7,7 +7,7 @@ square of a sine is written by that of the cosine."""
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -40,8 +40,9 @@ UNIT: Monomial = ()
 MAX_TERMS = 400
 
 
-class TooLarge(Exception):
-    """More terms than are worth a formula."""
+class NoForm(Exception):
+    """The equations are no polynomials in letters, or of more terms than are worth a formula, or contradict
+    one another."""
 
 
 def constant(value: float | Fraction) -> Polynomial:
@@ -52,16 +53,25 @@ def letter(name: str) -> Polynomial:
     return {((name, 1),): Fraction(1)}
 
 
-def plus(*polynomials: Polynomial) -> Polynomial:
+def _collected(terms: Iterable[tuple[Monomial, Fraction]]) -> Polynomial:
+    """Like terms merged. Raises NoForm."""
     total: Polynomial = {}
-    for polynomial in polynomials:
-        for monomial, coefficient in polynomial.items():
-            _accumulate(total, monomial, coefficient)
-    return _bounded(total)
+    for monomial, coefficient in terms:
+        before = total.get(monomial)
+        total[monomial] = coefficient if before is None else before + coefficient
+        if not total[monomial]:
+            del total[monomial]
+    if len(total) > MAX_TERMS:
+        raise NoForm
+    return total
+
+
+def plus(*polynomials: Polynomial) -> Polynomial:
+    return _collected(term for polynomial in polynomials for term in polynomial.items())
 
 
 def times(left: Polynomial, right: Polynomial) -> Polynomial:
-    product: Polynomial = {}
+    terms = []
     for one, a in left.items():
         for other, b in right.items():
             joined = one or other
@@ -70,8 +80,8 @@ def times(left: Polynomial, right: Polynomial) -> Polynomial:
                 for name, exponent in other:
                     exponents[name] = exponents.get(name, 0) + exponent
                 joined = tuple(sorted(exponents.items()))
-            _accumulate(product, joined, a * b)
-    return _bounded(product)
+            terms.append((joined, a * b))
+    return _collected(terms)
 
 
 def scaled(polynomial: Polynomial, factor: Fraction) -> Polynomial:
@@ -104,17 +114,11 @@ def coefficients(polynomial: Polynomial, name: str) -> dict[int, Polynomial]:
 
 def substituted(polynomial: Polynomial, name: str, value: Polynomial) -> Polynomial:
     """The polynomial with a letter replaced."""
-    parts = coefficients(polynomial, name)
-    if set(parts) <= {0}:
-        return polynomial
-    total: Polynomial = dict(parts.get(0, {}))
-    raised, reached = constant(1.0), 0
-    for exponent in sorted(parts):
-        if exponent:
-            for _ in range(exponent - reached):
-                raised = times(raised, value)
-            reached = exponent
-            total = plus(total, times(parts[exponent], raised))
+    parts, raised = coefficients(polynomial, name), constant(1.0)
+    total: Polynomial = {}
+    for exponent in range(max(parts, default=0) + 1):
+        raised = times(raised, value) if exponent else raised
+        total = plus(total, times(parts.get(exponent, {}), raised))
     return total
 
 
@@ -145,25 +149,8 @@ def expression(polynomial: Polynomial, meaning: Mapping[str, Expression]) -> Exp
     return add(*terms)
 
 
-def _accumulate(total: Polynomial, monomial: Monomial, coefficient: Fraction) -> None:
-    before = total.get(monomial)
-    total[monomial] = coefficient if before is None else before + coefficient
-    if not total[monomial]:
-        del total[monomial]
-
-
-def _bounded(polynomial: Polynomial) -> Polynomial:
-    if len(polynomial) > MAX_TERMS:
-        raise TooLarge
-    return polynomial
-
-
 _CIRCULAR = {"sind": "d", "cosd": "d", "sin": "", "cos": ""}
 _QUARTER = {"d": 90.0, "": math.pi / 2}
-
-
-class NoForm(Exception):
-    """The equations are no polynomials in letters, or contradict one another."""
 
 
 class Letters:
@@ -244,44 +231,36 @@ class Letters:
     # --- angles ---
 
     def _circular(self, function: str, argument: Expression) -> Polynomial:
-        unit = _CIRCULAR[function]
+        """Of ``±base + 90·quarters + rest``: at most one unknown, at most once."""
+        unit, cosine = _CIRCULAR[function], function.startswith("cos")
         turns = _count(argument, _QUARTER[unit])
         if turns is not None and unit:
             whole = (1.0, 0.0, -1.0, 0.0)
-            return constant(whole[turns % 4] if function.startswith("cos") else whole[(turns - 1) % 4])
-        base, sign, quarters, rest = self._angle(argument, unit)
-        if base is None:
-            cosine, sine = self._pair(argument, unit)
-            return letter(cosine if function.startswith("cos") else sine)
-        pair = self._of_unknown(base, unit) if base in self.unknowns else self._pair(Name(base), unit)
-        c, s = letter(pair[0]), scaled(letter(pair[1]), Fraction(sign))
-        for _ in range(quarters % 4):
-            c, s = scaled(s, Fraction(-1)), c
-        if rest is not None:
-            cos, sin = map(letter, self._pair(rest, unit))
-            c, s = minus(times(c, cos), times(s, sin)), plus(times(s, cos), times(c, sin))
-        return reduced(c if function.startswith("cos") else s, self.pairs)
-
-    def _angle(self, argument: Expression, unit: str) -> tuple[str | None, int, int, Expression | None]:
-        """``sign·base + 90·quarters + rest``: at most one unknown, at most once; no base: all known."""
+            return constant(whole[(turns if cosine else turns - 1) % 4])
         terms = argument.terms if isinstance(argument, Sum) else (argument,)
         unknown = [term for term in terms if self.unknowns.intersection(names(term))]
-        if len(unknown) > 1:
-            raise NoForm
-        signed = [(term, found) for term in unknown or terms if (found := _signed(term))]
-        if unknown and not signed:
+        base = next((t for t in unknown or terms if _named(t)), None)
+        if len(unknown) > 1 or (unknown and base is None):
             raise NoForm
         quarters, rest = 0, []
         for term in terms:
             count = _count(term, _QUARTER[unit])
             if count is not None:
                 quarters += count
-            elif not signed or term is not signed[0][0]:
+            elif term is not base:
                 rest.append(term)
-        if not signed or (rest and not unknown):
-            return None, 1, 0, None
-        name, sign = signed[0][1]
-        return name, sign, quarters, add(*rest) if rest else None
+        if base is None or (rest and not unknown):
+            c, s = map(letter, self._pair(argument, unit))
+            return c if cosine else s
+        name, sign = _named(base), -1 if isinstance(base, Negative) else 1
+        pair = self._of_unknown(name, unit) if unknown else self._pair(Name(name), unit)
+        c, s = letter(pair[0]), scaled(letter(pair[1]), Fraction(sign))
+        for _ in range(quarters % 4):
+            c, s = scaled(s, Fraction(-1)), c
+        if rest:
+            cos, sin = map(letter, self._pair(add(*rest), unit))
+            c, s = minus(times(c, cos), times(s, sin)), plus(times(s, cos), times(c, sin))
+        return reduced(c if cosine else s, self.pairs)
 
     def _of_unknown(self, name: str, unit: str) -> tuple[str, str]:
         if name in self.open or name not in self.turning:
@@ -301,23 +280,14 @@ class Letters:
         return cosine, sine
 
 
-def _signed(term: Expression) -> tuple[str, int] | None:
-    match term:
-        case Name(name):
-            return name, 1
-        case Negative(Name(name)):
-            return name, -1
-        case _:
-            return None
+def _named(term: Expression) -> str:
+    """The name that a term is, with either sign; blank where it is none."""
+    inner = term.operand if isinstance(term, Negative) else term
+    return inner.name if isinstance(inner, Name) else ""
 
 
 def _count(term: Expression, quarter: float) -> int | None:
     """How many right angles a term is."""
-    match term:
-        case Number(value):
-            count = value / quarter
-        case Negative(Number(value)):
-            count = -value / quarter
-        case _:
-            return None
+    inner, sign = (term.operand, -1) if isinstance(term, Negative) else (term, 1)
+    count = sign * inner.value / quarter if isinstance(inner, Number) else 0.5
     return int(count) if count == int(count) and abs(count) < 1e6 else None
