@@ -92,11 +92,7 @@ MIRRORED = {"=": "=", "<>": "<>", "<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
 def comparisons(condition: Condition) -> Iterator[Comparison]:
     """The comparisons that a condition is made of, left to right."""
-    if isinstance(condition, Comparison):
-        yield condition
-    elif isinstance(condition, And | Or | Not):
-        for part in nodes.children(condition):
-            yield from comparisons(part)  # type: ignore[arg-type]
+    return (atom for atom, _ in _polarities(condition, True))
 
 
 def assumed_outcome(comparison: Comparison, signs: Mapping[Pair, int]) -> bool | None:
@@ -114,19 +110,14 @@ def outcome(condition: Condition, settle: Callable[[Condition], bool | None]) ->
         case Not(term):
             inner = outcome(term, settle)
             return None if inner is None else not inner
-        case And(terms):
-            return _all([outcome(term, settle) for term in terms], wanted=True)
-        case Or(terms):
-            return _all([outcome(term, settle) for term in terms], wanted=False)
+        case And(terms) | Or(terms):  # the first one that decides, if there is one
+            told = [outcome(term, settle) for term in terms]
+            deciding = isinstance(condition, Or)
+            if deciding in told:
+                return deciding
+            return None if None in told else not deciding
         case _:
             return settle(condition)
-
-
-def _all(outcomes: list[bool | None], wanted: bool) -> bool | None:
-    """``wanted`` if all are; its opposite if one is that; else unknown."""
-    if any(found is not None and found is not wanted for found in outcomes):
-        return not wanted
-    return None if None in outcomes else wanted
 
 
 def cases_of(pair: Pair, conditions: Sequence[Condition], guards: Iterable[Guard]) -> tuple[int, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import count
+from itertools import chain, count
 from math import gcd, lcm
 from typing import Any, NamedTuple, TypeAlias
 
@@ -181,7 +181,7 @@ class ModelGraph:
         self._isolations: dict[tuple[int, int], Isolation | None] = {}
         self._plain: dict[int, frozenset[str]] = {}
         self._plain_of: dict[Shape, tuple[int, ...]] = {}
-        self._turns: dict[str, _Angle] | None = None
+        self._angles: dict[str, _Angle] | None = None
         self._weighed: frozenset[str] | None = None
         self.kernels: dict[Any, Any] = {}
 
@@ -222,18 +222,15 @@ class ModelGraph:
 
         Several of them where a rule reads a part of the angle: ``sind(theta/2)`` repeats itself after 720.
         """
-        found = self._angle(name)
-        return None if found is None else found.turn * found.turns
+        return None if (found := self._angle(name)) is None else found.turn * found.turns
 
     def single_turn(self, name: str) -> float | None:
         """360 or 2π for a variable that is nothing but an angle, else None."""
-        found = self._angle(name)
-        return None if found is None else found.turn
+        return None if (found := self._angle(name)) is None else found.turn
 
     def is_turning(self, name: str) -> bool:
         """Whether a variable is nothing but an angle, and a single turn of it makes no difference."""
-        found = self._angle(name)
-        return found is not None and found.turns == 1
+        return (found := self._angle(name)) is not None and found.turns == 1
 
     def is_weighed(self, name: str) -> bool:
         """Whether it is nothing but an angle to the rules, but larger or smaller than something to one of
@@ -243,15 +240,15 @@ class ModelGraph:
         if self._angle(name) is None or not (required or self.model.conditions):
             return False
         if self._weighed is None:
-            assert self._turns is not None
-            everywhere = _turns(self.model.equations, (*self.model.conditions, *required))
-            self._weighed = frozenset(self._turns.keys() - everywhere)
+            assert self._angles is not None
+            everywhere = _angles(self.model.equations, (*self.model.conditions, *required))
+            self._weighed = frozenset(self._angles.keys() - everywhere)
         return name in self._weighed
 
     def _angle(self, name: str) -> _Angle | None:
-        if self._turns is None:
-            self._turns = _turns(self.model.equations)
-        return self._turns.get(name)
+        if self._angles is None:
+            self._angles = _angles(self.model.equations)
+        return self._angles.get(name)
 
 
 class _Angle(NamedTuple):
@@ -261,83 +258,68 @@ class _Angle(NamedTuple):
     turns: int = 1
 
 
-class _Angles:
-    """What the rules say of their variables: ``found`` as angles, ``plain`` as any other number."""
-
-    def __init__(self) -> None:
-        self.found: dict[str, _Angle] = {}
-        self.plain: set[str] = set()
-
-    def learn(self, name: str, turn: float, count: int = 1) -> None:
-        """One more occurrence under a function of period ``turn``, or ``count`` of them."""
-        known = self.found.setdefault(name, _Angle(turn, count))
-        together = lcm(known.turns, count)
-        if known.turn != turn or together > MAX_TURNS:
-            self.plain.add(name)
-        else:
-            self.found[name] = _Angle(turn, together)
-
-    def read(self, *parts: nodes.Expression | nodes.Condition) -> None:
-        """Every occurrence in expressions, and in the inequalities of conditions."""
-        stack = [*parts]
-        while stack:
-            node = stack.pop()
-            if isinstance(node, Name):
-                self.plain.add(node.name)
-            elif (
-                isinstance(node, Call)
-                and (turn := TABLE[node.function].turn)
-                and (addends := _addends(node.arguments[0]))
-            ):
-                own = 2 if TABLE[node.function].half_turn else 1
-                for name, (numerator, denominator) in addends:
-                    self.learn(name, turn, denominator // gcd(denominator, own * numerator))
-            elif not isinstance(node, nodes.Comparison) or node.operator not in ("=", "<>"):
-                stack.extend(nodes.children(node))
-
-    def read_direction(self, equation: Equation) -> bool:
-        """Whether an equation gives an angle as such, ``thetaAB = atan2d(…)``; it is read then."""
-        left, right = equation.left, equation.right
-        for one, other in ((left, right), (right, left)):
-            if isinstance(one, Name) and isinstance(other, Call) and (turn := TABLE[other.function].angle):
-                self.learn(one.name, turn)
-                self.read(*other.arguments)
-                return True
-        return False
+def _evidence(*parts: nodes.Expression | nodes.Condition) -> Iterator[tuple[str, float, int]]:
+    """The names in expressions and in the inequalities of conditions: for each occurrence the period of the
+    function that it stands under and how many of them are to be counted, or 0 for a plain number."""
+    stack = [*parts]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, Name):
+            yield node.name, 0.0, 1
+        elif (
+            isinstance(node, Call)
+            and (turn := TABLE[node.function].turn)
+            and (addends := _addends(node.arguments[0]))
+        ):
+            own = 2 if TABLE[node.function].half_turn else 1
+            for name, (numerator, denominator) in addends:
+                yield name, turn, denominator // gcd(denominator, own * numerator)
+        elif not isinstance(node, nodes.Comparison) or node.operator not in ("=", "<>"):
+            stack.extend(nodes.children(node))
 
 
-def _turns(equations: Iterable[Equation], conditions: Iterable[nodes.Condition] = ()) -> dict[str, _Angle]:
+def _angles(equations: Iterable[Equation], conditions: Iterable[nodes.Condition] = ()) -> dict[str, _Angle]:
     """Variables that occur only where whole turns make no difference."""
-    angles = _Angles()
-    angles.read(*conditions)
+    plain: set[str] = set()
+    told = [_evidence(*conditions)]
     sums: dict[str, list[Equation]] = {}
     plainly: dict[Shape, bool] = {}
     for equation in equations:
-        shape, _ = shape_of(equation)
+        sides, (shape, _) = (equation.left, equation.right), shape_of(equation)
         if shape not in plainly:
-            sides = equation.left, equation.right
             calls = (node.function for side in sides for node in walk(side) if isinstance(node, Call))
             angular = any(TABLE[name].turn or TABLE[name].angle for name in calls)
             plainly[shape] = not (angular or all(map(is_angle_sum, sides)))
         if plainly[shape]:  # rules that know nothing of angles, told shape by shape
-            angles.plain.update(equation.names)
-            continue
-        sides = equation.left, equation.right
-        if all(map(is_angle_sum, sides)):
+            plain.update(equation.names)
+        elif all(map(is_angle_sum, sides)):
             for name in equation.names:
                 sums.setdefault(name, []).append(equation)
-        elif not angles.read_direction(equation):
-            angles.read(*sides)
-    plain = list(angles.plain)
-    read: dict[int, tuple[str, ...]] = {}
-    while plain:  # what a sum ties to a number that is no angle is none either
-        for equation in sums.pop(plain.pop(), ()):
-            for name in read.setdefault(id(equation), equation.names):
-                if name not in angles.plain:
-                    angles.plain.add(name)
-                    plain.append(name)
-            read[id(equation)] = ()
-    return {name: angle for name, angle in angles.found.items() if name not in angles.plain}
+        else:
+            for one, other in (sides, sides[::-1]):  # ``thetaAB = atan2d(…)`` gives an angle as such
+                if (
+                    isinstance(one, Name)
+                    and isinstance(other, Call)
+                    and (turn := TABLE[other.function].angle)
+                ):
+                    told += [iter([(one.name, turn, 1)]), _evidence(*other.arguments)]
+                    break
+            else:
+                told.append(_evidence(*sides))
+    found: dict[str, _Angle] = {}
+    for name, turn, turns in chain.from_iterable(told):
+        known = found.setdefault(name, _Angle(turn, turns))
+        found[name] = _Angle(turn, lcm(known.turns, turns))
+        if not turn or known.turn != turn or found[name].turns > MAX_TURNS:
+            plain.add(name)
+    spread, read = list(plain), set[int]()
+    while spread:  # what a sum ties to a number that is no angle is none either
+        for equation in sums.pop(spread.pop(), ()):
+            if equation.index not in read:
+                read.add(equation.index)
+                spread += {*equation.names} - plain
+                plain.update(equation.names)
+    return {name: angle for name, angle in found.items() if name not in plain}
 
 
 def within_half_turns(number: float, turn: float) -> float:

@@ -9,8 +9,9 @@ rule, the operation and the value: ``cosd = 1.08``.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from functools import reduce
+from itertools import zip_longest
 from math import inf
 from typing import NamedTuple, TypeAlias
 
@@ -193,8 +194,17 @@ def isolate(left: Expression, right: Expression, unknown: str) -> Isolation | No
             return Isolation(unknown, negative(c), (stage,), cost, verify=multiplied)
         case (c, b, a), multiplied:
             return Isolation(unknown, c, (), 2, 2, verify=multiplied, quadratic=Quadratic(c, b, a))
-        case _:
-            return _by_common_part(left, right, unknown)
+    # every occurrence is in one part, such as exp(-x) or (1 + i)^x: undo what encloses them all, solve a
+    # linear equation for that part; last, undo the part itself
+    if in_left and in_right:
+        if (powers := _powers(left, right, unknown)) is not None:
+            return powers
+        left, right = subtract(left, right), ZERO
+    inside, other = (left, right) if unknown in nodes.names(left) else (right, left)
+    stages = _stages(inside, unknown)
+    if stages is None or any(stage.period for stage in stages):
+        return None
+    return _through(stages, other, unknown, common=True)
 
 
 def operand(left: Expression, right: Expression, unknown: str, depth: int) -> Expression:
@@ -322,28 +332,11 @@ PART = "#part"
 """Stands for the part of an equation that holds all occurrences of the unknown."""
 
 
-def _by_common_part(left: Expression, right: Expression, unknown: str) -> Isolation | None:
-    """Solve for the part that holds every occurrence, such as ``exp(-x)`` or ``(1 + i)^x``: undo what
-    encloses them all, then solve a linear equation for that part; last, undo the part itself."""
-    both = unknown in nodes.names(left) and unknown in nodes.names(right)
-    if both and (powers := _powers(left, right, unknown)) is not None:
-        return powers
-    if both:
-        left, right = subtract(left, right), ZERO
-    inside, other = (left, right) if unknown in nodes.names(left) else (right, left)
-    stages = _stages(inside, unknown)
-    if stages is None or any(stage.period for stage in stages):
-        return None
-    return _through(stages, other, unknown, common=True)
-
-
 def _repeated(node: Expression, unknown: str) -> list[Stage] | None:
     """What undoes an expression of which several operands hold the unknown."""
-    signed = _signed_square(node, unknown)
-    if signed is not None:
+    if (signed := _signed_square(node, unknown)) is not None:
         return signed
-    formula = _ratio(node, unknown)
-    if formula is not None:
+    if (formula := _ratio(node, unknown)) is not None:
         return [formula]
     part = node
     while True:  # the operands that hold its first occurrence, the largest first, but not itself
@@ -358,26 +351,23 @@ def _repeated(node: Expression, unknown: str) -> list[Stage] | None:
 
 def _ratio(node: Expression, unknown: str) -> Stage | None:
     """``node = target`` as a linear equation in the unknown, its denominators multiplied away."""
-    found = polynomial_of(node, TARGET, unknown)
-    if found is None or len(found[0]) != 2:
-        return None
-    c, b = found[0]
-    return Stage("ratio", (divide(negative(c), b),), divisor=b)
+    match polynomial_of(node, TARGET, unknown):
+        case (c, b), _:
+            return Stage("ratio", (divide(negative(c), b),), divisor=b)
+        case _:
+            return None
 
 
 def _signed_square(node: Expression, unknown: str) -> list[Stage] | None:
     """What undoes ``x*abs(x)``, the square with the sign of x, as in the head loss of a pipe."""
     factors, divisors = _factors(node)
     held = [factor for factor in factors if unknown in nodes.names(factor)]
-    if any(unknown in nodes.names(divisor) for divisor in divisors) or len(held) != 2:
+    if len(held) != 2 or not all(_free(divisor, (unknown,)) for divisor in divisors):
         return None
-    one, other = held
-    if one == Call("abs", (other,)):
-        one, other = other, one
+    one, other = held if held[1] == Call("abs", (held[0],)) else held[::-1]
     if other != Call("abs", (one,)) or (rest := _stages(one, unknown)) is None:
         return None
-    known = [factor for factor in factors if factor not in held]
-    factor = divide(_product(known), _product(divisors))
+    factor = divide(_product(part for part in factors if part not in held), _product(divisors))
     root = multiply(call("sgn", TARGET), call("sqrt", call("abs", TARGET)))
     return [Stage("product", (divide(TARGET, factor),), divisor=factor), Stage("root", (root,)), *rest]
 
@@ -385,33 +375,29 @@ def _signed_square(node: Expression, unknown: str) -> list[Stage] | None:
 def _powers(left: Expression, right: Expression, unknown: str) -> Isolation | None:
     """``p*a^x = q*b^x`` as ``(a/b)^x = q/p``."""
     (above, below), (under, over) = _factors(left), _factors(right)
-    above, below = [*above, *over], [*below, *under]
-    held = [part for part in (*above, *below) if unknown in nodes.names(part)]
-    exponents = {part.exponent for part in held if isinstance(part, Power)}
-    bases = [part.base for part in held if isinstance(part, Power)]
-    if len(bases) < len(held) or len(exponents) != 1 or not _free(_product(bases), (unknown,)):
+    free: list[Expression] = []
+    bases: list[Expression] = []
+    exponents: set[Expression] = set()
+    for parts in (above + over, below + under):
+        held = [part for part in parts if not _free(part, (unknown,))]
+        exponents.update(part.exponent if isinstance(part, Power) else part for part in held)
+        bases.append(_product(part.base if isinstance(part, Power) else part for part in held))
+        free.append(_product(part for part in parts if part not in held))
+    if len(exponents) != 1 or not all(_free(base, (unknown,)) for base in bases):
         return None
-    (exponent,) = exponents
-    rest = _stages(exponent, unknown)
+    rest = _stages(exponents.pop(), unknown)
     if rest is None or any(stage.period for stage in rest):
         return None
-    above_base, below_base = (
-        _product([part.base for part in parts if part in held and isinstance(part, Power)])
-        for parts in (above, below)
-    )
-    start = divide(*(_product([part for part in parts if part not in held]) for parts in (below, above)))
-    stage = _undo_exponent(divide(above_base, below_base))
-    return _through([stage, *rest], start, unknown, common=True)
+    return _through([_undo_exponent(divide(*bases)), *rest], divide(*free[::-1]), unknown, common=True)
 
 
 def _factors(node: Expression) -> tuple[list[Expression], list[Expression]]:
     """The factors and the divisors of a product, signs among them."""
     match node:
-        case Product(left, right):
+        case Product(left, right) | Quotient(left, right):
             (above, below), (over, under) = _factors(left), _factors(right)
-            return [*above, *over], [*below, *under]
-        case Quotient(left, right):
-            (above, below), (under, over) = _factors(left), _factors(right)
+            if isinstance(node, Quotient):
+                over, under = under, over
             return [*above, *over], [*below, *under]
         case Negative(operand):
             above, below = _factors(operand)
@@ -420,11 +406,9 @@ def _factors(node: Expression) -> tuple[list[Expression], list[Expression]]:
             return [node], []
 
 
-def _product(factors: Sequence[Expression]) -> Expression:
-    product: Expression = ONE
-    for factor in factors:
-        product = multiply(product, factor)
-    return product
+def _product(factors: Iterable[Expression]) -> Expression:
+    one: Expression = ONE
+    return reduce(multiply, factors, one)
 
 
 # --- rules as quotients of polynomials in one unknown, and without roots and jumps ---
@@ -496,27 +480,24 @@ def _multiply(left: Rational, right: Rational) -> Rational:
 
 
 def _plus(left: Polynomial, right: Polynomial) -> Polynomial:
-    size = max(len(left), len(right))
-    padded = [(*p, *[ZERO] * (size - len(p))) for p in (left, right)]
-    return _trim(tuple(add(a, b) for a, b in zip(*padded, strict=True)))
+    return _trim([add(a, b) for a, b in zip_longest(left, right, fillvalue=ZERO)])
 
 
 def _times(left: Polynomial, right: Polynomial) -> Polynomial:
     """Raises _NoForm."""
-    if len(left) + len(right) - 2 > 2:
-        raise _NoForm
     product: list[Expression] = [ZERO] * (len(left) + len(right) - 1)
+    if len(product) > 3:
+        raise _NoForm
     for i, a in enumerate(left):
         for j, b in enumerate(right):
             product[i + j] = add(product[i + j], multiply(a, b))
-    return _trim(tuple(product))
+    return _trim(product)
 
 
-def _trim(polynomial: Polynomial) -> Polynomial:
-    size = len(polynomial)
-    while size > 1 and is_number(polynomial[size - 1], 0.0):
-        size -= 1
-    return polynomial[:size]
+def _trim(polynomial: list[Expression]) -> Polynomial:
+    while len(polynomial) > 1 and is_number(polynomial[-1], 0.0):
+        polynomial.pop()
+    return tuple(polynomial)
 
 
 _TWO = Number(2.0)
@@ -526,7 +507,10 @@ _ROUGH = frozenset({"sqrt", "abs", *_TANGENTS, *_DIRECTIONS})
 
 
 def smooth(left: Expression, right: Expression) -> Expression:
-    """An expression that vanishes wherever ``left = right`` does, smooth where that can be had."""
+    """An expression that vanishes wherever ``left = right`` does, smooth where that can be had.
+
+    It is where the equation is ``factor*rough + rest = 0`` for a single rough operation, which is undone.
+    """
     form = subtract(left, right)
     parts = [part for part in walk(form) if isinstance(part, Call) and part.function in _ROUGH]
     linear = []
@@ -534,22 +518,20 @@ def smooth(left: Expression, right: Expression) -> Expression:
         match polynomial_of(exchange(form, part, Name(PART)), ZERO, PART):
             case (rest, factor), False:
                 linear.append((part, factor, rest))
-    return _without(*linear[0]) if len(linear) == 1 else form
-
-
-def _without(rough: Call, factor: Expression, rest: Expression) -> Expression:
-    """``factor*rough + rest = 0`` with the rough operation undone."""
-    form = add(multiply(factor, rough), rest)
-    if rough.function == "sqrt":
-        return subtract(multiply(power(factor, _TWO), rough.arguments[0]), power(rest, _TWO))
-    if rough.function == "abs":
-        return subtract(power(multiply(factor, rough.arguments[0]), _TWO), power(rest, _TWO))
-    if rough.function in _TANGENTS:
-        sine, cosine = (call(name, *rough.arguments) for name in TABLE[rough.function].sine_and_cosine)
-        return add(multiply(factor, sine), multiply(rest, cosine))
-    if not isinstance(factor, Number) or len(rough.arguments) != 2 or abs(factor.value) != 1.0:
+    if len(linear) != 1:
         return form
-    angle = negative(rest) if factor.value > 0 else rest
-    sine, cosine = (call(name, angle) for name in TABLE[rough.function].sine_and_cosine)
-    y, x = rough.arguments
-    return subtract(multiply(y, cosine), multiply(x, sine))
+    rough, factor, rest = linear[0]
+    inside = rough.arguments
+    if rough.function == "sqrt":
+        return subtract(multiply(power(factor, _TWO), inside[0]), power(rest, _TWO))
+    if rough.function == "abs":
+        return subtract(power(multiply(factor, inside[0]), _TWO), power(rest, _TWO))
+    names = TABLE[rough.function].sine_and_cosine
+    if rough.function in _TANGENTS:
+        sine, cosine = (call(name, *inside) for name in names)
+        return add(multiply(factor, sine), multiply(rest, cosine))
+    if len(inside) != 2 or not (is_number(factor, 1.0) or is_number(factor, -1.0)):
+        return add(multiply(factor, rough), rest)
+    angle = negative(rest) if is_number(factor, 1.0) else rest
+    sine, cosine = (call(name, angle) for name in names)
+    return subtract(multiply(inside[0], cosine), multiply(inside[1], sine))

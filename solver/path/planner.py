@@ -8,10 +8,9 @@ from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.model import Model, Premise, Value
-from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Comparison, Condition, Name, Number, Symbol
+from rulesheets.syntax.nodes import Comparison, Condition
 from solver.path import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
-from solver.path.cases import activity, compatible, outcomes
+from solver.path.cases import activity, compatible, outcomes, value_of_equality
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation
 from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn
@@ -61,40 +60,34 @@ class _Remaining:
 
     def step(self, block: Block) -> Evaluate | SolveBlock:
         """The step that solves a block; of those with one tear, with another way to tear it."""
-        names = {unknown: self.graph.names[self.unknowns[unknown]] for unknown in block.unknowns}
+        graph, known = self.graph, self.unknowns
+        names = {unknown: graph.names[known[unknown]] for unknown in block.unknowns}
         equations, unknowns = tuple(self.equations[e] for e in block.equations), tuple(names.values())
         if len(unknowns) > MAX_TORN:
             return SolveBlock(equations, unknowns, ())
         part = self.incidence.restrict(block)
-        resolvable = {equation: self._costs(equation, part.occurs[equation]) for equation in block.equations}
+        resolvable = {}  # what an equation can be solved for, and at which cost
+        for place, equation in zip(block.equations, equations, strict=True):
+            costs = ((u, graph.cost(equation, known[u])) for u in part.occurs[place])
+            resolvable[place] = {u: cost for u, cost in costs if cost is not None}
         if len(unknowns) == 1 and resolvable[block.equations[0]]:
-            return self._evaluate(block.equations[0], block.unknowns[0])
-        weights = {unknown: self._weight(name) for unknown, name in names.items()}
+            return _evaluate(graph, equations[0], known[block.unknowns[0]])
+        weights = {}  # angles and variables with a finite range are the better ones to search over
+        for unknown, name in names.items():
+            variable = graph.model.variables[name]
+            finite = variable.low > float("-inf") and variable.high < float("inf")
+            weights[unknown] = 0 if finite or graph.turn(name) else 1
         first, *others = (
             SolveBlock(
                 equations,
                 unknowns,
                 tuple(names[u] for u in tearing.tears),
-                tuple(self._evaluate(e, u) for e, u in tearing.order),
+                tuple(_evaluate(graph, self.equations[e], known[u]) for e, u in tearing.order),
                 tuple(self.equations[e] for e in tearing.residuals),
             )
             for tearing in tearings(replace(part, resolvable=resolvable), weights, limit=TEARINGS)
         )
         return first._replace(others=tuple(others)) if len(first.tears) == 1 else first
-
-    def _costs(self, equation: int, unknowns: Iterable[int]) -> dict[int, int]:
-        """What an equation can be solved for, and at which cost."""
-        costs = ((u, self.graph.cost(self.equations[equation], self.unknowns[u])) for u in unknowns)
-        return {unknown: cost for unknown, cost in costs if cost is not None}
-
-    def _evaluate(self, equation: int, unknown: int) -> Evaluate:
-        return _evaluate(self.graph, self.equations[equation], self.unknowns[unknown])
-
-    def _weight(self, name: str) -> int:
-        """Angles and variables with a finite range are the better ones to search over."""
-        variable = self.graph.model.variables[name]
-        finite = variable.low > float("-inf") and variable.high < float("inf")
-        return 0 if finite or self.graph.turn(name) else 1
 
 
 def needed_steps(
@@ -178,25 +171,18 @@ class _Building:
             expect_time()
         if not (self.steps and isinstance(self.steps[-1], Decide)):
             self._assume()
-        names = self.graph.names
-        undetermined = tuple(n for n, known in zip(names, self.frontier.known, strict=True) if not known)
-        steps, want = self.steps, self.want
-        if want is not None:
-            for requirement in self.graph.model.requirements if self.required else ():
-                want |= self._asked(frozenset(requirement.names) - want, want, undetermined)
-            steps = needed_steps(self.graph, steps, want, undetermined)
-        return Path(tuple(steps), undetermined)
-
-    def _asked(
-        self, new: frozenset[str], want: frozenset[str], undetermined: Collection[str]
-    ) -> frozenset[str]:
-        """The new names of a requirement, if direct steps of one value lead to them."""
-        if not new or not new.isdisjoint(undetermined):
-            return frozenset()
-        plain = needed_steps(self.graph, self.steps, want, undetermined)
-        steps = needed_steps(self.graph, self.steps, want | new, undetermined)
-        direct = all(step in plain or (isinstance(step, Evaluate) and step.branches == 1) for step in steps)
-        return new if direct else frozenset()
+        graph, steps, want = self.graph, self.steps, self.want
+        free = tuple(n for n, known in zip(graph.names, self.frontier.known, strict=True) if not known)
+        if want is None:
+            return Path(tuple(steps), free)
+        for requirement in graph.model.requirements if self.required else ():
+            new = frozenset(requirement.names) - want
+            if new and new.isdisjoint(free):  # if direct steps of one value lead to what it reads
+                plain = needed_steps(graph, steps, want, free)
+                more = [step for step in needed_steps(graph, steps, want | new, free) if step not in plain]
+                if all(isinstance(step, Evaluate) and step.branches == 1 for step in more):
+                    want |= new
+        return Path(tuple(needed_steps(graph, steps, want, free)), free)
 
     def _advance(self) -> bool:
         """One way forward, the cheapest first; False at the end."""
@@ -208,18 +194,15 @@ class _Building:
             or (not self._decide() and self._blocks())
         )
 
-    def _take(self, step: Step) -> None:
-        """One more step: what it finds is known, and what it uses checks nothing."""
-        self.steps.append(step)
-        for name in given_by(step):
-            self.frontier.learn(self.graph.number[name])
-        used = set(equations_of(step))
-        self.frontier.spent = [e for e in self.frontier.spent if e not in used]
-
-    def _checks(self) -> None:
-        for equation in self.frontier.spent:
-            if equation < len(self.graph.occurs) and self.active[equation]:
-                self.steps.append(Check(equation))
+    def _take(self, *steps: Step) -> None:
+        """More steps: what they find is known, and what they use checks nothing; what is spent now, does."""
+        used: set[int] = set()
+        for step in steps:
+            used.update(equations_of(step))
+            for name in given_by(step):
+                self.frontier.learn(self.graph.number[name])
+        spent = (e for e in self.frontier.spent if e < len(self.active) and self.active[e] and e not in used)
+        self.steps += (*steps, *map(Check, spent))
         self.frontier.spent = []
 
     # --- direct steps ---
@@ -240,9 +223,7 @@ class _Building:
                 self.forking.append(equation)
             elif isolation is not None:
                 best[unknown] = min(best.get(unknown, (ANY_COST, 0)), (isolation.cost, equation))
-        for unknown, (_, equation) in best.items():
-            self._take(_evaluate(self.graph, equation, unknown))
-        self._checks()
+        self._take(*(_evaluate(self.graph, equation, unknown) for unknown, (_, equation) in best.items()))
         return bool(best) or bool(self.frontier.ripe)
 
     def _fork(self) -> bool:
@@ -258,15 +239,9 @@ class _Building:
         (_, equation, unknown), *others = sorted(candidates)
         self.forking = [e for _, e, _ in others]
         self._take(_evaluate(self.graph, equation, unknown))
-        self._checks()
         return True
 
     # --- guards ---
-
-    def _ready(self, equation: int) -> bool:
-        """Whether every condition of a pending equation can be evaluated."""
-        first = len(self.graph.occurs)
-        return all(self.frontier.missing(first + c) == 0 for c in self.guards[equation])
 
     def _select(self, cost: int) -> bool:
         groups: dict[int, list[tuple[int, Isolation]]] = {}
@@ -277,22 +252,26 @@ class _Building:
                 continue
             still.append(equation)
             isolation = self.graph.isolation(equation, unknown)
-            if isolation is not None and isolation.cost <= cost and self._ready(equation):
+            if isolation is not None and isolation.cost <= cost and not self._awaited(equation):
                 groups.setdefault(unknown, []).append((equation, isolation))
         self.parked = still
         for unknown, members in groups.items():
             equations = tuple(sorted(equation for equation, _ in members))
             branches = max(isolation.branches for _, isolation in members)
             self._take(Select(equations, self.graph.names[unknown], branches))
-            self._checks()
         return bool(groups)
+
+    def _awaited(self, equation: int) -> list[int]:
+        """The conditions of a pending equation that can't be evaluated yet."""
+        first = len(self.graph.occurs)
+        return [c for c in self.guards[equation] if self.frontier.missing(first + c)]
 
     def _decide(self) -> bool:
         """Ask for the outcome of conditions that can be evaluated and guard what is still open."""
         waiting = [
             condition
             for equation in self.pending
-            if self.frontier.missing(equation) and self._ready(equation)
+            if self.frontier.missing(equation) and not self._awaited(equation)
             for condition in self.guards[equation]
         ]
         if waiting:
@@ -301,11 +280,10 @@ class _Building:
 
     def _assume(self) -> None:
         """Case by case, where a guarded rule could still say something about an unknown."""
-        first, conditions = len(self.graph.occurs), self.graph.model.conditions
         for equation in self.pending:
-            useful = [c for c in self.guards[equation] if self.frontier.missing(first + c)]
+            useful = self._awaited(equation)
             if not self.frontier.missing(equation):  # a condition may say what its unknown is
-                useful = [c for c in useful if _says_a_value(conditions[c])]
+                useful = [c for c in useful if _value_said(self.graph.model.conditions[c])]
             if useful:
                 self.steps.append(Assume(useful[0]))
                 return
@@ -318,17 +296,14 @@ class _Building:
         steps = [part.step(block) for block in part.blocks()] if remaining else []
         for step in steps:
             self._take(step)
-            self._checks()
         return bool(steps)
 
 
-def _says_a_value(condition: Condition) -> bool:
-    """Whether a condition, where it is true, says what its unknown is: ``branch = 'open``."""
-    match condition:
-        case Comparison("=", Name(), Symbol() | Number()):
-            return True
-        case _:
-            return False
+def _value_said(condition: Condition) -> tuple[str, float | str] | None:
+    """What a condition, where it is true, says of a variable: ``branch = 'open``."""
+    if isinstance(condition, Comparison) and condition.operator == "=":
+        return value_of_equality((condition.left, condition.right))
+    return None
 
 
 Key: TypeAlias = tuple[
@@ -458,7 +433,9 @@ class _Ahead:
         self, known: frozenset[str], decided: Mapping[int, bool], told: frozenset[int], depth: int
     ) -> PathTree:
         """The path from what is known, its questions followed up ``depth`` times."""
-        path = _without(self.planner.path(known, decided, want=self.want), told)
+        path = self.planner.path(known, decided, want=self.want)
+        steps = (step for step in path.steps if not (isinstance(step, Check) and step.equation in told))
+        path = Path(tuple(steps), path.undetermined)
         conditions = question(path)
         possible = {condition: self._outcomes(decided, condition) for condition in conditions}
         implied = {condition: found[0] for condition, found in possible.items() if len(found) == 1}
@@ -483,8 +460,13 @@ class _Ahead:
         if not open_:
             return (Case((), self.tree(known, decided, told, depth)),)
         first, rest = open_[0], open_[1:]
+        match _value_said(self.model.conditions[first]):
+            case str(name), str():
+                said = {name}
+            case _:
+                said = set()
         found = [
-            self._cases(known | self._said(first, outcome), {**decided, first: outcome}, told, rest, depth)
+            self._cases(known | said if outcome else known, {**decided, first: outcome}, told, rest, depth)
             for outcome in self._outcomes(decided, first)
         ]
         if found[0] == found[-1]:
@@ -505,17 +487,3 @@ class _Ahead:
                 self.inputs,
             )
         ] or [True, False]
-
-    def _said(self, condition: int, outcome: bool) -> frozenset[str]:
-        """``mode = 'open`` that holds says what ``mode`` is."""
-        match self.model.conditions[condition]:
-            case nodes.Comparison("=", nodes.Name(name), nodes.Symbol()) if outcome:
-                return frozenset({name})
-            case _:
-                return frozenset()
-
-
-def _without(path: Path, told: frozenset[int]) -> Path:
-    """The path without checks of equations that have been used before."""
-    steps = (step for step in path.steps if not (isinstance(step, Check) and step.equation in told))
-    return Path(tuple(steps), path.undetermined)
