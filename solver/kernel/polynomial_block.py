@@ -31,8 +31,8 @@ from solver.numerics.tolerances import BACKWARD, KEPT_AT_REAL, OFF, POLISHED, RE
 from solver.path.isolate import smooth
 from solver.path.polynomial import (
     UNIT,
-    Polynomial,
     NoForm,
+    Polynomial,
     constant,
     degree,
     letter,

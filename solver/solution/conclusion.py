@@ -38,7 +38,7 @@ from rulesheets.syntax.nodes import (
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import AsksNothing, DoubleRoot, Fact, Filled, Fixed, NoRoot, NoValue, RankLoss, Status
-from solver.leaves import Asked, Exploration, Leaf, Patience, indeterminacy
+from solver.leaves import Asked, Exploration, Patience, indeterminacy
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.tolerances import SAME_VALUE
 from solver.path.cases import activity
@@ -68,7 +68,12 @@ def _look_behind(
     lost = tuple(fact for fact in void.values() if isinstance(fact, RankLoss))
     if not lost and not any(isinstance(fact, AsksNothing) for fact in void.values()):
         return None
-    model, values = asked.model, _shared(found.leaves)
+    model, first = asked.model, found.leaves[0].branch.values
+    values = {  # numbers that all leaves have
+        name: value
+        for name, value in first.items()
+        if isinstance(value, float) and all(leaf.branch.values.get(name) == value for leaf in found.leaves)
+    }
     reduced, open_ = _reduced(model, values)
     repeated = {place for fact in lost if (place := _repeated(model, fact, values)) is not None}
     if not open_ and not repeated:
@@ -78,8 +83,13 @@ def _look_behind(
     again = explore_refined(asked._replace(model=reduced), always)
     told = judge(asked._replace(model=reduced), again)._replace(reread=True)
     if told.status is not Status.INFEASIBLE:
-        if not told.leaves or not all(_stands(model, leaf) for leaf in told.leaves):
+        if not told.leaves:
             return None
+        for leaf in told.leaves:  # the rules as they are written must hold, all that can be read
+            at, decided = leaf.branch.values, leaf.branch.conditions
+            rules = (rule for rule in model.equations if activity(rule, decided))
+            if not all(check_rule(rule, at).holds for rule in rules if all(n in at for n in rule.names)):
+                return None
         known = [
             sum(name in leaf.branch.values for leaf in one.leaves[:1] for name in asked.judged)
             for one in (verdict, told)
@@ -89,16 +99,6 @@ def _look_behind(
         elif told.status is not Status.SOLVED:
             return None
     return reduced, again, told
-
-
-def _shared(leaves: Sequence[Leaf]) -> dict[str, float]:
-    """Numbers that all leaves have."""
-    first, *others = (leaf.branch.values for leaf in leaves)
-    return {
-        name: value
-        for name, value in first.items()
-        if isinstance(value, float) and all(values.get(name) == value for values in others)
-    }
 
 
 def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verdict:
@@ -112,17 +112,6 @@ def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verd
         if fact.unknown not in leaves[0].branch.values and activity(model.equations[fact.equation], decided)
     )
     return told._replace(status=Status.SINGULAR, leaves=leaves, facts=facts[:1] or told.facts, structural=())
-
-
-def _stands(model: Model, leaf: Leaf) -> bool:
-    """Whether the rules as they are written hold, all that can be read."""
-    values, decided = leaf.branch.values, leaf.branch.conditions
-    return all(
-        check_rule(rule, values).holds
-        for rule in model.equations
-        if all(decided.get(p.condition) is p.holds for p in rule.guard)
-        and all(n in values for n in rule.names)
-    )
 
 
 def _repeated(model: Model, fact: RankLoss, values: Mapping[str, float]) -> int | None:

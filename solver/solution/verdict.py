@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -128,27 +128,20 @@ def _unsettled(leaf: Leaf) -> tuple[DoubleRoot | RestsOnRounding, ...]:
     return tuple(fact for fact in leaf.branch.facts if isinstance(fact, DoubleRoot | RestsOnRounding))
 
 
-def _doubles(leaf: Leaf) -> tuple[DoubleRoot, ...]:
-    return tuple(fact for fact in leaf.branch.facts if isinstance(fact, DoubleRoot))
-
-
 def _fixed(model: Model, leaf: Leaf) -> tuple[Leaf, tuple[Unfixed, ...]]:
     """A leaf at a double root without the numbers that the rules do not determine there."""
-    doubles = _doubles(leaf)
-    resting = (fact for fact in leaf.branch.facts if isinstance(fact, RestsOnRounding))
-    leaf = _without(leaf, {fact.unknown for fact in resting})
+    why, branch = _unsettled(leaf), leaf.branch.fork()
+    resting = {fact.unknown for fact in why if isinstance(fact, RestsOnRounding)}
+    branch.values = {name: value for name, value in branch.values.items() if name not in resting}
+    leaf = replace(leaf, branch=branch)
+    doubles = [fact for fact in why if isinstance(fact, DoubleRoot)]
     if not doubles:
         return leaf, ()
-    error, origins = leaf_errors(model, leaf).error, leaf.branch.origins
-    lost = tuple(name for name in leaf.branch.values if name in origins and error.get(name) == math.inf)
-    return _without(leaf, lost), (Unfixed(lost, doubles[0]),) if lost else ()
-
-
-def _without(leaf: Leaf, names: Collection[str]) -> Leaf:
-    """A leaf without the values of some variables."""
-    branch = leaf.branch.fork()
-    branch.values = {name: value for name, value in branch.values.items() if name not in names}
-    return replace(leaf, branch=branch)
+    error = leaf_errors(model, leaf).error
+    lost = tuple(n for n in branch.values if n in branch.origins and error.get(n) == math.inf)
+    branch = branch.fork()
+    branch.values = {name: value for name, value in branch.values.items() if name not in lost}
+    return replace(leaf, branch=branch), (Unfixed(lost, doubles[0]),) if lost else ()
 
 
 def _unknown(model: Model, leaf: Leaf) -> tuple[str, ...]:
@@ -160,26 +153,22 @@ def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -
     leaf = leaves[0]
     undetermined = planner(model).path(frozenset(inputs), leaf.branch.conditions).undetermined
     structural = tuple(name for name in leaf.missing if name in undetermined)  # however the values come out
-    facts = _relevant(model, leaf, inputs)
+    # what stands in the way of the missing names; all there is, where none of it is on their path
+    every = {id(fact): fact for fact in leaf.branch.void.values()}.values()
+    way = planner(model).path(frozenset(inputs), leaf.branch.conditions, want=frozenset(leaf.missing))
+    used = {equation for step in way.steps for equation in equations_of(step)}
+    facts = tuple([fact for fact in every if used.intersection(_about(fact))] or every)
     status = Status.PARTIAL
     if len(structural) < len(leaf.missing) or (facts and not structural):
         status = _worst(facts)
     if status is Status.PARTIAL and any(isinstance(f, Truncated) for f in leaf.branch.facts):
         status = Status.FAILED
-    if status is Status.SINGULAR and (doubles := _doubles(leaf)):
+    doubles = tuple(fact for fact in leaf.branch.facts if isinstance(fact, DoubleRoot))
+    if status is Status.SINGULAR and doubles:
         told = any(isinstance(fact, AsksNothing) for fact in facts)
         facts = (*doubles, *facts, *(() if told else (Unfixed(leaf.missing, doubles[0]),)))
     kept = tuple(leaves) if status in (Status.PARTIAL, Status.SINGULAR) else tuple(leaves[:1])
     return Verdict(status, kept, facts, _unknown(model, leaf), structural)
-
-
-def _relevant(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> tuple[Fact, ...]:
-    """What stands in the way of the missing names; all there is, where none of it is on their path."""
-    facts = {id(fact): fact for fact in leaf.branch.void.values()}
-    way = planner(model).path(frozenset(inputs), leaf.branch.conditions, want=frozenset(leaf.missing))
-    used = {equation for step in way.steps for equation in equations_of(step)}
-    met = [fact for fact in facts.values() if used.intersection(_about(fact))]
-    return tuple(met or facts.values())
 
 
 def _about(fact: Fact) -> tuple[int, ...]:
@@ -218,19 +207,23 @@ def _worst(facts: Sequence[Fact]) -> Status:
 
 def _contradicted(found: Exploration) -> Verdict:
     """Every way ended at a rule that does not hold."""
+    conclusive = _conclusive(found)
     refused = [leaf for leaf in found.dead if all(isinstance(fact, Unmet) for fact in leaf.conflicts)]
-    if refused:
-        leaf = min(refused, key=_short)
-        status = Status.INFEASIBLE if _conclusive(found) else Status.FAILED
-        return Verdict(status, (leaf,), leaf.conflicts)
+    if refused:  # the one that breaks the fewest requirements, and these by least
+        misses = [[fact.miss for fact in leaf.conflicts if isinstance(fact, Unmet)] for leaf in refused]
+        worst = [(len(row), max(math.inf if miss is None else miss for miss in row)) for row in misses]
+        leaf = refused[worst.index(min(worst))]
+        return Verdict(Status.INFEASIBLE if conclusive else Status.FAILED, (leaf,), leaf.conflicts)
     for leaf in found.dead:
         if all(isinstance(fact, Indeterminacy | Unmet) for fact in leaf.conflicts):
             return Verdict(Status.SINGULAR, (leaf,), leaf.conflicts)
     leaf = min(found.dead, key=lambda leaf: len(leaf.conflicts))
-    beyond = _beyond_floats(leaf)
-    if beyond is not None:
-        return Verdict(Status.FAILED, (leaf,), (beyond,))
-    if _conclusive(found):
+    if len(leaf.conflicts) == 1 and isinstance(conflict := leaf.conflicts[0], Conflict):
+        # a single rule that fails for the very unknown that it was solved for contradicts nothing
+        for name, step in leaf.branch.origins.items():
+            if isinstance(step, Evaluate) and (step.equation,) == conflict.equations:
+                return Verdict(Status.FAILED, (leaf,), (BeyondFloats(step.equation, name),))
+    if conclusive:
         return Verdict(Status.INCONSISTENT, (leaf,), leaf.conflicts)
     # blocks may have answers beside those that the leaf was led to, and contradicts rules with
     numbers = {name: value for name, value in leaf.branch.values.items() if isinstance(value, float)}
@@ -240,12 +233,6 @@ def _contradicted(found: Exploration) -> Verdict:
         if gap.equations
     )
     return Verdict(Status.FAILED, (leaf,), open_)
-
-
-def _short(leaf: Leaf) -> tuple[int, float]:
-    """How much of the requirements a leaf breaks: how many, then by how much."""
-    misses = [fact.miss for fact in leaf.conflicts if isinstance(fact, Unmet)]
-    return len(misses), max(math.inf if miss is None else miss for miss in misses)
 
 
 def _conclusive(found: Exploration) -> bool:
@@ -260,16 +247,6 @@ def _conclusive(found: Exploration) -> bool:
         for leaf in ends
     ) and not any(gap.uncounted for gap in found.gaps)
     return found.complete or (len(ends) == 1 and not ends[0].branch.signs and direct)
-
-
-def _beyond_floats(leaf: Leaf) -> BeyondFloats | None:
-    """A single rule that fails for the very unknown that it was solved for contradicts nothing."""
-    if len(leaf.conflicts) != 1 or not isinstance(leaf.conflicts[0], Conflict):
-        return None
-    for name, step in leaf.branch.origins.items():
-        if isinstance(step, Evaluate) and (step.equation,) == leaf.conflicts[0].equations:
-            return BeyondFloats(step.equation, name)
-    return None
 
 
 # --- which answer comes first -------------------------------------------------------
