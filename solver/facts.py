@@ -265,6 +265,13 @@ Fact: TypeAlias = (
 )
 
 
+def about(fact: Fact) -> tuple[int, ...]:
+    """The equations that a fact speaks of."""
+    one: int | None = getattr(fact, "equation", None)
+    several: tuple[int, ...] = getattr(fact, "equations", ())
+    return several if one is None else (one,)
+
+
 class Method(Enum):
     """The ways to solve a simultaneous block: what each does, and its short name."""
 

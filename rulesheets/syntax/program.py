@@ -95,9 +95,9 @@ def names_of(body: RuleBody) -> Iterable[str]:
     return (name for operand in children(body) for name in names(operand))
 
 
-def walk(node: Expression | Condition) -> Iterator[Expression | Condition]:
-    """A node and all its parts, each before its own parts, left to right."""
-    stack = [node]
+def walk(*roots: Expression | Condition) -> Iterator[Expression | Condition]:
+    """Nodes and all their parts, each before its own parts, left to right."""
+    stack = [*reversed(roots)]
     while stack:
         item = stack.pop()
         yield item

@@ -37,8 +37,8 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule, sides
-from solver.facts import AsksNothing, DoubleRoot, Fact, Filled, Fixed, NoRoot, NoValue, RankLoss, Status
-from solver.leaves import Asked, Exploration, Patience, indeterminacy
+from solver.facts import AsksNothing, DoubleRoot, Filled, Fixed, NoRoot, NoValue, RankLoss, Status
+from solver.leaves import Asked, Exploration, Leaf, Patience, indeterminacy
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.tolerances import SAME_VALUE
 from solver.path.cases import activity
@@ -83,13 +83,8 @@ def _look_behind(
     again = explore_refined(asked._replace(model=reduced), always)
     told = judge(asked._replace(model=reduced), again)._replace(reread=True)
     if told.status is not Status.INFEASIBLE:
-        if not told.leaves:
+        if not told.leaves or not all(_stands(model, leaf) for leaf in told.leaves):
             return None
-        for leaf in told.leaves:  # the rules as they are written must hold, all that can be read
-            at, decided = leaf.branch.values, leaf.branch.conditions
-            rules = (rule for rule in model.equations if activity(rule, decided))
-            if not all(check_rule(rule, at).holds for rule in rules if all(n in at for n in rule.names)):
-                return None
         known = [
             sum(name in leaf.branch.values for leaf in one.leaves[:1] for name in asked.judged)
             for one in (verdict, told)
@@ -112,6 +107,13 @@ def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verd
         if fact.unknown not in leaves[0].branch.values and activity(model.equations[fact.equation], decided)
     )
     return told._replace(status=Status.SINGULAR, leaves=leaves, facts=facts[:1] or told.facts, structural=())
+
+
+def _stands(model: Model, leaf: Leaf) -> bool:
+    """Whether the rules as they are written hold, all that can be read."""
+    values, decided = leaf.branch.values, leaf.branch.conditions
+    active = (rule for rule in model.equations if activity(rule, decided))
+    return all(check_rule(rule, values).holds for rule in active if values.keys() >= {*rule.names})
 
 
 def _repeated(model: Model, fact: RankLoss, values: Mapping[str, float]) -> int | None:
@@ -155,14 +157,11 @@ def _without(side: Expression, values: Mapping[str, float]) -> Expression:
     done: list[Expression] = []
     for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
         done.append(_without(part, values))
-    match side:
-        case Product():
-            for factor, other in (done, done[::-1]):
-                if _vanishes(factor, values) and not _read(other, values):
-                    return ZERO
-        case Quotient():
-            if _vanishes(done[0], values) and not _read(done[1], values):
-                return ZERO
+    pairs = (done, done[::-1]) if isinstance(side, Product) else (done,) if isinstance(side, Quotient) else ()
+    for factor, other in pairs:
+        nothing = is_number(factor, 0.0) or (_read(factor, values) and vanishes(factor, values))
+        if nothing and not _read(other, values):
+            return ZERO
     if all(new is old for new, old in zip(done, parts, strict=True)):
         return side
     match side:
@@ -178,10 +177,6 @@ def _without(side: Expression, values: Mapping[str, float]) -> Expression:
 
 def _read(part: Expression, values: Mapping[str, float]) -> bool:
     return all(name in values for name in names(part))
-
-
-def _vanishes(factor: Expression, values: Mapping[str, float]) -> bool:
-    return is_number(factor, 0.0) or (_read(factor, values) and vanishes(factor, values))
 
 
 # --- given numbers that the rules fix otherwise, whatever the unknowns are ---
@@ -200,9 +195,18 @@ _FLAT = named(lambda row: not row.smooth)
 def fixed_otherwise(asked: Asked, verdict: Verdict) -> Verdict | None:
     """The verdict that a given number contradicts the rules at any value of an unknown; None if none does."""
     patience = Patience()
-    for equations, unknowns in filter(None, map(_refused, verdict.facts)):
+    for fact in verdict.facts:  # the rules of which it is said that nothing satisfies them
+        match fact:
+            case NoRoot(equations=equations, unknowns=unknowns):
+                pass
+            case NoValue(equation=e, unknown=u, reading=reading, pole=pole) if pole or reading.startswith(
+                "product"
+            ):
+                equations, unknowns = (e,), (u,)
+            case _:
+                continue
         rules = [asked.model.equations[e] for e in equations]
-        parts = (part for rule in rules for side in (rule.left, rule.right) for part in walk(side))
+        parts = walk(*(side for rule in rules for side in (rule.left, rule.right)))
         if any(rule.guard for rule in rules) or any(
             isinstance(part, Call) and part.function in _FLAT for part in parts
         ):
@@ -210,17 +214,6 @@ def fixed_otherwise(asked: Asked, verdict: Verdict) -> Verdict | None:
         for found in _fixed(asked, rules, unknowns, patience):
             return verdict._replace(status=Status.INCONSISTENT, facts=(found,))
     return None
-
-
-def _refused(fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]] | None:
-    """The rules of which it is said that nothing satisfies them, with their unknowns."""
-    match fact:
-        case NoRoot(equations=equations, unknowns=unknowns):
-            return equations, unknowns
-        case NoValue(equation=equation, unknown=unknown, reading=reading, pole=pole):
-            return ((equation,), (unknown,)) if pole or reading.startswith("product") else None
-        case _:
-            return None
 
 
 def _fixed(
@@ -272,24 +265,22 @@ NEAR = 1e-4
 
 def at_a_limit(asked: Asked, verdict: Verdict) -> Verdict | None:
     """The verdict that rules are undefined where there is an answer in the limit; None if there is none."""
-    if not verdict.leaves or not any(_near_zero_by_zero(asked.model, verdict)):
-        return None
-    for leaf in answers_between(asked):
-        filled = (fact.equation for fact in leaf.branch.facts if isinstance(fact, Filled))
-        facts = tuple(indeterminacy(asked.model.equations[index], leaf.branch.values) for index in filled)
-        return Verdict(Status.SINGULAR, verdict.leaves, tuple(filter(None, facts)), verdict.undetermined)
-    return None
-
-
-def _near_zero_by_zero(model: Model, verdict: Verdict) -> Iterator[bool]:
-    """For each quotient in rules without an answer, whether both its sides may be 0 where they miss least."""
-    for fact in verdict.facts:
+    model = asked.model
+    for fact in verdict.facts if verdict.leaves else ():  # both sides may be 0 where the rules miss least
         if isinstance(fact, NoRoot):
             values = {**verdict.leaves[0].branch.values, **fact.best}
             rules = [model.equations[index] for index in fact.equations]
-            for part in (part for e in rules for side in (e.left, e.right) for part in walk(side)):
-                if isinstance(part, Quotient):
-                    yield _small(part.left, values) and _small(part.right, values)
+            parts = walk(*(side for rule in rules for side in (rule.left, rule.right)))
+            quotients = (part for part in parts if isinstance(part, Quotient))
+            if any(_small(part.left, values) and _small(part.right, values) for part in quotients):
+                break
+    else:
+        return None
+    for leaf in answers_between(asked):
+        filled = (fact.equation for fact in leaf.branch.facts if isinstance(fact, Filled))
+        facts = tuple(indeterminacy(model.equations[index], leaf.branch.values) for index in filled)
+        return Verdict(Status.SINGULAR, verdict.leaves, tuple(filter(None, facts)), verdict.undetermined)
+    return None
 
 
 def _small(part: Expression, values: Mapping[str, Value]) -> bool:

@@ -33,6 +33,7 @@ from solver.facts import (
     Uncovered,
     Unfixed,
     Unmet,
+    about,
 )
 from solver.leaves import Leaf, Patience
 from solver.solution.remedy import bounds, clash, cures, derivation, givings, rounded
@@ -110,12 +111,8 @@ class _Explanation:
 
     def _of(self, fact: Fact) -> Diagnosis:
         """Where a rule fails that reads a symbol, that is why."""
-        equations: tuple[int, ...] = ()
-        if isinstance(fact, NoValue):
-            equations = (fact.equation,)
-        elif isinstance(fact, NoRoot):
-            equations = fact.equations
-        return self._symbol_in(equations) or self._said(fact)
+        failing = about(fact) if isinstance(fact, NoValue | NoRoot) else ()
+        return self._symbol_in(failing) or self._said(fact)
 
     def _symbol_in(self, equations: Iterable[int]) -> Diagnosis | None:
         """The first of these rules that computes with what is a symbol."""

@@ -13,7 +13,7 @@ from rulesheets.syntax.nodes import Number
 from solver.accuracy.alike import note_checks
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import check_rule, half_unit
-from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated
+from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated, about
 from solver.kernel.block import kernel_of
 from solver.kernel.candidates import BlockOutcome
 from solver.kernel.question import MANY, PLAN, STEP, Budget
@@ -36,7 +36,7 @@ from solver.leaves import (
     without_value,
 )
 from solver.path import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
-from solver.path.cases import EQUAL, Pair, activity, value_of_equality
+from solver.path.cases import EQUAL, activity, value_of_equality
 from solver.path.isolate import Isolation
 from solver.path.planner import planner
 
@@ -84,10 +84,10 @@ class Findings:
         self.complete = self.complete and complete
         if complete or equations in self.gaps:
             return
-        first = [values[unknowns[0]] for values in listed if unknowns[0] in values]
-        numbers = [number for number in first if not isinstance(number, str)]  # in floats, or of many digits
-        low, high = (min(numbers), max(numbers)) if numbers else (0.0, 0.0)
-        ends, listed_cut = (float(low), float(high)), cut and len(listed) > 1
+        first = (values.get(unknowns[0]) for values in listed)
+        numbers = [float(v) for v in first if v is not None and not isinstance(v, str)]
+        ends = min(numbers, default=0.0), max(numbers, default=0.0)
+        listed_cut = cut and len(listed) > 1
         self.gaps[equations] = Gap(equations, unknowns, len(listed), *ends, listed_cut, uncounted=cut)
 
     def truncate(self, branch: Branch, what: str) -> None:
@@ -195,8 +195,7 @@ class Explorer:
             with grace(GRACE):
                 raise CutOff(self._found(), start.values) from None
         found = self._found()
-        again = self.budget.cut and not self.budget.every and all(leaf.missing for leaf in found.leaves)
-        if not again:
+        if not self.budget.cut or self.budget.every or not all(leaf.missing for leaf in found.leaves):
             return found
         self.budget.every = True
         self.findings, self.outcomes = Findings(self.model, self.judged, self.findings.enough), {}
@@ -415,19 +414,17 @@ class Explorer:
                 return BlockOutcome(facts=(NoRoot(step.equations, step.unknowns, proven=False),))
             self.budget.begin_block(self.findings.complete, assumed or step in self._searched)
             self._searched.add(step)
-            given = [name for name in kernel.known if self._is_given(branch, name)]
-            off = partial(self._off, branch)
+            given, off = [], partial(self._off, branch)
+            for name in kernel.known:  # exact values: inputs, and numbers that a rule says
+                origin = branch.origins.get(name)
+                if isinstance(origin, Evaluate):
+                    said = self.graph.isolation(origin.equation, self.graph.number[name])
+                    origin = None if said and said.identity and isinstance(said.start, Number) else origin
+                if origin is None:
+                    given.append(name)
             self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off, given)
         outcome: BlockOutcome = self.outcomes[key]
         return outcome
-
-    def _is_given(self, branch: Branch, name: str) -> bool:
-        """Whether a value is exact: an input, or a number that a rule says."""
-        step = branch.origins.get(name)
-        if not isinstance(step, Evaluate):
-            return step is None
-        isolation = self.graph.isolation(step.equation, self.graph.number[name])
-        return isolation is not None and isolation.identity and isinstance(isolation.start, Number)
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
         """How far each number of a branch may be from the one that it stands for."""
@@ -441,12 +438,8 @@ class Explorer:
 
         Where a rule is 0/0, that is no reason to exclude a value.
         """
-        equations: tuple[int, ...] = ()
-        if isinstance(fact, NoValue):
-            equations = (fact.equation,)
-        elif isinstance(fact, NoRoot):
-            equations = fact.equations
-        told = (indeterminacy(self.model.equations[e], branch.values) for e in equations)
+        failing = about(fact) if isinstance(fact, NoValue | NoRoot) else ()
+        told = (indeterminacy(self.model.equations[e], branch.values) for e in failing)
         why = next(filter(None, told), fact)
         branch.blank.update(unknowns)
         for name in unknowns:
@@ -474,22 +467,19 @@ class Explorer:
         for sign in self.casework.cases(pair):
             if sign == EQUAL and self.findings.loose_since(adrift):
                 self.findings.complete = False
-            else:
-                self._case(branch, step, pair, sign)
+                continue
+            case = branch.fork()
+            case.signs[pair] = sign
+            case.steps.append(step)
+            said = value_of_equality(pair) if sign == EQUAL else None
+            if said is not None:
+                case.values.setdefault(*said)
+            self.casework.infer(case)
+            if not self.casework.contradicted(case):
+                self._explore(case)
         if self.findings.loose_since(adrift):
             self._finish(branch, loose=True)
         return False
-
-    def _case(self, branch: Branch, step: Assume, pair: Pair, sign: int) -> None:
-        case = branch.fork()
-        case.signs[pair] = sign
-        case.steps.append(step)
-        said = value_of_equality(pair) if sign == EQUAL else None
-        if said is not None:
-            case.values.setdefault(*said)
-        self.casework.infer(case)
-        if not self.casework.contradicted(case):
-            self._explore(case)
 
     # --- the end of a branch ---
 

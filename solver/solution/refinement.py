@@ -21,7 +21,7 @@ from rulesheets.deadline import TimeIsUp, grace
 from rulesheets.evaluate import Undefined, extended, value
 from rulesheets.evaluate.digits import DIGITS, beside, extended_derivatives, indeterminate
 from rulesheets.model import Equation, Model, Value, Variable
-from rulesheets.syntax.nodes import Comparison, Name, Number, Quotient, exchange, names
+from rulesheets.syntax.nodes import Name, Number, Quotient, exchange, subtract
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import Conflict, Filled
@@ -53,18 +53,17 @@ def explore_refined(asked: Asked, always: bool = False) -> Exploration:
             return found
         if (precise := explore_precisely(asked, found)) is not None:
             return precise
-        kept = tuple(leaf for leaf in found.leaves if not (leaf.solved and _meaningless(asked, leaf)))
     except TimeIsUp:
         raise CutOff(certain(asked, found), asked.inputs) from None
-    return found if len(kept) == len(found.leaves) else replace(found, leaves=kept, complete=False)
-
-
-def _meaningless(asked: Asked, leaf: Leaf) -> bool:
-    """Whether an answer is nothing but rounding: the sine of 1e90 + x is any number for values of 1e90 that
-    are next to one another, and the rule holds whatever x is."""
-    errors, values = leaf_errors(asked.model, leaf).error, leaf.branch.values
-    numbers = ((name, v) for name in asked.judged if isinstance(v := values.get(name), float) and v)
-    return any(MEANINGLESS * abs(v) < errors[name] < math.inf for name, v in numbers)
+    kept: list[Leaf] = []
+    for leaf in found.leaves:
+        # nothing but rounding: the sine of 1e90 + x is any number for values of 1e90 that are next to one
+        # another, and the rule holds whatever x is
+        numbers = {n: abs(v) for n in asked.judged if isinstance(v := leaf.branch.values.get(n), float) and v}
+        errors = leaf_errors(asked.model, leaf).error
+        if not (leaf.solved and any(MEANINGLESS * v < errors[n] < math.inf for n, v in numbers.items())):
+            kept.append(leaf)
+    return found if len(kept) == len(found.leaves) else replace(found, leaves=tuple(kept), complete=False)
 
 
 def certain(asked: Asked, found: Exploration) -> Exploration:
@@ -82,27 +81,21 @@ def _vague(asked: Asked, leaf: Leaf) -> bool:
     errors = told.error
     numbers = {name: abs(v) for name, v in values.items() if isinstance(v, float)}
     names, limit = (asked.judged, VAGUE) if leaf.solved else (tuple(numbers), LOST)
-    return (
+    if (
         told.cancelled
         or any(errors[name] > limit * numbers[name] for name in names if name in numbers)
         or any(errors[name] >= NO_DIGIT * size > 0.0 for name, size in numbers.items())
-        or any(
-            isinstance(c, Conflict) and _within_errors(asked.model, c, values, errors) for c in leaf.conflicts
-        )
-    )
-
-
-def _within_errors(
-    model: Model, conflict: Conflict, values: Mapping[str, Value], errors: Mapping[str, float]
-) -> bool:
-    """Whether a rule is missed by no more than the errors of the values explain."""
-    for equation in (model.equations[index] for index in conflict.equations):
-        try:
-            reach = sum(abs(s) * errors.get(name, 0.0) for name, s in sides(equation, values).slopes.items())
-        except Undefined:
-            return True
-        if conflict.miss is not None and abs(conflict.miss) <= SAFETY * reach:
-            return True
+    ):
+        return True
+    for conflict in (fact for fact in leaf.conflicts if isinstance(fact, Conflict)):
+        for index in conflict.equations:  # missed by no more than the errors of the values explain
+            try:
+                slopes = sides(asked.model.equations[index], values).slopes
+            except Undefined:
+                return True
+            reach = sum(abs(slope) * errors.get(name, 0.0) for name, slope in slopes.items())
+            if conflict.miss is not None and abs(conflict.miss) <= SAFETY * reach:
+                return True
     return False
 
 
@@ -133,26 +126,21 @@ def narrowed(model: Model, inputs: Mapping[str, Value]) -> Model | None:
     """The model with the ranges that requirements amount to at these inputs; None where that is no news."""
     variables = dict(model.variables)
     for requirement in model.requirements:
-        for name, operator, limit in _limits(requirement.comparison, inputs):
-            if not requirement.guard:
-                variables[name] = _within(variables[name], operator, limit)
+        comparison, guarded = requirement.comparison, bool(requirement.guard)
+        left, operator, right = comparison.left, comparison.operator, comparison.right
+        for side, relation, other in ((left, operator, right), (right, MIRRORED[operator], left)):
+            if guarded or not isinstance(side, Name) or side.name in inputs:
+                continue
+            with suppress(Undefined, TypeError, KeyError):
+                limit = value(other, inputs)
+                if relation != "<>" and math.isfinite(limit):
+                    variables[side.name] = _within(variables[side.name], relation, limit)
     if variables == dict(model.variables) or any(v.low > v.high for v in variables.values()):
         return None
     kept: Model | None = model.__dict__.get("_narrowed")
     if kept is None or kept.variables != variables:
         kept = model.__dict__["_narrowed"] = replace(model, variables=variables)
     return kept
-
-
-def _limits(comparison: Comparison, inputs: Mapping[str, Value]) -> Iterator[tuple[str, str, float]]:
-    """The unknown that a comparison bounds by a known number, if there is one, with relation and bound."""
-    left, operator, right = comparison.left, comparison.operator, comparison.right
-    for side, relation, other in ((left, operator, right), (right, MIRRORED[operator], left)):
-        if isinstance(side, Name) and side.name not in inputs and inputs.keys() >= set(names(other)):
-            with suppress(Undefined, TypeError):
-                limit = value(other, inputs)
-                if operator != "<>" and math.isfinite(limit):
-                    yield side.name, relation, limit
 
 
 def _within(variable: Variable, operator: str, limit: float) -> Variable:
@@ -229,14 +217,16 @@ def _filled(model: Model, values: Mapping[str, Value]) -> Iterator[tuple[int, tu
 def answers_between(asked: Asked) -> tuple[Leaf, ...]:
     """Answers at which rules are 0/0, and that answers for inputs on both sides of the given ones lead to."""
     model, inputs = asked.model, asked.inputs
-    every = (part for e in model.equations for side in (e.left, e.right) for part in walk(side))
+    every = walk(*(side for e in model.equations for side in (e.left, e.right)))
     if not any(isinstance(part, Quotient) for part in every):
         return ()
     read = Counter(name for e in model.equations for name in e.names)
-    numbers = [name for name, given in inputs.items() if isinstance(given, float) and read[name]]
-    for name in sorted(numbers, key=lambda name: (inputs[name] != 1.0, -read[name]))[:MOVED]:
-        moved = (number for step in STEPS for number in _moved(inputs[name], step))
-        beside = (_beside(asked._replace(inputs={**inputs, name: number})) for number in moved)
+    numbers = {name: given for name, given in inputs.items() if isinstance(given, float) and read[name]}
+    for name in sorted(numbers, key=lambda name: (numbers[name] != 1.0, -read[name]))[:MOVED]:
+        number = numbers[name]
+        size = 2.0 ** math.frexp(number)[1] if number else 1.0  # both results hold the step exactly
+        moved = (number + sign * step * size for step in STEPS for sign in (1, -1))
+        beside = (_beside(asked._replace(inputs={**inputs, name: there})) for there in moved)
         sides = list(takewhile(bool, beside))
         if len(sides) < 2 * len(STEPS):
             continue
@@ -245,13 +235,6 @@ def answers_between(asked: Asked) -> tuple[Leaf, ...]:
         if leaves:
             return leaves
     return ()
-
-
-def _moved(number: Value, step: float) -> tuple[float, float]:
-    """The number moved up and down by a step that both results hold exactly."""
-    assert isinstance(number, float)
-    size = 2.0 ** math.frexp(number)[1] if number else 1.0
-    return number + step * size, number - step * size
 
 
 def _beside(asked: Asked) -> tuple[Leaf, ...]:
@@ -268,23 +251,17 @@ def _between(leaf: Leaf, sides: Sequence[Sequence[Leaf]], inputs: Mapping[str, V
     nearest = [min(side, key=lambda other: _distance(leaf, other)) for side in sides]
     if max(_distance(leaf, other) for other in nearest) > APART:
         return None
-    branches = [leaf.branch for leaf in nearest]
-    numbers = [
-        {n: b.precise.get(n, v) for n, v in b.values.items() if isinstance(v, float)} for b in branches
-    ]
-    values: dict[str, Value] = dict(leaf.branch.values)
-    exact: dict[str, Any] = {}
-    for name in numbers[0]:
-        means = [
-            (one[name] + other[name]) / 2 for one, other in zip(numbers[::2], numbers[1::2], strict=True)
-        ]
-        limit = sum(weight * mean for weight, mean in zip(WEIGHTS, means, strict=True))
-        size = max(abs(number[name]) for number in numbers)
-        exact[name] = 0 * limit if abs(limit) <= NOTHING * size else limit
-        values[name] = float(exact[name])
     branch = leaf.branch.fork()
-    branch.values = {**values, **inputs}
-    branch.precise = {name: number for name, number in exact.items() if name not in inputs}
+    branch.precise = {}
+    for name, here in leaf.branch.values.items():
+        if isinstance(here, str) or name in inputs:
+            continue
+        numbers: list[Any] = [b.precise.get(name, b.values[name]) for b in (one.branch for one in nearest)]
+        means = [(one + other) / 2 for one, other in zip(numbers[::2], numbers[1::2], strict=True)]
+        limit = sum(weight * mean for weight, mean in zip(WEIGHTS, means, strict=True))
+        branch.precise[name] = 0 * limit if abs(limit) <= NOTHING * max(map(abs, numbers)) else limit
+        branch.values[name] = float(branch.precise[name])
+    branch.values = {**branch.values, **inputs}
     return replace(leaf, branch=branch)
 
 
@@ -323,15 +300,12 @@ def _standing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Leaf | N
 def _holds_beside(equation: Equation, values: Mapping[str, Value]) -> bool:
     """Whether a rule holds in the limit: its residual on both sides of a point, to first order."""
     line = {name: 1.0 + 0.1 * (k % 3) for k, name in enumerate(equation.names)}
-    residuals, total = [], 0.0
+    form = subtract(equation.left, equation.right)
     try:
-        for distance in (TINY, -TINY):
-            there = beside(values, line, distance)
-            residuals.append(extended(equation.left, there, DIGITS) - extended(equation.right, there, DIGITS))
-        slopes = [extended_derivatives(side, there, DIGITS)[1] for side in (equation.left, equation.right)]
+        there = beside(values, line, -TINY)
+        miss, slopes = extended_derivatives(form, there, DIGITS)
+        miss += extended(form, beside(values, line, TINY), DIGITS)
     except Undefined:
         return False
-    for name in equation.names:
-        slope = slopes[0].get(name, 0) - slopes[1].get(name, 0)
-        total += float(abs(slope * there[name]))
-    return bool(abs(sum(residuals)) / 2 <= BACKWARD * total)
+    total = sum(float(abs(slope * there[name])) for name, slope in slopes.items())
+    return bool(abs(miss) / 2 <= BACKWARD * total)

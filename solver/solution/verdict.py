@@ -26,6 +26,7 @@ from solver.facts import (
     Uncovered,
     Unfixed,
     Unmet,
+    about,
 )
 from solver.leaves import Asked, Casework, Exploration, Leaf, blocked, leaf_errors, within_one_turn
 from solver.numerics.tolerances import NEIGHBOURS, SAFETY, SAME_ANSWER
@@ -95,7 +96,7 @@ def _curves(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> It
             values = leaf.branch.values.items()
             known = ((n, v) for n, v in values if isinstance(v, float) and n not in inputs)
             posted = tuple((n, v) for n, v in known if model.variables[n].posted)
-            yield Beside(_about(facts[0]), leaf.missing, posted)
+            yield Beside(about(facts[0]), leaf.missing, posted)
 
 
 def _uncovered(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> tuple[Uncovered, ...]:
@@ -157,7 +158,7 @@ def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -
     every = {id(fact): fact for fact in leaf.branch.void.values()}.values()
     way = planner(model).path(frozenset(inputs), leaf.branch.conditions, want=frozenset(leaf.missing))
     used = {equation for step in way.steps for equation in equations_of(step)}
-    facts = tuple([fact for fact in every if used.intersection(_about(fact))] or every)
+    facts = tuple([fact for fact in every if used.intersection(about(fact))] or every)
     status = Status.PARTIAL
     if len(structural) < len(leaf.missing) or (facts and not structural):
         status = _worst(facts)
@@ -169,18 +170,6 @@ def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -
         facts = (*doubles, *facts, *(() if told else (Unfixed(leaf.missing, doubles[0]),)))
     kept = tuple(leaves) if status in (Status.PARTIAL, Status.SINGULAR) else tuple(leaves[:1])
     return Verdict(status, kept, facts, _unknown(model, leaf), structural)
-
-
-def _about(fact: Fact) -> tuple[int, ...]:
-    match fact:
-        case NoValue(equation=equation) | OutOfRange(equation=equation) | AsksNothing(equation=equation):
-            return (equation,)
-        case BeyondFloats(equation=equation) | Indeterminacy(equation=equation):
-            return (equation,)
-        case Conflict(equations=equations) | NoRoot(equations=equations) | RankLoss(equations=equations):
-            return equations
-        case _:
-            return ()
 
 
 _SEVERITY: tuple[tuple[Status, type[object]], ...] = (
