@@ -65,22 +65,17 @@ def explore_precisely(asked: Asked, floats: Exploration) -> Exploration | None:
 
 def _agree(rough: Exploration, fine: Exploration, judged: Sequence[str]) -> bool:
     """Whether twice the digits lead to the same answers."""
-    kinds = ((rough.leaves, fine.leaves), (rough.dead, fine.dead), (rough.adrift, fine.adrift))
-    return all(
-        len(some) == len(others)
-        and all(_same(a.branch, b.branch, judged) for a, b in zip(some, others, strict=True))
-        for some, others in kinds
-    )
-
-
-def _same(one: Branch, other: Branch, judged: Sequence[str]) -> bool:
-    if one.values.keys() != other.values.keys() or one.void.keys() != other.void.keys():
-        return False
-    return all(
-        abs(one.precise[name] - exact) <= AGREEMENT * abs(exact)
-        for name, exact in other.precise.items()
-        if name in judged and name in one.precise
-    )
+    for some, others in ((rough.leaves, fine.leaves), (rough.dead, fine.dead), (rough.adrift, fine.adrift)):
+        if len(some) != len(others):
+            return False
+        for one, other in ((a.branch, b.branch) for a, b in zip(some, others, strict=True)):
+            if one.values.keys() != other.values.keys() or one.void.keys() != other.void.keys():
+                return False
+            for name in one.precise.keys() & other.precise.keys() & {*judged}:
+                exact = other.precise[name]
+                if not abs(one.precise[name] - exact) <= AGREEMENT * abs(exact):
+                    return False
+    return True
 
 
 def _known(branch: Branch) -> Mapping[str, Any]:
@@ -97,18 +92,18 @@ class _PreciseCasework(Casework):
     def holds(self, condition: Condition, branch: Branch) -> bool:
         """Numbers are equal that differ by no more than the last places of the given numbers explain."""
 
-        def same(comparison: Comparison, left: float, right: float) -> bool:
-            return equal(left, right) and self._meet(comparison, branch)
+        def same(comparison: Comparison, one: float, other: float) -> bool:
+            if not equal(one, other):
+                return False
+            sides, known = (comparison.left, comparison.right), _known(branch)
+            left, right = (extended(side, known, self.digits) for side in sides)
+            moved = self.last_places(branch)
+            slopes = [derivatives(side, branch.values)[1].items() for side in sides]
+            reach = sum(abs(slope) * moved[name] for row in slopes for name, slope in row if moved.get(name))
+            near = 10.0 ** (SPARE - self.digits) * max(abs(left), abs(right))
+            return bool(abs(left - right) <= reach + near)
 
         return holds(condition, branch.values, self.inputs, same)
-
-    def _meet(self, comparison: Comparison, branch: Branch) -> bool:
-        sides, known = (comparison.left, comparison.right), _known(branch)
-        left, right = (extended(side, known, self.digits) for side in sides)
-        moved = self.last_places(branch)
-        slopes = [derivatives(side, branch.values)[1].items() for side in sides]
-        reach = sum(abs(slope) * moved[name] for row in slopes for name, slope in row if moved.get(name))
-        return bool(abs(left - right) <= reach + 10.0 ** (SPARE - self.digits) * max(abs(left), abs(right)))
 
     def last_places(self, branch: Branch) -> Mapping[str, float]:
         """How far each number moves with the last places of the inputs, and of the numbers in the rules."""
@@ -287,17 +282,14 @@ class _Block:
         self.folded += fold.roots
         for root in fold.roots:
             self._keep(root)
-        if fold.double is not None:
-            self.double = [a for a in self.floats.answers if a.double] or [self._double(fold.double)]
+        if fold.double is not None:  # in floats: it is no isolated answer in more digits
+            point = _floats(self.system.point(fold.double))
+            vectors = null_vectors(self.system, fold.double)
+            along = [1.0] * len(point) if vectors is None else vectors[0]
+            moving = {n: v for n, v in zip(point, along, strict=True) if abs(v) > 1e-6}
+            fact = DoubleRoot(self.question.equations, tuple(moving), moving)
+            self.double = [a for a in self.floats.answers if a.double] or [Answer(point, fact)]
         return True
-
-    def _double(self, root: list[Any]) -> Answer:
-        """The answer where two coincide. (Values in floats: it is no isolated answer in more digits.)"""
-        point = _floats(self.system.point(root))
-        vectors = null_vectors(self.system, root)
-        along = [1.0] * len(root) if vectors is None else vectors[0]
-        moving = {n: v for n, v in zip(point, along, strict=True) if abs(v) > 1e-6}
-        return Answer(point, DoubleRoot(self.question.equations, tuple(moving), moving))
 
     def _keep(self, root: list[Any]) -> None:
         small, sizes = float(self.system.small), [1e-30 * max(map(abs, root))] * len(root)
@@ -306,9 +298,13 @@ class _Block:
 
     def _summary(self) -> BlockOutcome:
         inside, outside = [], None
-        complete = self.floats.complete or self.floats.whole or self._settled()
-        for root in self.roots:
-            point = self.system.point(root)
+        points = [self.system.point(root) for root in self.roots]
+        doubles = [answer.values for answer in self.double]
+        complete = self.floats.complete or self.floats.whole
+        complete = complete or _settled(
+            self.floats.stretches, self.question.here, self.system, points, doubles
+        )
+        for point in points:
             floats = _floats(point)
             moved = self.question.inside(floats)  # what rounding alone takes beyond the end of a range
             point = {n: v if moved[n] == floats[n] else moved[n] for n, v in point.items()}
@@ -328,13 +324,6 @@ class _Block:
             block = self.question.kernel.block
             return BlockOutcome(complete=complete, facts=(NoRoot(block.equations, block.unknowns, complete),))
         return self.floats
-
-    def _settled(self) -> bool:
-        """Whether what floats could not settle is settled now, so that these are all the roots."""
-        points = [self.system.point(root) for root in self.roots]
-        doubles = [answer.values for answer in self.double]
-        known, here = self.system.known, self.question.here
-        return settled(self.floats.stretches, here, known, points, doubles, self.system.digits)
 
 
 def _near(one: Sequence[Any], other: Sequence[Any], share: float, sizes: Sequence[Any]) -> bool:
@@ -356,38 +345,33 @@ MARGIN = 8.0
 ALIKE = 1e-6
 
 
-def settled(
+def _settled(
     stretches: Sequence[Stretch],
     floats: Mapping[str, Value],
-    known: Mapping[str, Any],
+    system: ManyDigits,
     roots: Sequence[Mapping[str, Any]],
     doubles: Sequence[Mapping[str, Any]],
-    digits: int,
 ) -> bool:
     """Whether all roots on the stretches are among ``roots`` (and the ``doubles``, which count twice).
 
-    ``known``: the values that are given, in many digits; ``floats``: the same in floats.
+    The known values are in ``system`` in many digits, and among the ``floats``.
     """
+    numbers = {name: v for name, v in floats.items() if isinstance(v, float)}
     for stretch in stretches:
-        slope = slope_chain(stretch.chain)
-        curvature = None if slope is None else _least_curvature(stretch, slope, floats)
-        if slope is None or curvature is None:
+        if (slope := slope_chain(stretch.chain)) is None:
             return False
+        enclosure = Enclosure(slope, tuple(numbers))
+        if enclosure.slopes is None:
+            return False
+        ((low, high),) = enclosure.slopes_over([(stretch.low, stretch.high)], list(numbers.values()))
+        if not (low > 0.0 or high < 0.0):  # f'' is not proven not to vanish
+            return False
+        curvature = float(low) if low > 0.0 else float(high)  # the value of f'' that is least in size
         count = sum(_lies_on(stretch, root, floats) for root in roots)
         count += 2 * sum(_lies_on(stretch, root, floats) for root in doubles)
-        if count < 2 and (count or not _excludes(stretch, slope, curvature, known, digits)):
+        if count < 2 and (count or not _excludes(stretch, slope, curvature, system)):
             return False
     return bool(stretches)
-
-
-def _least_curvature(stretch: Stretch, slope: Chain, floats: Mapping[str, Value]) -> float | None:
-    """The value of f'' that is least in size, if f'' is proven not to vanish on the stretch."""
-    numbers = {name: v for name, v in floats.items() if isinstance(v, float)}
-    enclosure = Enclosure(slope, tuple(numbers))
-    if enclosure.slopes is None:
-        return None
-    ((low, high),) = enclosure.slopes_over([(stretch.low, stretch.high)], list(numbers.values()))
-    return float(low) if low > 0.0 else float(high) if high < 0.0 else None
 
 
 def _lies_on(stretch: Stretch, root: Mapping[str, Any], floats: Mapping[str, Value]) -> bool:
@@ -407,14 +391,12 @@ def _lies_on(stretch: Stretch, root: Mapping[str, Any], floats: Mapping[str, Val
     )
 
 
-def _excludes(
-    stretch: Stretch, slope: Chain, curvature: float, known: Mapping[str, Any], digits: int
-) -> bool:
+def _excludes(stretch: Stretch, slope: Chain, curvature: float, system: ManyDigits) -> bool:
     """Whether f has no root on the stretch: tried at its middle, and where Newton's method leads for f'."""
     x = 0.5 * (stretch.low + stretch.high)
     for _ in range(4):
         try:
-            values = followed(slope, {**known, slope.tears[0]: x}, digits)
+            values = followed(slope, {**system.known, slope.tears[0]: x}, system.digits)
         except (Undefined, OverflowError):
             return False
         value, steepness = values[stretch.chain.residuals[0]], values[slope.residuals[0]]
