@@ -33,7 +33,7 @@ from rulesheets.syntax.nodes import (
 )
 from solver.accuracy.rule_check import RuleCheck, gross, remembered, sides, size
 from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS, STEEP
-from solver.path.graph import Alike, Array, Family, alike
+from solver.path.graph import Array, Family, alike
 
 FEWEST = 8
 """Rules of one shape from which on arrays are faster than one rule after another."""
@@ -172,67 +172,41 @@ class Evaluated(NamedTuple):
 
 def evaluated(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> Evaluated:
     """All rules at once; those of rare shapes, or out of the ordinary, one by one."""
-    known = alike(model, equations)
+    known, n = alike(model, equations), len(equations)
     numbers = (v if isinstance(v := values.get(name), float) else math.nan for name in known.names)
     point = np.fromiter(numbers, dtype=float, count=len(known.names))
-    found = _Found(known, len(equations))
-    left_over: list[int] = []
+    miss, noise, grosses, moves = (np.full(n, np.nan) for _ in range(4))
+    holds, left_over = np.zeros(n, dtype=bool), np.ones(n, dtype=bool)
+    none = np.empty(0, dtype=np.intp)
+    triplets: list[tuple[Array, NDArray[np.intp], NDArray[np.intp]]] = [(np.empty(0), none, none)]
     for family in known.families:
-        plain = np.zeros(len(family.places), dtype=bool)
-        if len(plain) >= FEWEST:
-            plain = found.enter(family, point)
-        left_over += family.places[~plain].tolist()
-    column = {name: place for place, name in enumerate(known.names)} if left_over else {}
-    for place in left_over:
-        found.enter_one(equations[place], place, values, column)
-    return found.evaluated()
-
-
-class _Found:
-    """Filled family by family."""
-
-    def __init__(self, known: Alike, n: int) -> None:
-        self.names = known.names
-        self.miss, self.noise, self.gross, self.moves = (np.full(n, np.nan) for _ in range(4))
-        self.holds = np.zeros(n, dtype=bool)
-        self.triplets: list[tuple[Array, NDArray[np.intp], NDArray[np.intp]]] = []
-
-    def evaluated(self) -> Evaluated:
-        none = (np.empty(0), np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp))
-        triplets = (np.concatenate(column) for column in zip(none, *self.triplets, strict=True))
-        return Evaluated(self.names, self.miss, self.noise, self.gross, self.moves, self.holds, *triplets)
-
-    def enter(self, family: Family, point: Array) -> NDArray[np.bool_]:
-        """Enter the rows of a family that are plain, and tell which they are."""
-        values = point[family.columns]
-        rows = _Rows(dict(zip(family.first.names, values, strict=True)), family.numbers, len(family.places))
-        rows.plain &= np.isfinite(values).all(axis=0)
+        if len(family.places) < FEWEST:
+            continue
+        here = point[family.columns]
+        rows = _Rows(dict(zip(family.first.names, here, strict=True)), family.numbers, len(family.places))
+        rows.plain &= np.isfinite(here).all(axis=0)
         with np.errstate(all="ignore"), suppress(Undefined):
             side = _Sides(family.first, rows)
             plain, places = rows.plain, family.places[rows.plain]
             columns = (side.miss, side.noise, side.gross, side.moves, side.holds(family))
-            stores = (self.miss, self.noise, self.gross, self.moves, self.holds)
-            for store, column in zip(stores, columns, strict=True):
+            for store, column in zip((miss, noise, grosses, moves, holds), columns, strict=True):
                 store[places] = np.broadcast_to(column, plain.shape)[plain]
             for name, column in zip(family.first.names, family.columns, strict=True):
                 if name in side.slopes:
                     slope = np.broadcast_to(side.slopes[name], plain.shape)[plain]
-                    self.triplets.append((slope, places, column[plain]))
-            return plain
-        return np.zeros_like(rows.plain)
-
-    def enter_one(
-        self, equation: Equation, place: int, values: Mapping[str, Value], column: Mapping[str, int]
-    ) -> None:
-        try:
-            left, right, slopes, noise = sides(equation, values)
-        except (Undefined, KeyError):
-            return
-        self.miss[place], self.noise[place] = left - right, noise
-        self.gross[place] = gross(equation, values)
-        self.moves[place] = size(equation, values)
-        columns = np.array([column[name] for name in slopes], dtype=np.intp)
-        self.triplets.append((np.array([*slopes.values()]), np.full(len(slopes), place), columns))
+                    triplets.append((slope, places, column[plain]))
+            left_over[places] = False
+    column_of = {name: place for place, name in enumerate(known.names)}
+    for place in np.flatnonzero(left_over).tolist():
+        equation = equations[place]
+        with suppress(Undefined, KeyError):
+            left, right, slopes, noise[place] = sides(equation, values)
+            miss[place] = left - right
+            grosses[place], moves[place] = gross(equation, values), size(equation, values)
+            read = np.array([column_of[name] for name in slopes], dtype=np.intp)
+            triplets.append((np.array([*slopes.values()]), np.full(len(slopes), place), read))
+    parts = (np.concatenate(column) for column in zip(*triplets, strict=True))
+    return Evaluated(known.names, miss, noise, grosses, moves, holds, *parts)
 
 
 class _Sides:

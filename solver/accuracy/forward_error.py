@@ -136,9 +136,8 @@ class _Propagation:
         if (double := self.doubles.get((equation.index,))) is not None:
             self._spread(double, (unknown,))
             return
-        row = self._row(equation, (unknown,))
-        if row is None:
-            self.errors[unknown] = UNKNOWN
+        self.errors[unknown] = UNKNOWN
+        if (row := self._row(equation, (unknown,))) is None:
             return
         slopes, off = row
         if slope := slopes.get(unknown, 0.0):
@@ -149,8 +148,8 @@ class _Propagation:
             self.cancelled = self.cancelled or cancels
         if not off.any():
             self.errors[unknown] = NONE
-        else:
-            self.errors[unknown] = _finite(-off / slope) if slope else UNKNOWN
+        elif slope:
+            self.errors[unknown] = _finite(-off / slope)
 
     def _row(self, equation: Equation, unknowns: Sequence[str]) -> Row | None:
         """None where the rule cannot be evaluated."""
@@ -173,24 +172,23 @@ class _Propagation:
             self._spread(double, unknowns)
             return
         errors = None
-        if all(name in self.values for name in unknowns):
-            large = len(unknowns) > MANY and self.rounds
-            system = (self._many_rows if large else self._rows)(equations, unknowns)
+        if not all(name in self.values for name in unknowns):
+            pass
+        elif len(unknowns) > MANY and self.rounds:
+            system = self._many_rows(equations, unknowns)
             errors = None if system is None else self._solved(*system, unknowns)
+        else:
+            rows = [self._row(equation, unknowns) for equation in equations]
+            found = [row for row in rows if row and all(map(math.isfinite, row[0].values()))]
+            if len(found) == len(rows):
+                matrix = [[slopes.get(name, 0.0) for name in unknowns] for slopes, _ in found]
+                off = np.array([off for _, off in found])
+                errors = self._solved(as_matrix(matrix, len(unknowns)), off, unknowns)
         for place, name in enumerate(unknowns):
             self.errors[name] = UNKNOWN if errors is None else errors[place]
 
-    def _rows(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> tuple[Any, Errors] | None:
-        """The Jacobian (n, n) of a block, and by how much its rules may be off (n, samples)."""
-        rows = [self._row(equation, unknowns) for equation in equations]
-        found = [row for row in rows if row and all(map(math.isfinite, row[0].values()))]
-        if len(found) < len(rows):
-            return None
-        matrix = [[slopes.get(name, 0.0) for name in unknowns] for slopes, _ in found]
-        return as_matrix(matrix, len(unknowns)), np.array([off for _, off in found])
-
     def _many_rows(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> tuple[Any, Errors] | None:
-        """The same of rules that are evaluated at once."""
+        """The Jacobian (n, n) of a large block, and by how much its rules may be off (n, samples)."""
         found = evaluated(self.model, equations, self.values)
         n, place = len(unknowns), {name: place for place, name in enumerate(unknowns)}
         off = np.stack([_signs(e.index) for e in equations]) * (found.noise + np.abs(found.miss))[:, None]

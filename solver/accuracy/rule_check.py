@@ -38,7 +38,6 @@ from rulesheets.syntax.nodes import (
     Power,
     Sum,
     Symbol,
-    children,
     divide,
     map_leaves,
     names,
@@ -168,15 +167,16 @@ def size(equation: Equation, values: Mapping[str, Value]) -> float:
     return total if math.isfinite(total) else math.inf
 
 
+def terms(equation: Equation) -> Iterator[Expression]:
+    """What the sides of an equation add up."""
+    for side in (equation.left, equation.right):
+        yield from side.terms if isinstance(side, Sum) else (side,)
+
+
 def gross(equation: Equation, values: Mapping[str, Value]) -> float:
     """How large the terms of an equation are before they cancel: what its rounding errors go by."""
-    terms = [
-        part
-        for side in (equation.left, equation.right)
-        for part in (side.terms if isinstance(side, Sum) else (side,))
-    ]
     try:
-        return sum(abs(value(term, values)) for term in terms)
+        return sum(abs(value(term, values)) for term in terms(equation))
     except Undefined:
         return math.inf
 
@@ -209,7 +209,7 @@ def jumps(equation: Equation) -> bool:
     """Whether some function in the equation jumps (found once)."""
     found = equation.__dict__.get("_jumps")
     if found is None:
-        parts = (node for side in (equation.left, equation.right) for node in walk(side))
+        parts = walk(equation.left, equation.right)
         found = any(isinstance(node, Call) and node.function in _JUMPING for node in parts)
         equation.__dict__["_jumps"] = found
     return bool(found)
@@ -217,7 +217,7 @@ def jumps(equation: Equation) -> bool:
 
 def heights(equation: Equation) -> Iterator[tuple[str, Expression]]:
     """The functions that jump, each with the expression that says how far from its jumps it is."""
-    for node in (node for side in (equation.left, equation.right) for node in walk(side)):
+    for node in walk(equation.left, equation.right):
         match node:
             case Call("int" | "frac" | "round" | "sgn" as function, (x,)):
                 yield function, x
@@ -235,10 +235,8 @@ def _moves(slopes: Mapping[str, float], values: Mapping[str, Value]) -> Iterator
 def _symbol(expression: Expression, values: Mapping[str, Value]) -> str | None:
     if isinstance(expression, Symbol):
         return expression.name
-    if isinstance(expression, Name):
-        found = values[expression.name]
-        return found if isinstance(found, str) else None
-    return None
+    found = values[expression.name] if isinstance(expression, Name) else None
+    return found if isinstance(found, str) else None
 
 
 # --- what the last places of given numbers leave open: inputs, and numbers that stand in the rules ---
@@ -316,7 +314,7 @@ def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -
                 return rule.judged(agreed, more)
         if abs(misses[-1]) > size * power ** (SPARE - fine):
             return rule.judged(misses[-1], fine)
-        seen = max(abs(misses[0]), rule.terms(rough))
+        seen = max(abs(misses[0]), sum(abs(extended(term, values, rough)) for term in terms(equation)))
     except Undefined as error:
         reaches = not error.hole and rule.reaches(fine)  # 0/0 may be anything beside 0
         return RuleCheck(reaches, None, 0.0 if reaches else math.inf, True)
@@ -336,18 +334,10 @@ class _Rule:
         left, right = (extended(side, {**self.values, **(moved or {})}, digits) for side in self.sides)
         return left - right
 
-    def terms(self, digits: int) -> Any:
-        """The size of what the sides add up. Raises Undefined."""
-        terms = [term for side in self.sides for term in (side.terms if isinstance(side, Sum) else (side,))]
-        return sum(abs(extended(term, self.values, digits)) for term in terms)
-
     def largest(self, digits: int) -> Any:
         """The size of the largest number that is added to others in F. Raises Undefined."""
-        terms, parts = [*self.sides], [*self.sides]
-        while parts:
-            terms += [operand for part in parts if isinstance(part, Sum) for operand in children(part)]
-            parts = [operand for part in parts for operand in children(part)]
-        return max(abs(extended(term, self.values, digits)) for term in terms)
+        added = [term for part in walk(*self.sides) if isinstance(part, Sum) for term in part.terms]
+        return max(abs(extended(term, self.values, digits)) for term in (*self.sides, *added))
 
     def judged(self, miss: Any, digits: int) -> RuleCheck:
         """Whether F, which is ``miss``, vanishes within a small enough change of the values."""
