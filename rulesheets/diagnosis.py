@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from enum import Enum
 from functools import cache
 from typing import NamedTuple
@@ -239,11 +239,21 @@ def meant(name: str, variables: Iterable[str]) -> tuple[str, ...]:
     return suggestion(name, known)
 
 
+MAX_NAMED = 8
+
+
 def plural(count: int, noun: str) -> str:
     """``1 argument``, ``2 arguments``, ``no argument``."""
     if count == 0:
         return f"no {noun}"
     return f"{count} {noun}" + ("s" if count > 1 else "")
+
+
+def listed(names: Sequence[str], last: str = "and") -> str:
+    """``a, b and c``; long lists are cut."""
+    if len(names) > MAX_NAMED:
+        return f"{', '.join(names[:MAX_NAMED])} and {len(names) - MAX_NAMED} more"
+    return f" {last} ".join(filter(None, (", ".join(names[:-1]), names[-1])))
 
 
 _PROPERTIES = """

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error, listed
 from rulesheets.format import format_expression
 from rulesheets.input_messages import no_tolerance
 from rulesheets.inputs import variable_named, variables_named
@@ -33,8 +33,9 @@ def diagnosis(model: Model, reason: Reason, group: Sequence[tuple[str, str]]) ->
     """One reason for a group of (output, input) pairs, as a note."""
     outputs = tuple(dict.fromkeys(output for output, _ in group))
     givens = tuple(dict.fromkeys(given for _, given in group))
-    what = f"the derivative of {_listed(outputs)} by {_listed(givens)}"
+    what = f"the derivative of {listed(outputs)} by {listed(givens)}"
     labels = () if reason.rule < 0 else (Label(model.equations[reason.rule].rule),)
+    pairs = [f"{format_expression(left)} = {format_expression(right)}" for left, right in reason.pairs]
     match reason.kind:
         case "tied":
             alone = givens[0] if len(givens) == 1 else "each of them"
@@ -45,28 +46,19 @@ def diagnosis(model: Model, reason: Reason, group: Sequence[tuple[str, str]]) ->
             note = "it has a corner or a vertical tangent there; move an input a little and ask again"
         case "kink":
             after, before = reason.sides
-            where = f"the rules change at {_comparisons(reason.pairs)}" if reason.pairs else "it has a corner"
+            where = f"the rules change at {listed(pairs)}" if pairs else "it has a corner"
             text = f"{what} does not exist: {where}"
             note = f"it is {after:.10g} upwards and {before:.10g} downwards"
         case "unsolved":
-            text = f"{what} does not exist: {_listed(outputs)} has no number here"
+            text = f"{what} does not exist: {listed(outputs)} has no number here"
             note = "take it out of the list, or solve for it"
         case "edges":
-            text = f"{what} can't be told here: the rules change at {_comparisons(reason.pairs)}"
+            text = f"{what} can't be told here: the rules change at {listed(pairs)}"
             note = "move an input a little and ask again"
         case _:
             text = f"{what} does not exist: the answer is singular there"
             note = "it can move while every input stays: a double root, a fold or a dead centre"
     return Diagnosis("S592", Severity.NOTE, text, labels, (note,), outputs)
-
-
-def _listed(names: Sequence[str]) -> str:
-    shown = names if len(names) <= 6 else (*names[:6], f"{len(names) - 6} more")
-    return " and ".join(filter(None, (", ".join(shown[:-1]), shown[-1])))
-
-
-def _comparisons(pairs: Iterable[Pair]) -> str:
-    return _listed([f"{format_expression(left)} = {format_expression(right)}" for left, right in pairs])
 
 
 _APPROACHABLE = ("rough", "edges", "free")
@@ -176,15 +168,11 @@ def chosen_inputs(model: Model, names: Iterable[str] | None, inputs: Mapping[str
     if names is None:
         return tuple(name for name in model.variables if isinstance(inputs.get(name), float))
     found = tuple(dict.fromkeys(variables_named(names, model)))
-    wrong = [
-        error(
-            "E425",
-            f"{name} is not an input with a number, so nothing can be derived by it",
-            notes=(f"give it a number: --set {name}=…",),
-        )
-        for name in found
-        if not isinstance(inputs.get(name), float)
-    ]
+    wrong = []
+    for name in found:
+        if not isinstance(inputs.get(name), float):
+            message = f"{name} is not an input with a number, so nothing can be derived by it"
+            wrong.append(error("E425", message, notes=(f"give it a number: --set {name}=…",)))
     if wrong:
         raise RuleSheetError(*wrong)
     return found

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 from rulesheets.evaluate import Undefined, extended_derivatives
 from rulesheets.evaluate.digits import context, in_many_digits
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.nodes import Expression, Name, Symbol
+from rulesheets.syntax.nodes import Expression, Name, Symbol, subtract
 from solver.accuracy.digits import ManyDigits, Work
 from solver.accuracy.rule_check import sides
 from solver.numerics.linear_algebra import factorise, independent_rows
@@ -288,10 +288,7 @@ def number(value: float) -> Extended:
 
 def precise_slopes(left: Expression, right: Expression, values: Mapping[str, Any]) -> dict[str, Extended]:
     """∂(left − right)/∂v for every variable in them. Raises Undefined."""
-    found = extended_derivatives(left, values, DIGITS)[1]
-    for name, slope in extended_derivatives(right, values, DIGITS)[1].items():
-        found[name] = found[name] - slope if name in found else -slope
-    return found
+    return extended_derivatives(subtract(left, right), values, DIGITS)[1]
 
 
 def _settle(

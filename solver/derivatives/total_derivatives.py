@@ -41,27 +41,24 @@ def active_comparisons(model: Model, values: Mapping[str, Value]) -> tuple[Pair,
 
 def kinks(equation: Equation, values: Mapping[str, Value]) -> Iterator[Pair]:
     """Pairs that are equal at a kink or a jump of some function in the equation, and come apart beside it."""
-    for node in (node for side in (equation.left, equation.right) for node in walk(side)):
-        if isinstance(node, Call) and node.arguments:
-            yield from (pair for pair in _meetings(node, values) if _even(pair, values))
-
-
-def _meetings(call: Call, values: Mapping[str, Value]) -> Iterator[Pair]:
-    match call.function, call.arguments:
-        case "abs" | "sgn", (x,):
-            yield x, ZERO
-        case "min" | "max", arguments:
-            extreme = _number(call, values)
-            met = [a for a in arguments if extreme is not None and _number(a, values) == extreme]
-            yield from combinations(met, 2)
-        case "step", (x, at):
-            yield x, at
-        case "int" | "frac", (x,):
-            yield from _whole(x, 0.0, values)
-        case "round", (x,):
-            yield from _whole(x, 0.5, values)
-        case "mod", (x, y):
-            yield from _whole(Quotient(x, y), 0.0, values)
+    met: list[Pair] = []
+    for call in (node for node in walk(equation.left, equation.right) if isinstance(node, Call)):
+        match call.function, call.arguments:
+            case "abs" | "sgn", (x,):
+                met.append((x, ZERO))
+            case "min" | "max", arguments:
+                extreme = _number(call, values)
+                ends = [a for a in arguments if extreme is not None and _number(a, values) == extreme]
+                met += combinations(ends, 2)
+            case "step", (x, at):
+                met.append((x, at))
+            case "int" | "frac", (x,):
+                met += _whole(x, 0.0, values)
+            case "round", (x,):
+                met += _whole(x, 0.5, values)
+            case "mod", (x, y):
+                met += _whole(Quotient(x, y), 0.0, values)
+    return (pair for pair in met if _even(pair, values))
 
 
 def _whole(argument: Expression, offset: float, values: Mapping[str, Value]) -> Iterator[Pair]:
@@ -242,19 +239,15 @@ def one_sided(
 
 
 def _limit(nodes: Sequence[Extended], samples: Sequence[Extended]) -> Extended | None:
-    """The value at 0 of the polynomial through the samples; None where it depends on the farthest one."""
-    whole, rest = _at_zero(nodes, samples), _at_zero(nodes[1:], samples[1:])
-    size = max(map(abs, samples))
-    if abs(whole - rest) > SETTLED * size:
-        return None
-    return whole if abs(whole) > NOUGHT * size else whole * 0
-
-
-def _at_zero(nodes: Sequence[Extended], samples: Sequence[Extended]) -> Extended:
-    """Neville's scheme."""
-    row = list(samples)
+    """The value at 0 of the polynomial through the samples, by Neville's scheme; None where it depends on the
+    farthest one."""
+    row, rest = list(samples), samples[-1]
     for step in range(1, len(row)):
+        rest = row[1]
         for i in range(len(row) - step):
             far, near = nodes[i], nodes[i + step]
             row[i] = (far * row[i + 1] - near * row[i]) / (far - near)
-    return row[0]
+    size = max(map(abs, samples))
+    if abs(row[0] - rest) > SETTLED * size:
+        return None
+    return row[0] if abs(row[0]) > NOUGHT * size else row[0] * 0

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import assert_never
 
-from rulesheets.diagnosis import Diagnosis, Label, Severity, plural
+from rulesheets.diagnosis import MAX_NAMED, Diagnosis, Label, Severity, listed, plural
 from rulesheets.evaluate.number import number_text
 from rulesheets.format import format_condition
 from rulesheets.model import Model, Value
@@ -39,7 +39,6 @@ from solver.leaves import Leaf, Patience
 from solver.solution.remedy import bounds, clash, cures, derivation, givings, rounded
 from solver.solution.verdict import Verdict
 
-MAX_NAMED = 8
 MAX_INPUTS = 10
 
 
@@ -58,13 +57,6 @@ def explain(
         return found
     text = "the time was up before every remedy was tried"
     return (*found, Diagnosis("S553", Severity.NOTE, text))
-
-
-def listed(names: Sequence[str], last: str = "and") -> str:
-    """``a, b and c``; long lists are cut."""
-    if len(names) > MAX_NAMED:
-        return f"{', '.join(names[:MAX_NAMED])} and {len(names) - MAX_NAMED} more"
-    return f" {last} ".join(filter(None, (", ".join(names[:-1]), names[-1])))
 
 
 class _Explanation:
