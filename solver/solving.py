@@ -103,9 +103,10 @@ def _cut_off(asked: Asked, reached: CutOff) -> Result:
 
 def _with_gaps(result: Result, found: Sequence[Gap]) -> Result:
     """The result with what it says of answers that are not listed; where a list was cut off, in a note."""
-    from solver.solution.explain import gap_notes
+    from solver.solution.explain import gap_note
 
-    gaps = gap_notes(result.model, found)
+    first = sorted(found, key=lambda gap: not gap.cut)  # what was cut off
+    gaps = tuple(gap_note(result.model, gap) for gap in first)
     cut = tuple(note for note in gaps if note.code == CUT)
     return replace(result, gaps=gaps, diagnoses=(*result.diagnoses, *cut))
 

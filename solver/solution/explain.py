@@ -305,17 +305,16 @@ class _Explanation:
     def _clash(self) -> Diagnosis:
         assert self.leaf is not None
         fact = next(fact for fact in self.verdict.facts if isinstance(fact, Conflict))
-        found = clash(self.model, self.inputs, self.leaf, fact.equations, self.patience)
-        given = [f"{name} = {_text(self.inputs[name])}" for name in found.inputs]
+        rules, inputs = clash(self.model, self.inputs, self.leaf, fact.equations, self.patience)
+        given = [f"{name} = {_text(self.inputs[name])}" for name in inputs]
         message = f"these rules contradict {listed(given) if given else 'each other'}"
         notes = []
         if fact.miss is not None:
             notes.append(f"rule {self._line(fact.equations[-1])} misses by {number_text(fact.miss)}")
-        tried = found.inputs[:MAX_INPUTS]
-        for name, value in cures(self.model, self.inputs, tried, self.judged, self.patience):
+        for name, value in cures(self.model, self.inputs, inputs[:MAX_INPUTS], self.judged, self.patience):
             told = _text(value) if isinstance(value, str) else f"{value:.10g}"
             notes.append(f"leave out {name}: the other inputs make it {told}")
-        return self._error("S520", message, found.equations, found.inputs, *notes)
+        return self._error("S520", message, rules, inputs, *notes)
 
     def _bounds(
         self, equations: Sequence[int], unknowns: Sequence[str], read: Sequence[str] = ()
@@ -372,12 +371,8 @@ def _text(value: Value) -> str:
 # --- why the answers are not known to be all ---
 
 
-def gap_notes(model: Model, gaps: Sequence[Gap]) -> tuple[Diagnosis, ...]:
-    """A note for each gap, what was cut off first."""
-    return tuple(_note(model, gap) for gap in sorted(gaps, key=lambda gap: not gap.cut))
-
-
-def _note(model: Model, gap: Gap) -> Diagnosis:
+def gap_note(model: Model, gap: Gap) -> Diagnosis:
+    """Where there may be more answers than are listed, and what would tell."""
     notes: tuple[str, ...] = ()
     if not gap.unknowns:
         message = "not every case of the conditions was tried"

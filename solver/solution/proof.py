@@ -17,7 +17,6 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import (
     Comparison,
     Condition,
-    Expression,
     Given,
     Name,
     Symbol,
@@ -52,6 +51,7 @@ class _Proving:
     def __init__(self, model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> None:
         self.model, self.leaf, self.inputs = model, leaf, inputs
         self.values = leaf.branch.values
+        self.symbols = {name for name, value in self.values.items() if isinstance(value, str)}
         self.decided = leaf.branch.conditions
         self.balls: dict[str, Any] = {
             name: ball(number)
@@ -74,8 +74,14 @@ class _Proving:
         for rule in self.model.equations:
             if activity(rule, self.decided) and all(name in self.values for name in rule.names):
                 self._guarded(rule)
-                if rule.index not in used:
-                    self._uncontradicted(rule)
+                if rule.index in used or not self.symbols.isdisjoint(rule.names):
+                    continue
+                try:  # left and right of a rule that checks must overlap
+                    left, right = (enclosing_ball(side, self.balls) for side in (rule.left, rule.right))
+                except Undefined as undefined:
+                    raise _Obstacle(f"a rule that checks needs {undefined}") from None
+                if not left.overlaps(right):
+                    raise _Obstacle("a rule that checks is not satisfied exactly")
         radius, nearest = {}, True
         for name, found in self.balls.items():
             number, off = self.values[name], (found - ball(self.values[name])).abs_upper()
@@ -87,7 +93,7 @@ class _Proving:
     def _step(self, indices: Sequence[int], unknowns: Sequence[str], used: set[int]) -> None:
         equations = [self.model.equations[index] for index in indices]
         used.update(indices)
-        if any(isinstance(self.values.get(name), str) for name in unknowns):
+        if not self.symbols.isdisjoint(unknowns):
             return
         if not all(name in self.values for name in unknowns):
             raise _Obstacle(f"{', '.join(unknowns)} is not determined")
@@ -116,19 +122,12 @@ class _Proving:
             raise _Obstacle(f"{names}: a double root, exactly", double=tuple(square.unknowns))
         found = unfolded(square, self.balls, middle)
         if found is not None:
-            beside = ProvedRoots(tuple(square.unknowns), len(found), _apart(found))
+            apart = {}  # how far two are from each other, at least
+            if found:
+                one, other = found
+                apart = {n: max(0.0, float(abs(at - other[n]).lower())) for n, at in one.items()}
+            beside = ProvedRoots(tuple(square.unknowns), len(found), apart)
             raise _Obstacle(f"{names}: {beside.roots or 'no'} roots, a hair apart", beside=beside)
-
-    def _uncontradicted(self, equation: Equation) -> None:
-        """Left and right of a rule that checks must overlap."""
-        if any(isinstance(self.values[name], str) for name in equation.names):
-            return
-        try:
-            left, right = (enclosing_ball(side, self.balls) for side in (equation.left, equation.right))
-        except Undefined as undefined:
-            raise _Obstacle(f"a rule that checks needs {undefined}") from None
-        if not left.overlaps(right):
-            raise _Obstacle("a rule that checks is not satisfied exactly")
 
     # --- conditions ---
 
@@ -144,7 +143,7 @@ class _Proving:
         if not isinstance(condition, Comparison):
             return None
         sides = condition.left, condition.right
-        if any(map(self._symbolic, sides)):
+        if any(isinstance(s, Symbol) or (isinstance(s, Name) and s.name in self.symbols) for s in sides):
             return holds(condition, self.values, self.inputs)
         try:
             left, right = (enclosing_ball(side, self.balls) for side in sides)
@@ -162,15 +161,3 @@ class _Proving:
             ">": not less and not same,
             ">=": not less,
         }[condition.operator]
-
-    def _symbolic(self, side: Expression) -> bool:
-        value = self.values.get(side.name) if isinstance(side, Name) else None
-        return isinstance(side, Symbol) or isinstance(value, str)
-
-
-def _apart(roots: Sequence[Mapping[str, Any]]) -> Mapping[str, float]:
-    """How far two roots are from each other, at least."""
-    if not roots:
-        return {}
-    one, other = roots
-    return {name: max(0.0, float(abs(number - other[name]).lower())) for name, number in one.items()}

@@ -70,27 +70,21 @@ def givings(
 # --- inconsistent: the smallest conflicting set --------------------------------------------
 
 
-class Clash(NamedTuple):
-    """Rules (by equation) and inputs that can't hold together, none of them superfluous."""
-
-    equations: tuple[int, ...]
-    inputs: tuple[str, ...]
-
-
 def clash(
     model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequence[int], patience: Patience
-) -> Clash:
-    """From the derivation of a contradiction, what is left when nothing more can be taken away."""
+) -> tuple[list[int], list[str]]:
+    """Rules (by equation) and inputs that can't hold together: from the derivation of a contradiction, what
+    is left when nothing more can be taken away."""
     rules, given = derivation(model, inputs, leaf, equations)
     if len(rules) + len(given) > MAX_FILTER:
-        return Clash(tuple(rules), tuple(given))
+        return rules, given
     for item in (*reversed(rules), *reversed(given)):
         if patience.lost:
             break
         fewer = [e for e in rules if e != item], [n for n in given if n != item]
-        if _contradictory(model, inputs, *fewer, patience):
+        if fewer[0] and _contradictory(model, inputs, *fewer, patience):
             rules, given = fewer
-    return Clash(tuple(rules), tuple(given))
+    return rules, given
 
 
 def derivation(
@@ -130,8 +124,6 @@ def _contradictory(
     patience: Patience,
 ) -> bool:
     """Whether some rules, with the variables that they and the conditions read, contradict each other."""
-    if not rules:
-        return False
     read = {name for e in rules for name in _reads(model, e)}
     read.update(name for condition in model.conditions for name in nodes.names(condition))
     variables = {name: variable for name, variable in model.variables.items() if name in read}
@@ -203,19 +195,20 @@ def bounds(
             tried = patience.shown(explore(asked, brief=True, enough=lambda leaf: leaf.solved))
             return any(leaf.solved for leaf in tried.leaves)
 
-        edge = _edge(feasible, given)
-        bound = None if edge is None else _bound(name, given, edge, feasible)
+        bound = _bound(name, given, feasible)
         if bound is not None and not patience.lost:
             found.append(bound)
     return tuple(found)
 
 
-def _bound(name: str, given: float, edge: float, feasible: Callable[[float], bool]) -> Bound | None:
-    """What an edge says, tried: whether it belongs to what is feasible, rounded to where it still does.
+def _bound(name: str, given: float, feasible: Callable[[float], bool]) -> Bound | None:
+    """What the edge of the feasible values says, tried: whether it belongs to them, rounded to where it does.
 
-    None where something on the far side of it is feasible, too: there it is no edge.
+    None where there is none, or where something on the far side of it is feasible, too: then it is no edge.
     """
-    size = abs(given) or 1.0
+    size, edge = abs(given) or 1.0, _edge(feasible, given)
+    if edge is None:
+        return None
     inward = 1.0 if edge > given else -1.0
     if abs(edge - given) <= ROUGH * size and feasible(2 * given - edge):
         return Bound(name, "≠", given)
