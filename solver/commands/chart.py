@@ -55,8 +55,10 @@ MOST = 2_000
 
 State: TypeAlias = Mapping[str, Any]
 """Numbers by name, exact ones of many digits, and symbols."""
-Method: TypeAlias = tuple[str, float | None, Callable[[], tuple[Sequence[State], str, Any]]]
-"""A family, its own tolerance, and a run: answers, what is said where there are none, iterations."""
+Run: TypeAlias = Callable[[], tuple[Sequence[State], str, int | None]]
+"""Gives answers, what is said where there are none, and iterations."""
+Method: TypeAlias = tuple[str, float | None, Run]
+"""A family, its own tolerance, and a run."""
 
 
 class Mode(NamedTuple):
@@ -110,11 +112,11 @@ def mode_at(model: Model, values: Mapping[str, Value], inputs: Mapping[str, Valu
 def _ours(plan: Plan, given: Mapping[str, Value | None], inputs: Mapping[str, Value]) -> Iterator[Method]:
     """``solver.solve`` from the model on, the prepared plan, and answers that are proved."""
 
-    def solved(**more: Any) -> tuple[Sequence[State], str, None]:
-        result = solve(plan.model, given, plan.want, plan.guesses, **more)
+    def solved(prove: bool = False) -> tuple[Sequence[State], str, None]:
+        result = solve(plan.model, given, plan.want, plan.guesses, prove=prove)
         if result.status is not Status.SOLVED:
             return (), str(result.status), None
-        kept = [s for s in result.solutions if not more or (s.proof is not None and s.proof.proved)]
+        kept = [s for s in result.solutions if not prove or (s.proof is not None and s.proof.proved)]
         return kept, "not proved", None
 
     def prepared() -> tuple[Sequence[State], str, None]:
@@ -169,14 +171,19 @@ def plain_newton(
 
 def _mark(plan: Plan, modes: Sequence[Mode], method: Method, at: float | None) -> Mark:
     """A method with its worst relative error over what is wanted, against the state where that is least."""
+    mp, turn = context(DIGITS), planner(plan.model).graph.turn
+    names = [name for name in plan.want if all(name in mode.state for mode in modes)]
+
+    def off(answer: State, exact: State, name: str) -> float:
+        miss = mp.mpf(answer[name]) - exact[name]
+        if whole := turn(name):
+            miss -= whole * mp.nint(miss / whole)
+        return float(abs(miss / exact[name]) if abs(exact[name]) > NONE else abs(miss))
+
     family, tolerance, run = method
     answers, said, iterations = run()  # once without the clock: what is compiled at first use is compiled
-    names = [name for name in plan.want if all(name in mode.state for mode in modes)]
-    errors = (
-        max((_off(plan, name, answer[name], mode.state[name]) for name in names), default=0.0)
-        for answer in answers
-        for mode in modes
-    )
+    pairs = ((answer, mode.state) for answer in answers for mode in modes)
+    errors = (max((off(*pair, name) for name in names), default=0.0) for pair in pairs)
     error = min(errors, default=math.nan)
     status = said if not answers else "solved" if error <= max(FALSE, 1e3 * (tolerance or 0.0)) else "false"
     proved = (answer for answer in answers if isinstance(answer, Solution) and answer.radius)
@@ -187,27 +194,16 @@ def _mark(plan: Plan, modes: Sequence[Mode], method: Method, at: float | None) -
     return Mark(told, family, tolerance, status, error, iterations, seconds, at, radius)
 
 
-def _off(plan: Plan, name: str, found: Any, exact: Any) -> float:
-    """The relative error of a value, whole turns apart."""
-    mp, turn = context(DIGITS), planner(plan.model).graph.turn(name)
-    miss = mp.mpf(found) - exact
-    if turn:
-        miss -= turn * mp.nint(miss / turn)
-    return float(abs(miss / exact)) if abs(exact) > NONE else float(abs(miss))
-
-
 # --- the command ---
 
 COLUMNS = ("method", "tolerance", "at", "status", "error", "iterations", "seconds", "radius")
-KINDS = (".png", ".svg", ".csv")
 
 
 def chart_table(marks: Sequence[Mark]) -> str:
     """One line a method, at one set of inputs."""
-    sizes = (map(_short, (mark.error, mark.radius)) for mark in marks)
     rows = (
-        (m.method, m.status, *errors, str(m.iterations or ""), f"{1e6 * m.seconds:.1f}")
-        for m, errors in zip(marks, sizes, strict=True)
+        (m.method, m.status, _short(m.error), _short(m.radius), str(m.iterations or ""), _micros(m.seconds))
+        for m in marks
     )
     return table(("Method", "Status", "Error", "Radius", "Iterations", "µs"), rows)
 
@@ -223,8 +219,16 @@ def stability_table(marks: Sequence[Mark], name: str) -> str:
         at = "" if math.isnan(worst.error) else f"{worst.at:.10g}"
         median = sorted(mark.seconds for mark in mine)[len(mine) // 2]
         counts = f"{said['solved']} of {len(mine)}", str(said["false"]), str(silent)
-        rows.append((method, *counts, _short(worst.error), at, f"{1e6 * median:.1f}"))
+        rows.append((method, *counts, _short(worst.error), at, _micros(median)))
     return table(("Method", "Solved", "False", "Nothing", "Worst error", f"at {name}", "µs"), rows)
+
+
+def _short(error: float | None) -> str:
+    return "" if error is None or math.isnan(error) else f"{error:.0e}" if error else "0"
+
+
+def _micros(seconds: float) -> str:
+    return f"{1e6 * seconds:.1f}"
 
 
 def chart_csv(marks: Iterable[Mark]) -> str:
@@ -234,10 +238,6 @@ def chart_csv(marks: Iterable[Mark]) -> str:
     writer.writeheader()
     writer.writerows({**m._asdict(), "error": "" if math.isnan(m.error) else m.error} for m in marks)
     return text.getvalue()
-
-
-def _short(error: float | None) -> str:
-    return "" if error is None or math.isnan(error) else f"{error:.0e}" if error else "0"
 
 
 def _arguments(parser: ArgumentParser) -> None:
@@ -250,47 +250,37 @@ def _arguments(parser: ArgumentParser) -> None:
 
 def _run(arguments: Namespace) -> int:
     """Measure, print, draw; 0 where there is something to measure, 1 where the sheet has no answer."""
-    path = arguments.output
-    kind = "" if path is None else picture_kind(path, KINDS, "chart")
+    path, name, distances = arguments.output, None, None
+    kind = path and picture_kind(path, (".png", ".svg", ".csv"), "chart")
     request = read_request(arguments)
     request.expect_output(path)
-    name, numbers, distances = _line(arguments, request)
+    numbers: list[float] = []
+    if arguments.approach:
+        name, distances = read_approach(arguments.approach, request.model)
+        numbers = list(distances)
+    elif arguments.over:
+        ((name, axis),) = read_axes([arguments.over], request.model).items()
+        numbers = axis[: MOST + 1].tolist()
+        if len(numbers) > MOST or not all(isinstance(number, float) for number in numbers):
+            said, note = f"a chart is over at most {MOST:,} numbers", "take a larger step"
+            raise RuleSheetError(Option("over", arguments.over).wrong("E424", said, note))
+    request.swept([name] if name else ())
     marks = tuple(measure(request, name, numbers))
     if all(math.isnan(mark.error) for mark in marks):
         first = {**request.inputs, name: numbers[0]} if name and numbers else request.inputs
         print(result_text(solve(request.model, first, request.want, request.guesses)))
         print("\nthere is no isolated answer to measure methods by")
         return 1
-    print(chart_table(marks) if name is None else stability_table(marks, name))
-    if path is not None:
-        if kind == ".csv":
-            data = chart_csv(marks).encode()
-        else:
-            from solver.pictures.plot import chart_picture
+    print(stability_table(marks, name) if name else chart_table(marks))
+    if kind == ".csv":
+        write_file(path, chart_csv(marks).encode())
+    elif kind:
+        from solver.pictures.plot import chart_picture
 
-            data = chart_picture(marks, request.model, name, distances, kind[1:])
-        write_file(path, data)
+        write_file(path, chart_picture(marks, request.model, name, distances, kind[1:]))
+    if kind:
         print(f"\n{escaped(path)}")
     return 0
-
-
-def _line(
-    arguments: Namespace, request: Request
-) -> tuple[str | None, list[float], dict[float, float] | None]:
-    """The varied input, its values, and the distance of each from a limit that they approach."""
-    if arguments.approach:
-        name, distances = read_approach(arguments.approach, request.model)
-        request.swept([name])
-        return name, list(distances), distances
-    if not arguments.over:
-        return None, [], None
-    ((name, axis),) = read_axes([arguments.over], request.model).items()
-    values = axis[: MOST + 1].tolist()
-    if len(values) > MOST or not all(isinstance(value, float) for value in values):
-        said, note = f"a chart is over at most {MOST:,} numbers", "take a larger step"
-        raise RuleSheetError(Option("over", arguments.over).wrong("E424", said, note))
-    request.swept([name])
-    return name, values, None
 
 
 COMMANDS = {"chart": Command(_arguments, _run)}
