@@ -43,7 +43,11 @@ def screen_of(stream: TextIO) -> Screen:
     width = int(columns) if columns.isdecimal() and int(columns) else None
     if not stream.isatty():
         return Screen(width)
-    width = width or _columns(stream)
+    if not width:
+        try:  # ``shutil`` would bring the readers of archives with it
+            width = os.get_terminal_size(stream.fileno()).columns or 80
+        except OSError:
+            width = 80
     if "NO_COLOR" in os.environ or os.environ.get("TERM") == "dumb":
         return Screen(width)
     try:
@@ -56,14 +60,6 @@ def screen_of(stream: TextIO) -> Screen:
         return Style.parse(style).render(text, color_system=ColorSystem.STANDARD) if text else text
 
     return Screen(width, paint)
-
-
-def _columns(stream: TextIO) -> int:
-    """Columns of a terminal. (``shutil`` would bring the readers of archives with it.)"""
-    try:
-        return os.get_terminal_size(stream.fileno()).columns or 80
-    except OSError:
-        return 80
 
 
 GAP = "  "
@@ -84,17 +80,27 @@ def table(
     shift the rest of the table when a number changes. ``soft`` columns are cut where the screen is too
     narrow; ``styles`` set off the cells of the first columns where it can.
     """
-    cells = [tuple(printable(cell) for cell in row) for row in rows]
-    widths = _widths((tuple(header), *cells), least)
-    room = SCREEN.get().width
+    cells = [tuple(map(printable, row)) for row in rows]
+    lines = [tuple(header), *cells] if header else cells
+    widths, room = _widths(lines, least), SCREEN.get().width
     if room is not None and _total(widths) > room:
-        widths = _widths((tuple(header), *cells))
-        _narrow(widths, room, [place % len(widths) for place in soft])
-    dashes = tuple("-" * size if head else "" for head, size in zip(header, widths, strict=True))
-    head = ["bold"] * len(widths), ["dim"] * len(widths)
-    body = [*styles, *[""] * (len(widths) - len(styles))]
-    lines = [_line(row, widths, style) for row, style in zip((tuple(header), dashes), head, strict=True)]
-    return "\n".join((*lines, *(_line(row, widths, body) for row in cells)))
+        widths = _widths(lines)
+        places = [place % len(widths) for place in soft]
+        while _total(widths) > room and places:
+            if widths[widest := max(places, key=widths.__getitem__)] <= LEAST:
+                break
+            widths[widest] -= 1
+    body = [_line(row, widths, [*styles, *[""] * (len(widths) - len(styles))]) for row in cells]
+    if header:
+        dashes = ["-" * size if head else "" for head, size in zip(header, widths, strict=True)]
+        bold, dim = (["bold"] * len(widths), ["dim"] * len(widths))
+        body = [_line(tuple(header), widths, bold), _line(dashes, widths, dim), *body]
+    return "\n".join(body)
+
+
+def columns(rows: Iterable[Sequence[str]]) -> str:
+    """Like :func:`table`, without a header."""
+    return table((), rows)
 
 
 def fits(header: Sequence[str], rows: Iterable[Sequence[str]]) -> bool:
@@ -102,15 +108,6 @@ def fits(header: Sequence[str], rows: Iterable[Sequence[str]]) -> bool:
     room = SCREEN.get().width
     widths = _widths((tuple(header), *map(tuple, rows)))
     return room is None or _total([*widths[:-1], min(widths[-1], LEAST)]) <= room
-
-
-def columns(rows: Iterable[Sequence[str]]) -> str:
-    """Like :func:`table`, without a header."""
-    cells = [tuple(printable(cell) for cell in row) for row in rows]
-    widths = _widths(cells)
-    if (room := SCREEN.get().width) is not None and widths:
-        _narrow(widths, room, [len(widths) - 1])
-    return "\n".join(_line(row, widths) for row in cells)
 
 
 def width(text: str) -> int:
@@ -129,38 +126,25 @@ def printable(text: str) -> str:
 
 
 def _widths(rows: Sequence[Sequence[str]], least: Sequence[int] = ()) -> list[int]:
-    sizes = [max(map(width, column)) for column in zip(*rows, strict=True)]
-    return [max(pair) for pair in zip(sizes, (*least, *[0] * (len(sizes) - len(least))), strict=True)]
+    columns = enumerate(zip(*rows, strict=True))
+    return [max(*map(width, column), *least[place : place + 1], 0) for place, column in columns]
 
 
 def _total(widths: Sequence[int]) -> int:
     return sum(widths) + len(GAP) * (len(widths) - 1)
 
 
-def _narrow(widths: list[int], room: int, soft: Sequence[int]) -> None:
-    """Take from the widest of the soft columns what the table is too wide."""
-    excess = _total(widths) - room
-    while excess > 0 and soft and widths[place := max(soft, key=widths.__getitem__)] > LEAST:
-        widths[place] -= 1
-        excess -= 1
-
-
-def _line(row: Sequence[str], widths: Sequence[int], styles: Sequence[str] = ()) -> str:
+def _line(row: Sequence[str], widths: Sequence[int], styles: Sequence[str]) -> str:
     paint = SCREEN.get().paint
     parts: list[str] = []
     pad = 0
-    for place, (cell, size) in enumerate(zip(row, widths, strict=True)):
-        text = _cut(cell, size)
+    for text, size, style in zip(row, widths, styles, strict=True):
+        if width(text) > size:
+            while width(text) > size - 1:
+                text = text[:-1]
+            text = text.rstrip() + "…"
         if text:
-            parts.append(" " * pad + (paint(text, styles[place]) if styles and styles[place] else text))
+            parts.append(" " * pad + (paint(text, style) if style else text))
             pad = 0
         pad += size - width(text) + len(GAP)
     return "".join(parts)
-
-
-def _cut(text: str, size: int) -> str:
-    if width(text) <= size:
-        return text
-    while width(text) > size - 1:
-        text = text[:-1]
-    return text.rstrip() + "…"

@@ -112,17 +112,14 @@ def rule_text(span: Span) -> str:
 
 def short_names(files: Iterable[str]) -> Mapping[str, str]:
     """The shortest endings of file names that tell them apart: ``position.tk``."""
+    found = {}
     names = tuple(dict.fromkeys(files))
-    return {name: escaped(_ending(name, names)) for name in names}
-
-
-def _ending(name: str, names: tuple[str, ...]) -> str:
-    parts = name.split("/")
-    for length in range(1, len(parts)):
-        ending = "/".join(parts[-length:])
-        if sum(other == ending or other.endswith("/" + ending) for other in names) == 1:
-            return ending
-    return name
+    for name in names:
+        parts = name.split("/")
+        endings = ("/".join(parts[-length:]) for length in range(1, len(parts)))
+        alone = (e for e in endings if sum(other == e or other.endswith("/" + e) for other in names) == 1)
+        found[name] = escaped(next(alone, name))
+    return found
 
 
 class Places:
@@ -168,20 +165,22 @@ def _bare(text: str) -> str:
 
 
 def path_text(result: Result) -> str:
-    """A table of the steps, then the number of branches and the wanted variables that no step reaches."""
-    lines = [path_table(result.model, result.path), branches_line(result.path)]
-    missing = unreached(result.path, result.wanted)
-    if missing:
-        lines.append(f"Not reached: {', '.join(missing)}.")
-    return "\n".join(lines)
+    """A table of the steps, then the number of branches and the wanted variables that no step reaches.
+
+    Only a block leaves open how many answers the path can have.
+    """
+    path = result.path
+    blocks = any(isinstance(step, SolveBlock) for step in path.steps)
+    lines = [path_table(result.model, path), _at_most(None if blocks else path.branches)]
+    return "\n".join((*lines, *_not_reached(path, result.wanted)))
 
 
 def path_table(model: Model, path: Path, first: int = 1) -> str:
     """One line a step: number (from ``first``), what is found, in how many ways, the rule and its place."""
-    places = Places(model)
-    rows = [
-        row for number, step in enumerate(told(path), first) for row in _rows(model, places, number, step)
-    ]
+    places, rows = Places(model), []
+    for number, step in enumerate(told(path), first):
+        for place, (found, ways, *rule) in enumerate(_rows(model, places, step)):
+            rows.append(("" if place else str(number), found, "" if ways == 1 else str(ways), *rule))
     return table(("Step", "Finds", "Ways", "Place", "By the rule"), rows)
 
 
@@ -192,49 +191,44 @@ def told(path: Path) -> tuple[Step, ...]:
     return tuple(step for step in steps if not (isinstance(step, Check) and step.equation in solved))
 
 
-def branches_line(path: Path) -> str:
-    """How many answers the path can have; only a block leaves that open."""
-    blocks = any(isinstance(step, SolveBlock) for step in path.steps)
-    return _at_most(None if blocks else path.branches)
-
-
 def _at_most(branches: int | None) -> str:
     if branches is None:
         return "Blocks can have any number of answers."
     return "One answer at most." if branches == 1 else f"At most {branches} answers."
 
 
-def _rows(model: Model, places: Places, number: int, step: Step) -> Iterator[tuple[str, ...]]:
+def _not_reached(path: Path, wanted: Iterable[str]) -> list[str]:
+    missing = ", ".join(unreached(path, wanted))
+    return [f"Not reached: {missing}."] if missing else []
+
+
+def _rows(model: Model, places: Places, step: Step) -> Iterator[tuple[str, int, str, str]]:
+    """What a step finds, in how many ways, and by which rule: its place, and what it says."""
+
+    def rule(index: int) -> tuple[str, str]:
+        return places.rule(model.equations[index])
+
     match step:
         case Evaluate(equation, unknown, branches):
-            yield (str(number), unknown, _ways(branches), *places.rule(model.equations[equation]))
+            yield unknown, branches, *rule(equation)
         case Select(equations, unknown, branches):
-            first, *others = dict.fromkeys(places.rule(model.equations[index]) for index in equations)
-            yield (str(number), unknown, _ways(branches), *first)
-            yield from (("", "  or by", "", *other) for other in others)
-        case SolveBlock():
-            yield from _block_rows(model, places, number, step)
+            first, *others = dict.fromkeys(map(rule, equations))
+            yield unknown, branches, *first
+            yield from (("  or by", 1, *other) for other in others)
+        case SolveBlock(unknowns=unknowns, tears=tears):
+            iterated = f", iterating on {', '.join(tears)}" if 0 < len(tears) < len(unknowns) else ""
+            yield f"block of {len(unknowns)}", 1, "", f"{', '.join(unknowns)}{iterated}"
+            yield from ((f"  {one.unknown}", one.branches, *rule(one.equation)) for one in step.order)
+            yield from (("  (closes)", 1, *rule(index)) for index in step.residuals or step.equations)
+            yield "  (tries)", 1, "", _methods(model, step)
         case Decide(conditions):
-            for place, index in enumerate(conditions):
-                condition = format_condition(model.conditions[index])
-                yield ("" if place else str(number), "(decides)", "", "", f"whether {condition}")
+            for index in conditions:
+                yield "(decides)", 1, "", f"whether {format_condition(model.conditions[index])}"
         case Assume(index):
             condition = format_condition(model.conditions[index])
-            yield (str(number), "(case by case)", "", "", f"assuming {condition}, and not")
+            yield "(case by case)", 1, "", f"assuming {condition}, and not"
         case Check(equation):
-            yield (str(number), "(checks)", "", *places.rule(model.equations[equation]))
-
-
-def _block_rows(model: Model, places: Places, number: int, block: SolveBlock) -> Iterator[tuple[str, ...]]:
-    tears = block.tears if len(block.tears) < len(block.unknowns) else ()
-    iterated = f", iterating on {', '.join(tears)}" if tears else ""
-    heading = f"{', '.join(block.unknowns)}{iterated}"
-    yield (str(number), f"block of {len(block.unknowns)}", "", "", heading)
-    for step in block.order:
-        yield ("", f"  {step.unknown}", _ways(step.branches), *places.rule(model.equations[step.equation]))
-    for index in block.residuals or block.equations:
-        yield ("", "  (closes)", "", *places.rule(model.equations[index]))
-    yield ("", "  (tries)", "", "", _methods(model, block))
+            yield "(checks)", 1, *rule(equation)
 
 
 def _methods(model: Model, block: SolveBlock) -> str:
@@ -243,10 +237,6 @@ def _methods(model: Model, block: SolveBlock) -> str:
     methods = [Method.LINEAR] if kernel.linear else [*first_methods(kernel), Method.TRUST_REGION]
     names = dict.fromkeys(method.short.format(tear=", ".join(block.tears)) for method in methods)
     return ", ".join(names)
-
-
-def _ways(branches: int) -> str:
-    return "" if branches == 1 else str(branches)
 
 
 def tree_text(model: Model, tree: PathTree, wanted: Sequence[str]) -> str:
@@ -266,7 +256,7 @@ def reaches(tree: PathTree, wanted: Sequence[str]) -> bool:
     return any(end.open or not unreached(end.path, wanted) for end in tree.ends())
 
 
-def unreached(path: Path, wanted: Sequence[str]) -> tuple[str, ...]:
+def unreached(path: Path, wanted: Iterable[str]) -> tuple[str, ...]:
     """The wanted variables that a path does not lead to."""
     beyond = set(path.undetermined)
     return tuple(name for name in wanted if name in beyond)
@@ -281,9 +271,8 @@ def _parts(
         lines.append(path_table(model, tree.path, first))
     else:
         lines.append("No rule gives anything more." if outcomes else "No rule gives anything.")
-    missing = unreached(tree.path, wanted)
-    if missing and not question(tree.path):
-        lines.append(f"Not reached: {', '.join(missing)}.")
+    if not question(tree.path):
+        lines += _not_reached(tree.path, wanted)
     yield "\n".join(lines)
     after = first + len(told(tree.path))
     for case in tree.cases:

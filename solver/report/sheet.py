@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from decimal import Context, Decimal
 from io import StringIO
@@ -11,11 +13,10 @@ from typing import NamedTuple
 from rulesheets.diagnosis import Diagnosis
 from rulesheets.format import exact, format_condition
 from rulesheets.inputs import guarded
-from rulesheets.model import Model, Tolerance, Value, Variable
+from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Span
 from rulesheets.units import shown
-from solver.facts import Proof
-from solver.path import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
+from solver.path import Assume, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 from solver.report.path import rule_text, told
 from solver.result import Result, Solution
 
@@ -71,28 +72,6 @@ class SheetRow(NamedTuple):
     errors: tuple[float, ...] = ()
     tolerance: Tolerance | None = None
 
-    def displayed(self, variable: Variable) -> SheetRow:
-        """The row in the display unit of its variable, where it has one."""
-        if not variable.display_unit:
-            return self
-
-        def convert(value: Value | None) -> Value | None:
-            return shown(value, variable) if isinstance(value, float) else value
-
-        def stretch(size: float) -> float:
-            return abs(shown(size, variable, difference=True))
-
-        tolerance = self.tolerance
-        if tolerance is not None and not tolerance.percent:
-            tolerance = Tolerance(stretch(tolerance.size))
-        return self._replace(
-            input=convert(self.input),
-            outputs=tuple(map(convert, self.outputs)),
-            unit=variable.display_unit,
-            errors=tuple(map(stretch, self.errors)),
-            tolerance=tolerance,
-        )
-
 
 def answers(result: Result, *, every: bool) -> tuple[Mapping[str, Value], ...]:
     """The answers to show, the primary one first; what is determined where there is none."""
@@ -101,18 +80,37 @@ def answers(result: Result, *, every: bool) -> tuple[Mapping[str, Value], ...]:
     return result.solutions if every else result.solutions[:1]
 
 
-def sheet_rows(result: Result, *, every: bool = False, digits: bool = False) -> tuple[SheetRow, ...]:
+def sheet_rows(
+    result: Result, *, every: bool = False, digits: bool = False, others: bool = False
+) -> tuple[SheetRow, ...]:
     """Rows in the order of the sheet, locals only where they are given or wanted.
 
-    A variable that was not asked for and has no value is left out. ``digits`` adds the error bars.
+    A variable that was not asked for and has no value is left out. ``digits`` adds the error bars. ``others``
+    are the rows that are left out instead; of a pruned solve those that have a value.
     """
-    found = answers(result, every=every)
-    rows = named(result)
-    return tuple(
-        _row(result, result.model.variables[name], found, digits)
-        for name in result.model.variables
-        if name in rows and (rows[name] or any(name in answer for answer in found))
-    )
+    found, posted, whole = answers(result, every=every), named(result), not pruned(result)
+    rows = []
+    for name, variable in result.model.variables.items():
+        there = any(name in answer for answer in found)
+        own = name in posted and (posted[name] or there)
+        if own is others or (others and not (whole or there)):
+            continue
+        given = result.inputs.get(name)
+        guess = None if given is not None else result.guesses.get(name)
+        # the error bar of a part of an answer is not known
+        errors = (a.error.get(name, 0.0) if isinstance(a, Solution) else inf for a in found)
+        row = SheetRow(
+            status="" if guess is None else GUESS,
+            input=given if given is not None else guess,
+            name=name,
+            outputs=tuple(None if given is not None else answer.get(name) for answer in found),
+            unit=variable.unit or "",
+            comment=variable.comment,
+            errors=tuple(errors) if digits else (),
+            tolerance=variable.tolerance if isinstance(given, float) else None,
+        )
+        rows.append(row)
+    return tuple(rows)
 
 
 def named(result: Result) -> dict[str, bool]:
@@ -132,40 +130,27 @@ def pruned(result: Result) -> bool:
     return any(v.name not in result.wanted for v in posted)
 
 
-def local_rows(result: Result, *, every: bool = False, digits: bool = False) -> tuple[SheetRow, ...]:
-    """Rows of the variables that :func:`sheet_rows` leaves out; of a pruned solve those that have a value."""
-    found = answers(result, every=every)
-    there = {row.name for row in sheet_rows(result, every=every)}
-    whole = not pruned(result)
-    return tuple(
-        _row(result, variable, found, digits)
-        for name, variable in result.model.variables.items()
-        if name not in there and (whole or any(name in answer for answer in found))
-    )
-
-
-def _row(
-    result: Result, variable: Variable, found: tuple[Mapping[str, Value], ...], digits: bool
-) -> SheetRow:
-    name, given = variable.name, result.inputs.get(variable.name)
-    guess = None if given is not None else result.guesses.get(name)
-    # the error bar of a part of an answer is not known
-    errors = (a.error.get(name, 0.0) if isinstance(a, Solution) else inf for a in found)
-    return SheetRow(
-        status="" if guess is None else GUESS,
-        input=given if given is not None else guess,
-        name=name,
-        outputs=tuple(None if given is not None else answer.get(name) for answer in found),
-        unit=variable.unit or "",
-        comment=variable.comment,
-        errors=tuple(errors) if digits else (),
-        tolerance=variable.tolerance if isinstance(given, float) else None,
-    )
-
-
 def displayed(result: Result, rows: Iterable[SheetRow]) -> tuple[SheetRow, ...]:
-    """The rows in the display units of their variables."""
-    return tuple(row.displayed(result.model.variables[row.name]) for row in rows)
+    """The rows in the display units of their variables, where these have some."""
+
+    def in_its_unit(row: SheetRow) -> SheetRow:
+        variable, tolerance = result.model.variables[row.name], row.tolerance
+        if not variable.display_unit:
+            return row
+
+        def convert(value: Value | None) -> Value | None:
+            return shown(value, variable) if isinstance(value, float) else value
+
+        def stretch(size: float) -> float:
+            return abs(shown(size, variable, difference=True))
+
+        if tolerance is not None and not tolerance.percent:
+            tolerance = Tolerance(stretch(tolerance.size))
+        outputs, errors = tuple(map(convert, row.outputs)), tuple(map(stretch, row.errors))
+        row = row._replace(input=convert(row.input), outputs=outputs, errors=errors)
+        return row._replace(unit=variable.display_unit, tolerance=tolerance)
+
+    return tuple(map(in_its_unit, rows))
 
 
 def sheet_heads(rows: Sequence[SheetRow]) -> tuple[str, ...]:
@@ -181,8 +166,6 @@ def result_csv(result: Result, *, every: bool = False) -> str:
     Numbers read back as the same floats. Read as a variable sheet, the text of the primary answer gives the
     same inputs and guesses again: outputs are not inputs.
     """
-    import csv  # which a table on the screen need not wait for
-
     rows = sheet_rows(result, every=every)
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -204,37 +187,29 @@ def result_json(
 
     ``also`` are further members, put at its end.
     """
-    rows, variables = named(result), result.model.variables
-    solutions: list[Json] = [
-        {
-            name: value
-            for name in variables
-            if name in answer
-            and (explain or name in rows)
-            and (isinstance(value := answer[name], str) or isfinite(value))
-        }
-        for answer in result.solutions
-    ]
+    variables, rows = result.model.variables, named(result)
+    names = [name for name in variables if explain or name in rows]
+    solutions = [_finite({n: answer[n] for n in names if n in answer}) for answer in result.solutions]
     both = list(zip(result.solutions, solutions, strict=True))
-    unlikely = [list(answer.unlikely) for answer in result.solutions]
     # the units in which the rules compute, whatever a table shows
     units = {n: v.unit for n, v in variables.items() if v.unit and any(n in some for some in solutions)}
-    proofs = [_proof(answer, answer.proof, some) for answer, some in both if answer.proof is not None]
-    return _dump(
-        {
-            "status": str(result.status),
-            "solutions": solutions,
-            **({"errors": [_errors(answer, some) for answer, some in both]} if digits else {}),
-            **({"proofs": proofs} if any(answer.proof for answer in result.solutions) else {}),
-            **({"unlikely": unlikely} if any(unlikely) else {}),
-            "complete": result.complete,
-            "undetermined": list(result.undetermined),
-            "diagnoses": [diagnosis_json(diagnosis) for diagnosis in result.diagnoses],
-            "path": [_step(result.model, step) for step in told(result.path)],
-            **({"units": units} if units else {}),
-            **(also or {}),
-        }
-    )
+    document: Json = {"status": str(result.status), "solutions": solutions}
+    if digits:  # null where nothing can be said
+        bars = ({n: answer.error[n] for n in some if n in answer.error} for answer, some in both)
+        document["errors"] = [{**dict.fromkeys(known), **_finite(known)} for known in bars]
+    if proofs := [_proof(answer, some) for answer, some in both if answer.proof is not None]:
+        document["proofs"] = proofs
+    if any(answer.unlikely for answer in result.solutions):
+        document["unlikely"] = [list(answer.unlikely) for answer in result.solutions]
+    document |= {
+        "complete": result.complete,
+        "undetermined": list(result.undetermined),
+        "diagnoses": [diagnosis_json(diagnosis) for diagnosis in result.diagnoses],
+        "path": [_step(result.model, step) for step in told(result.path)],
+        **({"units": units} if units else {}),
+        **(also or {}),
+    }
+    return _dump(document)
 
 
 def error_json(diagnoses: Iterable[Diagnosis]) -> str:
@@ -243,27 +218,22 @@ def error_json(diagnoses: Iterable[Diagnosis]) -> str:
 
 
 def _dump(document: Json) -> str:
-    import json  # which a table on the screen need not wait for
-
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
 
 
-def _proof(answer: Solution, proof: Proof, shown: Json) -> Json:
+def _finite(values: Mapping[str, Value]) -> dict[str, Value]:
+    return {name: value for name, value in values.items() if isinstance(value, str) or isfinite(value)}
+
+
+def _proof(answer: Solution, shown: Mapping[str, Value]) -> Json:
     """What was proved of an answer, and what is next to a double root that is not there."""
-    found: Json = {
-        "proved": proof.proved,
-        "radius": {n: answer.radius[n] for n in shown if n in answer.radius},
-    }
-    if proof.beside is not None:
-        apart = {name: distance for name, distance in proof.beside.apart.items() if name in shown}
-        found["beside"] = {"roots": proof.beside.roots, "apart": apart}
+    assert answer.proof is not None
+    radius = {name: answer.radius[name] for name in shown if name in answer.radius}
+    found: Json = {"proved": answer.proof.proved, "radius": radius}
+    if (beside := answer.proof.beside) is not None:
+        apart = {name: distance for name, distance in beside.apart.items() if name in shown}
+        found["beside"] = {"roots": beside.roots, "apart": apart}
     return found
-
-
-def _errors(answer: Solution, shown: Json) -> Json:
-    """The error bars of the numbers shown, null where nothing can be said."""
-    bars = {name: answer.error.get(name) for name in shown}
-    return {name: bar if isfinite(bar) else None for name, bar in bars.items() if bar is not None}
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> Json:
@@ -282,18 +252,13 @@ def _place(span: Span) -> Json:
 
 
 def _step(model: Model, step: Step) -> Json:
-    found: Json
+    found: Json = {"step": type(step).__name__.lower()}
     match step:
-        case Evaluate(_, unknown, branches):
-            found = {"step": "evaluate", "unknowns": [unknown], "branches": branches}
-        case Select(_, unknown, branches):
-            found = {"step": "select", "unknowns": [unknown], "branches": branches}
+        case Evaluate(_, unknown, branches) | Select(_, unknown, branches):
+            found |= {"unknowns": [unknown], "branches": branches}
         case SolveBlock(_, unknowns, tears):
-            found = {"step": "block", "unknowns": list(unknowns), "tears": list(tears)}
+            found |= {"step": "block", "unknowns": list(unknowns), "tears": list(tears)}
         case Decide() | Assume():
             asked = step.conditions if isinstance(step, Decide) else (step.condition,)
-            conditions = [format_condition(model.conditions[index]) for index in asked]
-            return {"step": type(step).__name__.lower(), "conditions": conditions}
-        case Check():
-            found = {"step": "check"}
+            return found | {"conditions": [format_condition(model.conditions[index]) for index in asked]}
     return found | {"rules": [_place(model.equations[index].rule) for index in equations_of(step)]}

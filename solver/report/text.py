@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from math import isfinite
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from rulesheets.diagnosis import plural, render
 from rulesheets.format import readable
 from rulesheets.model import Equation, Requirement
 from rulesheets.syntax import Span, escaped
-from solver.facts import Proof, Status
+from solver.facts import Status
 from solver.path import Evaluate, Path, Select, SolveBlock
 from solver.report import SCREEN, fits, table
 from solver.report.path import Places, path_text, rule_text
@@ -20,7 +20,6 @@ from solver.report.sheet import (
     answers,
     certain,
     displayed,
-    local_rows,
     magnitude,
     pruned,
     sheet_heads,
@@ -124,38 +123,39 @@ def conditions_text(result: Result) -> str:
 
 
 def proof_lines(result: Result) -> Iterator[str]:
-    """Whether each answer is proved, how far the numbers may be off at most, and whether these are all."""
+    """Whether each answer is proved, how far the numbers may be off at most, and whether these are all.
+
+    Of a double root: whether it is exactly there, or a hair decides; which way, where that is proved.
+    """
     proofs = [solution.proof for solution in result.solutions if solution.proof is not None]
-    if proofs and result.status is Status.SINGULAR:
-        yield from _singular(proofs)
+    proved = [proof for proof in proofs if proof.proved]
+    if result.status is Status.SINGULAR:
+        for proof in proofs:
+            if proof.double:
+                names = ", ".join(proof.double)
+                yield f"proved: the rules of {names} hold exactly, with a singular Jacobian: a double root"
+            elif proof.beside is not None:
+                apart = (
+                    f"{name} {distance:.2g}" for name, distance in proof.beside.apart.items() if distance
+                )
+                said = f"there is no answer here for {', '.join(proof.beside.unknowns)}, but only just"
+                if proof.beside.roots:
+                    said = f"there are two answers, this far apart: {', '.join(apart)}"
+                yield f"proved: for the numbers exactly as they are {said}"
+        if proofs and not any(proof.double or proof.beside for proof in proofs):
+            yield "not proved: a hair decides whether there are two answers, one or none"
     if not proofs or result.status is not Status.SOLVED:
         return
-    proved = [proof for proof in proofs if proof.proved]
     if len(proved) < len(proofs):
         yield f"not proved: {next(p.obstacle for p in proofs if not p.proved)}"
     if proved:
         worst = max(max(proof.radius.values(), default=0.0) for proof in proved)
-        nearest = "every number the float nearest to the exact one" if all(p.nearest for p in proved) else ""
-        radius = nearest or f"every number within {worst:.0e}"
+        radius = f"every number within {worst:.0e}"
+        if all(proof.nearest for proof in proved):
+            radius = "every number the float nearest to the exact one"
         yield f"proved: {plural(len(proved), 'answer')}, {radius}"
     if result.complete and len(proved) == len(proofs):
         yield "proved: there is no other answer" if len(proofs) == 1 else "proved: there are no others"
-
-
-def _singular(proofs: list[Proof]) -> Iterator[str]:
-    """Whether a double root is exactly there, or a hair decides: which way, where that is proved."""
-    for proof in proofs:
-        if proof.double:
-            names = ", ".join(proof.double)
-            yield f"proved: the rules of {names} hold exactly, with a singular Jacobian: a double root"
-        elif proof.beside is not None:
-            apart = (f"{name} {distance:.2g}" for name, distance in proof.beside.apart.items() if distance)
-            said = f"there is no answer here for {', '.join(proof.beside.unknowns)}, but only just"
-            if proof.beside.roots:
-                said = f"there are two answers, this far apart: {', '.join(apart)}"
-            yield f"proved: for the numbers exactly as they are {said}"
-    if not any(proof.double or proof.beside for proof in proofs):
-        yield "not proved: a hair decides whether there are two answers, one or none"
 
 
 def work_line(result: Result) -> str:
@@ -194,15 +194,6 @@ NUMBER_WIDTH = 16
 
 INPUT_WIDTH = 10
 ANSWER = "bold"
-STATUSES = {
-    Status.PARTIAL: "bold yellow",
-    Status.SINGULAR: "bold yellow",
-    Status.INCONSISTENT: "bold red",
-    Status.INFEASIBLE: "bold red",
-    Status.FAILED: "bold red",
-}
-"""How the word of a status is set off on a terminal."""
-
 MEANINGS = {
     Status.PARTIAL: "the inputs do not determine every variable",
     Status.INCONSISTENT: "rules contradict each other at these inputs",
@@ -220,8 +211,7 @@ def result_text(
     ``every`` puts all answers side by side; ``explain`` adds the locals, the path, and how
     many rules were needed; ``digits`` prints every number with the digits that are right.
     """
-    rows = displayed(result, sheet_rows(result, every=every, digits=digits))
-    parts = [sheet_table(rows)]
+    parts = [sheet_table(displayed(result, sheet_rows(result, every=every, digits=digits)))]
     if explain:
         parts.extend(_explanation(result, every, digits))
     parts.append("\n".join(_verdict(result, every)))
@@ -231,24 +221,30 @@ def result_text(
     return "\n\n".join(part for part in parts if part)
 
 
-def sheet_table(rows: Iterable[SheetRow]) -> str:
+def sheet_table(rows: Sequence[SheetRow]) -> str:
     """The variable sheet as in print, one output column an answer."""
-    rows = tuple(rows)
     header = sheet_heads(rows)
     count = len(header) - 5
     names = max((len(row.name) for row in rows), default=0)
     least = (0, INPUT_WIDTH, names, *(NUMBER_WIDTH,) * count)
-    cells = [_cells(row) for row in rows]
+    cells = []
+    for row in rows:
+        given = tolerated(readable(row.input), row.tolerance)
+        cells.append((row.status, given, row.name, *_outputs(row), row.unit, row.comment))
     if count > 1 and not fits(header, cells):
         return _turned(rows)
     return table(header, cells, least, styles=("", "", "", *(ANSWER,) * count, "", "dim"))
+
+
+def _outputs(row: SheetRow) -> tuple[str, ...]:
+    return tuple(map(certain, row.outputs, row.errors) if row.errors else map(readable, row.outputs))
 
 
 def _turned(rows: Sequence[SheetRow]) -> str:
     """Many answers on a narrow screen: what is given, then tables of variables that fit side by side, a line
     for each answer."""
     given = [row for row in rows if not any(v is not None for v in row.outputs)]
-    parts = [sheet_table(row._replace(outputs=(None,), errors=()) for row in given)] if given else []
+    parts = [sheet_table([row._replace(outputs=(None,), errors=()) for row in given])] if given else []
     groups: list[list[SheetRow]] = []
     for row in (row for row in rows if row not in given):
         if groups and fits(*_lines([*groups[-1], row])):
@@ -267,17 +263,8 @@ def _lines(rows: Sequence[SheetRow]) -> tuple[tuple[str, ...], list[tuple[str, .
     return ("Answer", *head, ""), [(str(k), *line, "") for k, line in enumerate(values, 1)]
 
 
-def _outputs(row: SheetRow) -> tuple[str, ...]:
-    return tuple(map(certain, row.outputs, row.errors) if row.errors else map(readable, row.outputs))
-
-
-def _cells(row: SheetRow) -> tuple[str, ...]:
-    given = tolerated(readable(row.input), row.tolerance)
-    return (row.status, given, row.name, *_outputs(row), row.unit, row.comment)
-
-
 def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
-    rows = displayed(result, local_rows(result, every=every, digits=digits))
+    rows = displayed(result, sheet_rows(result, every=every, digits=digits, others=True))
     if rows:
         yield "Locals\n" + sheet_table(rows)
     yield "Path\n" + path_text(result)
@@ -292,35 +279,27 @@ def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
 
 
 def _verdict(result: Result, every: bool) -> Iterator[str]:
+    """The status, the work and its proofs, whether there are other answers, and which are unlikely."""
     if result.status is not Status.SOLVED:
-        word = SCREEN.get().paint(str(result.status), STATUSES[result.status])
-        yield f"{word}: {MEANINGS[result.status]}"
+        color = "yellow" if result.status in (Status.PARTIAL, Status.SINGULAR) else "red"
+        yield f"{SCREEN.get().paint(str(result.status), f'bold {color}')}: {MEANINGS[result.status]}"
     yield work_line(result)
-    if any(solution.proof for solution in result.solutions):
-        yield from proof_lines(result)
-    yield from _others(result, every)
+    yield from proof_lines(result)
+    others = len(result.solutions) - 1
+    hidden = others > 0 and not every
+    if hidden:
+        more = "" if result.complete else ", maybe more"
+        yield f"{plural(others, 'other answer')}{more}: --all shows {'it' if others == 1 else 'them'}"
+    elif result.status is Status.SOLVED and not result.complete:
+        some = "these are not known to be all the answers" if others else "there may be other answers"
+        why = next((f": {note.message}" for note in result.diagnoses if note.code == "S597"), "")
+        if gap := next((gap for gap in result.gaps if gap.labels), None):  # of which unknowns, by which rule
+            place = f"{escaped(os.path.basename(gap.labels[0].span.file))}:{gap.labels[0].span.line}"
+            names = _few(gap.variables, NAMES)
+            why = f": {names} by {place}, which could not be searched whole (--explain)"
+        yield some + why
     shown = result.solutions if every else result.solutions[:1]
     for number, answer in enumerate(shown, start=1):
         if answer.unlikely:
             which = f"answer {number}" if len(shown) > 1 else "this answer"
             yield f"{which} is of unlikely size: {', '.join(answer.unlikely[:NAMES])}"
-
-
-def _others(result: Result, every: bool) -> Iterator[str]:
-    """How many other answers there are, and whether these are all; if not, for which unknowns, and why."""
-    others = len(result.solutions) - 1
-    if others > 0 and not every:
-        more = "" if result.complete else ", maybe more"
-        yield f"{plural(others, 'other answer')}{more}: --all shows {'it' if others == 1 else 'them'}"
-    if result.status is not Status.SOLVED or result.complete or (others > 0 and not every):
-        return
-    some = "these are not known to be all the answers" if others else "there may be other answers"
-    gap = next((gap for gap in result.gaps if gap.labels), None)
-    if gap is None:
-        notes = (f": {note.message}" for note in result.diagnoses if note.code == "S597")
-        yield some + next(notes, "")
-    else:  # of which unknowns, by which rule
-        span = gap.labels[0].span
-        place = f"{escaped(os.path.basename(span.file))}:{span.line}"
-        names = _few(gap.variables, NAMES)
-        yield f"{some}: {names} by {place}, which could not be searched whole (--explain)"
