@@ -137,11 +137,7 @@ class Window(NamedTuple):
 def window(diagrams: Iterable[Diagram]) -> Window:
     """The least window that holds every point of the diagrams."""
     places = [place for diagram in diagrams for place in diagram.places.values()]
-    return _around(places or [(0.0, 0.0)])
-
-
-def _around(places: list[Place]) -> Window:
-    xs, ys = zip(*places, strict=True)
+    xs, ys = zip(*(places or [(0.0, 0.0)]), strict=True)
     return Window(min(xs), min(ys), max(xs), max(ys))
 
 
@@ -210,7 +206,7 @@ class Box(NamedTuple):
 class Wish(NamedTuple):
     """A label that wants a place: beside a point, or beside a segment (``along``).
 
-    ``width`` and ``height`` are those of its text, ``clear`` how far from the point it has to stay.
+    ``width`` and ``height`` are those of its ``text``, ``clear`` how far from the point it has to stay.
     """
 
     key: str
@@ -218,6 +214,7 @@ class Wish(NamedTuple):
     height: float
     point: Place
     along: Segment | None = None
+    text: str = ""
     clear: float = 1.4
 
 
@@ -232,53 +229,42 @@ def place(
 
     ``before`` are offsets from the point that labels had in an earlier frame, which they keep where they can.
     """
-    alone = {
-        wish.key: sorted(
-            (
-                (_cost(box, wish, segments, symbols, size, (before or {}).get(wish.key)), number, box)
-                for number, box in enumerate(_candidates(wish))
-            ),
-            key=lambda candidate: candidate[:2],
-        )
-        for wish in wishes
-    }
+    alone: dict[str, list[tuple[float, Box]]] = {}  # what each candidate costs by itself, ascending
+    for wish in wishes:
+        earlier = (before or {}).get(wish.key)
+        costs = ((_cost(box, wish, segments, symbols, size, earlier), box) for box in _candidates(wish))
+        alone[wish.key] = sorted(costs, key=lambda candidate: candidate[0])
     placed: dict[str, Box] = {}
     for _ in range(_ROUNDS):
         for wish in wishes:
             others = [box for key, box in placed.items() if key != wish.key]
-            placed[wish.key] = _cheapest(alone[wish.key], others)
+            best = math.inf
+            for cost, box in alone[wish.key]:
+                if cost >= best:
+                    break
+                total = cost + 2 * _COVERED * sum(box.overlap(other) for other in others)
+                if total < best:
+                    best, placed[wish.key] = total, box
     return placed
-
-
-def _cheapest(candidates: Sequence[tuple[float, int, Box]], others: Sequence[Box]) -> Box:
-    """The box that costs least among the others; the candidates come with what they cost alone, ascending."""
-    best, chosen = math.inf, candidates[0][2]
-    for alone, _, box in candidates:
-        if alone >= best:
-            break
-        cost = alone + 2 * _COVERED * sum(box.overlap(other) for other in others)
-        if cost < best:
-            best, chosen = cost, box
-    return chosen
 
 
 def _candidates(wish: Wish) -> Iterator[Box]:
     half_width, half_height = wish.width / 2, wish.height / 2
     if wish.along is not None:
         (x0, y0), (x1, y1) = wish.along
-        length = math.hypot(x1 - x0, y1 - y0) or 1.0
-        normal = (-(y1 - y0) / length, (x1 - x0) / length)
+        length = math.dist(*wish.along) or 1.0
+        normal = (y0 - y1) / length, (x1 - x0) / length
+        off = abs(normal[0]) * half_width + abs(normal[1]) * half_height + 0.7
         for part in (0.5, 0.4, 0.6, 0.3, 0.7):
-            for side in (1, -1):
-                off = abs(normal[0]) * half_width + abs(normal[1]) * half_height + 0.7
-                x = x0 + part * (x1 - x0) + side * off * normal[0]
-                yield Box(x, y0 + part * (y1 - y0) + side * off * normal[1], half_width, half_height)
+            x, y = x0 + part * (x1 - x0), y0 + part * (y1 - y0)
+            for side in (off, -off):
+                yield Box(x + side * normal[0], y + side * normal[1], half_width, half_height)
         return
     for clear in (wish.clear, wish.clear + 1.5, wish.clear + 3.5):
         for step in range(_DIRECTIONS):
             angle = 2 * math.pi * step / _DIRECTIONS + math.pi / 4
-            dx, dy = math.cos(angle), math.sin(angle)
-            x, y = wish.point[0] + dx * (clear + half_width), wish.point[1] + dy * (clear + half_height)
+            x = wish.point[0] + math.cos(angle) * (clear + half_width)
+            y = wish.point[1] + math.sin(angle) * (clear + half_height)
             yield Box(x, y, half_width, half_height)
 
 
@@ -395,36 +381,26 @@ class Panel:
                 groups[name] = [name]
         return {first: ", ".join(together) for first, together in groups.items()}
 
-    def texts(self) -> dict[str, str]:
-        """Every label by a key of its own."""
-        labels = {
-            f"stroke {number}": stroke.label
-            for number, stroke in enumerate(self.diagram.strokes)
-            if stroke.label and _length(self.path(stroke)) > _LEAST
-        }
-        return {**{f"point {name}": text for name, text in self.groups().items()}, **labels}
+    def wishes(self) -> list[Wish]:
+        """Every label by a key of its own, at the point or in the middle of the stroke that it names."""
+
+        def wish(key: str, text: str, point: Place, along: Segment | None = None) -> Wish:
+            return Wish(key, 0.6 * FONT * _POINT * len(text) + 0.4, 0.95 * FONT * _POINT, point, along, text)
+
+        found = []
+        for name, text in self.groups().items():
+            found.append(wish(f"point {name}", text, self.on_paper(self.diagram.places[name])))
+        for number, stroke in enumerate(self.diagram.strokes):
+            path = self.path(stroke)
+            if stroke.label and (length := math.dist(path[0], path[1])) > _LEAST:
+                middle = (path[0][0] + path[1][0]) / 2, (path[0][1] + path[1][1]) / 2
+                along = (path[0], path[1]) if length > _SHORT else None
+                found.append(wish(f"stroke {number}", stroke.label, middle, along))
+        return found
 
     def labels(self, before: Mapping[str, Place] | None = None) -> dict[str, Box]:
-        """Where each label goes; ``before`` as in :func:`labels.place`."""
-        wishes = [self._wish(key, text) for key, text in self.texts().items()]
-        return place(wishes, self.segments(), self.symbols(), self.size, before)
-
-    def anchor(self, key: str) -> Place:
-        """The point that a label belongs to: of a stroke its middle."""
-        kind, _, name = key.partition(" ")
-        if kind == "point":
-            return self.on_paper(self.diagram.places[name])
-        path = self.path(self.diagram.strokes[int(name)])
-        return (path[0][0] + path[1][0]) / 2, (path[0][1] + path[1][1]) / 2
-
-    def _wish(self, key: str, text: str) -> Wish:
-        width, height = 0.6 * FONT * _POINT * len(text) + 0.4, 0.95 * FONT * _POINT
-        kind, _, name = key.partition(" ")
-        if kind == "point":
-            return Wish(key, width, height, self.anchor(key))
-        path = self.path(self.diagram.strokes[int(name)])
-        along = (path[0], path[1]) if _length(path) > _SHORT else None
-        return Wish(key, width, height, self.anchor(key), along)
+        """Where each label goes; ``before`` as in :func:`place`."""
+        return place(self.wishes(), self.segments(), self.symbols(), self.size, before)
 
 
 def guide(at: Place, angle: float) -> list[Place]:
@@ -443,8 +419,3 @@ def _edges(start: Place, end: Place, off: float) -> list[Segment]:
         ((start[0] + side * x, start[1] + side * y), (end[0] + side * x, end[1] + side * y))
         for side in (1, -1)
     ]
-
-
-def _length(path: list[Place]) -> float:
-    """The length of the first piece of a stroke."""
-    return math.dist(path[0], path[1])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from rulesheets.checks.marks import ARROWS
 from solver.pictures import MARGIN, Diagram, Place, Window, scale, window
@@ -49,91 +49,76 @@ class Extent(NamedTuple):
     width: float
     height: float
 
-    @property
-    def on_paper(self) -> Place:
-        """Width and height in millimetres."""
-        return self.width / self.scale, self.height / self.scale
+
+Cell: TypeAlias = tuple[int, int]
+"""A figure (row) of a view (column)."""
 
 
 class Layout(NamedTuple):
-    """A page of panels, one for each figure (row) and view (column), in millimetres.
+    """A page of panels, one for each cell, in millimetres from its lower left corner.
 
-    ``windows`` and ``travel`` (the two farthest places of every slider, by the number of its stroke) are by
-    figure and view, and so are ``cells``: the row and column on the page. ``widths`` and ``heights`` are
-    those of its columns and rows, ``titled`` tells whether views have titles, ``headed`` whether there is a
-    heading above them, ``legend`` has rows of kinds of arrows.
+    ``travel`` has the two farthest places of every slider of a cell, by the number of its stroke. ``places``
+    are the rectangles that cells have, caption and scale included; ``middles`` are those of the views.
+    ``legend`` has rows of kinds of arrows.
     """
 
+    size: Place
     extents: tuple[Extent, ...]
-    windows: Mapping[tuple[int, int], Window]
-    travel: Mapping[tuple[int, int], Mapping[int, tuple[Place, Place]]]
-    cells: Mapping[tuple[int, int], tuple[int, int]]
-    widths: tuple[float, ...]
-    heights: tuple[float, ...]
-    titled: bool
-    headed: bool
+    windows: Mapping[Cell, Window]
+    travel: Mapping[Cell, Mapping[int, tuple[Place, Place]]]
+    places: Mapping[Cell, Window]
+    middles: tuple[float, ...]
     legend: tuple[tuple[str, ...], ...]
-
-    @property
-    def size(self) -> Place:
-        """Width and height of the page."""
-        return _across(self.widths), _across(self.heights) + self.above + ROW * len(self.legend)
-
-    @property
-    def above(self) -> float:
-        """Height of what stands above the panels."""
-        return TITLE * (self.titled + self.headed)
-
-    def corner(self, row: int, column: int) -> Place:
-        """The upper left corner of the cell of a figure and view, from the lower left one of the page."""
-        y, x = self.cells[row, column]
-        return _start(self.widths, x), self.size[1] - self.above - _start(self.heights, y)
-
-    def middle(self, column: int) -> float:
-        """The middle of a view: of the page where there is but one."""
-        if all(view == 0 for _, view in self.cells):
-            return self.size[0] / 2
-        return _start(self.widths, column) + self.widths[column] / 2
 
 
 def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> Layout:
-    """The layout that fits every view: ``frames`` are the views of each frame, one for a still picture."""
+    """The layout that fits every view: ``frames`` are the views of each frame, one for a still picture.
+
+    Above the panels is room for the titles that views have, and for a heading where it is ``headed``.
+    """
     views = [view for frame in frames for view in frame if view]
-    rows, columns = len(views[0].diagrams), max(map(len, frames))
+    rows, columns = range(len(views[0].diagrams)), range(max(map(len, frames)))
     seen = {
         (row, column): [diagram for view in _column(frames, column) if (diagram := view.diagrams[row])]
-        for row in range(rows)
-        for column in range(columns)
+        for row in rows
+        for column in columns
     }
     least = {cell: window(diagrams) for cell, diagrams in seen.items()}
     extents = tuple(
         _extent(
-            [least[row, column] for column in range(columns)],
-            _longest(diagram.title for column in range(columns) for diagram in seen[row, column]),
+            [least[row, column] for column in columns],
+            _longest(diagram.title for column in columns for diagram in seen[row, column]),
         )
-        for row in range(rows)
+        for row in rows
     )
     # figures below each other where there are several views; the figures of one view fill rows
-    wide = rows if rows <= _ACROSS else -(-rows // 2)
-    cells = {cell: cell if columns > 1 else divmod(cell[0], wide) for cell in seen}
-    widths, heights = _tracks(extents, cells)
-    if columns > 1:
-        titles = (_longest(view.title for view in _column(frames, column)) for column in range(columns))
-        pairs = zip(widths, titles, strict=True)
-        widths = tuple(max(width, text_width(title, BOLD)) for width, title in pairs)
+    wide = len(rows) if len(rows) <= _ACROSS else -(-len(rows) // 2)
+    cells = {cell: cell if len(columns) > 1 else divmod(cell[0], wide) for cell in seen}
+    widths, heights = dict[int, float](), dict[int, float]()
+    for (row, column), (y, x) in cells.items():
+        units, width, height = extents[row]
+        title = _longest(view.title for view in _column(frames, column)) if len(columns) > 1 else ""
+        widths[x] = max(widths.get(x, 0.0), width / units, text_width(title, BOLD))
+        heights[y] = max(heights.get(y, 0.0), height / units + HEAD + FOOT)
+    across, up = _start(widths, len(widths)) - GAP + EDGE, _start(heights, len(heights)) - GAP + EDGE
+    legend = _legend(views, across - 2 * EDGE)
+    above = TITLE * (any(view.title for view in views) + headed)
+    up += above + ROW * len(legend)
+    places = {}
+    for cell, (y, x) in cells.items():
+        left, top = _start(widths, x), up - above - _start(heights, y)
+        places[cell] = Window(left, top - heights[y], left + widths[x], top)
+    middles = tuple(_start(widths, column) + widths[column] / 2 for column in columns)
     return Layout(
+        size=(across, up),
         extents=extents,
         windows={
-            (row, column): box.resized(extents[row].width, extents[row].height)
-            for (row, column), box in least.items()
+            cell: box.resized(extents[cell[0]].width, extents[cell[0]].height) for cell, box in least.items()
         },
         travel={cell: _travel(diagrams) for cell, diagrams in seen.items()},
-        cells=cells,
-        widths=widths,
-        heights=heights,
-        titled=any(view.title for view in views),
-        headed=headed,
-        legend=_legend(views, _across(widths) - 2 * EDGE),
+        places=places,
+        middles=middles if len(columns) > 1 else (across / 2,),
+        legend=legend,
     )
 
 
@@ -176,25 +161,9 @@ def _travel(seen: Sequence[Diagram]) -> dict[int, tuple[Place, Place]]:
     return found
 
 
-def _tracks(
-    extents: Sequence[Extent], cells: Mapping[tuple[int, int], tuple[int, int]]
-) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Widths of the columns and heights of the rows of the page."""
-    widths: dict[int, float] = {}
-    heights: dict[int, float] = {}
-    for (row, _), (y, x) in cells.items():
-        width, height = extents[row].on_paper
-        widths[x] = max(widths.get(x, 0.0), width)
-        heights[y] = max(heights.get(y, 0.0), height + HEAD + FOOT)
-    return tuple(widths[x] for x in sorted(widths)), tuple(heights[y] for y in sorted(heights))
-
-
-def _start(tracks: Sequence[float], number: int) -> float:
-    return EDGE + sum(tracks[:number]) + GAP * number
-
-
-def _across(tracks: Sequence[float]) -> float:
-    return _start(tracks, len(tracks)) - GAP + EDGE
+def _start(tracks: Mapping[int, float], number: int) -> float:
+    """Where a column or row of the page begins, from its left or upper edge."""
+    return EDGE + sum(tracks[place] + GAP for place in range(number))
 
 
 def _legend(views: Sequence[View], width: float) -> tuple[tuple[str, ...], ...]:

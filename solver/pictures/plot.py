@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error
+from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.format import readable
 from rulesheets.model import Model
 from solver.facts import FALSE, Mark
@@ -63,86 +63,52 @@ def arranged(table: Table, lattice: Lattice) -> Curves | Maps:
     Where two inputs of numbers would make more curves than can be told apart, maps. Raises
     RuleSheetError (E445) where nothing can be drawn.
     """
-    sorting = _Sorting(table, lattice)
-    if not sorting.numeric:
-        raise RuleSheetError(_nothing("no wanted variable has a number"))
-    if not sorting.lengths:
-        raise RuleSheetError(_nothing("no number is swept"))
-    drawn = max(sorting.lengths, key=lambda axis: sorting.lengths[axis])
-    count = sorting.answers * (prod(lattice.shape) // max(1, lattice.shape[drawn]))
-    if count <= CURVES:
-        return sorting.curves(drawn)
-    if len(lattice.shape) == len(sorting.lengths) == 2 and sorting.answers == 1:
-        return sorting.maps()
-    raise RuleSheetError(_nothing(f"{count:,} curves in one picture cannot be told apart"))
+    inputs, shape, answer = lattice
+    numbers = table[answer] if answer else np.ones(len(table.status), dtype=int)
+    places = np.unravel_index(np.cumsum(numbers < 2) - 1, shape)
+    number = np.maximum(numbers, 1) - 1
+    answers = int(number.max(initial=0)) + 1
+    drawn = {n: v for n, v in table.items() if n not in (*inputs, answer) and v.dtype != object}
+    if len(shape) == 1:  # rows side by side, or of a file, run along their first input of numbers
+        inputs = (min(inputs, key=lambda name: table[name].dtype == object),)
+    grid = zip(inputs, places, shape, strict=True)
+    axes = {name: _spread(table[name], (place,), (size,)) for name, place, size in grid}
+    lengths = {name: len(values) for name, values in axes.items() if values.dtype != object}
+    if not drawn or not lengths:
+        raise _nothing("no number is swept" if drawn else "no wanted variable has a number")
+    along = max(lengths, key=lengths.__getitem__)
+    others = [name for name in inputs if name != along]
+    sizes = [len(axes[name]) for name in others]
+    count = answers * prod(sizes)
+    if count > CURVES:
+        if len(inputs) == len(lengths) == 2 and answers == 1:
+            return _maps(axes, {name: _spread(column, places, shape) for name, column in drawn.items()})
+        raise _nothing(f"{count:,} curves in one picture cannot be told apart")
+    at = dict(zip(inputs, places, strict=True))
+    if others:
+        number = number + answers * np.ravel_multi_index([at[name] for name in others], sizes)
+    heights = {n: _spread(v, (number, at[along]), (count, len(axes[along]))) for n, v in drawn.items()}
+    labels = []
+    for place in np.ndindex(*sizes, answers):
+        said = [f"{n} = {readable(axes[n][k])}" for n, k in zip(others, place[:-1], strict=True)]
+        labels.append(", ".join([*said, f"answer {place[-1] + 1}"] if answers > 1 else said))
+    return Curves(along, axes[along], tuple(labels), heights)
 
 
-class _Sorting:
-    """Where each row of a table stands in the lattice."""
+def _spread(column: Array, places: tuple[Array, ...], shape: tuple[int, ...]) -> Array:
+    """An array of this shape with the column at these places, nothing elsewhere."""
+    symbols = column.dtype == object
+    found = np.full(shape, None if symbols else np.nan, dtype=object if symbols else float)
+    found[places] = column
+    return found
 
-    def __init__(self, table: Table, lattice: Lattice) -> None:
-        self.table, self.lattice = table, lattice
-        numbers = table[lattice.answer] if lattice.answer else np.ones(len(table.status), dtype=int)
-        rows = np.cumsum(numbers < 2) - 1 if lattice.answer else np.arange(len(table.status))
-        self.places = np.unravel_index(rows, lattice.shape)
-        self.number = np.maximum(numbers, 1) - 1
-        self.answers = int(self.number.max(initial=0)) + 1
-        skipped = {*lattice.inputs, lattice.answer}
-        outputs = {name: column for name, column in table.items() if name not in skipped}
-        self.numeric = {name: column for name, column in outputs.items() if column.dtype != object}
-        self.axes = dict(enumerate(self._axes()))
-        self.lengths = {axis: len(v) for axis, v in self.axes.items() if v.dtype != object}
 
-    def _axes(self) -> list[Array]:
-        """The values of each input of a grid; of rows side by side the first input of numbers is the axis."""
-        columns = [self.table[name] for name in self.lattice.inputs]
-        if len(self.lattice.shape) == 1:
-            columns = sorted(columns, key=lambda column: column.dtype == object)[:1]
-        return [self._along(axis, column) for axis, column in enumerate(columns)]
-
-    def _along(self, axis: int, column: Array) -> Array:
-        empty = None if column.dtype == object else np.nan
-        values = np.full(self.lattice.shape[axis], empty, dtype=column.dtype)
-        values[self.places[axis]] = column
-        return values
-
-    def _name(self, axis: int) -> str:
-        """The name of the input whose values an axis has."""
-        if len(self.lattice.shape) > 1:
-            return self.lattice.inputs[axis]
-        return min(self.lattice.inputs, key=lambda name: self.table[name].dtype == object)
-
-    def curves(self, drawn: int) -> Curves:
-        others = [axis for axis in range(len(self.lattice.shape)) if axis != drawn]
-        shape = [self.lattice.shape[axis] for axis in others]
-        curve = self.number.copy()
-        if others:
-            curve += self.answers * np.ravel_multi_index([self.places[axis] for axis in others], shape)
-        heights = {}
-        for name, column in self.numeric.items():
-            heights[name] = np.full((self.answers * prod(shape), self.lattice.shape[drawn]), np.nan)
-            heights[name][curve, self.places[drawn]] = column
-        labels = [self._label(others, place) for place in np.ndindex(*shape)]
-        if self.answers > 1:
-            numbers = [f"answer {number + 1}" for number in range(self.answers)]
-            labels = [", ".join(filter(None, (label, number))) for label in labels for number in numbers]
-        return Curves(self._name(drawn), self.axes[drawn], tuple(labels), heights)
-
-    def _label(self, axes: list[int], place: tuple[int, ...]) -> str:
-        return ", ".join(
-            f"{self._name(axis)} = {readable(self.axes[axis][at])}"
-            for axis, at in zip(axes, place, strict=True)
-        )
-
-    def maps(self) -> Maps:
-        """Lines and columns that an interrupted sweep did not reach are left out."""
-        lines, columns = (np.isfinite(self.axes[axis]) for axis in (0, 1))
-        fields = {}
-        for name, column in self.numeric.items():
-            field = np.full(self.lattice.shape, np.nan)
-            field[self.places] = column
-            fields[name] = field[np.ix_(lines, columns)]
-        return Maps(self._name(1), self._name(0), self.axes[1][columns], self.axes[0][lines], fields)
+def _maps(axes: Mapping[str, Array], fields: Mapping[str, Array]) -> Maps:
+    """Lines and columns that an interrupted sweep did not reach are left out."""
+    (up, lines), (across, columns) = axes.items()
+    reached = np.ix_(np.isfinite(lines), np.isfinite(columns))
+    fields = {name: field[reached] for name, field in fields.items()}
+    return Maps(across, up, columns[np.isfinite(columns)], lines[np.isfinite(lines)], fields)
 
 
 def broken(abscissa: Array, heights: Array, turn: float | None) -> tuple[Array, Array]:
@@ -154,12 +120,9 @@ def broken(abscissa: Array, heights: Array, turn: float | None) -> tuple[Array, 
     return np.insert(abscissa, jumps, abscissa[jumps]), np.insert(heights, jumps, np.nan)
 
 
-def _nothing(reason: str) -> Diagnosis:
-    return error(
-        "E445",
-        f"this sweep cannot be drawn: {reason}",
-        notes=("sweep one or two numbers, and choose what is drawn by --want",),
-    )
+def _nothing(reason: str) -> RuleSheetError:
+    notes = ("sweep one or two numbers, and choose what is drawn by --want",)
+    return RuleSheetError(error("E445", f"this sweep cannot be drawn: {reason}", notes=notes))
 
 
 INK, GRID = "#222222", "#dddddd"
@@ -172,14 +135,9 @@ WIDTH, PANEL = 7.0, 2.1
 
 def plotted(shown: Curves | Maps, model: Model, turns: Mapping[str, float | None], form: str) -> bytes:
     """The picture as ``png``, ``svg`` or ``pdf``."""
-    style: dict[Any, Any] = {
-        "font.size": 9.0,
-        "text.color": INK,
-        "axes.labelcolor": INK,
-        "axes.edgecolor": INK,
-        "text.parse_math": False,  # a dollar in a unit is one
-    }
-    with matplotlib.rc_context({**style, "xtick.color": INK, "ytick.color": INK, "svg.fonttype": "none"}):
+    inks = ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color")
+    style: dict[Any, Any] = {"font.size": 9.0, "svg.fonttype": "none", **dict.fromkeys(inks, INK)}
+    with matplotlib.rc_context({**style, "text.parse_math": False}):  # a dollar in a unit is one
         figure = Figure(layout="constrained")
         if isinstance(shown, Curves):
             _draw_curves(figure, shown, model, turns)
@@ -228,14 +186,9 @@ def _curve(axes: Axes, curves: Curves, name: str, row: int, turn: float | None, 
         axes.plot(x, y, ".", ms=3, color=color, label=label)
         return
     axes.plot(*broken(x, y, turn), color=color, ls=stroke, lw=1.3, label=label)
-    lone = _lone(y)
+    there = np.concatenate([[False], np.isfinite(y), [False]])
+    lone = np.flatnonzero(there[1:-1] & ~there[:-2] & ~there[2:])  # which no line shows
     axes.plot(x[lone], y[lone], ".", ms=4, color=color)
-
-
-def _lone(heights: Any) -> Any:
-    """Points without a neighbour, which no line shows."""
-    there = np.concatenate([[False], np.isfinite(heights), [False]])
-    return np.flatnonzero(there[1:-1] & ~there[:-2] & ~there[2:])
 
 
 def tidy(axes: Axes) -> None:
@@ -278,8 +231,7 @@ def colored(field: Any) -> tuple[float | None, float | None, str]:
 def titled(names: Sequence[str], model: Model) -> str:
     """``xB [mm]``; of several names the unit that they share."""
     unit = model.variables[names[0]].shown_unit
-    title = names[0] if len(names) == 1 else ", ".join(names)
-    return f"{title} [{unit}]" if unit else title
+    return ", ".join(names) + (f" [{unit}]" if unit else "")
 
 
 FLOOR, HIGHEST = 1e-17, 1e4
@@ -325,13 +277,14 @@ def stability_picture(marks: Sequence[Mark], title: str, label: str, towards: bo
     time of a method marks a value for which it gave no answer."""
     figure = Figure(figsize=(8.2, 5.6), layout="constrained")
     errors, times = figure.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.0))
+    placed = [mark for mark in marks if mark.at is not None]
     for place, method in enumerate(dict.fromkeys(mark.method for mark in marks)):
-        mine = [mark for mark in marks if mark.method == method and mark.at is not None]
+        mine = [mark for mark in placed if mark.method == method]
         style, x = _style(place, len(mine)), [mark.at or 0.0 for mark in mine]
         _errors(errors, x, mine, style, method)
         times.plot(x, [1e6 * mark.seconds for mark in mine], **style)
-    silent = [mark for mark in marks if math.isnan(mark.error) and mark.at is not None]
-    times.plot([mark.at or 0.0 for mark in silent], [1e6 * mark.seconds for mark in silent], **CROSS)
+    silent = [(mark.at, 1e6 * mark.seconds) for mark in placed if math.isnan(mark.error)]
+    times.plot([at for at, _ in silent], [time for _, time in silent], **CROSS)
     if silent:
         errors.plot([], [], label="no answer", **CROSS)
     if towards:  # the axis is shared

@@ -313,7 +313,7 @@ def test_anything_can_be_drawn(places) -> None:
     panel = Panel(view.diagrams[0], seen, extent.scale)
     assert all(-1e-3 <= x <= panel.size[0] + 1e-3 for x, _ in map(panel.on_paper, places))
     boxes = panel.labels()
-    assert set(boxes) == set(panel.texts())
+    assert set(boxes) == {wish.key for wish in panel.wishes()}
     assert all(math.isfinite(box.x) and math.isfinite(box.y) for box in boxes.values())
 
 
