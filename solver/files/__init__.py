@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from types import TracebackType
 from typing import BinaryIO, Self, TextIO
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, error
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, said
 from rulesheets.input_messages import unwritable
 from rulesheets.syntax import Source, Span
 
@@ -21,66 +21,29 @@ with suppress(ImportError):  # a system without refuses to remove open files by 
 
 
 def unreadable_rows(path: str, reason: str) -> Diagnosis:
-    return error(
-        "E440",
-        f"{path} cannot be read as rows: {reason}",
-        notes=("rows come from a CSV file with a heading of names, or from a Parquet file",),
-    )
-
-
-def uneven_row(path: str, line: int, cells: int, columns: int) -> Diagnosis:
-    return error(
-        "E440",
-        f"line {line} of {path} has {cells} cells, and the heading {columns}",
-        notes=("a row has a cell for each name of the heading; a cell may be blank",),
-    )
+    notes = ("rows come from a CSV file with a heading of names, or from a Parquet file",)
+    return error("E440", f"{path} cannot be read as rows: {reason}", notes=notes)
 
 
 def wrong_cell(path: str, line: int, text: str, name: str, *, number: bool = False) -> Diagnosis:
     kinds = "a number" if number else "a number, a symbol ('open)"
-    place = Span(Source(f"{path}, line {line}", text), 0, len(text))
-    return error(
-        "E440",
-        f"line {line} of {path}: this is no value for {name}",
-        Label(place, ""),
-        notes=(f"a cell is {kinds}, or blank where the row has no value",),
+    place, note = (
+        Span(Source(f"{path}, line {line}", text), 0, len(text)),
+        "or blank where the row has no value",
     )
+    message = f"line {line} of {path}: this is no value for {name}"
+    return said("E440", message, place, f"a cell is {kinds}, {note}")
 
 
 def missing_extra(purpose: str, package: str, extra: str) -> Diagnosis:
-    return error(
-        "E441",
-        f"{purpose} {package}, which is not installed",
-        notes=(f"pip install 'backsolve[{extra}]'",),
-    )
-
-
-def unknown_form(path: str, forms: str) -> Diagnosis:
-    return error(
-        "E442",
-        f"{path} has an ending that no table is written under",
-        notes=(f"choose a name that ends in {forms}",),
-    )
-
-
-def output_is_input(path: str, read: str) -> Diagnosis:
-    what = "it is read" if path == read else f"it is {read}, which is read"
-    return error(
-        "E418",
-        f"{path} is an input of this command, and would be overwritten: {what}",
-        notes=("write to another file",),
-    )
+    notes = (f"pip install 'backsolve[{extra}]'",)
+    return error("E441", f"{purpose} {package}, which is not installed", notes=notes)
 
 
 def other_sweep(path: str, reason: str) -> Diagnosis:
-    return error(
-        "E448",
-        f"{path} is not the beginning of this sweep: {reason}",
-        notes=(
-            "give the options that it was written with, or another file",
-            "without --resume it is replaced",
-        ),
-    )
+    again = "give the options that it was written with, or another file"
+    notes = (again, "without --resume it is replaced")
+    return error("E448", f"{path} is not the beginning of this sweep: {reason}", notes=notes)
 
 
 UNFINISHED = ".backsolve-unfinished"
@@ -97,21 +60,23 @@ def write_file(path: str, data: bytes) -> None:
 
 
 def expect_no_input(path: str, inputs: Iterable[str]) -> None:
-    """Raise RuleSheetError (E418) if an output is one of the inputs, by whatever name or link."""
+    """Raise RuleSheetError (E418) if an output is one of the inputs, by whatever name or link.
+
+    Devices and pipes can be read and written.
+    """
     for read in inputs:
-        if _same_file(path, read):
-            raise RuleSheetError(output_is_input(path, read))
-
-
-def _same_file(one: str, other: str) -> bool:
-    """Whether two paths lead to one regular file. Devices and pipes can be read and written."""
-    if os.path.realpath(one) == os.path.realpath(other):
-        return not os.path.exists(one) or os.path.isfile(one)
-    try:
-        there, here = os.stat(one), os.stat(other)
-    except (OSError, ValueError):
-        return False
-    return stat.S_ISREG(there.st_mode) and os.path.samestat(there, here)
+        if os.path.realpath(path) == os.path.realpath(read):
+            same = not os.path.exists(path) or os.path.isfile(path)
+        else:
+            try:
+                there, here = os.stat(path), os.stat(read)
+            except (OSError, ValueError):
+                continue
+            same = stat.S_ISREG(there.st_mode) and os.path.samestat(there, here)
+        if same:
+            what = "it is read" if path == read else f"it is {read}, which is read"
+            message = f"{path} is an input of this command, and would be overwritten: {what}"
+            raise RuleSheetError(error("E418", message, notes=("write to another file",)))
 
 
 class Replacement:
@@ -123,38 +88,48 @@ class Replacement:
     processes left in the folder are removed. Raises RuleSheetError (E416) for every failure of the system.
     """
 
+    stream: BinaryIO
+    """The file itself, for a library that writes to one."""
+
     def __init__(self, path: str) -> None:
-        self._path = path
-        self._target = os.path.realpath(path)
+        self._path, self._target = path, os.path.realpath(path)
         self._unfinished: str | None = None
         try:
-            self._file = self._opened()
+            there = os.stat(self._target).st_mode if os.path.exists(self._target) else None
+            if there is not None and not stat.S_ISREG(there):
+                self.stream = open(self._target, "wb")  # noqa: SIM115
+                return
+            self._unfinished, handle = _unfinished_file(*os.path.split(self._target))
+            self.stream = open(handle, "wb")  # noqa: SIM115 (closed by keep or discard)
+            if there is not None:
+                os.chmod(self._unfinished, stat.S_IMODE(there))
         except OSError as failure:
-            self._remove()
+            if self._unfinished is not None:
+                self.discard()
             raise RuleSheetError(unwritable(path, failure)) from None
-
-    @property
-    def stream(self) -> BinaryIO:
-        """The file itself, for a library that writes to one."""
-        return self._file
 
     def write(self, data: bytes) -> None:
         try:
-            self._file.write(data)
+            self.stream.write(data)
         except OSError as failure:
             raise RuleSheetError(unwritable(self._path, failure)) from None
 
     def keep(self) -> None:
         """Put the file in its place."""
         try:
-            self._file.flush()
+            self.stream.flush()
             if self._unfinished is not None:
-                os.fsync(self._file.fileno())
-            self._file.close()
+                os.fsync(self.stream.fileno())
+            self.stream.close()
             if self._unfinished is not None:
                 os.replace(self._unfinished, self._target)
                 self._unfinished = None
-                _sync_folder(os.path.dirname(self._target))
+                with suppress(OSError):  # the new name on the disk, too, where the system can
+                    folder = os.open(os.path.dirname(self._target), os.O_RDONLY)
+                    try:
+                        os.fsync(folder)
+                    finally:
+                        os.close(folder)
         except OSError as failure:
             self.discard()
             raise RuleSheetError(unwritable(self._path, failure)) from None
@@ -165,17 +140,13 @@ class Replacement:
     def discard(self) -> None:
         """Remove the file; what stood in its place before stays."""
         try:
-            self._file.close()
-        except OSError:
-            pass  # bytes that a full disk refused are not wanted any more
+            with suppress(OSError):  # bytes that a full disk refused are not wanted any more
+                self.stream.close()
         finally:
-            self._remove()
-
-    def _remove(self) -> None:
-        if self._unfinished is not None:
-            with suppress(OSError):  # who removes the folder in the meantime leaves nothing to remove
-                os.unlink(self._unfinished)
-            self._unfinished = None
+            if self._unfinished is not None:
+                with suppress(OSError):  # who removes the folder in the meantime leaves nothing to remove
+                    os.unlink(self._unfinished)
+                self._unfinished = None
 
     def __enter__(self) -> Self:
         return self
@@ -187,22 +158,6 @@ class Replacement:
             self.keep()
         else:
             self.discard()
-
-    def _opened(self) -> BinaryIO:
-        there = os.stat(self._target) if os.path.exists(self._target) else None
-        if there is not None and not stat.S_ISREG(there.st_mode):
-            return open(self._target, "wb")
-        folder, name = os.path.split(self._target)
-        remove_unfinished(folder)
-        self._unfinished, handle = _unfinished_file(folder, name)
-        file = open(handle, "wb")  # noqa: SIM115 (closed by keep or discard)
-        if there is not None:
-            try:
-                os.chmod(self._unfinished, stat.S_IMODE(there.st_mode))
-            except OSError:
-                file.close()
-                raise
-        return file
 
 
 class Printed:
@@ -222,27 +177,21 @@ class Printed:
         """Nothing can be taken back."""
 
 
-def remove_unfinished(folder: str) -> None:
-    """Remove the unfinished files of processes that ended: those of living ones are locked."""
-    for path in _unfinished_in(folder):
-        with suppress(OSError):
-            handle = os.open(path, os.O_WRONLY)
-            try:
-                _lock(handle)
-                os.unlink(path)
-            finally:
-                os.close(handle)
+def _unfinished_file(folder: str, name: str) -> tuple[str, int]:
+    """A new file that no other writer has, locked while this process lives: its path, and a handle.
 
-
-def _unfinished_in(folder: str) -> Iterator[str]:
+    The unfinished files of processes that ended are removed: those of living ones are locked.
+    """
     with suppress(OSError), os.scandir(folder) as items:
         for item in items:
             if item.name.endswith(UNFINISHED) and item.is_file(follow_symlinks=False):
-                yield item.path
-
-
-def _unfinished_file(folder: str, name: str) -> tuple[str, int]:
-    """A new file that no other writer has, locked while this process lives: its path, and a handle."""
+                with suppress(OSError):
+                    handle = os.open(item.path, os.O_WRONLY)
+                    try:
+                        _lock(handle)
+                        os.unlink(item.path)
+                    finally:
+                        os.close(handle)
     short = os.fsdecode(os.fsencode(name)[:_LONGEST])
     while True:
         path = os.path.join(folder, f"{short}.{os.urandom(4).hex()}{UNFINISHED}")
@@ -258,13 +207,3 @@ def _lock(handle: int) -> None:
     """Lock a file for as long as it is open. Raises OSError if another process has it."""
     if "fcntl" in globals():
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-
-
-def _sync_folder(folder: str) -> None:
-    """Put the new name on the disk, too, where the system can."""
-    with suppress(OSError):
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)

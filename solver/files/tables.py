@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Sized
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Sized
 from functools import cache
 from importlib import import_module
 from io import StringIO
@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rulesheets.diagnosis import RuleSheetError
+from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.format import exact
 from rulesheets.input_messages import expect_regular, unwritable
 from rulesheets.inputs import decimal_point, delimiter, is_symbol, parse_value
@@ -24,8 +24,6 @@ from solver.files import (
     Replacement,
     expect_no_input,
     missing_extra,
-    uneven_row,
-    unknown_form,
     unreadable_rows,
     wrong_cell,
 )
@@ -134,13 +132,9 @@ def joined(parts: Sequence[Table]) -> Table:
 def stacked(pieces: Sequence[Array]) -> Array:
     """One column of several pieces. NaN beside symbols is None, as it is within a piece."""
     if any(piece.dtype == object for piece in pieces):
-        pieces = [piece if piece.dtype == object else objects(piece) for piece in pieces]
+        lists = ([None if v != v else v for v in piece.tolist()] for piece in pieces)
+        pieces = [np.array(values, dtype=object) for values in lists]
     return np.concatenate(pieces)
-
-
-def objects(column: Array) -> Array:
-    """A column of floats as one that may hold symbols, None for NaN."""
-    return np.array([None if value != value else value for value in column.tolist()], dtype=object)
 
 
 def free_name(name: str, taken: Iterable[str]) -> str:
@@ -165,13 +159,18 @@ def csv_rows(table: Table) -> bytes:
     """
     arrow = _arrow_csv()
     if arrow is None:
-        return "".join(_csv_lines(table)).encode("utf-8")
-    words = arrow.array(WORDS).take(arrow.array(table.status))
-    columns = [*(_printable(arrow, column) for column in table.values()), words]
-    lines, bare = (
-        arrow.BufferOutputStream(),
-        arrow.csv.WriteOptions(include_header=False, quoting_style="none"),
-    )
+        cells = [map(exact, column.tolist()) for column in table.values()]
+        words = [f"{WORDS[code]}\n" for code in table.status.tolist()]
+        return "".join(map(",".join, zip(*cells, words, strict=True))).encode("utf-8")
+    columns = [
+        arrow.array(list(map(exact, column.tolist())))
+        if column.dtype == object
+        else arrow.array(column + 0, from_pandas=True)
+        for column in table.values()
+    ]
+    columns.append(arrow.array(WORDS).take(arrow.array(table.status)))
+    lines = arrow.BufferOutputStream()
+    bare = arrow.csv.WriteOptions(include_header=False, quoting_style="none")
     arrow.csv.write_csv(arrow.table(columns, names=list(map(str, range(len(columns))))), lines, bare)
     text: bytes = lines.getvalue().to_pybytes()
     return text
@@ -184,18 +183,6 @@ def _arrow_csv() -> Any:
     except ImportError:
         return None
     return pyarrow
-
-
-def _printable(arrow: Any, column: Array) -> Any:
-    if column.dtype == object:
-        return arrow.array(list(map(exact, column.tolist())))
-    return arrow.array(column + 0, from_pandas=True)
-
-
-def _csv_lines(table: Table) -> Iterator[str]:
-    cells = [map(exact, column.tolist()) for column in table.values()]
-    words = [f"{WORDS[code]}\n" for code in table.status.tolist()]
-    return map(",".join, zip(*cells, words, strict=True))
 
 
 ROW_GROUP = 262_144
@@ -211,21 +198,24 @@ class ParquetFile:
     """
 
     def __init__(self, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
+        self._arrow, self._parquet = _pyarrow()
         self._file = Replacement(path)
-        try:
-            self._arrow, self._parquet = _pyarrow("Parquet files need")
-        except RuleSheetError:
-            self._file.discard()
-            raise
         self._path, self._names, self._symbols = path, tuple(names), frozenset(symbols)
         self._status = free_name("status", names)
-        kinds = {name: self._arrow.string() if name in symbols else self._arrow.float64() for name in names}
-        self._waiting = [self._arrow.schema({**kinds, self._status: self._arrow.string()}).empty_table()]
+        text, number = self._arrow.string(), self._arrow.float64()
+        kinds = {name: text if name in symbols else number for name in names}
+        self._waiting = [self._arrow.schema({**kinds, self._status: text}).empty_table()]
         self._writer: Any = None
 
     def add(self, table: Table) -> None:
-        kinds = zip(self._names, table.values(), strict=True)
-        columns = {name: self._column(name, column) for name, column in kinds}
+        columns: dict[str, Any] = {}
+        for name, column in zip(self._names, table.values(), strict=True):
+            if name in self._symbols:
+                texts = [exact(value).removeprefix("'") or None for value in column.tolist()]
+                columns[name] = self._arrow.array(texts, self._arrow.string())
+            else:
+                kind = self._arrow.int32() if column.dtype.kind == "i" else self._arrow.float64()
+                columns[name] = self._arrow.array(column, kind, from_pandas=True)
         words = self._arrow.array(WORDS).take(self._arrow.array(table.status))
         new = self._arrow.table({**columns, self._status: words})
         self._waiting = [*(one for one in self._waiting if len(one)), new]
@@ -236,7 +226,6 @@ class ParquetFile:
         """Write the rows that wait, and the footer: after this the file can be read."""
         try:
             self._write(whole=True)
-            self._guarded(self._writer.close)
         except BaseException:
             self.discard()
             raise
@@ -246,44 +235,25 @@ class ParquetFile:
         self._file.discard()
 
     def _write(self, whole: bool) -> None:
-        """The row groups that are full; the last rows, too, of a ``whole`` file."""
+        """The row groups that are full; the last rows, too, and the footer of a ``whole`` file."""
         rows = self._arrow.concat_tables(self._waiting).combine_chunks()
         full = len(rows) if whole else len(rows) - len(rows) % ROW_GROUP
         self._waiting = [rows.slice(full)]
-        if self._writer is None:
-            double = self._arrow.float64()
-            repeating = [field.name for field in rows.schema if field.type != double]
-            options = {"use_dictionary": repeating, "compression": "none"}
-            opened = self._parquet.ParquetWriter
-            self._writer = self._guarded(lambda: opened(self._file.stream, rows.schema, **options))
-        if full:
-            self._guarded(lambda: self._writer.write_table(rows.slice(0, full), row_group_size=ROW_GROUP))
-
-    def _column(self, name: str, column: Array) -> Any:
-        if name in self._symbols:
-            return self._arrow.array(
-                [exact(value).removeprefix("'") or None for value in column.tolist()], self._arrow.string()
-            )
-        kind = self._arrow.int32() if column.dtype.kind == "i" else self._arrow.float64()
-        return self._arrow.array(column, kind, from_pandas=True)
-
-    def _guarded(self, write: Callable[[], Any]) -> Any:
         try:
-            return write()
+            if self._writer is None:
+                double = self._arrow.float64()
+                repeating = [field.name for field in rows.schema if field.type != double]
+                options = {"use_dictionary": repeating, "compression": "none"}
+                self._writer = self._parquet.ParquetWriter(self._file.stream, rows.schema, **options)
+            if full:
+                self._writer.write_table(rows.slice(0, full), row_group_size=ROW_GROUP)
+            if whole:
+                self._writer.close()
         except OSError as failure:
             raise RuleSheetError(unwritable(self._path, failure)) from None
 
 
-def parquet_columns(path: str) -> tuple[tuple[str, ...], int]:
-    """The names of the columns of a Parquet file, and the number of its rows.
-
-    Raises RuleSheetError (E440, E441).
-    """
-    file = _opened(path)
-    return tuple(file.schema_arrow.names), file.metadata.num_rows
-
-
-def parquet_pieces(path: str, names: Sequence[str]) -> Iterator[Mapping[str, Any]]:
+def parquet_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Sequence[int], Sequence[Any]]]:
     """The rows of some columns of a Parquet file, a piece at a time: arrays of numbers, or lists.
 
     Raises RuleSheetError (E440, E441).
@@ -291,20 +261,19 @@ def parquet_pieces(path: str, names: Sequence[str]) -> Iterator[Mapping[str, Any
     file = _opened(path)
     try:
         for batch in file.iter_batches(columns=list(names)):
-            yield {name: _cells(batch.column(name)) for name in names}
+            columns = []
+            for column in map(batch.column, names):
+                if str(column.type) in ("double", "float"):
+                    columns.append(column.to_numpy(zero_copy_only=False).astype(float))  # NaN for null
+                else:
+                    columns.append(column.to_pylist())
+            yield range(batch.num_rows), columns
     except (OSError, ValueError) as failure:
         raise RuleSheetError(unreadable_rows(path, str(failure))) from None
 
 
-def _cells(column: Any) -> Any:
-    """Floats as an array, NaN for null; anything else as a list."""
-    if str(column.type) in ("double", "float"):
-        return column.to_numpy(zero_copy_only=False).astype(float)
-    return column.to_pylist()
-
-
 def _opened(path: str) -> Any:
-    _, parquet = _pyarrow("Parquet files need")
+    _, parquet = _pyarrow()
     expect_regular(path)
     try:
         return parquet.ParquetFile(path)
@@ -313,12 +282,12 @@ def _opened(path: str) -> Any:
         raise RuleSheetError(unreadable_rows(path, reason)) from None
 
 
-def _pyarrow(purpose: str) -> tuple[Any, Any]:
+def _pyarrow() -> tuple[Any, Any]:
     try:
         import pyarrow
         import pyarrow.parquet
     except ImportError:
-        raise RuleSheetError(missing_extra(purpose, "pyarrow", "parquet")) from None
+        raise RuleSheetError(missing_extra("Parquet files need", "pyarrow", "parquet")) from None
     return pyarrow, pyarrow.parquet
 
 
@@ -332,26 +301,27 @@ def column_of(values: Any, name: str = "the input") -> Array:
 
     Raises ValueError for what is neither number nor symbol, and for what has more than one dimension.
     """
-    column = _array(list(values) if isinstance(values, Iterator) else values, name)
+    values = list(values) if isinstance(values, Iterator) else values
+    try:
+        column = np.asarray(values)
+        if column.dtype.kind not in _NUMBERS:  # numpy would make texts of numbers among symbols
+            column = np.asarray(values, dtype=object)
+    except ValueError:
+        raise ValueError(f"the values of {name} are no column: there are lists among them") from None
     if column.ndim > 1:
         shape = "x".join(map(str, column.shape))
         raise ValueError(f"a column of a sweep has one dimension, and that of {name} is {shape}")
     column = np.atleast_1d(column)
     if column.dtype.kind in _NUMBERS:
         return column.astype(float, copy=False)
-    plain = [_plain(value, name) for value in column.tolist()]
-    if any(isinstance(value, str) for value in plain):
-        return np.array(plain, dtype=object)
-    return np.array([np.nan if value is None else value for value in plain], dtype=float)
+    return _gathered([_plain(value, name) for value in column.tolist()])
 
 
-def _array(values: Any, name: str) -> Array:
-    """What the values are, numbers among symbols included (numpy would make texts of them)."""
-    try:
-        column = np.asarray(values)
-        return column if column.dtype.kind in _NUMBERS else np.asarray(values, dtype=object)
-    except ValueError:
-        raise ValueError(f"the values of {name} are no column: there are lists among them") from None
+def _gathered(values: Sequence[float | str | None]) -> Array:
+    """A column of objects if there are symbols among the values, else of floats with NaN for None."""
+    if any(isinstance(value, str) for value in values):
+        return np.array(values, dtype=object)
+    return np.array([np.nan if value is None else value for value in values], dtype=float)
 
 
 def _plain(value: Any, name: str) -> float | str | None:
@@ -379,18 +349,17 @@ def one_length(names: Sequence[str], axes: Sequence[Sized]) -> None:
 PIECE = 8192
 """Rows of a CSV file that are read at once."""
 
-
-def is_parquet(path: str) -> bool:
-    return path.lower().endswith((".parquet", ".pq"))
+CSV, PARQUET = (".csv", ".txt", ""), (".parquet", ".pq")
 
 
 def heading(path: str) -> tuple[tuple[str, ...], int | None]:
     """The names of the columns, and the number of rows where the file tells it.
 
-    Raises RuleSheetError (E440) for a file that is missing, unreadable, or has no heading.
+    Raises RuleSheetError (E440, E441) for a file that is missing, unreadable, or has no heading.
     """
-    if is_parquet(path):
-        return parquet_columns(path)
+    if path.lower().endswith(PARQUET):
+        file = _opened(path)
+        return tuple(file.schema_arrow.names), file.metadata.num_rows
     for _, cells in _lines(path):
         return tuple(cell.strip() for cell in cells), None
     raise RuleSheetError(unreadable_rows(path, "it is empty"))
@@ -404,13 +373,8 @@ def pieces(
     Raises RuleSheetError (E440) at the first cell that is neither a number nor a symbol, or is a symbol in a
     column of ``numbers``.
     """
-    if is_parquet(path):
-        found: Iterable[tuple[Sequence[int] | None, Sequence[Any]]] = (
-            (None, [batch[name] for name in names]) for batch in parquet_pieces(path, names)
-        )
-    else:
-        found = _csv_pieces(path, names)
-    for lines, columns in found:
+    found = parquet_pieces if path.lower().endswith(PARQUET) else _csv_pieces
+    for lines, columns in found(path, names):
         cells = zip(names, columns, strict=True)
         yield tuple(_column(column, path, name, lines, name in numbers) for name, column in cells)
 
@@ -423,7 +387,9 @@ def _csv_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Sequence[int]
     while piece := list(islice(lines, PIECE)):
         for number, cells in piece:
             if len(cells) != len(head):
-                raise RuleSheetError(uneven_row(path, number, len(cells), len(head)))
+                message = f"line {number} of {path} has {len(cells)} cells, and the heading {len(head)}"
+                notes = ("a row has a cell for each name of the heading; a cell may be blank",)
+                raise RuleSheetError(error("E440", message, notes=notes))
         yield [number for number, _ in piece], [[cells[place] for _, cells in piece] for place in places]
 
 
@@ -444,39 +410,30 @@ def _lines(path: str) -> Iterator[tuple[int, list[str]]]:
         raise RuleSheetError(unreadable_rows(path, reason)) from None
 
 
-def _column(cells: Sequence[Any], path: str, name: str, lines: Sequence[int] | None, number: bool) -> Array:
+def _column(cells: Sequence[Any], path: str, name: str, lines: Sequence[int], number: bool) -> Array:
+    """The cells of some ``lines``, as text or as Parquet has them."""
     if isinstance(cells, np.ndarray):
         return cells
     try:
         return np.array([float(cell) if cell not in ("", None) else np.nan for cell in cells])
     except (TypeError, ValueError):
-        values = [_value(cell, path, name, lines[row] if lines else row) for row, cell in enumerate(cells)]
-        symbols = [row for row, value in enumerate(values) if isinstance(value, str)]
-        if symbols and number:
-            row = symbols[0]
-            line = lines[row] if lines else row
-            raise RuleSheetError(wrong_cell(path, line, str(cells[row]), name, number=True)) from None
-        if not symbols:
-            return np.array([np.nan if value is None else value for value in values])
-        return np.array(values, dtype=object)
+        values: list[float | str | None] = []
+        for line, cell in zip(lines, cells, strict=True):
+            try:
+                value = _value(cell)
+            except (TypeError, ValueError, RuleSheetError):
+                raise RuleSheetError(wrong_cell(path, line, str(cell), name)) from None
+            if number and isinstance(value, str):
+                raise RuleSheetError(wrong_cell(path, line, str(cell), name, number=True)) from None
+            values.append(value)
+        return _gathered(values)
 
 
-def _value(cell: Any, path: str, name: str, line: int) -> float | str | None:
-    """A cell as text or as Parquet has it. Spreadsheets write what has no value in many ways."""
+def _value(cell: Any) -> float | str | None:
+    """Spreadsheets write what has no value in many ways."""
     if cell is None or (isinstance(cell, str) and cell.strip().lower() in ("", "nan", "na", "null", "none")):
         return None
-    if isinstance(cell, str):
-        try:
-            return parse_value(cell)
-        except RuleSheetError:
-            raise RuleSheetError(wrong_cell(path, line, cell, name)) from None
-    try:
-        return float(cell)
-    except (TypeError, ValueError):
-        raise RuleSheetError(wrong_cell(path, line, str(cell), name)) from None
-
-
-CSV, PARQUET = (".csv", ".txt", ""), (".parquet", ".pq")
+    return parse_value(cell) if isinstance(cell, str) else float(cell)
 
 
 class CsvFile:
@@ -495,20 +452,16 @@ class CsvFile:
         self._file.keep()
 
 
-def is_csv(path: str) -> bool:
-    """Whether a file is CSV; else it is Parquet. Raises RuleSheetError (E442) for other endings."""
-    ending = os.path.splitext(path)[1].lower()
-    if ending not in CSV + PARQUET:
-        raise RuleSheetError(unknown_form(path, ".csv or .parquet"))
-    return ending in CSV
-
-
 def table_file(path: str, names: Sequence[str], symbols: Collection[str]) -> CsvFile | ParquetFile:
     """A file by its ending; ``symbols`` names the columns that hold symbols.
 
     Raises RuleSheetError: E442 for other endings, E416, E441.
     """
-    return CsvFile(Replacement(path), names) if is_csv(path) else ParquetFile(path, names, symbols)
+    ending = os.path.splitext(path)[1].lower()
+    if ending not in CSV + PARQUET:
+        message, notes = f"{path} has an ending that no table is written under", ".csv or .parquet"
+        raise RuleSheetError(error("E442", message, notes=(f"choose a name that ends in {notes}",)))
+    return CsvFile(Replacement(path), names) if ending in CSV else ParquetFile(path, names, symbols)
 
 
 def write_table(path: str, table: Table) -> None:
