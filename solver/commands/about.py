@@ -9,11 +9,11 @@ import sys
 import tempfile
 import tomllib
 from argparse import Action, ArgumentParser, Namespace
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from shlex import quote
 from textwrap import indent
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from rulesheets import store
 from rulesheets.diagnosis import RuleSheetError, catalogue, error, suggestion
@@ -23,15 +23,9 @@ from solver.commands.running import Command, command_named
 from solver.report import columns
 
 
-def _models_arguments(parser: ArgumentParser) -> None:
-    del parser  # this command takes no arguments
-
-
 def _models(arguments: Namespace) -> int:
     """One line a model: its name, and the comment that its sheet opens with."""
-    names = shipped_models()
-    if names:
-        print(columns((name, title(find_sheet(name))) for name in names))
+    print(columns((name, title(find_sheet(name))) for name in shipped_models()))
     return 0
 
 
@@ -43,9 +37,8 @@ def title(path: str) -> str:
 
 
 def _codes_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument(
-        "code", nargs="?", metavar="CODE", help="such as E105 or S530; without it, all of them are listed"
-    )
+    said = "such as E105 or S530; without it, all of them are listed"
+    parser.add_argument("code", nargs="?", metavar="CODE", help=said)
 
 
 def _codes(arguments: Namespace) -> int:
@@ -77,14 +70,10 @@ def _cache(arguments: Namespace) -> int:
     except OSError as failure:
         print(f"error: {folder} cannot be cleared: {failure.strerror}", file=sys.stderr)
         return 2
+    taken = f"{size / 2**20:.1f} MB" if size >= 2**20 else f"{size / 2**10:.1f} kB"
     entries = "1 entry" if count == 1 else f"{count or 'no'} entries"
-    if arguments.clear:
-        print(f"{folder}: {entries} removed")
-        return 0
-    print(
-        f"{folder}: {entries}, " + (f"{size / 2**20:.1f} MB" if size >= 2**20 else f"{size / 2**10:.1f} kB")
-    )
-    if not store.trusted(folder):
+    print(f"{folder}: {entries} removed" if arguments.clear else f"{folder}: {entries}, {taken}")
+    if not arguments.clear and not store.trusted(folder):
         print("it is not used: it belongs to somebody else, or others can write to it", file=sys.stderr)
     return 0
 
@@ -101,69 +90,59 @@ def _completion_arguments(parser: ArgumentParser) -> None:
 
 
 def _completion(arguments: Namespace) -> int:
-    """Print the script of a shell."""
-    commands = [_completed(name) for name in sorted(TABLE)]
+    """Print the script of a shell: every command with its options, and the words that can stand without."""
+    commands = {}
+    for name in sorted(TABLE):
+        parser = ArgumentParser(add_help=False)
+        command_named(name).add_arguments(parser)
+        options = [one for one in parser._actions if one.option_strings]
+        plain = [one for one in parser._actions if not one.option_strings]
+        words = [str(choice) for one in plain for choice in one.choices or ()]
+        if any(one.metavar == "SHEET" for one in plain):  # files are completed beside them
+            words += shipped_models()
+        commands[name] = options, " ".join(words)
     if arguments.shell == "zsh":
         print("autoload -U +X bashcompinit && bashcompinit")
-    print("\n".join(_fish(commands) if arguments.shell == "fish" else _bash(commands)))
+    print("\n".join((_fish if arguments.shell == "fish" else _bash)(commands)))
     return 0
 
 
-class _Completed(NamedTuple):
-    """A command with its options, and the words that can stand without one, beside files."""
-
-    name: str
-    about: str
-    options: tuple[Action, ...]
-    words: tuple[str, ...]
+Completed: TypeAlias = Mapping[str, tuple[Sequence[Action], str]]
+"""By command its options, and the words that can stand without one."""
 
 
-def _completed(name: str) -> _Completed:
-    """A command by what it adds to a parser."""
-    parser = ArgumentParser(add_help=False)
-    command_named(name).add_arguments(parser)
-    options = tuple(one for one in parser._actions if one.option_strings)
-    plain = [one for one in parser._actions if not one.option_strings]
-    words = [str(choice) for one in plain for choice in one.choices or ()]
-    if any(one.metavar == "SHEET" for one in plain):
-        words += shipped_models()
-    return _Completed(name, TABLE[name][1], options, tuple(words))
-
-
-def _bash(commands: list[_Completed]) -> Iterator[str]:
+def _bash(commands: Completed) -> Iterator[str]:
     yield "_backsolve() {"
     yield "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} words options"
     yield '  _of() { COMPREPLY+=($(compgen -W "$1" -- "$word")); }'
     yield "  COMPREPLY=()"
-    names = " ".join(command.name for command in commands)
-    yield f'  [ "$COMP_CWORD" -gt 1 ] || {{ _of "{names}"; return; }}'
+    yield f'  [ "$COMP_CWORD" -gt 1 ] || {{ _of "{" ".join(commands)}"; return; }}'
     yield '  case "${COMP_WORDS[1]} $before" in'
-    for command in commands:
-        for option in filter(lambda one: one.choices, command.options):
-            places = "|".join(f'"{command.name} {name}"' for name in option.option_strings)
+    for command, (options, _) in commands.items():
+        for option in filter(lambda one: one.choices, options):
+            places = "|".join(f'"{command} {name}"' for name in option.option_strings)
             yield f'    {places}) _of "{_choices(option)}"; return;;'
     yield "  esac"
     yield "  case ${COMP_WORDS[1]} in"
-    for command in commands:
-        options = " ".join(name for option in command.options for name in option.option_strings)
-        yield f'    {command.name}) options="{options}" words="{" ".join(command.words)}";;'
+    for command, (options, words) in commands.items():
+        names = " ".join(name for option in options for name in option.option_strings)
+        yield f'    {command}) options="{names}" words="{words}";;'
     yield "  esac"
     yield '  case $word in -*) _of "$options";; *) _of "$words"; COMPREPLY+=($(compgen -f -- "$word"));; esac'
     yield "}"
     yield "complete -o filenames -F _backsolve backsolve"
 
 
-def _fish(commands: list[_Completed]) -> Iterator[str]:
+def _fish(commands: Completed) -> Iterator[str]:
     for command in commands:
-        yield f"complete -c backsolve -n __fish_use_subcommand -f -a {command.name} -d {quote(command.about)}"
-    for command in commands:
-        start = f"complete -c backsolve -n '__fish_seen_subcommand_from {command.name}'"
-        if command.words:
-            yield f"{start} -a {quote(' '.join(command.words))}"
-        for option in command.options:
-            names = " ".join(
-                f"-{'l' if name[:2] == '--' else 's'} {name.lstrip('-')}" for name in option.option_strings
-            )
+        yield f"complete -c backsolve -n __fish_use_subcommand -f -a {command} -d {quote(TABLE[command][1])}"
+    for command, (options, words) in commands.items():
+        start = f"complete -c backsolve -n '__fish_seen_subcommand_from {command}'"
+        if words:
+            yield f"{start} -a {quote(words)}"
+        for option in options:
+            marks = (("-l" if name[:2] == "--" else "-s", name.lstrip("-")) for name in option.option_strings)
+            names = " ".join(f"{mark} {name}" for mark, name in marks)
             values = f" -a {quote(_choices(option))}" if option.choices else ""
             takes = " -r" * (option.nargs != 0)
             yield f"{start} {names}{takes}{values} -d {quote(option.help or '')}"
@@ -235,14 +214,13 @@ def _run(line: str, folder: str) -> None:
         return
     paths = os.pathsep.join(filter(None, (str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH"))))
     sys.stdout.flush()
-    subprocess.run(
-        [sys.executable, "-m", "solver", *words], cwd=folder, env={**os.environ, "PYTHONPATH": paths}
-    )
+    ours = {**os.environ, "PYTHONPATH": paths}
+    subprocess.run([sys.executable, "-m", "solver", *words], cwd=folder, env=ours)
     print()
 
 
 COMMANDS = {
-    "models": Command(_models_arguments, _models, keeps=False),
+    "models": Command(lambda parser: None, _models, keeps=False),
     "codes": Command(_codes_arguments, _codes, keeps=False),
     "cache": Command(_cache_arguments, _cache, keeps=False),
     "completion": Command(_completion_arguments, _completion, keeps=False),

@@ -7,6 +7,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from itertools import chain, product
+from typing import TypeAlias
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from rulesheets.format import readable
 from rulesheets.inputs import override
 from rulesheets.model import Value
 from rulesheets.syntax import escaped
+from rulesheets.syntax.nodes import Figure
 from rulesheets.units import shown
 from solver.commands.inputs import Request, add_input_options, read_request
 from solver.commands.over import read_states
@@ -30,9 +32,11 @@ from solver.result import Result
 from solver.solving import solve
 from solver.sweeps.sweep import sweep
 
+State: TypeAlias = Mapping[str, Value]
+
 PICTURES, FILMS = (".png", ".svg", ".pdf"), (".gif",)
-_DPI = {".gif": 80.0}
-_SHARP = 150.0
+_SHARP, _FILM = 150.0, 80.0
+"""Dots an inch."""
 _NAMED = 3
 """States without an answer that are named, beyond which they are counted."""
 
@@ -44,11 +48,7 @@ def _arguments(parser: ArgumentParser) -> None:
     add("--over", metavar=over, action="append", default=[], help="states side by side, or a film")
     add("--all", action="store_true", help="draw every answer, side by side")
     add("--figure", metavar="NAME,…", action="append", default=[], help="draw these figures alone")
-    add(
-        "--dpi",
-        type=float,
-        help=f"dots an inch; {_SHARP:g} for pictures, {_DPI['.gif']:g} for films",
-    )
+    add("--dpi", type=float, help=f"dots an inch; {_SHARP:g} for pictures, {_FILM:g} for films")
     add("-o", "--output", metavar="FILE", help="a file that ends in .png, .svg, .pdf, or for a film .gif")
 
 
@@ -56,23 +56,23 @@ def _run(arguments: Namespace) -> int:
     """Solve, draw, write; the exit code is 0 where everything that was asked for is drawn."""
     request = read_request(arguments)
     names = [name.strip() for text in arguments.figure for name in text.split(",")]
-    figures = tuple(figure.name for figure in chosen(request.model, names or None))
+    figures = chosen(request.model, names or None)
     side_by_side, motion = read_states(arguments.over, request)
-    kinds = FILMS if motion else PICTURES
-    path = arguments.output or request.model.name + kinds[0]
-    kind = _kind(path, kinds)
+    path = arguments.output or request.model.name + (".gif" if motion else ".png")
+    kind = _kind(path, FILMS if motion else PICTURES)
     request.expect_output(path)
-    dpi = _DPI.get(kind, _SHARP) if arguments.dpi is None else arguments.dpi
+    dpi = (_FILM if motion else _SHARP) if arguments.dpi is None else arguments.dpi
     if not 10.0 <= dpi <= 2400.0:
         notes = ("give 10 to 2400 dots an inch",)
         raise RuleSheetError(error("E434", f"--dpi {dpi:g} is no resolution", notes=notes))
-    studio = _Studio(request, figures, side_by_side, arguments.all)
-    data = studio.film(motion, dpi) if motion else studio.picture(kind[1:], dpi)
+    states = [dict(zip(side_by_side, values, strict=True)) for values in product(*side_by_side.values())]
+    studio = _Studio(request, figures, states, arguments.all)
+    data, tally = studio.film(motion, dpi) if motion else studio.picture(kind[1:], dpi)
     print(*studio.complaints, sep="\n\n", end="\n" if studio.complaints else "", file=sys.stderr)
     if data is None:
         return 1
     write_file(path, data)
-    print(f"{escaped(path)}: {studio.tally}")
+    print(f"{escaped(path)}: {tally}")
     return 1 if studio.complaints else 0
 
 
@@ -83,28 +83,23 @@ def _kind(path: str, kinds: Sequence[str]) -> str:
 
 
 class _Studio:
-    """Solves state after state and draws them; ``tally`` is what was drawn, ``complaints`` what was not."""
+    """Solves state after state and draws them; ``complaints`` are what was not drawn.
+
+    Each drawing comes with what is told of it.
+    """
 
     def __init__(
-        self,
-        request: Request,
-        figures: tuple[str, ...],
-        side_by_side: Mapping[str, Sequence[Value]],
-        every: bool,
+        self, request: Request, figures: tuple[Figure, ...], states: Sequence[State], every: bool
     ) -> None:
-        self.request, self.figures, self.every = request, figures, every
-        self.want = variables(chosen(request.model, figures))
-        self.states = [
-            dict(zip(side_by_side, values, strict=True)) for values in product(*side_by_side.values())
-        ]
+        self.request, self.figures, self.states, self.every = request, figures, states, every
         self.complaints: list[str] = []
-        self.tally = ""
 
-    def picture(self, form: str, dpi: float) -> bytes | None:
+    def picture(self, form: str, dpi: float) -> tuple[bytes | None, str]:
         """A still picture; None where there is nothing to draw. What is wrong joins the complaints."""
         from solver.pictures.page import compose, encode
 
         shown: list[View] = []
+        names = [figure.name for figure in self.figures]
         for state in self.states:
             title, result = self._named(state), self._solve(state)
             about = f"{title}: " if title else ""
@@ -112,51 +107,50 @@ class _Studio:
                 self.complaints.append(f"{about}{result.status}: {MEANINGS[result.status]}")
                 self.complaints += map(render, result.diagnoses)
             if result.solutions:
-                self.complaints += (about + text for text in left_out(result, self.figures))
+                self.complaints += (about + text for text in left_out(result, names))
             with suppress(Unsolved):
-                shown += views(result, title, self.every, self.figures)
+                shown += views(result, title, self.every, names)
         if not shown:
-            return None
+            return None, ""
         drawn = {d.name: None for view in shown for d in view.diagrams if d}
-        self.tally = ", ".join(drawn) + (f"; {len(shown)} side by side" if len(shown) > 1 else "")
-        return encode(compose(shown), form, dpi)
+        tally = ", ".join(drawn) + (f"; {len(shown)} side by side" if len(shown) > 1 else "")
+        return encode(compose(shown), form, dpi), tally
 
-    def film(self, motion: Mapping[str, Sequence[float]], dpi: float) -> bytes | None:
+    def film(self, motion: Mapping[str, Sequence[float]], dpi: float) -> tuple[bytes | None, str]:
         """A frame for each value of the range; None where not one has an answer."""
         from solver.pictures.page import Frame, gif, images
 
         ((name, values),) = motion.items()
         missing: dict[str, list[str]] = {}
         states = [self._moving(name, values, state, missing) for state in self.states]
-        instants = (tuple(chain.from_iterable(views)) for views in zip(*states, strict=True))
-        film = [
-            Frame(self._named({name: at}), views)
-            for at, views in zip(values, instants, strict=True)
-            if any(views)
-        ]
+        film = []
+        for at, *instants in zip(values, *states, strict=True):
+            views = tuple(chain.from_iterable(instants))
+            if any(views):
+                film.append(Frame(self._named({name: at}), views))
         for status, names in missing.items():
             rest = len(names) - _NAMED
             more = f"; and {rest} more" if rest > 0 else ""
             self.complaints.append(f"not drawn, {status}: {'; '.join(names[:_NAMED])}{more}")
-        self.tally = f"{len(film)} frames"
-        return gif(images(film, dpi)) if film else None
+        return gif(images(film, dpi)) if film else None, f"{len(film)} frames"
 
     def _moving(
-        self, name: str, values: Sequence[float], state: Mapping[str, Value], missing: dict[str, list[str]]
+        self, name: str, values: Sequence[float], state: State, missing: dict[str, list[str]]
     ) -> list[list[View | None]]:
         """One state through the motion: a view for each branch of answers, None where it has none.
 
         The states without an answer join ``missing``, by status.
         """
-        model, title = self.request.model, self._named(state)
-        declared = chosen(model, self.figures)
+        request, title = self.request, self._named(state)
         results = (self._solve({**state, name: value}) for value in values)
-        answer: Mapping[str, Value] = next((r.solutions[0] for r in results if r.solutions), {})
-        given = {n: v for n, v in {**self.request.inputs, **state}.items() if n != name}
-        known = override(model, given).values
-        needed = variables(figure for figure in declared if not answer or not lacking(figure, answer))
+        answer: State = next((r.solutions[0] for r in results if r.solutions), {})
+        given = {n: v for n, v in {**request.inputs, **state}.items() if n != name}
+        known = override(request.model, given).values
+        needed = variables(figure for figure in self.figures if not answer or not lacking(figure, answer))
         want = [n for n in needed if n not in known and n != name]
-        table = sweep(model, {name: values}, want, all=self.every, given=given, guesses=self.request.guesses)
+        table = sweep(
+            request.model, {name: values}, want, all=self.every, given=given, guesses=request.guesses
+        )
         numbers, instants = table.solved.astype(int), np.arange(len(values))
         if self.every:
             numbers = table[free_name("answer", (name, *want))]
@@ -164,7 +158,7 @@ class _Studio:
         views: list[list[View | None]] = [[None] * max(1, numbers.max(initial=0)) for _ in values]
         for row, (instant, number) in enumerate(zip(instants.tolist(), numbers.tolist(), strict=True)):
             at = {**known, **{n: table[n][row] for n in table}}
-            diagrams = drawable(declared, at) if number else ()
+            diagrams = drawable(self.figures, at) if number else ()
             if any(diagrams):
                 views[instant][number - 1] = View(title, diagrams)
             else:
@@ -172,11 +166,11 @@ class _Studio:
                 missing.setdefault(table.words()[row], []).append(named)
         return views
 
-    def _solve(self, values: Mapping[str, Value]) -> Result:
-        model, inputs = self.request.model, {**self.request.inputs, **values}
-        return solve(model, inputs, want=self.want or None, guesses=self.request.guesses)
+    def _solve(self, values: State) -> Result:
+        request, want = self.request, variables(self.figures) or None
+        return solve(request.model, {**request.inputs, **values}, want, request.guesses)
 
-    def _named(self, values: Mapping[str, Value]) -> str:
+    def _named(self, values: State) -> str:
         """``thetaAO = 30 deg, branch = open``."""
         told = []
         for name, value in values.items():
