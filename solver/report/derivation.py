@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from sys import float_info
 from typing import NamedTuple, TypeAlias
 
@@ -23,7 +24,7 @@ from rulesheets.syntax.nodes import (
     substitute,
     subtract,
 )
-from solver.path import Evaluate, Select, Shown, SolveBlock, Step
+from solver.path import Evaluate, Select, Shown, SolveBlock, Step, equations_of
 from solver.path.cases import activity, outcomes
 from solver.path.isolate import TARGET, Isolation, isolate
 from solver.result import Result
@@ -110,13 +111,6 @@ class Guard(NamedTuple):
     read: tuple[Known, ...]
 
 
-class Closing(NamedTuple):
-    """An equation of a block, with what selected it."""
-
-    equation: Equation
-    guards: tuple[Guard, ...] = ()
-
-
 class Direct(NamedTuple):
     """One unknown from one equation. ``form`` is what was computed, None where no form reproduces the value.
 
@@ -131,12 +125,15 @@ class Direct(NamedTuple):
 
 
 class Together(NamedTuple):
-    """Equations solved as one: ``tears`` were iterated on, ``order`` follows, and ``closing`` holds then."""
+    """Equations solved as one: ``tears`` were iterated on, ``order`` follows, and ``closing`` holds then.
+
+    Each equation of ``closing`` comes with what selected it.
+    """
 
     found: tuple[Known, ...]
     tears: tuple[str, ...]
     order: tuple[Direct, ...]
-    closing: tuple[Closing, ...]
+    closing: tuple[tuple[Equation, tuple[Guard, ...]], ...]
 
 
 Link: TypeAlias = Direct | Together
@@ -190,8 +187,10 @@ class _Tracing:
             one = waiting.pop()
             if one not in needed:
                 needed.add(one)
-                if (step := self.origins.get(one)) is not None:
-                    waiting.extend(n for n in self._reads(step) if n in self.values)
+                for equation in self._solved(self.origins.get(one)):
+                    selecting = (self.model.conditions[premise.condition] for premise in equation.guard)
+                    read = chain(equation.names, *map(names, selecting))
+                    waiting.extend(name for name in read if name in self.values)
         steps = {step for n in needed if (step := self.origins.get(n)) is not None}
         given = [n for n in self.model.variables if n in needed and n not in self.origins]
         return Derivation(
@@ -206,21 +205,12 @@ class _Tracing:
     def _known(self, read: Iterable[str]) -> tuple[Known, ...]:
         return tuple(Known(name, self.values[name]) for name in read)
 
-    def _reads(self, step: Step) -> Iterator[str]:
-        """Variables of the equations that a step solved, and of the conditions that selected them."""
-        for equation in self._solved(step):
-            yield from equation.names
-            for premise in equation.guard:
-                yield from names(self.model.conditions[premise.condition])
-
-    def _solved(self, step: Step) -> tuple[Equation, ...]:
+    def _solved(self, step: Step | None) -> tuple[Equation, ...]:
         """The equations that a step solved: of several to select from, the first active at the answer."""
-        if isinstance(step, Evaluate):
-            return (self.model.equations[step.equation],)
-        if not isinstance(step, Select | SolveBlock):
+        if not isinstance(step, Evaluate | Select | SolveBlock):
             return ()
-        equations = tuple(self.model.equations[index] for index in step.equations)
-        if isinstance(step, SolveBlock):
+        equations = tuple(self.model.equations[index] for index in equations_of(step))
+        if not isinstance(step, Select):
             return equations
         decided = outcomes(self.model, self.values, self.inputs)
         return (next((e for e in equations if activity(e, decided)), equations[0]),)
@@ -232,7 +222,7 @@ class _Tracing:
         equations = self.model.equations
         order = tuple(self._direct(equations[inner.equation], inner.unknown, step) for inner in step.order)
         closing = (equations[index] for index in (step.residuals if step.order else step.equations))
-        closed = tuple(Closing(equation, self._guards(equation, step)) for equation in closing)
+        closed = tuple((equation, self._guards(equation, step)) for equation in closing)
         return Together(self._known(step.unknowns), step.tears or step.unknowns, order, closed)
 
     def _direct(self, equation: Equation, unknown: str, step: Step) -> Direct:
@@ -249,12 +239,11 @@ class _Tracing:
         for premise in equation.guard:
             condition = self.model.conditions[premise.condition]
             read = self._known(n for n in dict.fromkeys(names(condition)) if n in self.values)
-            origins = ((known, self.origins.get(known.name)) for known in read)
-            before = {
-                known.name: known.value
-                for known, origin in origins
-                if origin is None or self.place[origin] < self.place[step]
+            origins = {one.name: self.origins.get(one.name) for one in read}
+            earlier = {
+                n for n, origin in origins.items() if origin is None or self.place[origin] < self.place[step]
             }
+            before = {one.name: one.value for one in read if one.name in earlier}
             assumed = premise.condition not in outcomes(self.model, before, self.inputs)
             guards.append(Guard(condition, premise.holds, assumed, read))
         return tuple(guards)

@@ -29,12 +29,7 @@ def why_markdown(derivation: Derivation) -> str:
 
 def why_latex(derivation: Derivation) -> str:
     """Rows of an ``align*`` environment, the places of the rules in comments."""
-    rows = " \\\\\n".join(_rows(Page(derivation, Tex())))
-    return f"\\begin{{align*}}\n{rows}\n\\end{{align*}}"
-
-
-def _rows(page: Page) -> Iterator[str]:
-    derivation = page.derivation
+    page, rows = Page(derivation, Tex()), []
     given = [page.value_line(known) for known in (*derivation.inputs, *derivation.assumed)]
     for line in (*given, *(line for link in derivation.links for line in page.lines(link))):
         row = f"  {line.left} &= {' = '.join(line.chain)}"
@@ -44,7 +39,9 @@ def _rows(page: Page) -> Iterator[str]:
             place = "  ".join(page.places.rule(line.equation))
             row = f"  % {'closes the block: ' * line.closing}{place}\n{row}"
         said = [rf"\text{{{word} }} {condition}" for word, condition, _ in page.guards(line.guards)]
-        yield row + " && " + r",\ ".join(said) if said else row
+        rows.append(row + " && " + r",\ ".join(said) if said else row)
+    body = " \\\\\n".join(rows)
+    return f"\\begin{{align*}}\n{body}\n\\end{{align*}}"
 
 
 class Line(NamedTuple):
@@ -107,9 +104,9 @@ class Page:
             yield self._line(one.found, tuple(dict.fromkeys(chain)), one.equation, one.guards)
         if isinstance(link, Direct):
             return
-        for closing in link.closing:
-            left, right = map(self.notation.expression, (closing.equation.left, closing.equation.right))
-            yield Line(left, (right,), "", closing.equation, closing.guards, closing=True)
+        for equation, guards in link.closing:
+            left, right = map(self.notation.expression, (equation.left, equation.right))
+            yield Line(left, (right,), "", equation, guards, closing=True)
         explicit = {inner.found.name for inner in link.order}
         yield from (self.value_line(known) for known in link.found if known.name not in explicit)
 
@@ -170,12 +167,12 @@ class Page:
     def _steps(self, links: Sequence[Link]) -> Iterator[str]:
         for number, link in enumerate(links, 1):
             bullet = f"{number}. " if self.markdown else f"{number:>{len(str(len(links)))}}  "
-            lines = self._heading(link) if isinstance(link, Together) else []
+            lines, dash, indent = list[str](), "", ""
+            if isinstance(link, Together):
+                lines = self._heading(link)
+                dash, indent = ("- ", "  ") if self.markdown else (MARGIN, MARGIN)
             for line in self.lines(link):
                 first, *rest = self._told(line)
-                dash, indent = ("- ", "  ") if self.markdown else (MARGIN, MARGIN)
-                if isinstance(link, Direct):
-                    dash = indent = ""
                 lines += [dash + first, *(indent + more for more in rest)]
             yield bullet + lines[0]
             yield from (" " * len(bullet) + line if line else "" for line in lines[1:])
@@ -196,11 +193,15 @@ class Page:
 
     def _heading(self, link: Together) -> list[str]:
         """What a block gives, and what was iterated on."""
-        maths = [f"${self.notation.expression(Name(n))}$" if self.markdown else n for n in link.tears]
         found = [known.name for known in link.found]
-        names = [f"${self.notation.expression(Name(n))}$" if self.markdown else n for n in found]
-        how = "by iteration" if len(found) == 1 else f"together, iterating on {', '.join(maths)}"
-        return [f"{', '.join(names)} {how}:", ""] if self.markdown else [f"{', '.join(names)}: {how}"]
+        maths = {
+            n: f"${self.notation.expression(Name(n))}$" if self.markdown else n for n in (*found, *link.tears)
+        }
+        how = "by iteration"
+        if len(found) > 1:
+            how = f"together, iterating on {', '.join(maths[name] for name in link.tears)}"
+        names = ", ".join(maths[name] for name in found)
+        return [f"{names} {how}:", ""] if self.markdown else [f"{names}: {how}"]
 
 
 ESCAPED = str.maketrans(
