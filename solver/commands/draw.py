@@ -24,9 +24,8 @@ from solver.commands.running import Command
 from solver.facts import Status, Unsolved
 from solver.files import write_file
 from solver.files.tables import free_name
-from solver.pictures import drawable, lacking, variables
+from solver.pictures import View, drawable, lacking, variables
 from solver.pictures.drawing import chosen, left_out, picture_kind, views
-from solver.pictures.layout import View
 from solver.report.text import MEANINGS
 from solver.result import Result
 from solver.solving import solve

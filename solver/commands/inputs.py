@@ -119,8 +119,8 @@ def read_request(arguments: Namespace) -> Request:
     model = load_sheet(arguments)
     inputs: dict[str, Value | None] = {}
     guesses: dict[str, float] = {}
+    tolerances: dict[str, Tolerance] = {}
     files = model.files
-    reading = _Reading(model)
     if arguments.variables:
         from rulesheets.variables import read_variable_sheet  # most commands read none
 
@@ -128,32 +128,46 @@ def read_request(arguments: Namespace) -> Request:
         filled_in = find_variable_sheet(arguments.variables, beside)
         files = (*files, filled_in)
         written = read_variable_sheet(filled_in, model)
-        inputs, guesses = dict(written.inputs), dict(written.guesses)
-        reading.tolerances.update(written.tolerances)
-    options = reading.inputs(arguments.set, arguments.clear)
-    inputs |= options
-    guesses |= reading.guesses(arguments.guess, inputs)
-    shown = reading.units(getattr(arguments, "unit", ()))
-    want = tuple(name for _, name, _ in reading.each("want", getattr(arguments, "want", ())))
-    refuse(reading.complaints)
-    model = with_tolerances(model, reading.tolerances) if reading.tolerances else model
-    model = with_display_units(model, getattr(arguments, "units", None), shown)
+        inputs, guesses, tolerances = dict(written.inputs), dict(written.guesses), dict(written.tolerances)
+    options: dict[str, Value | None] = {}
+    units: dict[str, str] = {}
+    want: list[str] = []
+    complaints: list[Diagnosis] = []
+    for option, name, text in _options(arguments, model, complaints):
+        try:
+            if option.name == "want":
+                want.append(name)
+            elif option.name == "clear":
+                options[name] = inputs[name] = None
+            elif option.name == "unit":
+                with_display_unit(model.variables[name], text, option.place(text))
+                units[name] = text
+            elif option.name == "set":
+                options[name], tolerance = _input(option, name, text, model)
+                inputs[name] = options[name]
+                tolerances |= {} if tolerance is None else {name: tolerance}
+            else:
+                guesses[name] = _guess(option, name, text, model, inputs)
+        except RuleSheetError as wrong:
+            complaints.extend(wrong.diagnoses)
+    refuse(complaints)
+    model = with_tolerances(model, tolerances) if tolerances else model
+    model = with_display_units(model, getattr(arguments, "units", None), units)
     given = frozenset(name for name, value in options.items() if value is not None)
-    return Request(model, inputs, guesses, want or None, given, files)
+    return Request(model, inputs, guesses, tuple(want) or None, given, files)
 
 
-class _Reading:
-    """Reads options against a model and keeps every complaint."""
+def _options(
+    arguments: Namespace, model: Model, complaints: list[Diagnosis]
+) -> Iterator[tuple[Option, str, str]]:
+    """Every name that an option gives, in the order in which options count, with what is said of it.
 
-    def __init__(self, model: Model) -> None:
-        self.model = model
-        self.complaints: list[Diagnosis] = []
-        self.tolerances: dict[str, Tolerance] = {}
-
-    def each(self, kind: str, texts: Iterable[str]) -> Iterator[tuple[Option, str, str]]:
-        """Every name that the model has with what is said of it: nothing in ``NAME,…``. Each comes once."""
-        seen: set[str] = set()
-        for text in texts:
+    ``NAME,…`` says nothing of its names. Names come once; the model has them.
+    """
+    seen: dict[str, set[str]] = {kind: set() for kind in ("set", "guess", "unit", "want")}
+    seen["clear"] = seen["set"]
+    for kind in ("set", "clear", "guess", "unit", "want"):
+        for text in getattr(arguments, kind, ()):
             option = Option(kind, text)
             name, equals, value = (part.strip() for part in text.partition("="))
             pairs = [(name, value)]
@@ -161,71 +175,43 @@ class _Reading:
                 pairs = [(part.strip(), "") for part in text.split(",") if part.strip()]
             elif not (name and equals):
                 note = f"write --{kind} NAME=VALUE, such as --{kind} NAME=3"
-                self.complaints.append(option.wrong("E420", f"--{kind} needs a name and a value", note))
+                complaints.append(option.wrong("E420", f"--{kind} needs a name and a value", note))
                 continue
-            for one, said_of_it in pairs:
-                if one not in self.model.variables:
-                    self.complaints.append(unknown_variable(one, self.model, option.place(one)))
-                elif one not in seen:
-                    seen.add(one)
-                    yield option, one, said_of_it
+            for one, told in pairs:
+                if one not in model.variables:
+                    complaints.append(unknown_variable(one, model, option.place(one)))
+                elif one not in seen[kind]:
+                    seen[kind].add(one)
+                    yield option, one, told
                 elif kind != "want":
-                    self.complaints.append(option.repeated(one))
+                    complaints.append(option.repeated(one))
 
-    def inputs(self, given: Iterable[str], cleared: Iterable[str]) -> dict[str, Value | None]:
-        values: dict[str, Value | None] = {}
-        for option, name, text in self.each("set", given):
-            value = values[name] = self._value(option, name, text)
-            if isinstance(value, str) and name in quantities(self.model):
-                variable, place = self.model.variables[name], option.place(text)
-                self.complaints.append(symbol_for_number(value, variable, self.model, place))
-        for option, name, _ in self.each("clear", cleared):
-            if name in values:
-                self.complaints.append(option.repeated(name))
-            values[name] = None
-        return values
 
-    def guesses(self, given: Iterable[str], inputs: Mapping[str, Value | None]) -> dict[str, float]:
-        found: dict[str, float] = {}
-        for option, name, text in self.each("guess", given):
-            value = self._value(option, name, text)
-            if inputs.get(name, self.model.variables[name].value) is not None:
-                message = f"{name} is an input: a guess for it says nothing"
-                note = f"add --clear {name} to solve for it"
-                self.complaints.append(option.wrong("E423", message, note, name))
-            elif isinstance(value, str):
-                message = f"a guess is a number, and {text} is a symbol"
-                note = f"write --set {name}={text} to give it as an input"
-                self.complaints.append(option.wrong("E423", message, note, text))
-            elif value is not None:
-                found[name] = value
-        return found
+def _input(option: Option, name: str, text: str, model: Model) -> tuple[Value, Tolerance | None]:
+    """What an option gives a variable. Raises RuleSheetError, also for two variables in one option."""
+    try:
+        value, tolerance = parse_input(text, option.place(text), model.variables[name])
+    except RuleSheetError:
+        first, *others = option.text.split(",")
+        if not others or not all("=" in other for other in others):
+            raise
+        apart = " ".join(f"--{option.name} {part.strip()}" for part in (first, *others))
+        message = f"--{option.name} gives one value, and can be repeated"
+        raise RuleSheetError(option.wrong("E420", message, f"write {apart}")) from None
+    if isinstance(value, str) and option.name == "set" and name in quantities(model):
+        raise RuleSheetError(symbol_for_number(value, model.variables[name], model, option.place(text)))
+    return value, tolerance
 
-    def units(self, given: Iterable[str]) -> dict[str, str]:
-        """The units to show variables in."""
-        found: dict[str, str] = {}
-        for option, name, unit in self.each("unit", given):
-            try:
-                with_display_unit(self.model.variables[name], unit, option.place(unit))
-                found[name] = unit
-            except RuleSheetError as wrong:
-                self.complaints.extend(wrong.diagnoses)
-        return found
 
-    def _value(self, option: Option, name: str, text: str) -> Value | None:
-        try:
-            value, tolerance = parse_input(text, option.place(text), self.model.variables[name])
-        except RuleSheetError as wrong:
-            first, *others = option.text.split(",")
-            if others and all("=" in other for other in others):
-                apart = " ".join(f"--{option.name} {part.strip()}" for part in (first, *others))
-                message = f"--{option.name} gives one value, and can be repeated"
-                self.complaints.append(option.wrong("E420", message, f"write {apart}"))
-            else:
-                self.complaints.extend(wrong.diagnoses)
-            return None
-        if tolerance is not None and option.name == "guess":
-            self.complaints.append(guess_with_tolerance(option.place(text)))
-        elif tolerance is not None:
-            self.tolerances[name] = tolerance
-        return value
+def _guess(option: Option, name: str, text: str, model: Model, inputs: Mapping[str, Value | None]) -> float:
+    value, tolerance = _input(option, name, text, model)
+    if tolerance is not None:
+        raise RuleSheetError(guess_with_tolerance(option.place(text)))
+    if inputs.get(name, model.variables[name].value) is not None:
+        message = f"{name} is an input: a guess for it says nothing"
+        raise RuleSheetError(option.wrong("E423", message, f"add --clear {name} to solve for it", name))
+    if isinstance(value, str):
+        message = f"a guess is a number, and {text} is a symbol"
+        note = f"write --set {name}={text} to give it as an input"
+        raise RuleSheetError(option.wrong("E423", message, note, text))
+    return value

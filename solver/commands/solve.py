@@ -257,8 +257,12 @@ def _why_arguments(parser: ArgumentParser) -> None:
 
 def _why(arguments: Namespace) -> int:
     """Solve, trace, print; the exit code is 0 where the variable has a value."""
-    from solver.report.derivation import why  # a plain solve does without
-    from solver.report.why import why_latex, why_markdown, why_text
+    from solver.report.derivation import (
+        why,  # a plain solve does without
+        why_latex,
+        why_markdown,
+        why_text,
+    )
 
     request = read_request(arguments)
     variable_named(arguments.name, request.model)

@@ -31,8 +31,7 @@ from rulesheets.units.check import check_units
 from solver.facts import Status
 from solver.page import Rail, apart, extents, geometry, handles, needed, rail, turn
 from solver.page.description import answered, complaint, derived, described, finite, typeset
-from solver.report.derivation import why
-from solver.report.why import why_text
+from solver.report.derivation import why, why_text
 from solver.result import Result
 from solver.solving import solve
 from solver.sweeps import Plan, prepare

@@ -23,9 +23,8 @@ from solver.facts import Status
 from solver.page import geometry, handles, needed, outline, rectangle, turn
 from solver.path import equations_of
 from solver.path.cases import activity, outcomes
-from solver.report.derivation import Derivation, Together
+from solver.report.derivation import Derivation, Page, Together
 from solver.report.path import Places, Plain, Tex, rule_text, told
-from solver.report.why import Page
 from solver.result import Result
 from solver.solving import solve
 from solver.sweeps.sweep import sweep

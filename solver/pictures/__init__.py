@@ -54,6 +54,13 @@ class Diagram(NamedTuple):
         return [self.places[name] for name in stroke.points]
 
 
+class View(NamedTuple):
+    """One state: a title, and its diagrams in the order of the sheet, None where one cannot be drawn."""
+
+    title: str
+    diagrams: tuple[Diagram | None, ...]
+
+
 def expressions(figure: Figure) -> Iterator[Expression]:
     """Every coordinate and direction of a figure."""
     for mark in marks_of(figure):

@@ -11,8 +11,7 @@ from rulesheets.diagnosis import RuleSheetError, error, refuse, suggestion
 from rulesheets.model import Model
 from rulesheets.syntax.nodes import Figure as Declared
 from solver.facts import Status, Unsolved
-from solver.pictures import drawable, lacking
-from solver.pictures.layout import View
+from solver.pictures import View, drawable, lacking
 from solver.result import Result
 
 if TYPE_CHECKING:

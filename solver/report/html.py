@@ -18,10 +18,9 @@ from solver.files.tables import Table
 from solver.path import Check, Path, SolveBlock, equations_of
 from solver.path.planner import given_by
 from solver.report import table
-from solver.report.derivation import Derivation
+from solver.report.derivation import ESCAPED, Derivation, Page, why_latex
 from solver.report.path import Plain, Tex, told
 from solver.report.sheet import diagnosis_json, displayed, sheet_heads, sheet_rows
-from solver.report.why import ESCAPED, Page, why_latex
 from solver.result import Result, Samples
 
 NONE = "none"

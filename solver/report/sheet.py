@@ -132,25 +132,18 @@ def pruned(result: Result) -> bool:
 
 def displayed(result: Result, rows: Iterable[SheetRow]) -> tuple[SheetRow, ...]:
     """The rows in the display units of their variables, where these have some."""
-
-    def in_its_unit(row: SheetRow) -> SheetRow:
+    found = []
+    for row in rows:
         variable, tolerance = result.model.variables[row.name], row.tolerance
-        if not variable.display_unit:
-            return row
-
-        def convert(value: Value | None) -> Value | None:
-            return shown(value, variable) if isinstance(value, float) else value
-
-        def stretch(size: float) -> float:
-            return abs(shown(size, variable, difference=True))
-
-        if tolerance is not None and not tolerance.percent:
-            tolerance = Tolerance(stretch(tolerance.size))
-        outputs, errors = tuple(map(convert, row.outputs)), tuple(map(stretch, row.errors))
-        row = row._replace(input=convert(row.input), outputs=outputs, errors=errors)
-        return row._replace(unit=variable.display_unit, tolerance=tolerance)
-
-    return tuple(map(in_its_unit, rows))
+        if variable.display_unit:
+            values = [shown(v, variable) if isinstance(v, float) else v for v in (row.input, *row.outputs)]
+            errors = tuple(abs(shown(size, variable, difference=True)) for size in row.errors)
+            row = row._replace(input=values[0], outputs=tuple(values[1:]), errors=errors)
+            if tolerance is not None and not tolerance.percent:
+                tolerance = Tolerance(abs(shown(tolerance.size, variable, difference=True)))
+            row = row._replace(unit=variable.display_unit, tolerance=tolerance)
+        found.append(row)
+    return tuple(found)
 
 
 def sheet_heads(rows: Sequence[SheetRow]) -> tuple[str, ...]:

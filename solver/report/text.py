@@ -123,7 +123,7 @@ def conditions_text(result: Result) -> str:
 
 
 def proof_lines(result: Result) -> Iterator[str]:
-    """Whether each answer is proved, how far the numbers may be off at most, and whether these are all.
+    """Whether each answer with a proof is proved, how far its numbers may be off, and whether these are all.
 
     Of a double root: whether it is exactly there, or a hair decides; which way, where that is proved.
     """
@@ -142,9 +142,9 @@ def proof_lines(result: Result) -> Iterator[str]:
                 if proof.beside.roots:
                     said = f"there are two answers, this far apart: {', '.join(apart)}"
                 yield f"proved: for the numbers exactly as they are {said}"
-        if proofs and not any(proof.double or proof.beside for proof in proofs):
+        if not any(proof.double or proof.beside for proof in proofs):
             yield "not proved: a hair decides whether there are two answers, one or none"
-    if not proofs or result.status is not Status.SOLVED:
+    if result.status is not Status.SOLVED:
         return
     if len(proved) < len(proofs):
         yield f"not proved: {next(p.obstacle for p in proofs if not p.proved)}"
@@ -284,7 +284,8 @@ def _verdict(result: Result, every: bool) -> Iterator[str]:
         color = "yellow" if result.status in (Status.PARTIAL, Status.SINGULAR) else "red"
         yield f"{SCREEN.get().paint(str(result.status), f'bold {color}')}: {MEANINGS[result.status]}"
     yield work_line(result)
-    yield from proof_lines(result)
+    if any(solution.proof for solution in result.solutions):
+        yield from proof_lines(result)
     others = len(result.solutions) - 1
     hidden = others > 0 and not every
     if hidden:

@@ -19,9 +19,8 @@ from rulesheets.inputs import guarded, unguarded
 from rulesheets.variables import read_variable_sheet
 from solver.__main__ import main
 from solver.commands import WRONG
-from solver.report.derivation import why
+from solver.report.derivation import code_span, why, why_markdown
 from solver.report.sheet import result_csv
-from solver.report.why import code_span, why_markdown
 
 SECRET = "hunter2"
 Capture = pytest.CaptureFixture[str]

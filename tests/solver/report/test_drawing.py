@@ -22,6 +22,7 @@ from solver.pictures import (
     Diagram,
     Panel,
     Stroke,
+    View,
     Window,
     Wish,
     bar,
@@ -32,8 +33,7 @@ from solver.pictures import (
     variables,
     window,
 )
-from solver.pictures.layout import View, layout
-from solver.pictures.page import Frame, compose, encode, gif, images
+from solver.pictures.page import Frame, compose, encode, gif, images, layout
 from tests.oracles.mechanisms import MECHANISMS, Mechanism
 
 MODELS = Path(__file__).parent.parent.parent.parent / "models"

@@ -10,8 +10,7 @@ import pytest
 import rulesheets
 import solver
 from solver.__main__ import main
-from solver.report.derivation import Derivation, why
-from solver.report.why import why_latex, why_markdown, why_text
+from solver.report.derivation import Derivation, why, why_latex, why_markdown, why_text
 
 LENS = """\
 variables
