@@ -19,10 +19,8 @@ from solver.accuracy.digits import ManyDigits, Work
 from solver.accuracy.rule_check import sides
 from solver.numerics.linear_algebra import factorise, independent_rows
 from solver.path.cases import activity, outcomes
-from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn
+from solver.structure.decomposition import block_triangular, dulmage_mendelsohn, maximum_matching
 from solver.structure.incidence import Incidence
-from solver.structure.matching import maximum_matching
-from solver.structure.triangular import block_triangular
 
 DENSE = 1500
 """Unknowns up to which redundant rows may stand in for dependent ones."""

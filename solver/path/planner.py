@@ -13,12 +13,9 @@ from solver.path import Assume, Check, Decide, Evaluate, Path, Select, SolveBloc
 from solver.path.cases import activity, compatible, outcomes, value_of_equality
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation
-from solver.structure.dulmage_mendelsohn import dulmage_mendelsohn
-from solver.structure.frontier import Frontier
-from solver.structure.incidence import Block, Incidence
-from solver.structure.matching import maximum_matching
+from solver.structure.decomposition import block_triangular, dulmage_mendelsohn, maximum_matching
+from solver.structure.incidence import Block, Frontier, Incidence
 from solver.structure.tearing import tearings
-from solver.structure.triangular import block_triangular
 
 TEARINGS = 2
 MAX_TORN = 100

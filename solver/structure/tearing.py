@@ -1,84 +1,97 @@
 """Tearing: a simultaneous block as a short list of iterated unknowns and explicit steps after them.
 
 H. Elmqvist & M. Otter, "Methods for tearing systems of equations in object-oriented modeling"
-(ESM 1994); F. E. Cellier & E. Kofman, "Continuous System Simulation" (2006), section 7.8;
-A. Baharev, H. Schichl & A. Neumaier, "Tearing systems of nonlinear equations" I and II (2016).
+(ESM 1994); F. E. Cellier & E. Kofman, "Continuous System Simulation" (2006), section 7.8.
+Finding a smallest set of tears is NP-complete (it contains feedback vertex set; see A. Baharev, H. Schichl
+& A. Neumaier, "Tearing systems of nonlinear equations" II, 2016), so exact for small blocks only.
+The heuristic is Cellier's: among the equations with the fewest unknowns left, the unknown from
+which most follows.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from heapq import heappop, heappush
+from math import comb
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
 from solver.structure.incidence import Incidence
-from solver.structure.tear_sets import smallest_sets
 
-EFFORT = 20_000
-"""Edges looked at before the search gives way to taking the cheapest step each time."""
-
+Tears: TypeAlias = tuple[int, ...]
 Steps: TypeAlias = tuple[tuple[int, int], ...]
+"""(equation, unknown) pairs."""
+
+EFFORT = 50_000
+"""Sets times unknowns up to which all sets are tried: five of 15, one or two tears in larger blocks."""
+ORDERING = 20_000
+"""Edges looked at before the search of the best order gives way to taking the cheapest step each time."""
+TRIM = 1_000_000
+"""Tears times edges up to which a set is searched for idle tears."""
+CANDIDATES = 40
+"""How many unknowns the heuristic tries before it takes the best as a tear."""
+SHORT_LIST = 20
+"""How many sets of tears have their steps ordered with full care; the others are judged by a quick order."""
 
 
-class Order(NamedTuple):
-    """``steps`` are (equation, unknown) pairs; ``cost`` is the sum of theirs."""
+class Tearing(NamedTuple):
+    """Guess ``tears``, follow ``order`` (equation, unknown), and ``residuals`` must vanish.
+
+    Every step's equation is resolvable for its unknown and holds no other but tears and those of
+    steps before it. A square block has as many residuals as tears.
+    """
+
+    tears: Tears
+    order: Steps
+    residuals: tuple[int, ...]
+
+
+def tearings(
+    incidence: Incidence, weights: Mapping[int, int] | None = None, limit: int = 10
+) -> tuple[Tearing, ...]:
+    """Up to ``limit`` tearings with equally many tears, at least one: least cost of the steps first, then
+    least weight, then source order.
+
+    The number of tears is the minimum where all sets can be tried; else it is a heuristic's. Unknowns without
+    a weight weigh 0.
+    """
+    weight = weights or {}
+
+    def rank(judged: tuple[Tears, _Order]) -> tuple[int, int, Tears]:
+        return judged[1].cost, sum(weight.get(u, 0) for u in judged[0]), judged[0]
+
+    judged = sorted(_smallest_sets(incidence, weight), key=rank)[: max(SHORT_LIST, limit)]
+    judged = [
+        (tears, _searched(incidence, tears) or order if order.cost else order) for tears, order in judged
+    ]
+    found = []
+    for tears, order in sorted(judged, key=rank)[:limit]:
+        used = {equation for equation, _ in order.steps}
+        found.append(
+            Tearing(tears, order.steps, tuple(e for e in incidence.block.equations if e not in used))
+        )
+    return tuple(found)
+
+
+# --- orders of steps ------------------------------------------------------------
+
+
+class _Order(NamedTuple):
+    """``steps`` and what they cost; what is known after them, the (cost, equation, unknown) that go on from
+    there, and the ``fewest`` unknowns left in an equation that has several, 0 without one."""
 
     cost: int
     steps: Steps
-
-
-class _Peeled(NamedTuple):
-    """What is known after ``order``, and the (cost, equation, unknown) that go on from there."""
-
     known: frozenset[int]
-    order: Order
     offers: list[tuple[int, int, int]]
+    fewest: int
 
 
-def cheapest_order(incidence: Incidence, tears: Iterable[int]) -> Order:
-    """Steps that reach whatever ``tears`` reach, at the least total cost.
-
-    Where the block is large and forks a lot, each step is merely the cheapest of those on offer.
-    """
-    known = frozenset(tears)
-    return _searched(incidence, known) or cheap_order(incidence, known)
-
-
-def cheap_order(incidence: Incidence, tears: Iterable[int]) -> Order:
-    """Steps that reach whatever ``tears`` reach, each the cheapest, then first, on offer."""
-    return _peel(incidence, frozenset(tears), ceiling=None).order
-
-
-def _searched(incidence: Incidence, known: frozenset[int]) -> Order | None:
-    """The best of all orders; None where the search takes too long."""
-    first = _peel(incidence, known, ceiling=0)
-    queue = [(first.order, 0, first)]
-    closed: set[frozenset[int]] = set()
-    pushed = 0
-    while queue:
-        expect_time()
-        order, _, state = heappop(queue)
-        if not state.offers:
-            return order
-        if state.known in closed:
-            continue
-        closed.add(state.known)
-        for cost, equation, unknown in state.offers:
-            pushed += 1
-            if pushed * incidence.edges > EFFORT:
-                return None
-            after = _peel(incidence, state.known | {unknown}, ceiling=0)
-            steps = (*order.steps, (equation, unknown), *after.order.steps)
-            total = Order(order.cost + cost, steps)
-            heappush(queue, (total, pushed, _Peeled(after.known, total, after.offers)))
-    raise AssertionError("every order ends")
-
-
-def _peel(incidence: Incidence, known: frozenset[int], ceiling: int | None) -> _Peeled:
-    """Take the cheapest step, then the first, as long as it costs no more than ``ceiling``."""
+def _order(incidence: Incidence, known: Collection[int], ceiling: int | None = None) -> _Order:
+    """Steps that lead on from what is known, each the cheapest, then first, on offer, as long as it costs no
+    more than ``ceiling``. (Without one, what is known at the end does not depend on the order.)"""
     reached = set(known)
-    missing = {e: sum(u not in known for u in incidence.occurs[e]) for e in incidence.block.equations}
+    missing = {e: sum(u not in reached for u in incidence.occurs[e]) for e in incidence.block.equations}
     offers: list[tuple[int, int, int]] = []
     total, steps = 0, list[tuple[int, int]]()
 
@@ -103,61 +116,90 @@ def _peel(incidence: Incidence, known: frozenset[int], ceiling: int | None) -> _
             missing[user] -= 1
             offer(user)
     going_on = [step for step in offers if step[2] not in reached]
-    return _Peeled(frozenset(reached), Order(total, tuple(steps)), going_on)
+    fewest = min((left for left in missing.values() if left > 1), default=0)
+    return _Order(total, tuple(steps), frozenset(reached), going_on, fewest)
 
 
-SHORT_LIST = 20
-"""How many sets of tears have their steps ordered with full care; the others are judged by a quick order."""
+def _searched(incidence: Incidence, tears: Tears) -> _Order | None:
+    """The order of least total cost; None where the search takes too long."""
+    queue = [_order(incidence, tears, ceiling=0)]
+    closed: set[frozenset[int]] = set()
+    pushed = 0
+    while queue:
+        expect_time()
+        here = heappop(queue)
+        if not here.offers:
+            return here
+        if here.known in closed:
+            continue
+        closed.add(here.known)
+        for cost, equation, unknown in here.offers:
+            pushed += 1
+            if pushed * incidence.edges > ORDERING:
+                return None
+            after = _order(incidence, here.known | {unknown}, ceiling=0)
+            steps = (*here.steps, (equation, unknown), *after.steps)
+            heappush(queue, after._replace(cost=here.cost + cost, steps=steps))
+    raise AssertionError("every order ends")
 
-QUICK = 400
-"""How many sets of tears are judged at all, the lightest, then first."""
+
+# --- sets of tears --------------------------------------------------------------
 
 
-class Tearing(NamedTuple):
-    """Guess ``tears``, follow ``order`` (equation, unknown), and ``residuals`` must vanish.
-
-    Every step's equation is resolvable for its unknown and holds no other but tears and those of
-    steps before it. A square block has as many residuals as tears.
-    """
-
-    tears: tuple[int, ...]
-    order: tuple[tuple[int, int], ...]
-    residuals: tuple[int, ...]
-
-
-def tearings(
-    incidence: Incidence, weights: Mapping[int, int] | None = None, limit: int = 10
-) -> tuple[Tearing, ...]:
-    """Up to ``limit`` tearings with equally many tears, at least one: least cost of the steps first, then
-    least weight, then source order.
-
-    The number of tears is the minimum where all sets can be tried; else it is a heuristic's. Unknowns without
-    a weight weigh 0.
-    """
-    weights = weights or {}
-
-    def weight(tears: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
-        return sum(weights.get(u, 0) for u in tears), tears
-
-    def rank(judged: tuple[Order, tuple[int, ...]]) -> tuple[int, int, tuple[int, ...]]:
-        return judged[0].cost, *weight(judged[1])
-
-    judged: list[tuple[Order, tuple[int, ...]]] = []
-    safe = 0
-    for tears in sorted(smallest_sets(incidence, weights), key=weight)[: max(QUICK, limit)]:
-        judged.append((cheap_order(incidence, tears), tears))
-        safe += judged[-1][0].cost == 0
-        if safe == limit:  # the sets come by weight, so no later one is better
+def _smallest_sets(incidence: Incidence, weights: Mapping[int, int]) -> list[tuple[Tears, _Order]]:
+    """Sets of tears of one size with their steps: all of the least size, or the one of the heuristic."""
+    unknowns = incidence.block.unknowns
+    first = _order(incidence, ())
+    given = {u for e in incidence.block.equations for u in incidence.resolvable[e]}
+    never_given = len(set(unknowns) - given)
+    complete = len(first.known) == len(unknowns)
+    for size in range(0 if complete else max(never_given, first.fewest - 1, 1), len(unknowns) + 1):
+        if comb(len(unknowns), size) * len(unknowns) > EFFORT:
             break
-    judged = sorted(judged, key=rank)[: max(SHORT_LIST, limit)]
-    short_list = [(_improved(incidence, order, tears), tears) for order, tears in judged]
-    return tuple(_tearing(incidence, *best) for best in sorted(short_list, key=rank)[:limit])
+        if sets := list(_complete(incidence, (), first, size, 0)):
+            return sets
+    tears = _greedy(incidence, weights)
+    return [(tears, _order(incidence, tears))]
 
 
-def _improved(incidence: Incidence, order: Order, tears: tuple[int, ...]) -> Order:
-    return cheapest_order(incidence, tears) if order.cost else order
+def _complete(
+    incidence: Incidence, tears: Tears, order: _Order, size: int, start: int
+) -> Iterator[tuple[Tears, _Order]]:
+    """Sets with ``size`` further tears from which everything follows, in lexicographic order.
+
+    An unknown that follows from the tears before it is passed over: a set with it is not smallest. As many as
+    are missing have to be left: sets of fewer tears have been searched.
+    """
+    unknowns = incidence.block.unknowns
+    if len(order.known) == len(unknowns):
+        yield tears, order
+    elif size and order.fewest <= size + 1:  # else too few tears for any further step
+        for i in range(start, len(unknowns) - size + 1):
+            if unknowns[i] not in order.known:
+                expect_time()
+                more = (*tears, unknowns[i])
+                yield from _complete(incidence, more, _order(incidence, more), size - 1, i + 1)
 
 
-def _tearing(incidence: Incidence, order: Order, tears: tuple[int, ...]) -> Tearing:
-    used = {equation for equation, _ in order.steps}
-    return Tearing(tears, order.steps, tuple(e for e in incidence.block.equations if e not in used))
+def _greedy(incidence: Incidence, weights: Mapping[int, int]) -> Tears:
+    """One tear after another; those that follow from the others are dropped, the first taken first."""
+    unknowns, equations = incidence.block.unknowns, incidence.block.equations
+    tears: list[int] = []
+    known = _order(incidence, ()).known
+    while len(known) < len(unknowns):
+        expect_time()
+        left = [(e, [u for u in incidence.occurs[e] if u not in known]) for e in equations]
+        open_ = [some for e, some in left if len(some) > 1 and not known.issuperset(incidence.resolvable[e])]
+        fewest = min(map(len, open_), default=0)
+        near = dict.fromkeys(u for some in open_ if len(some) == fewest for u in some)
+        candidates = list(near)[:CANDIDATES] or [next(u for u in unknowns if u not in known)]
+        after = {u: _order(incidence, (*known, u)).known for u in candidates}
+        best = max(candidates, key=lambda u: (len(after[u]), -weights.get(u, 0), -u))
+        tears.append(best)
+        known = after[best]
+    if len(tears) * incidence.edges <= TRIM:
+        for idle in tuple(tears):
+            rest = [u for u in tears if u != idle]
+            if len(_order(incidence, rest).known) == len(unknowns):
+                tears = rest
+    return tuple(sorted(tears))

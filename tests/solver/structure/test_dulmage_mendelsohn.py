@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import given
 
-from solver.structure.dulmage_mendelsohn import Parts, dulmage_mendelsohn
+from solver.structure.decomposition import Parts, dulmage_mendelsohn
 from solver.structure.incidence import Block, Incidence
 from tests.solver.structure.incidences import (
     columns,

@@ -8,7 +8,7 @@ from itertools import combinations
 import pytest
 from hypothesis import given
 
-from solver.structure import tear_sets
+from solver.structure import tearing as module
 from solver.structure.incidence import Incidence
 from solver.structure.tearing import Tearing, tearings
 from tests.solver.structure.incidences import closure, incidences, patient, renumbered, shuffled, system
@@ -86,7 +86,7 @@ def test_shuffling_changes_neither_number_nor_cost(case: tuple[Incidence, list[i
 @given(incidences(square=True))
 def test_the_heuristic_is_valid_and_leaves_no_idle_tear(incidence: Incidence) -> None:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(tear_sets, "EFFORT", 20)
+        patch.setattr(module, "EFFORT", 20)
         found = tearings(incidence, limit=5)
     assert len({t.tears for t in found}) == len(found)
     for tearing in found:

@@ -8,8 +8,8 @@ from itertools import combinations
 import pytest
 from hypothesis import given
 
+from solver.structure.decomposition import block_triangular
 from solver.structure.incidence import Block, Incidence
-from solver.structure.triangular import block_triangular
 from tests.oracles.operations import growth
 from tests.solver.structure.incidences import incidences, moved, patient, renumbered, shuffled, system
 

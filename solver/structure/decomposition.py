@@ -1,0 +1,201 @@
+"""Which rules determine which unknowns: matching, over- and under-determined parts, blocks to solve in turn.
+
+Equations are matched with unknowns by augmenting paths with look-ahead (I. S. Duff, "On algorithms for
+obtaining a maximum transversal", ACM TOMS 7, 1981), the first in the source first on either side. That is
+possible on both sides at once because matchable sets form a matroid on either side (N. S. Mendelsohn & A. L.
+Dulmage, "Some generalizations of the problem of distinct representatives", 1958).
+
+The parts are those of A. L. Dulmage & N. S. Mendelsohn, "Coverings of bipartite graphs", Canad. J. Math. 10
+(1958); see A. Pothen & C.-J. Fan, "Computing the block triangular form of a sparse matrix", ACM TOMS 16
+(1990). The blocks are strong components: R. Tarjan, "Depth-first search and linear graph algorithms", SIAM J.
+Comput. 1 (1972), without recursion, so that a chain of any length is no depth.
+
+scipy's ``maximum_bipartite_matching`` takes exponential time where blocks follow one another in layers (scipy
+issue 26147), as rules do, and loading ``scipy.sparse`` takes longer than most sheets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from graphlib import TopologicalSorter
+from heapq import heapify, heappop, heappush
+from itertools import chain
+from typing import NamedTuple, TypeAlias
+
+from rulesheets.deadline import expect_time
+from solver.structure.incidence import Block, Incidence
+
+Edges: TypeAlias = Sequence[Sequence[int]] | Mapping[int, Sequence[int]]
+
+
+class Matching(NamedTuple):
+    """Partners by number, None where there is none.
+
+    Of a maximum matching the size is unique. Which equations and which unknowns stay single is
+    made so: the last ones, in source order, that can. Who is matched with whom is not unique.
+    """
+
+    unknown_of: dict[int, int | None]
+    equation_of: dict[int, int | None]
+
+    @property
+    def single_unknowns(self) -> tuple[int, ...]:
+        return tuple(unknown for unknown, equation in self.equation_of.items() if equation is None)
+
+
+def maximum_matching(incidence: Incidence) -> Matching:
+    """As many disjoint (equation, unknown) pairs as there can be, each unknown in its equation.
+
+    Maximum matchings differ in which unknowns they leave single inside the under-determined part alone.
+    """
+    equations, unknowns = incidence.block
+    equation_of: dict[int, int | None] = dict.fromkeys(unknowns)
+    unknown_of: dict[int, int | None] = dict.fromkeys(equations)
+    equation_of |= augmented(equations, incidence.occurs)
+    unknown_of |= {e: u for u, e in equation_of.items() if e is not None}
+    under = reached(Matching(unknown_of, equation_of).single_unknowns, incidence.users, unknown_of)
+    again = augmented(sorted(under), incidence.users)
+    unknown_of |= again
+    equation_of |= dict.fromkeys(under)
+    equation_of |= {u: e for e, u in again.items()}
+    return Matching(unknown_of, equation_of)
+
+
+def augmented(nodes: Iterable[int], edges: Edges) -> dict[int, int]:
+    """The owner of every partner: nodes are given one in turn, and never lose it to a later node.
+
+    So the nodes that end up matched are the lexicographically first set that can be.
+    """
+    owner_of: dict[int, int] = {}
+    spent: set[int] = set()  # partners from which no free one can be reached, now or later
+
+    def ways(node: int) -> Iterator[int]:
+        return chain((p for p in edges[node] if p not in owner_of), edges[node])
+
+    for root in nodes:
+        path, through, branches, seen = [root], list[int](), [ways(root)], set[int]()
+        while path:
+            expect_time()
+            step = next((p for p in branches[-1] if p not in seen and p not in spent), None)
+            if step is None:
+                path.pop()
+                branches.pop()
+                del through[-1:]
+            elif step in owner_of:
+                seen.add(step)
+                through.append(step)
+                path.append(owner_of[step])
+                branches.append(ways(owner_of[step]))
+            else:
+                owner_of.update(zip([*through, step], path, strict=True))
+                break
+        else:
+            spent |= seen
+    return owner_of
+
+
+def reached(roots: Iterable[int], edges: Edges, owner_of: Mapping[int, int | None]) -> set[int]:
+    """Nodes on the roots' side at the end of alternating paths from the roots, these included."""
+    found = set(roots)
+    stack = list(found)
+    while stack:
+        for partner in edges[stack.pop()]:
+            owner = owner_of[partner]
+            if owner is not None and owner not in found:
+                found.add(owner)
+                stack.append(owner)
+    return found
+
+
+class Parts(NamedTuple):
+    """Every equation and every unknown stands in exactly one part. The parts are unique.
+
+    ``over`` has more equations than unknowns (or is empty): its equations contradict one another
+    or repeat one another. ``square`` has as many of both and can be solved once ``over`` is.
+    ``under`` has more unknowns than equations: none of its unknowns is determined.
+    """
+
+    over: Block
+    square: Block
+    under: Block
+
+
+def dulmage_mendelsohn(incidence: Incidence, matching: Matching | None = None) -> Parts:
+    """The three parts; any maximum ``matching`` gives the same."""
+    matching = matching or maximum_matching(incidence)
+    single = (equation for equation, unknown in matching.unknown_of.items() if unknown is None)
+    over = reached(single, incidence.occurs, matching.equation_of)
+    under = reached(matching.single_unknowns, incidence.users, matching.unknown_of)
+    over_unknowns = {unknown for equation in over for unknown in incidence.occurs[equation]}
+    under_equations = {equation for unknown in under for equation in incidence.users[unknown]}
+    square = Block(
+        tuple(e for e in incidence.block.equations if e not in over and e not in under_equations),
+        tuple(u for u in incidence.block.unknowns if u not in over_unknowns and u not in under),
+    )
+    return Parts(Block.of(over, over_unknowns), square, Block.of(under_equations, under))
+
+
+def strong_components(successors: Sequence[Sequence[int]]) -> Iterator[list[int]]:
+    """Nodes that reach one another, ascending, each group after those that it reaches."""
+    index, low = [-1] * len(successors), [0] * len(successors)
+    closed = [False] * len(successors)
+    entered, waiting = 0, list[int]()
+    for root in range(len(successors)):
+        path = [(root, iter(successors[root]))] if index[root] < 0 else []
+        while path:
+            node, rest = path[-1]
+            if index[node] < 0:
+                index[node] = low[node] = entered
+                entered += 1
+                waiting.append(node)
+            for following in rest:
+                if index[following] < 0:
+                    path.append((following, iter(successors[following])))
+                    break
+                if not closed[following]:
+                    low[node] = min(low[node], low[following])
+            else:
+                path.pop()
+                if path:
+                    low[path[-1][0]] = min(low[path[-1][0]], low[node])
+                if low[node] == index[node]:
+                    group = [waiting.pop()]
+                    while group[-1] != node:
+                        group.append(waiting.pop())
+                    for member in group:
+                        closed[member] = True
+                    yield sorted(group)
+
+
+def block_triangular(
+    incidence: Incidence, square: Block | None = None, matching: Matching | None = None
+) -> tuple[Block, ...]:
+    """The blocks to solve one after another, each simultaneous in itself.
+
+    The blocks are unique, whatever the matching that they are found with; among orders in which
+    every block comes after those that it needs, it is the one that keeps closest to the source.
+    ``matching`` may be any maximum matching of the whole, where that is known already.
+    Raises ValueError where the part can't be matched completely.
+    """
+    part = incidence if square is None else incidence.restrict(square)
+    equations = part.block.equations
+    matching = matching or maximum_matching(part)
+    unknowns = [u for e in equations if (u := matching.unknown_of[e]) is not None]
+    if len(equations) != len(part.block.unknowns) or set(unknowns) != set(part.block.unknowns):
+        raise ValueError("a block triangular form needs as many independent equations as unknowns")
+    number = {unknown: i for i, unknown in enumerate(unknowns)}
+    needs = [[number[u] for u in part.occurs[e]] for e in equations]
+    groups = sorted(strong_components(needs))
+    group_of = {node: g for g, group in enumerate(groups) for node in group}
+    needed = [{group_of[other] for node in group for other in needs[node]} for group in groups]
+    sorter = TopologicalSorter({g: others - {g} for g, others in enumerate(needed)})
+    sorter.prepare()
+    ready, blocks = list(sorter.get_ready()), list[Block]()
+    heapify(ready)
+    while ready:
+        g = heappop(ready)
+        blocks.append(Block.of((equations[i] for i in groups[g]), (unknowns[i] for i in groups[g])))
+        sorter.done(g)
+        for follower in sorter.get_ready():
+            heappush(ready, follower)
+    return tuple(blocks)
