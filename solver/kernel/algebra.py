@@ -20,7 +20,7 @@ from solver.facts import Conflict, NoValue
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
 from solver.kernel.root_check import astray
-from solver.numerics.linear import echelon, solve_linear
+from solver.numerics.linear_algebra import gauss_jordan, solve_linear
 from solver.numerics.tolerances import BACKWARD, CLEAR, UNCANCELLED
 from solver.path.elimination import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
 
@@ -304,7 +304,8 @@ def unattained(question: Question, given: Collection[str]) -> NoValue | None:
         return None
     columns = sorted({m for row in rows for m in row if m}, key=lambda monomial: _call(monomial) is not None)
     matrix = [[row.get(monomial, Fraction(0)) for monomial in columns] for row in rows]
-    for *entries, constant in echelon(matrix, [-row.get(ONE, Fraction(0)) for row in rows]):
+    found, _ = gauss_jordan(matrix, [-row.get(ONE, Fraction(0)) for row in rows])
+    for *entries, constant in (row[: len(columns) + 1] for row in found):
         asked = [(monomial, entry) for monomial, entry in zip(columns, entries, strict=True) if entry]
         call = _call(asked[0][0]) if len(asked) == 1 else None
         if call is not None and _outside(call.function, target := Fraction(constant, asked[0][1])):

@@ -23,7 +23,7 @@ from solver.accuracy.rule_check import blur, check_rule, half_unit, with_named_n
 from solver.facts import BeyondFloats, Conflict
 from solver.kernel.candidates import Answer, BlockOutcome
 from solver.kernel.question import Question, rank_loss
-from solver.numerics.linear import EXACT_LIMIT, LinearOutcome, solve_linear
+from solver.numerics.linear_algebra import EXACT_LIMIT, LinearOutcome, solve_linear
 from solver.numerics.newton import newton
 from solver.numerics.tolerances import ROUNDINGS, SMALLEST_NORMAL
 
