@@ -18,7 +18,7 @@ from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quoti
 from solver.kernel.emitter import compile_arrays
 from solver.numerics.linear_algebra import Array
 from solver.numerics.sparse_newton import Triplets
-from solver.path.graph import Alike, Family, template
+from solver.path.graph import Alike, Family, shape_of
 
 BESIDE = 0.25
 """The largest share of a divisor that the error bars of its variables may be."""
@@ -112,7 +112,8 @@ class _Shape:
 
     def __init__(self, family: Family, places: NDArray[np.intp], n: int) -> None:
         self.rows, self.places, self.numbers = family.places, places, family.numbers
-        self.sides = template(family.first)
+        shape, _ = shape_of(family.first)
+        self.sides = shape.left, shape.right
         self.form = subtract(*self.sides)
         self.arguments = [f"#{k}" for k in range(len(places))]
         self.told = {k: int(side.name[1:]) for k, side in enumerate(self.sides) if _is_name(side)}

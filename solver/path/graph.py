@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import chain, count
+from functools import cache
+from itertools import chain
 from math import gcd, lcm
 from typing import Any, NamedTuple, TypeAlias
 
@@ -24,7 +25,6 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
-    Symbol,
     children,
     rebuilt,
 )
@@ -32,11 +32,19 @@ from rulesheets.syntax.program import walk
 from solver.path.isolate import Isolation, isolate, plainly_resolvable
 
 Array: TypeAlias = NDArray[np.float64]
-Shape: TypeAlias = tuple[Any, ...]
+
+
+class Shape:
+    """Both sides of rules that differ in names and numbers only: names told by their order (``#0``) and
+    numbers by theirs (``#.0``), but for exponents. Equal shapes are the same object."""
+
+    def __init__(self, left: Expression, right: Expression) -> None:
+        self.left, self.right = left, right
+
 
 MOST = 10_000
 """Shapes that are kept at a time, so that rules of one shape share it."""
-_INTERNED: dict[Shape, Shape] = {}
+_INTERNED: dict[tuple[Expression, Expression], Shape] = {}
 
 
 class Family(NamedTuple):
@@ -85,10 +93,7 @@ def alike(model: Model, equations: Sequence[Equation]) -> Alike:
 
 
 def shape_of(equation: Equation) -> tuple[Shape, Sequence[float]]:
-    """The operations of both sides with names by their order, and the numbers; exponents belong to both.
-
-    Found once for an equation.
-    """
+    """The shape of a rule, and its numbers in the order of the text. Found once for an equation."""
     found: tuple[Shape, Sequence[float]] | None = equation.__dict__.get("_shape")
     if found is not None:
         return found
@@ -106,56 +111,30 @@ def shape_of(equation: Equation) -> tuple[Shape, Sequence[float]]:
 
 
 def _shape(equation: Equation) -> tuple[Shape, Sequence[float]]:
-    order = {name: place for place, name in enumerate(equation.names)}
-    shape: list[Any] = []
+    names = {name: _told(f"#{k}") for k, name in enumerate(equation.names)}
     numbers: list[float] = []
-    stack: list[Expression] = [equation.right, equation.left]
-    while stack:
-        node = stack.pop()
-        kind = type(node)
-        if isinstance(node, Name):
-            shape.append(order[node.name])
-            continue
-        shape.append(kind)
-        if isinstance(node, Number):
-            numbers.append(node.value)
-        elif isinstance(node, Product | Quotient):
-            stack += (node.right, node.left)
-        elif isinstance(node, Sum | Call):
-            parts = children(node)
-            shape += (len(parts), node.function if isinstance(node, Call) else None)
-            stack += parts[::-1]
-        elif isinstance(node, Symbol):
-            shape.append(node.name)
-        else:
-            if isinstance(node, Power) and isinstance(node.exponent, Number):
-                shape.append(node.exponent.value)
-            stack += children(node)[::-1]
+    sides = _blank(equation.left, names, numbers), _blank(equation.right, names, numbers)
     if len(_INTERNED) >= MOST:
         _INTERNED.clear()
-    whole = tuple(shape)
-    return _INTERNED.setdefault(whole, whole), numbers
+    return _INTERNED.setdefault(sides, Shape(*sides)), numbers
 
 
-def template(rule: Equation) -> tuple[Expression, Expression]:
-    """Both sides with names told by their order (``#0``) and numbers by theirs (``#.0``), but for exponents,
-    which belong to the shape."""
-    names, numbers = {name: Name(f"#{k}") for k, name in enumerate(rule.names)}, count()
-    return _template(rule.left, names, numbers), _template(rule.right, names, numbers)
+def _blank(side: Expression, names: dict[str, Name], numbers: list[float]) -> Expression:
+    """A side of a rule as its shape has it; its numbers are appended."""
+    if isinstance(side, Name):
+        return names[side.name]
+    if isinstance(side, Number):
+        numbers.append(side.value)
+        return _told(f"#.{len(numbers) - 1}")
+    parts = []
+    for part in children(side):
+        blank = _blank(part, names, numbers)
+        is_exponent = isinstance(side, Power) and part is side.exponent and isinstance(part, Number)
+        parts.append(part if is_exponent else blank)
+    return rebuilt(side, tuple(parts))
 
 
-def _template(form: Expression, names: dict[str, Name], numbers: Iterator[int]) -> Expression:
-    if isinstance(form, Number):
-        return Name(f"#.{next(numbers)}")
-    if isinstance(form, Name):
-        return names[form.name]
-    parts = [
-        (part, next(numbers))[0]
-        if isinstance(form, Power) and part is form.exponent and isinstance(part, Number)
-        else _template(part, names, numbers)
-        for part in children(form)
-    ]
-    return rebuilt(form, tuple(parts))
+_told = cache(Name)
 
 
 Ratio: TypeAlias = tuple[int, int]

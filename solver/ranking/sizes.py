@@ -22,7 +22,7 @@ from rulesheets.functions import named
 from rulesheets.model import Equation, Model
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.numerics.sparse_newton import sparse_least_squares
-from solver.path.graph import Alike, template
+from solver.path.graph import Alike, shape_of
 
 Vector = NDArray[np.float64]
 
@@ -142,8 +142,8 @@ class _Balance:
         names += [f"#.{k}" for k in range(len(numbers) - len(columns))]
         vanishing = {name for name, none in zip(names, zero, strict=True) if none}
         read = _Rows(names, vanishing, cancelling=True)
-        left, right = template(rule)
-        read.read(replace(rule, left=left, right=right))
+        shape, _ = shape_of(rule)
+        read.read(replace(rule, left=shape.left, right=shape.right))
         with np.errstate(all="ignore"):
             decades = np.nan_to_num(np.log10(np.abs(numbers)), nan=0.0, neginf=0.0)
         for term, weight in read.rows:
