@@ -160,7 +160,7 @@ class ModelGraph:
         self._isolations: dict[tuple[int, int], Isolation | None] = {}
         self._plain: dict[int, frozenset[str]] = {}
         self._plain_of: dict[Shape, tuple[int, ...]] = {}
-        self._angles: dict[str, _Angle] | None = None
+        self._angles: dict[str, Angle] | None = None
         self._weighed: frozenset[str] | None = None
         self.kernels: dict[Any, Any] = {}
 
@@ -201,15 +201,15 @@ class ModelGraph:
 
         Several of them where a rule reads a part of the angle: ``sind(theta/2)`` repeats itself after 720.
         """
-        return None if (found := self._angle(name)) is None else found.turn * found.turns
+        return None if (found := self._angle(name)) is None else found[0] * found[1]
 
     def single_turn(self, name: str) -> float | None:
         """360 or 2π for a variable that is nothing but an angle, else None."""
-        return None if (found := self._angle(name)) is None else found.turn
+        return None if (found := self._angle(name)) is None else found[0]
 
     def is_turning(self, name: str) -> bool:
         """Whether a variable is nothing but an angle, and a single turn of it makes no difference."""
-        return (found := self._angle(name)) is not None and found.turns == 1
+        return (found := self._angle(name)) is not None and found[1] == 1
 
     def is_weighed(self, name: str) -> bool:
         """Whether it is nothing but an angle to the rules, but larger or smaller than something to one of
@@ -224,17 +224,14 @@ class ModelGraph:
             self._weighed = frozenset(self._angles.keys() - everywhere)
         return name in self._weighed
 
-    def _angle(self, name: str) -> _Angle | None:
+    def _angle(self, name: str) -> Angle | None:
         if self._angles is None:
             self._angles = _angles(self.model.equations)
         return self._angles.get(name)
 
 
-class _Angle(NamedTuple):
-    """An angle in the unit of ``turn``; all that reads it repeats itself after so many ``turns``."""
-
-    turn: float
-    turns: int = 1
+Angle: TypeAlias = tuple[float, int]
+"""The turn, in the unit of the angle, and how many of them after which all that reads it repeats itself."""
 
 
 def _evidence(*parts: nodes.Expression | nodes.Condition) -> Iterator[tuple[str, float, int]]:
@@ -257,7 +254,7 @@ def _evidence(*parts: nodes.Expression | nodes.Condition) -> Iterator[tuple[str,
             stack.extend(nodes.children(node))
 
 
-def _angles(equations: Iterable[Equation], conditions: Iterable[nodes.Condition] = ()) -> dict[str, _Angle]:
+def _angles(equations: Iterable[Equation], conditions: Iterable[nodes.Condition] = ()) -> dict[str, Angle]:
     """Variables that occur only where whole turns make no difference."""
     plain: set[str] = set()
     told = [_evidence(*conditions)]
@@ -285,11 +282,11 @@ def _angles(equations: Iterable[Equation], conditions: Iterable[nodes.Condition]
                     break
             else:
                 told.append(_evidence(*sides))
-    found: dict[str, _Angle] = {}
+    found: dict[str, Angle] = {}
     for name, turn, turns in chain.from_iterable(told):
-        known = found.setdefault(name, _Angle(turn, turns))
-        found[name] = _Angle(turn, lcm(known.turns, turns))
-        if not turn or known.turn != turn or found[name].turns > MAX_TURNS:
+        known, before = found.get(name, (turn, turns))
+        found[name] = turn, lcm(before, turns)
+        if not turn or known != turn or found[name][1] > MAX_TURNS:
             plain.add(name)
     spread, read = list(plain), set[int]()
     while spread:  # what a sum ties to a number that is no angle is none either

@@ -41,6 +41,7 @@ from rulesheets.syntax.nodes import (
     subtract,
 )
 from rulesheets.syntax.program import walk
+from solver.path.polynomial import NoForm
 
 
 def is_linear(expression: Expression, unknowns: Collection[str]) -> bool:
@@ -421,10 +422,6 @@ Rational: TypeAlias = tuple[Polynomial, Polynomial]
 _UNIT: Polynomial = (ONE,)
 
 
-class _NoForm(Exception):
-    """No quotient of polynomials of degree 2 at most."""
-
-
 def polynomial_of(left: Expression, right: Expression, unknown: str) -> tuple[Polynomial, bool] | None:
     """``left - right`` brought to one polynomial, and whether a denominator was multiplied away.
 
@@ -434,13 +431,13 @@ def polynomial_of(left: Expression, right: Expression, unknown: str) -> tuple[Po
         numerator, denominator = _rational(right, unknown)
         negated = tuple(map(negative, numerator)), denominator
         numerator, denominator = _add(_rational(left, unknown), negated)
-    except _NoForm:
+    except NoForm:
         return None
     return numerator, denominator != _UNIT
 
 
 def _rational(expression: Expression, unknown: str) -> Rational:
-    """The expression as a quotient of polynomials in ``unknown``. Raises _NoForm."""
+    """The expression as a quotient of polynomials in ``unknown``. Raises NoForm."""
     if unknown not in nodes.names(expression):
         return (expression,), _UNIT
     match expression:
@@ -462,7 +459,7 @@ def _rational(expression: Expression, unknown: str) -> Rational:
         case Power(base, Number(2.0)):
             inner = _rational(base, unknown)
             return _multiply(inner, inner)
-    raise _NoForm
+    raise NoForm
 
 
 def _add(left: Rational, right: Rational) -> Rational:
@@ -484,10 +481,10 @@ def _plus(left: Polynomial, right: Polynomial) -> Polynomial:
 
 
 def _times(left: Polynomial, right: Polynomial) -> Polynomial:
-    """Raises _NoForm."""
+    """Raises NoForm."""
     product: list[Expression] = [ZERO] * (len(left) + len(right) - 1)
     if len(product) > 3:
-        raise _NoForm
+        raise NoForm
     for i, a in enumerate(left):
         for j, b in enumerate(right):
             product[i + j] = add(product[i + j], multiply(a, b))

@@ -28,63 +28,54 @@ def _evaluate(graph: ModelGraph, equation: int, unknown: int) -> Evaluate:
     return Evaluate(equation, graph.names[unknown], isolation.branches)
 
 
-class _Remaining:
-    """Equations that have no direct step, with the unknowns that are left in them."""
+def _blocks(part: Incidence) -> tuple[Block, ...]:
+    """The blocks that determine their unknowns, in the order of solution.
 
-    def __init__(self, graph: ModelGraph, frontier: Frontier, remaining: Sequence[int]) -> None:
-        self.graph, self.equations = graph, remaining
-        numbers: dict[int, int] = {}
-        occurs: list[tuple[int, ...]] = []
-        for equation in remaining:
-            row = [numbers.setdefault(variable, len(numbers)) for variable in frontier.unknowns(equation)]
-            occurs.append(tuple(sorted(row)))
-        self.incidence = Incidence(tuple(occurs), ({},) * len(occurs), len(numbers))
-        self.unknowns = list(numbers)
+    Of over-determined equations it is the first block of a square part alone; the others will check it.
+    """
+    matching = maximum_matching(part)
+    parts = dulmage_mendelsohn(part, matching)
+    over = parts.over
+    if not over.unknowns:
+        return block_triangular(part, parts.square, matching)
+    matching = maximum_matching(part.restrict(over))
+    matched = Block(tuple(e for e in over.equations if matching.unknown_of[e] is not None), over.unknowns)
+    return block_triangular(part, matched)[:1]
 
-    def blocks(self) -> tuple[Block, ...]:
-        """The blocks that determine their unknowns, in the order of solution.
 
-        Of over-determined equations it is the first block of a square part alone; the others will check it.
-        """
-        matching = maximum_matching(self.incidence)
-        parts = dulmage_mendelsohn(self.incidence, matching)
-        over = parts.over
-        if not over.unknowns:
-            return block_triangular(self.incidence, parts.square, matching)
-        matching = maximum_matching(self.incidence.restrict(over))
-        matched = Block(tuple(e for e in over.equations if matching.unknown_of[e] is not None), over.unknowns)
-        return block_triangular(self.incidence, matched)[:1]
+def _block_step(
+    graph: ModelGraph, part: Incidence, rules: Mapping[int, int], variables: Mapping[int, int]
+) -> Evaluate | SolveBlock:
+    """The step that solves a block; of those with one tear, with another way to tear it.
 
-    def step(self, block: Block) -> Evaluate | SolveBlock:
-        """The step that solves a block; of those with one tear, with another way to tear it."""
-        graph, known = self.graph, self.unknowns
-        names = {unknown: graph.names[known[unknown]] for unknown in block.unknowns}
-        equations, unknowns = tuple(self.equations[e] for e in block.equations), tuple(names.values())
-        if len(unknowns) > MAX_TORN:
-            return SolveBlock(equations, unknowns, ())
-        part = self.incidence.restrict(block)
-        resolvable = {}  # what an equation can be solved for, and at which cost
-        for place, equation in zip(block.equations, equations, strict=True):
-            costs = ((u, graph.cost(equation, known[u])) for u in part.occurs[place])
-            resolvable[place] = {u: cost for u, cost in costs if cost is not None}
-        if len(unknowns) == 1 and resolvable[block.equations[0]]:
-            return _evaluate(graph, equations[0], known[block.unknowns[0]])
-        weights = {}  # angles and variables with a finite range are the better ones to search over
-        for unknown, name in names.items():
-            variable = graph.model.variables[name]
-            finite = variable.low > float("-inf") and variable.high < float("inf")
-            weights[unknown] = 0 if finite or graph.turn(name) else 1
-        first, *others = (
-            SolveBlock(
-                equations,
-                unknowns,
-                tuple(names[u] for u in tearing.tears),
-                tuple(_evaluate(graph, self.equations[e], known[u]) for e, u in tearing.order),
-                tuple(self.equations[e] for e in tearing.residuals),
-            )
-            for tearing in tearings(replace(part, resolvable=resolvable), weights, limit=TEARINGS)
+    ``rules`` and ``variables`` give the equations and the variables of the model by those of the ``part``.
+    """
+    names = {unknown: graph.names[variable] for unknown, variable in variables.items()}
+    equations, unknowns = tuple(rules.values()), tuple(names.values())
+    if len(unknowns) > MAX_TORN:
+        return SolveBlock(equations, unknowns, ())
+    resolvable = {}  # what an equation can be solved for, and at which cost
+    for place, equation in rules.items():
+        costs = ((u, graph.cost(equation, variables[u])) for u in part.occurs[place])
+        resolvable[place] = {u: cost for u, cost in costs if cost is not None}
+    if len(unknowns) == 1 and all(resolvable.values()):
+        return _evaluate(graph, equations[0], *variables.values())
+    weights = {}  # angles and variables with a finite range are the better ones to search over
+    for unknown, name in names.items():
+        variable = graph.model.variables[name]
+        finite = variable.low > float("-inf") and variable.high < float("inf")
+        weights[unknown] = 0 if finite or graph.turn(name) else 1
+    first, *others = (
+        SolveBlock(
+            equations,
+            unknowns,
+            tuple(names[u] for u in tearing.tears),
+            tuple(_evaluate(graph, rules[e], variables[u]) for e, u in tearing.order),
+            tuple(rules[e] for e in tearing.residuals),
         )
-        return first._replace(others=tuple(others)) if len(first.tears) == 1 else first
+        for tearing in tearings(replace(part, resolvable=resolvable), weights, limit=TEARINGS)
+    )
+    return first._replace(others=tuple(others)) if len(first.tears) == 1 else first
 
 
 def needed_steps(
@@ -188,7 +179,7 @@ class _Building:
             or self._select(cost=1)
             or self._fork()
             or self._select(cost=ANY_COST)
-            or (not self._decide() and self._blocks())
+            or (not self._decide() and self._solve_blocks())
         )
 
     def _take(self, *steps: Step) -> None:
@@ -287,13 +278,20 @@ class _Building:
 
     # --- simultaneous blocks ---
 
-    def _blocks(self) -> bool:
+    def _solve_blocks(self) -> bool:
         remaining = [e for e in range(len(self.active)) if self.active[e] and self.frontier.missing(e)]
-        part = _Remaining(self.graph, self.frontier, remaining)
-        steps = [part.step(block) for block in part.blocks()] if remaining else []
-        for step in steps:
-            self._take(step)
-        return bool(steps)
+        number: dict[int, int] = {}
+        occurs = [
+            tuple(sorted(number.setdefault(v, len(number)) for v in self.frontier.unknowns(equation)))
+            for equation in remaining
+        ]
+        part, variables = Incidence(tuple(occurs), ({},) * len(occurs), len(number)), list(number)
+        blocks = _blocks(part) if remaining else ()
+        for block in blocks:
+            rules = {place: remaining[place] for place in block.equations}
+            unknowns = {unknown: variables[unknown] for unknown in block.unknowns}
+            self._take(_block_step(self.graph, part.restrict(block), rules, unknowns))
+        return bool(blocks)
 
 
 def _value_said(condition: Condition) -> tuple[str, float | str] | None:

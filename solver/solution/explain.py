@@ -11,30 +11,7 @@ from rulesheets.evaluate.number import number_text
 from rulesheets.format import format_condition
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import And, Name
-from solver.facts import (
-    AsksNothing,
-    Beside,
-    BeyondFloats,
-    Conflict,
-    DoubleRoot,
-    Fact,
-    Filled,
-    Fixed,
-    Gap,
-    Indeterminacy,
-    NoRoot,
-    NoValue,
-    OutOfRange,
-    OutOfTime,
-    RankLoss,
-    RestsOnRounding,
-    Status,
-    Truncated,
-    Uncovered,
-    Unfixed,
-    Unmet,
-    about,
-)
+from solver import facts
 from solver.leaves import Leaf, Patience
 from solver.solution.remedy import bounds, clash, cures, derivation, givings, rounded
 from solver.solution.verdict import Verdict
@@ -69,18 +46,18 @@ class _Explanation:
 
     def diagnoses(self) -> Iterator[Diagnosis]:
         verdict = self.verdict
-        alone = [fact for fact in verdict.facts if isinstance(fact, OutOfTime)]
-        if verdict.status is Status.INCONSISTENT:
-            alone += [fact for fact in verdict.facts if isinstance(fact, Fixed)]  # type: ignore[misc]
+        alone = [fact for fact in verdict.facts if isinstance(fact, facts.OutOfTime)]
+        if verdict.status is facts.Status.INCONSISTENT:
+            alone += [fact for fact in verdict.facts if isinstance(fact, facts.Fixed)]  # type: ignore[misc]
         if alone:
             yield self._said(alone[0])
             return
-        if verdict.status is Status.INCONSISTENT:
+        if verdict.status is facts.Status.INCONSISTENT:
             yield self._clash()
             return
-        if verdict.status is not Status.SOLVED:
+        if verdict.status is not facts.Status.SOLVED:
             yield from dict.fromkeys(map(self._of, verdict.facts))
-        if verdict.status in (Status.INFEASIBLE, Status.FAILED) and not verdict.facts:
+        if verdict.status in (facts.Status.INFEASIBLE, facts.Status.FAILED) and not verdict.facts:
             yield self._symbol_in(range(len(self.model.equations))) or self._no_case()
         if verdict.structural:
             yield self._undetermined()
@@ -90,20 +67,20 @@ class _Explanation:
     def _remarks(self, leaf: Leaf) -> Iterator[Diagnosis]:
         """Notes on an answer that stands: what stays blank, what was cut off."""
         said = (*self.verdict.facts, *(fact for leaf in self.verdict.leaves for fact in leaf.branch.facts))
-        notes = [fact for fact in said if isinstance(fact, Filled | Beside | Uncovered)]
-        cut_off = [fact for fact in leaf.branch.facts if isinstance(fact, Truncated)]
+        notes = [fact for fact in said if isinstance(fact, facts.Filled | facts.Beside | facts.Uncovered)]
+        cut_off = [fact for fact in leaf.branch.facts if isinstance(fact, facts.Truncated)]
         yield from map(self._said, (*dict.fromkeys(notes), *cut_off))
-        if self.verdict.status is Status.SOLVED:
+        if self.verdict.status is facts.Status.SOLVED:
             for fact in {id(fact): fact for fact in leaf.branch.void.values()}.values():
-                if isinstance(fact, NoValue) and fact.unknown not in leaf.branch.values:
+                if isinstance(fact, facts.NoValue) and fact.unknown not in leaf.branch.values:
                     text = f"{fact.unknown} has no value here: its rule needs {fact.reading}"
                     yield self._note("S591", text, (fact.equation,), (fact.unknown,))
 
     # --- one fact, one sentence ---
 
-    def _of(self, fact: Fact) -> Diagnosis:
+    def _of(self, fact: facts.Fact) -> Diagnosis:
         """Where a rule fails that reads a symbol, that is why."""
-        failing = about(fact) if isinstance(fact, NoValue | NoRoot) else ()
+        failing = facts.about(fact) if isinstance(fact, facts.NoValue | facts.NoRoot) else ()
         return self._symbol_in(failing) or self._said(fact)
 
     def _symbol_in(self, equations: Iterable[int]) -> Diagnosis | None:
@@ -119,26 +96,26 @@ class _Explanation:
                     return self._error("S534", message, (equation.index,), (name,), *given)
         return None
 
-    def _said(self, fact: Fact) -> Diagnosis:
+    def _said(self, fact: facts.Fact) -> Diagnosis:
         match fact:
-            case NoValue(equation, unknown, reading):
+            case facts.NoValue(equation, unknown, reading):
                 message = f"no value of {unknown} satisfies this rule: it needs {reading}"
                 cures = self._bounds((equation,), (unknown,))
                 return self._error("S530", message, (equation,), (unknown,), *cures)
-            case OutOfRange(equation, unknown, value):
+            case facts.OutOfRange(equation, unknown, value):
                 would = f"{unknown} would be {number_text(value)}"
                 message = f"{would}, outside the range that the sheet gives it"
                 cures = self._bounds((equation,), (unknown,))
                 return self._error("S531", message, (equation,), (unknown,), *cures)
-            case NoRoot(equations, unknowns, True):
+            case facts.NoRoot(equations, unknowns, True):
                 variables = [self.model.variables[name] for name in unknowns]
                 bounded = any(v.low > -math.inf or v.high < math.inf for v in variables)
                 where = " within the ranges that the sheet gives them" if bounded else ""
                 message = f"no values of {listed(unknowns)} satisfy these rules together{where} (proven)"
                 return self._error("S532", message, equations, unknowns, *self._bounds(equations, unknowns))
-            case NoRoot():
+            case facts.NoRoot():
                 return self._not_found(fact)
-            case AsksNothing(equation, unknown):
+            case facts.AsksNothing(equation, unknown):
                 leaf = self.leaf
                 free = tuple(dict.fromkeys((unknown, *(leaf.missing if leaf else ()))))
                 verb = "is" if len(free) == 1 else "are"
@@ -148,58 +125,58 @@ class _Explanation:
                 why = (f"because {listed(zeros)}",) if zeros else ()
                 cure = ", or ".join((*self._giving(free), "change the position"))
                 return self._error("S540", message, (equation,), free, *why, cure)
-            case RankLoss():
+            case facts.RankLoss():
                 return self._rank(fact)
-            case DoubleRoot(equations, unknowns, direction):
+            case facts.DoubleRoot(equations, unknowns, direction):
                 what = "have a double root" if len(unknowns) > 1 else "is a double root"
                 message = f"two answers coincide here: {listed(unknowns)} {what}, not an isolated answer"
                 note = f"to first order the rules let it move along {_direction(direction)}"
                 return self._error("S541", message, equations, unknowns, note)
-            case Unfixed(unknowns, double):
+            case facts.Unfixed(unknowns, double):
                 posted = [name for name in unknowns if self.model.variables[name].posted]
                 message = f"{listed(posted or unknowns)} can have any value at this double root, or none"
                 cure = f"give {listed(double.unknowns, 'or')} first, or move away from the double root"
                 return self._error("S543", message, double.equations, unknowns, cure)
-            case RestsOnRounding(equation, unknown):
+            case facts.RestsOnRounding(equation, unknown):
                 message = f"{unknown} rests on no more than the last places of the given numbers"
                 note = f"to their last places they leave {unknown} any value"
                 return self._error("S544", message, (equation,), (unknown,), note, f"give {unknown}")
-            case Conflict(equations, miss):
+            case facts.Conflict(equations, miss):
                 notes = () if miss is None else (f"together they miss by {number_text(miss)}",)
                 return self._error("S520", "these rules contradict each other", equations, (), *notes)
-            case BeyondFloats(equation, unknown):
+            case facts.BeyondFloats(equation, unknown):
                 asked = f"the value that this rule asks of {unknown}"
                 message = f"{asked} can't be held by a floating point number"
                 note = "it is too large, too small, or too near another number: scale the rule, or its units"
                 return self._error("S551", message, (equation,), (unknown,), note)
-            case Indeterminacy():
+            case facts.Indeterminacy():
                 return self._indeterminate(fact)
-            case Filled(equation, limit):
+            case facts.Filled(equation, limit):
                 message = f"this rule is undefined at the answer (0/0), and taken by its limit {limit:.10g}"
                 return self._note("S595", message, (equation,))
-            case Beside(equations, free, values):
+            case facts.Beside(equations, free, values):
                 kept = [f"{name} = {number_text(value)}" for name, value in values]
                 rest = f" where {listed(kept)}" if kept else ""
                 message = f"beside these answers there is a curve of others: {listed(free)} can vary{rest}"
                 return self._note("S596", message, equations, free)
-            case Uncovered(case, free):
+            case facts.Uncovered(case, free):
                 where = format_condition(case[0] if len(case) == 1 else And(case))
                 return self._note("S597", f"no rule determines {listed(free)} where {where}", (), free)
-            case Fixed(name, value, given, unknown, equations):
+            case facts.Fixed(name, value, given, unknown, equations):
                 message = f"{name} is {value:.10g} whatever {unknown} is, and {number_text(given)} is given"
                 cure = f"leave out {name}: the other inputs make it {value:.10g}"
                 other = f"to have {name} = {number_text(given)}, free an input that {name} depends on"
                 return self._error("S521", message, equations, (name, unknown), cure, other)
-            case Unmet():
+            case facts.Unmet():
                 return self._unmet(fact)
-            case OutOfTime(known):
+            case facts.OutOfTime(known):
                 return self._out_of_time(known)
-            case Truncated(what):
+            case facts.Truncated(what):
                 return self._note("S590", f"there are too many {what} to list them all", ())
             case _:
                 assert_never(fact)
 
-    def _indeterminate(self, fact: Indeterminacy) -> Diagnosis:
+    def _indeterminate(self, fact: facts.Indeterminacy) -> Diagnosis:
         equation = self.model.equations[fact.equation]
         at = [f"{name} = {_text(fact.values[name])}" for name in equation.names if name in fact.values]
         unknown = tuple(name for name in equation.names if name not in fact.values)
@@ -211,11 +188,11 @@ class _Explanation:
             cure = "there is no limit: the two sides, or several directions, lead to different values"
         return self._error("S545", message, (fact.equation,), unknown, f"at {listed(at)}", cure)
 
-    def _unmet(self, fact: Unmet) -> Diagnosis:
+    def _unmet(self, fact: facts.Unmet) -> Diagnosis:
         requirement = self.model.requirements[fact.requirement]
         said = [f"{name} = {_text(fact.values[name])}" for name in requirement.names]
         inputs_only = all(name in self.inputs for name in requirement.names)
-        answer = "no answer" if self.verdict.status is Status.INFEASIBLE else "no answer that was found"
+        answer = "no answer" if self.verdict.status is facts.Status.INFEASIBLE else "no answer that was found"
         who = f"{listed(said)} do" if len(said) > 1 else f"{said[0]} does"
         message = f"{who} not meet this requirement" if inputs_only else f"{answer} meets this requirement"
         short = "" if fact.miss is None else f": it is missed by {number_text(rounded(fact.miss))}"
@@ -227,7 +204,7 @@ class _Explanation:
     def _out_of_time(self, known: Sequence[str]) -> Diagnosis:
         """An error where there is no answer, a note beside those that were found."""
         count = len(self.verdict.leaves)
-        if self.verdict.status is Status.SOLVED:
+        if self.verdict.status is facts.Status.SOLVED:
             message = f"the time was up: {plural(count, 'answer')} found, and there may be others"
             return self._note("S553", message, ())
         message = "the time was up before an answer was found"
@@ -235,7 +212,7 @@ class _Explanation:
         cure = "give more time, or a guess or a range for one of the unknowns"
         return self._error("S553", message, (), tuple(n for n in self.judged if n not in known), cure, shown)
 
-    def _rank(self, fact: RankLoss) -> Diagnosis:
+    def _rank(self, fact: facts.RankLoss) -> Diagnosis:
         code, message = "S542", f"at these values the rules leave {listed(fact.free)} free"
         if fact.everywhere:
             code = "S511"
@@ -245,7 +222,7 @@ class _Explanation:
         note = f"they can move along {_direction(fact.direction)}"
         return self._error(code, message, fact.equations, fact.free, *self._giving(fact.free), note)
 
-    def _not_found(self, fact: NoRoot) -> Diagnosis:
+    def _not_found(self, fact: facts.NoRoot) -> Diagnosis:
         best = ", ".join(f"{name} = {number_text(value)}" for name, value in fact.best.items())
         notes = [f"the nearest miss was at {best}"] if best else []
         missed = zip(fact.equations, fact.misses, strict=False)
@@ -265,7 +242,7 @@ class _Explanation:
         return self._error("S550", message, fact.equations, fact.unknowns, *notes)
 
     def _no_case(self) -> Diagnosis:
-        if self.verdict.status is Status.FAILED:
+        if self.verdict.status is facts.Status.FAILED:
             unknown = self.leaf.missing if self.leaf else tuple(self.judged)
             message = "no answer was found, and the search did not cover every case"
             if not unknown:
@@ -304,7 +281,7 @@ class _Explanation:
 
     def _clash(self) -> Diagnosis:
         assert self.leaf is not None
-        fact = next(fact for fact in self.verdict.facts if isinstance(fact, Conflict))
+        fact = next(fact for fact in self.verdict.facts if isinstance(fact, facts.Conflict))
         rules, inputs = clash(self.model, self.inputs, self.leaf, fact.equations, self.patience)
         given = [f"{name} = {_text(self.inputs[name])}" for name in inputs]
         message = f"these rules contradict {listed(given) if given else 'each other'}"
@@ -371,7 +348,7 @@ def _text(value: Value) -> str:
 # --- why the answers are not known to be all ---
 
 
-def gap_note(model: Model, gap: Gap) -> Diagnosis:
+def gap_note(model: Model, gap: facts.Gap) -> Diagnosis:
     """Where there may be more answers than are listed, and what would tell."""
     notes: tuple[str, ...] = ()
     if not gap.unknowns:
