@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Expression, subtract
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import gross, half_unit
-from solver.numerics.linear_algebra import Singular, eliminate, eliminate_rows
+from solver.numerics.linear_algebra import Singular, eliminate_rows
 from solver.numerics.tolerances import FOLD, SPARE, SUSPECT
 
 MAX_ITERATIONS = 40
@@ -134,12 +135,9 @@ class ManyDigits:
 FOLD_ITERATIONS = 60
 
 
-class Fold(NamedTuple):
-    """``roots``: two, or none. ``double``: the point where the two coincide, as far as the precision tells,
-    or as far as the known values can: to half a unit of the last place of each that is no short number."""
-
-    roots: tuple[list[Any], ...] = ()
-    double: list[Any] | None = None
+Fold: TypeAlias = tuple[list[list[Any]], list[Any] | None]
+"""Roots, two or none, and the point where the two coincide, as far as the precision tells, or as far as the
+known values can: to half a unit of the last place of each that is no short number."""
 
 
 def resolve_fold(system: ManyDigits, start: Sequence[float], scale: Sequence[float]) -> Fold | None:
@@ -152,14 +150,9 @@ def resolve_fold(system: ManyDigits, start: Sequence[float], scale: Sequence[flo
     typical = [max(size, s) for size, s in zip(own, scale, strict=True)]
     for sizes in (own, typical) if typical != own else (own,):
         vectors = null_vectors(system, start, sizes)
-        if vectors is None:
-            continue
-        try:
-            fold = _Reduction(system, start, *vectors, sizes).resolve()
-        except (Undefined, OverflowError, ZeroDivisionError):
-            continue
-        if fold is not None:
-            return fold
+        with suppress(Undefined, OverflowError, Singular, ZeroDivisionError):
+            if vectors and (fold := _Reduction(system, start, *vectors, sizes).resolve()):
+                return fold
     return None
 
 
@@ -216,60 +209,49 @@ class _Reduction:
             return None
         height, _ = self.at(t)
         if abs(height) <= self.tiny * abs(curvature) + self._fuzz():
-            return Fold(double=list(self.x))
+            return [], self.x
         if height / curvature > 0:
-            return Fold()
+            return [], None
         reach = self.mp.sqrt(-2 * height / curvature)
         if reach > FOLD:
             return None
         found = []
         for side in (-1, 1):  # from the estimate by Newton on the block itself, which is regular there
             self.at(t + side * reach)
-            found.append(self.system.newton(self.x))
-        one, other = found
-        if one is None or other is None:
-            return None
-        pairs = zip(one, other, self.sizes, strict=True)
-        return Fold((one, other)) if any(abs(a - b) > self.tiny * 1000 * s for a, b, s in pairs) else None
+            if (root := self.system.newton(self.x)) is None:
+                return None
+            found.append(root)
+        pairs = zip(*found, self.sizes, strict=True)
+        return (found, None) if any(abs(a - b) > self.tiny * 1000 * s for a, b, s in pairs) else None
 
     def at(self, t: Any) -> tuple[Any, Any]:
-        """μ and its slope at t; leaves the point on the curve in ``x``."""
+        """μ and its slope at t; leaves the point on the curve in ``x``. Raises Singular."""
         n = len(self.start)
         for _ in range(FOLD_ITERATIONS):
             jacobian, residual = self.system.linearised(self.x)
-            matrix = self._bordered(jacobian)
             offset = sum(v * (x - s) for v, x, s in zip(self.along, self.x, self.start, strict=True))
             miss = [f + self.mu * u for f, u in zip(residual, self.across, strict=True)]
-            step = eliminate(matrix, [*miss, offset - t], self.tiny)
-            if step is None:
-                raise ZeroDivisionError
+            step, rise = self._bordered(jacobian, [*miss, offset - t], [self.mp.zero] * n + [self.mp.one])
             self.x = [x - d for x, d in zip(self.x, step[:n], strict=True)]
             self.mu -= step[n]
             if all(abs(d) <= self.tiny * s for d, s in zip(step[:n], self.sizes, strict=True)):
-                slope = eliminate(matrix, [self.mp.zero] * n + [self.mp.one], self.tiny)
-                if slope is None:
-                    raise ZeroDivisionError
-                return self.mu, slope[n]
-        raise ZeroDivisionError
+                return self.mu, rise[n]
+        raise Singular("no point of the curve is reached")
 
     def _fuzz(self) -> Any:
         """How far μ moves as the known values move by half a unit of their last places."""
         known = self.system.known
         values = {name: float(v) for name, v in {**known, **self.system.point(self.x)}.items()}
-        total = self.mp.zero
-        matrix = self._bordered(self.system.linearised(self.x)[0])
         slopes = [derivatives(form, values)[1] for form in self.system.forms]
-        for name in known:
-            unit = half_unit(values[name])
-            column = [self.mp.mpf(slope.get(name, 0.0)) for slope in slopes]
-            if unit and any(column):
-                moved = eliminate(matrix, [*column, self.mp.zero], self.tiny)
-                total += unit * abs(moved[-1]) if moved else self.mp.zero
-        return total
+        units = {name: unit for name in known if (unit := half_unit(values[name]))}
+        columns = [[*(self.mp.mpf(s.get(name, 0.0)) for s in slopes), self.mp.zero] for name in units]
+        moved = self._bordered(self.system.linearised(self.x)[0], *columns) if columns else []
+        return sum(unit * abs(x[-1]) for unit, x in zip(units.values(), moved, strict=True))
 
-    def _bordered(self, jacobian: Sequence[Sequence[Any]]) -> list[list[Any]]:
-        rows = [[*row, u] for row, u in zip(jacobian, self.across, strict=True)]
-        return [*rows, [*self.along, self.mp.zero]]
+    def _bordered(self, jacobian: Sequence[Sequence[Any]], *columns: Sequence[Any]) -> list[list[Any]]:
+        """What solves the bordered system for these right-hand sides. Raises Singular."""
+        rows = [dict(enumerate([*row, u])) for row, u in zip(jacobian, self.across, strict=True)]
+        return eliminate_rows([*rows, dict(enumerate(self.along))], columns, self.tiny)
 
     def _extreme(self) -> tuple[Any, Any]:
         """Where the slope of μ vanishes, and the curvature there, by the secant method."""

@@ -279,12 +279,13 @@ class _Block:
         fold = resolve_fold(self.system, start, self.question.scale)
         if fold is None:
             return False
-        self.folded += fold.roots
-        for root in fold.roots:
+        roots, double = fold
+        self.folded += roots
+        for root in roots:
             self._keep(root)
-        if fold.double is not None:  # in floats: it is no isolated answer in more digits
-            point = _floats(self.system.point(fold.double))
-            vectors = null_vectors(self.system, fold.double)
+        if double is not None:  # in floats: it is no isolated answer in more digits
+            point = _floats(self.system.point(double))
+            vectors = null_vectors(self.system, double)
             along = [1.0] * len(point) if vectors is None else vectors[0]
             moving = {n: v for n, v in zip(point, along, strict=True) if abs(v) > 1e-6}
             fact = DoubleRoot(self.question.equations, tuple(moving), moving)
