@@ -34,6 +34,7 @@ from solver.path.cases import (
     MEANING,
     OTHERWISE,
     Pair,
+    Sign,
     Signed,
     activity,
     assumed_outcome,
@@ -124,7 +125,7 @@ class Branch:
     values: dict[str, Value]
     decided: dict[int, bool]
     assumed: dict[int, bool] = field(default_factory=dict)
-    signs: dict[Pair, int] = field(default_factory=dict)
+    signs: dict[Pair, Sign] = field(default_factory=dict)
     void: dict[int, Fact] = field(default_factory=dict)
     steps: list[Step] = field(default_factory=list)
     settled: set[int] = field(default_factory=set)
@@ -308,9 +309,9 @@ class Casework:
 
     def __init__(self, model: Model, inputs: Mapping[str, Value]) -> None:
         self.model, self.inputs = model, inputs
-        self._cases: dict[Pair, tuple[int, ...]] = {}
+        self._cases: dict[Pair, tuple[Sign, ...]] = {}
 
-    def cases(self, pair: Pair) -> tuple[int, ...]:
+    def cases(self, pair: Pair) -> tuple[Sign, ...]:
         """What is assumed of a comparison, one after another."""
         if pair not in self._cases:
             conditions = self.model.conditions

@@ -60,34 +60,20 @@ def activity(equation: Equation | Requirement, decided: Mapping[int, bool]) -> b
 
 Pair: TypeAlias = tuple[Expression, Expression]
 
-LESS, EQUAL, GREATER, DIFFERENT = -1, 0, 1, 2
-"""What can be assumed of a pair; ``DIFFERENT`` serves pairs that are only asked whether they are equal."""
+Sign: TypeAlias = frozenset[int]
+"""What can be assumed of a pair: the signs that left - right may have. ``AT_MOST`` and ``AT_LEAST`` are one
+case, where equality takes none of the rules of that side away."""
 
-AT_MOST, AT_LEAST = -3, 3
-"""Less or equal, and greater or equal: one case, where equality takes none of the rules of that side away."""
+LESS, EQUAL, GREATER = (frozenset({sign}) for sign in (-1, 0, 1))
+AT_MOST, AT_LEAST, DIFFERENT = LESS | EQUAL, EQUAL | GREATER, LESS | GREATER
+EVERY = LESS | EQUAL | GREATER
 
-_TRUE_FOR = {
-    "=": {EQUAL},
-    "<>": {LESS, AT_MOST, GREATER, AT_LEAST, DIFFERENT},
-    "<": {LESS, AT_MOST},
-    "<=": {LESS, AT_MOST, EQUAL},
-    ">": {GREATER, AT_LEAST},
-    ">=": {GREATER, AT_LEAST, EQUAL},
-}
-"""By operator: for which assumptions its rules take part. (``AT_LEAST`` has the rules of ``GREATER``.)"""
-
-OTHERWISE = {
-    LESS: (AT_LEAST,),
-    AT_MOST: (GREATER,),
-    EQUAL: (LESS, GREATER),
-    AT_LEAST: (LESS,),
-    GREATER: (AT_MOST,),
-    DIFFERENT: (EQUAL,),
-}
-"""What a comparison comes out as where it does not come out so."""
-
-MEANING = {LESS: "<", AT_MOST: "<=", EQUAL: "=", AT_LEAST: ">=", GREATER: ">", DIFFERENT: "<>"}
+OPERATORS = {"<": LESS, "<=": AT_MOST, "=": EQUAL, ">=": AT_LEAST, ">": GREATER, "<>": DIFFERENT}
+MEANING = {sign: operator for operator, sign in OPERATORS.items()}
 MIRRORED = {"=": "=", "<>": "<>", "<": ">", "<=": ">=", ">": "<", ">=": "<="}
+
+OTHERWISE = {sign: (EVERY - sign,) for sign in MEANING} | {EQUAL: (LESS, GREATER)}
+"""What a comparison comes out as where it does not come out so."""
 
 
 def comparisons(condition: Condition) -> Iterator[Comparison]:
@@ -95,13 +81,20 @@ def comparisons(condition: Condition) -> Iterator[Comparison]:
     return (atom for atom, _ in _polarities(condition, True))
 
 
-def assumed_outcome(comparison: Comparison, signs: Mapping[Pair, int]) -> bool | None:
+def assumed_outcome(comparison: Comparison, signs: Mapping[Pair, Sign]) -> bool | None:
     """How a comparison comes out under the assumed signs; None where they don't tell."""
-    left, right, operator = comparison.left, comparison.right, comparison.operator
-    sign = signs.get((left, right))
-    if sign is None:
-        sign, operator = signs.get((right, left)), MIRRORED[operator]
-    return None if sign is None else sign in _TRUE_FOR[operator]
+    pair = comparison.left, comparison.right
+    pair = pair if pair in signs else pair[::-1]
+    if (wanted := _signs(comparison, pair)) is None or pair not in signs:
+        return None
+    return (signs[pair] - EQUAL or signs[pair]) <= wanted  # ``AT_LEAST`` has the rules of ``GREATER``
+
+
+def _signs(atom: Comparison, pair: Pair) -> Sign | None:
+    """The signs of a pair for which a comparison of the two is true."""
+    if (atom.left, atom.right) == pair:
+        return OPERATORS[atom.operator]
+    return OPERATORS[MIRRORED[atom.operator]] if (atom.right, atom.left) == pair else None
 
 
 def outcome(condition: Condition, settle: Callable[[Condition], bool | None]) -> bool | None:
@@ -120,43 +113,30 @@ def outcome(condition: Condition, settle: Callable[[Condition], bool | None]) ->
             return settle(condition)
 
 
-def cases_of(pair: Pair, conditions: Sequence[Condition], guards: Iterable[Guard]) -> tuple[int, ...]:
+def cases_of(
+    pair: Pair, conditions: Sequence[Condition], guards: Iterable[tuple[Condition, bool]]
+) -> tuple[Sign, ...]:
     """The cases of a pair, the likely ones first; equality last, where it is a case of its own.
 
     ``guards`` are the premises of the rules, as pairs of a condition and how it must come out.
     """
     if any(isinstance(side, Symbol) for side in pair):
         return (EQUAL, DIFFERENT)
-    asked = {_asked(atom, pair) for condition in conditions for atom in comparisons(condition)} - {None}
-    if asked <= {"=", "<>"}:
+    asked = {_signs(atom, pair) for condition in conditions for atom in comparisons(condition)}
+    if asked <= {EQUAL, DIFFERENT, None}:
         return (DIFFERENT, EQUAL)
-    uses = {
-        (operator, wanted)
-        for condition, holds in guards
-        for atom, wanted in _polarities(condition, holds)
-        if (operator := _asked(atom, pair))
+    needed = {
+        wanted if holds else EVERY - wanted
+        for condition, true in guards
+        for atom, holds in _polarities(condition, true)
+        if (wanted := _signs(atom, pair))
     }
-    if not uses & _LOST_AT_THE_EDGE[GREATER]:
+    lost_at_the_edge = [sign for sign in needed if not sign >= EQUAL]
+    if not any(sign >= GREATER for sign in lost_at_the_edge):
         return (AT_LEAST, LESS)
-    if not uses & _LOST_AT_THE_EDGE[LESS]:
+    if not any(sign >= LESS for sign in lost_at_the_edge):
         return (GREATER, AT_MOST)
     return (GREATER, LESS, EQUAL)
-
-
-Guard: TypeAlias = tuple[Condition, bool]
-
-_LOST_AT_THE_EDGE = {
-    GREATER: {(">", True), ("<>", True), ("<=", False), ("=", False)},
-    LESS: {("<", True), ("<>", True), (">=", False), ("=", False)},
-}
-"""By side: what a guard may ask (operator, outcome) that holds on that side and ceases to at equality."""
-
-
-def _asked(atom: Comparison, pair: Pair) -> str | None:
-    """The operator that an atom puts between the two, read from the first to the second."""
-    if (atom.left, atom.right) == pair:
-        return atom.operator
-    return MIRRORED[atom.operator] if (atom.right, atom.left) == pair else None
 
 
 def _polarities(condition: Condition, holds: bool) -> Iterator[tuple[Comparison, bool]]:
@@ -187,20 +167,10 @@ MAX_ALTERNATIVES = 256
 EQUALITY = 17 * float_info.epsilon
 """The tolerance of ``=`` between numbers, relative: 16 ε of the larger."""
 
-Signed: TypeAlias = tuple[Pair, int]
+Signed: TypeAlias = tuple[Pair, Sign]
 Quantity: TypeAlias = tuple[Expression, ...]
 Bound: TypeAlias = tuple[float, int]
 """A number, and where the bound is strict 1 for a lower and -1 for an upper one: then bounds compare."""
-
-_UNBOUNDED: tuple[Bound, Bound] = ((-math.inf, 0), (math.inf, 0))
-_ASSUMED = {
-    (operator, holds): sign
-    for holds, signs in (
-        (True, (LESS, AT_MOST, GREATER, AT_LEAST, EQUAL, DIFFERENT)),
-        (False, (AT_LEAST, GREATER, AT_MOST, LESS, DIFFERENT, EQUAL)),
-    )
-    for operator, sign in zip(("<", "<=", ">", ">=", "=", "<>"), signs, strict=True)
-}
 
 
 def possible(signs: Iterable[Signed], known: Mapping[str, Value]) -> bool:
@@ -229,7 +199,8 @@ def _ways(condition: Condition, holds: bool) -> list[tuple[Signed, ...]]:
     """The alternatives that each make a condition come out so."""
     match condition:
         case Comparison(operator, left, right):
-            return [(((left, right), _ASSUMED[operator, holds]),)]
+            sign = OPERATORS[operator]
+            return [(((left, right), sign if holds else EVERY - sign),)]
         case Not(term):
             return _ways(term, not holds)
         case And(terms) | Or(terms):
@@ -242,7 +213,9 @@ def _ways(condition: Condition, holds: bool) -> list[tuple[Signed, ...]]:
             return [()]
 
 
-def _bounds(pair: Pair, sign: int, known: Mapping[str, Value]) -> tuple[Quantity, tuple[Bound, Bound]] | None:
+def _bounds(
+    pair: Pair, sign: Sign, known: Mapping[str, Value]
+) -> tuple[Quantity, tuple[Bound, Bound]] | None:
     """The quantity that a comparison bounds, with its bounds; None where it bounds none."""
     if sign == DIFFERENT:
         return None
@@ -251,13 +224,14 @@ def _bounds(pair: Pair, sign: int, known: Mapping[str, Value]) -> tuple[Quantity
     except Undefined:
         return None
     if right is None and (left is not None or repr(pair[0]) > repr(pair[1])):
-        pair, left, right, sign = pair[::-1], right, left, -sign
+        pair, left, right, sign = pair[::-1], right, left, frozenset(-one for one in sign)
     if left is not None:
         return None
     at, slack = (0.0, 1.0) if right is None else (right, EQUALITY * abs(right))
     slack = slack if sign == EQUAL else 0.0
-    low: Bound = (at - slack, int(sign == GREATER)) if sign in (GREATER, AT_LEAST, EQUAL) else _UNBOUNDED[0]
-    high: Bound = (at + slack, -int(sign == LESS)) if sign in (LESS, AT_MOST, EQUAL) else _UNBOUNDED[1]
+    is_open = int(not sign >= EQUAL)
+    low = (-math.inf, 0) if sign >= LESS else (at - slack, is_open)
+    high = (math.inf, 0) if sign >= GREATER else (at + slack, -is_open)
     return pair if right is None else pair[:1], (low, high)
 
 
