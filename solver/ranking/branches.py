@@ -286,19 +286,24 @@ def steady_runs(
 
 @np.errstate(all="ignore")
 def moving(inputs: Sequence[Array], span: int = SPAN) -> NDArray[np.bool_]:
-    """Whether in each span the inputs (n,) move steadily."""
-    some, every = False, True
+    """Whether in each span, with the two rows before it, the inputs (n,) move steadily."""
+    count = len(inputs[0])
+    starts = np.arange(0, count - span + 1, span)
+    some, every = np.zeros(len(starts), dtype=bool), np.ones(len(starts), dtype=bool)
+    low, high = np.empty((2, len(starts)))
+    room, many = np.empty(min(ROOM, count) + 2 * span), max(ROOM // span, 1)
     for column in inputs:
-        steps = np.empty_like(column)
-        np.subtract(column[1:], column[:-1], out=steps[1:])
-        steps[0] = steps[1]
-        spans = Spans([steps], span)
-        spans.take_all()
-        low, high = spans.ends()[0]
+        for at in range(0, len(starts), many):
+            here = starts[at : at + many]
+            first, end = max(here[0] - 2, 1), count if at + many >= len(starts) else here[-1] + span
+            steps = np.subtract(column[first:end], column[first - 1 : end - 1], out=room[: end - first])
+            edges = np.maximum(np.stack((here - 2, here + span), axis=1).ravel()[:-1] - first, 0)
+            low[at : at + many] = np.minimum.reduceat(steps, edges)[::2]
+            high[at : at + many] = np.maximum.reduceat(steps, edges)[::2]
         even = ((low > 0.0) & (high <= STEADY * low)) | ((high < 0.0) & (low >= STEADY * high))
         some |= even
         every &= even | ((low == 0.0) & (high == 0.0))
-    return np.asarray(some & every)
+    return some & every
 
 
 @np.errstate(all="ignore")

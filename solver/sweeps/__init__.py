@@ -30,7 +30,7 @@ from solver.solution.verdict import Verdict
 from solver.trace.guards import Pattern
 from solver.trace.python import with_resort
 from solver.trace.records import Records
-from solver.trace.rows import AnswerSweeper, Steady, listed
+from solver.trace.rows import AnswerSweeper, Steady, columns_of, listed
 
 
 def arguments(
@@ -369,7 +369,7 @@ def _in_pieces(plan: Plan, inputs: dict[str, Array], jit: bool) -> Table | None:
     steady = Steady(plan.sweeper(jit), columns)
     count = len(columns[0])
     status, counts = np.zeros(count, dtype=np.int8), list[Array]()
-    values = [np.empty(count) for _ in plan.want]
+    values = columns_of(len(plan.want), count)
     for start, end in pairwise((*range(0, HEAD + 1, HEAD), *range(HEAD + PIECE, count, PIECE), count)):
         rows = slice(max(start - 2, 0), end)
         here, targets = ([column[rows] for column in found] for found in (columns, values))

@@ -332,13 +332,11 @@ class NativeKernel:
                 if take is not None:
                     take(at, min(at + step, end))
 
-        if threads == 1:
-            run(0, count)
-            return
         ends = [*(count // SHARE * part // threads * SHARE for part in range(threads)), count]
         with ThreadPoolExecutor(threads) as pool:
-            parts = [pool.submit(run, *ends[k : k + 2]) for k in range(threads)]
-        for part in parts:
+            others = [pool.submit(run, *ends[k : k + 2]) for k in range(1, threads)]
+            run(*ends[:2])
+        for part in others:
             part.result()
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from math import isfinite
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -60,7 +61,8 @@ class Ranges:
         found = self._known | {node: inputs[place] for node, place in self._inputs.items()}
         for node, form, parts, done in self._steps:
             low, high = form(*(found[part] for part in parts))
-            if low.dtype != bool and not (finite := np.isfinite(high - low)).all():
+            if low.dtype != bool and not isfinite(np.add.reduce(high - low)):
+                finite = np.isfinite(high - low)
                 low, high = np.where(finite, low, np.nan), np.where(finite, high, np.nan)
             found[node] = low, high
             for part in done:

@@ -50,6 +50,8 @@ FEW = 0.5
 """Share of the spans up to which those that ranges leave open are computed row by row."""
 TOGETHER = 2**17
 """Rows up to which the columns of a piece share a block of memory, which the next piece takes again."""
+HUGE = 2**18
+"""Numbers of a large page of memory. A long column that begins with one is had in few pages."""
 
 
 class Refusals:
@@ -112,7 +114,9 @@ def columns_of(number: int, count: int) -> list[Array]:
     """Columns (n,) to be filled."""
     if count <= TOGETHER:
         return list(np.empty((number, count)))
-    return [np.empty(count) for _ in range(number)]
+    rooms = [np.empty(count + (HUGE if count > HUGE else 0)) for _ in range(number)]
+    starts = [-room.ctypes.data // room.itemsize % HUGE if count > HUGE else 0 for room in rooms]
+    return [room[start : start + count] for room, start in zip(rooms, starts, strict=True)]
 
 
 Outcome: TypeAlias = Callable[[int], tuple[Status, list[tuple[Value, ...]]]]
