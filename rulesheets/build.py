@@ -17,22 +17,8 @@ from rulesheets.inputs import declared, valued
 from rulesheets.library import Library
 from rulesheets.model import Model, Variable
 from rulesheets.registered import run_python
-from rulesheets.syntax import Source, Span
-from rulesheets.syntax.nodes import (
-    Call,
-    CallRule,
-    Condition,
-    Equality,
-    Expression,
-    Function,
-    Name,
-    RuleSheet,
-    UnitRow,
-    Use,
-    children,
-    names,
-    numbers,
-)
+from rulesheets.syntax import Source, Span, nodes
+from rulesheets.syntax.nodes import children, names, numbers
 from rulesheets.syntax.program import Program, bodies, components, rules_of, walk
 from rulesheets.units import differences, library_of, unit_named
 
@@ -46,7 +32,7 @@ class File(NamedTuple):
     key: str
     shown: str
     folder: str
-    sheet: RuleSheet
+    sheet: nodes.RuleSheet
 
 
 def gather(
@@ -77,11 +63,11 @@ class _Gathering:
 
     def __init__(self, first: File, within: str | None, python: bool) -> None:
         self.within, self.python = within, python
-        self.functions: dict[str, Function] = {}
+        self.functions: dict[str, nodes.Function] = {}
         self.complaints: list[Diagnosis] = []
         self.texts: list[Source] = []
         self.links: dict[str, str] = {}
-        self.units: list[UnitRow] = []
+        self.units: list[nodes.UnitRow] = []
         self.seen: set[str] = set()
         self.ran: list[str] = []
         trail = [first]
@@ -99,7 +85,7 @@ class _Gathering:
 
     def enter(self, file: File) -> Iterator[tuple[str, Span | None]]:
         self.seen.add(file.key)
-        self.units += (row for row in file.sheet.units if isinstance(row, UnitRow))
+        self.units += (row for row in file.sheet.units if isinstance(row, nodes.UnitRow))
         for function in file.sheet.functions:
             earlier = self.functions.setdefault(function.name.lower(), function)
             if earlier is not function:
@@ -168,7 +154,7 @@ class _Gathering:
         return file
 
 
-def place_of(path: str, use: Use) -> Span | None:
+def place_of(path: str, use: nodes.Use) -> Span | None:
     """Where a ``use`` names the path, quotes included."""
     start = use.span.text.find(f'"{path}"') if use.span is not None else -1
     return use.span if use.span is None or start < 0 else use.span.part(start, len(path) + 2)
@@ -227,9 +213,9 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
     return model
 
 
-def _rule_parts(program: Program, said: re.Pattern[str]) -> list[Expression | Condition]:
+def _rule_parts(program: Program, said: re.Pattern[str]) -> list[nodes.Expression | nodes.Condition]:
     """The expressions of all rules, where a source of the program has what the pattern matches."""
-    owners: list[RuleSheet | Function] = [program.sheet, *program.functions.values()]
+    owners: list[nodes.RuleSheet | nodes.Function] = [program.sheet, *program.functions.values()]
     sources = dict.fromkeys(owner.span.source for owner in owners if owner.span is not None)
     if not any(said.search(source.text) for source in sources):
         return []
@@ -260,7 +246,7 @@ def _respelt(program: Program) -> Iterator[Diagnosis]:
         return
     parts += [row.value for row in program.rows if row.value is not None]
     for node in (node for part in parts for node in walk(part)):
-        if isinstance(node, Call) and node.function == "pi" and node.span is not None:
+        if isinstance(node, nodes.Call) and node.function == "pi" and node.span is not None:
             name = node.span.text[:2]
             if name != "pi":
                 message = f"{name} is read as pi, the number 3.14159…"
@@ -277,12 +263,12 @@ def _passed(program: Program) -> set[str]:
     used: set[str] = set()
     for rule in rules_of(program.sheet):
         for body in bodies(rule.body):
-            parts = components(body, program.functions) if isinstance(body, Equality) else (body,)
+            parts = components(body, program.functions) if isinstance(body, nodes.Equality) else (body,)
             for part in parts:
-                is_call = isinstance(part, CallRule) and part.function.lower() in program.functions
-                if isinstance(part, CallRule):
-                    results.update(n.name for n in part.results if isinstance(n, Name))
-                    arguments.update(n.name for n in part.arguments if isinstance(n, Name))
-                rest = (n for n in children(part) if not (is_call and isinstance(n, Name)))
+                is_call = isinstance(part, nodes.CallRule) and part.function.lower() in program.functions
+                if isinstance(part, nodes.CallRule):
+                    results.update(n.name for n in part.results if isinstance(n, nodes.Name))
+                    arguments.update(n.name for n in part.arguments if isinstance(n, nodes.Name))
+                rest = (n for n in children(part) if not (is_call and isinstance(n, nodes.Name)))
                 used.update(name for node in rest for name in names(node))
     return (results & arguments) - used

@@ -19,28 +19,8 @@ from typing import NamedTuple, overload
 
 from rulesheets.evaluate.number import with_round_values
 from rulesheets.model import Equation, Premise, Requirement
-from rulesheets.syntax import Source, Span
-from rulesheets.syntax.nodes import (
-    And,
-    Call,
-    CallRule,
-    Comparison,
-    Condition,
-    Equality,
-    Expression,
-    Function,
-    Given,
-    IfRule,
-    Inequality,
-    Name,
-    Not,
-    Or,
-    RuleBody,
-    RuleSheet,
-    children,
-    measured,
-    rebuilt,
-)
+from rulesheets.syntax import Source, Span, nodes
+from rulesheets.syntax.nodes import children, measured, rebuilt
 from rulesheets.syntax.program import Program, components, names_of, rules_of
 
 _NOWHERE = Span(Source("<tree>", ""), 0, 0)
@@ -78,10 +58,10 @@ class Expansion:
     def __init__(self, program: Program) -> None:
         self.functions = program.functions
         self.equations: list[Equation] = []
-        self.conditions: list[Condition] = []
+        self.conditions: list[nodes.Condition] = []
         self.requirements: list[Requirement] = []
         self.names: dict[str, None] = {}
-        self._called: list[Iterator[tuple[RuleBody, Context]]] = []
+        self._called: list[Iterator[tuple[nodes.RuleBody, Context]]] = []
         # calls found in a rule are pushed and come before the next rule
         stack = [_bodies(program.sheet, Scope("", {}, {}), ())]
         while stack:
@@ -99,10 +79,10 @@ class Expansion:
             low, high = ">" if limits.low_open else ">=", "<" if limits.high_open else "<="
             for operator, end in ((low, limits.lower), (high, limits.upper)):
                 if end is not None and measured(end) is None:
-                    comparison = Comparison(operator, Name(row.name), end, limits.span)
+                    comparison = nodes.Comparison(operator, nodes.Name(row.name), end, limits.span)
                     self.requirements.append(Requirement(comparison, (), limits.span))
 
-    def _expand(self, body: RuleBody, context: Context) -> None:
+    def _expand(self, body: nodes.RuleBody, context: Context) -> None:
         """One rule; a stack holds the arms to come, so that long ``else if`` chains don't recurse."""
         stack = [(body, context)]
         while stack:
@@ -111,23 +91,23 @@ class Expansion:
             for name in names_of(body):  # in the order of the text, whatever the order of the calls
                 self.names.setdefault(scope.full_name(name))
             match body:
-                case Equality():
+                case nodes.Equality():
                     for part in components(body, self.functions):
                         self._add(part, context)
-                case CallRule():
+                case nodes.CallRule():
                     self._add(body, context)
-                case Inequality(comparisons):
+                case nodes.Inequality(comparisons):
                     bound = (self._bind_condition(comparison, context) for comparison in comparisons)
                     self.requirements += (Requirement(one, guard, rule, scope.prefix) for one in bound)
-                case IfRule(condition, then, otherwise):
+                case nodes.IfRule(condition, then, otherwise):
                     index = len(self.conditions)
                     self.conditions.append(self._bind_condition(condition, context))
                     for arm, holds in ((otherwise, False), (then, True)):
                         if arm is not None:
                             stack.append((arm, Context(scope, (*guard, Premise(index, holds)), rule)))
 
-    def _add(self, part: Equality | CallRule, context: Context) -> None:
-        if isinstance(part, Equality):
+    def _add(self, part: nodes.Equality | nodes.CallRule, context: Context) -> None:
+        if isinstance(part, nodes.Equality):
             if part.like is not None and not context.scope.prefix:
                 made = Equation.of(len(self.equations), part, context.guard, context.rule)
                 self.equations.append(made)
@@ -137,16 +117,16 @@ class Expansion:
             return
         function = self.functions.get(part.function.lower())
         if function is None:
-            value = Call(part.function.lower(), part.arguments, part.span)
+            value = nodes.Call(part.function.lower(), part.arguments, part.span)
             self._equate(self._bind(part.results[0], context), self._bind(value, context), context)
         else:
             self._call(function, part.arguments, part.results, context)
 
     def _call(
         self,
-        function: Function,
-        arguments: tuple[Expression, ...],
-        results: tuple[Expression, ...] | None,
+        function: nodes.Function,
+        arguments: tuple[nodes.Expression, ...],
+        results: tuple[nodes.Expression, ...] | None,
         context: Context,
     ) -> str:
         """Bind a call and put its body on the stack; the full name of its first result.
@@ -162,34 +142,34 @@ class Expansion:
             pairs += zip(function.results, results, strict=True)
         for formal, actual in pairs:
             value = self._bind(actual, context)
-            if isinstance(value, Name):
+            if isinstance(value, nodes.Name):
                 bound[formal] = value.name
             else:
                 bound[formal] = full = prefix + formal
                 self.names.setdefault(full)
-                self._equate(Name(full, actual.span), value, context)
+                self._equate(nodes.Name(full, actual.span), value, context)
         scope = Scope(prefix, bound, {})
         self._called.append(_bodies(function, scope, context.guard))
         return scope.full_name(function.results[0]) if function.results else ""
 
-    def _equate(self, left: Expression, right: Expression, context: Context) -> None:
+    def _equate(self, left: nodes.Expression, right: nodes.Expression, context: Context) -> None:
         scope, guard, rule = context
         left, right = _exact(left, rule), _exact(right, rule)
         self.equations.append(Equation(len(self.equations), left, right, guard, rule, scope.prefix))
 
-    def _bind(self, node: Expression, context: Context) -> Expression:
+    def _bind(self, node: nodes.Expression, context: Context) -> nodes.Expression:
         """The expression under full names, calls of rule functions replaced by their results."""
         if not self.functions:
             return node
-        if isinstance(node, Name):
+        if isinstance(node, nodes.Name):
             full = context.scope.full_name(node.name)
-            return node if full == node.name else Name(full, node.span)
-        if isinstance(node, Call) and node.function in self.functions:
+            return node if full == node.name else nodes.Name(full, node.span)
+        if isinstance(node, nodes.Call) and node.function in self.functions:
             result = self._call(self.functions[node.function], node.arguments, None, context)
             self.names.setdefault(result)
-            return Name(result, node.span)
+            return nodes.Name(result, node.span)
         parts = children(node)
-        bound: list[Expression] = []
+        bound: list[nodes.Expression] = []
         for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
             bound.append(self._bind(part, context))
         if all(new is old for new, old in zip(bound, parts, strict=True)):
@@ -197,31 +177,31 @@ class Expansion:
         return rebuilt(node, tuple(bound))
 
     @overload
-    def _bind_condition(self, node: Comparison, context: Context) -> Comparison: ...
+    def _bind_condition(self, node: nodes.Comparison, context: Context) -> nodes.Comparison: ...
     @overload
-    def _bind_condition(self, node: Condition, context: Context) -> Condition: ...
-    def _bind_condition(self, node: Condition, context: Context) -> Condition:
+    def _bind_condition(self, node: nodes.Condition, context: Context) -> nodes.Condition: ...
+    def _bind_condition(self, node: nodes.Condition, context: Context) -> nodes.Condition:
         match node:
-            case Comparison(operator, left, right, span):
+            case nodes.Comparison(operator, left, right, span):
                 left, right = (_exact(self._bind(side, context), context.rule) for side in (left, right))
-                return Comparison(operator, left, right, span)
-            case And(terms, span) | Or(terms, span):
+                return nodes.Comparison(operator, left, right, span)
+            case nodes.And(terms, span) | nodes.Or(terms, span):
                 return type(node)(tuple(self._bind_condition(term, context) for term in terms), span)
-            case Not(term, span):
-                return Not(self._bind_condition(term, context), span)
-            case Given(name, span):
-                return Given(context.scope.full_name(name), span)
+            case nodes.Not(term, span):
+                return nodes.Not(self._bind_condition(term, context), span)
+            case nodes.Given(name, span):
+                return nodes.Given(context.scope.full_name(name), span)
 
 
 def _bodies(
-    owner: RuleSheet | Function, scope: Scope, guard: tuple[Premise, ...]
-) -> Iterator[tuple[RuleBody, Context]]:
+    owner: nodes.RuleSheet | nodes.Function, scope: Scope, guard: tuple[Premise, ...]
+) -> Iterator[tuple[nodes.RuleBody, Context]]:
     """The rules of a sheet or a function with where each stands."""
     for rule in rules_of(owner):
         yield rule.body, Context(scope, guard, rule.span or rule.body.span or _NOWHERE)
 
 
-def _exact(side: Expression, rule: Span) -> Expression:
+def _exact(side: nodes.Expression, rule: Span) -> nodes.Expression:
     """A side of a rule with what its constants are exactly put in: the text tells where there may be any."""
     text = (rule.text or "sin pi").lower()
     return with_round_values(side) if "pi" in text and any(f in text for f in ("sin", "cos", "tan")) else side

@@ -27,8 +27,7 @@ class Side(NamedTuple):
     """One side of an equality with its place, parentheses of a tuple included."""
 
     expressions: Expressions
-    start: int
-    end: int
+    span: Span
 
 
 def _unit(text: str) -> tuple[str | None, str | None]:
@@ -55,20 +54,12 @@ class Builder:
         """Where the line at hand begins, and what kind of line it is."""
         self.source, self.offset, self.kind = source, offset, kind
 
-    def _span(self, start: int, end: int) -> Span:
+    def _span(self, first: Any, last: Any = None) -> Span:
+        """The place of a token or a node, or from one to another."""
+        last = first if last is None else last
+        start = first.span.start if hasattr(first, "span") else self.offset + first.start_pos
+        end = last.span.end if hasattr(last, "span") else self.offset + last.end_pos
         return Span(self.source, start, end)
-
-    def _of(self, token: Any) -> Span:
-        return Span(self.source, self.offset + token.start_pos, self.offset + token.end_pos)
-
-    def _start(self, token: Any) -> int:
-        return self.offset + int(token.start_pos)
-
-    def _end(self, token: Any) -> int:
-        return self.offset + int(token.end_pos)
-
-    def _around(self, parts: Children) -> Span:
-        return Span(self.source, parts[0].span.start, parts[-1].span.end)
 
     # --- expressions ---
 
@@ -76,131 +67,122 @@ class Builder:
         token = children[0]
         value = float(token)
         if value == float("inf") or (value == 0.0 and token.lower().partition("e")[0].strip("0.")):
-            label, note = (
-                "too large" if value else "too small",
-                "numbers reach from 5e-324 to 1.8e308 in size",
-            )
-            wrong = said("E107", f"the number {token} is out of range", self._of(token), note, label=label)
+            label = "too large" if value else "too small"
+            note = "numbers reach from 5e-324 to 1.8e308 in size"
+            wrong = said("E107", f"the number {token} is out of range", self._span(token), note, label=label)
             raise RuleSheetError(wrong)
-        return nodes.Number(value, self._of(token))
+        return nodes.Number(value, self._span(token))
 
     def measure(self, children: Children) -> nodes.Number:
         """``9.81[m/s^2]``"""
         token = children[0]
         digits, _, unit = token.partition("[")
-        number = self.number(
-            [Token("NUMBER", digits, token.start_pos, end_pos=token.start_pos + len(digits))]
-        )
-        return number.but(span=self._of(token), unit=unit[:-1].strip())
+        end = token.start_pos + len(digits)
+        number = self.number([Token("NUMBER", digits, token.start_pos, end_pos=end)])
+        return number.but(span=self._span(token), unit=unit[:-1].strip())
 
     def symbol(self, children: Children) -> nodes.Symbol:
-        return nodes.Symbol(str(children[0])[1:], self._of(children[0]))
+        return nodes.Symbol(str(children[0])[1:], self._span(children[0]))
 
     def name(self, children: Children) -> nodes.Name | nodes.Call:
         token = children[0]
         if token.lower() == "pi":
-            return nodes.Call("pi", (), self._of(token))
-        return nodes.Name(str(token), self._of(token))
+            return nodes.Call("pi", (), self._span(token))
+        return nodes.Name(str(token), self._span(token))
 
     def local(self, children: Children) -> nodes.Name:
         """``position.yB``: the figures of a sheet see the locals of its calls, its rules do not."""
         token = children[0]
         if self.kind != "mark":
             raise Misplaced(token.start_pos + min(token.find(sign) for sign in ".#" if sign in token))
-        return nodes.Name(str(token), self._of(token))
+        return nodes.Name(str(token), self._span(token))
 
     def call(self, children: Children) -> nodes.Call:
         name, arguments, closing = children
-        return nodes.Call(name.lower(), arguments, self._span(self._start(name), self._end(closing)))
+        return nodes.Call(name.lower(), arguments, self._span(name, closing))
 
     def group(self, children: Children) -> Any:
         opening, inner, closing = children
-        return inner.but(span=self._span(self._start(opening), self._end(closing)))
+        return inner.but(span=self._span(opening, closing))
 
     def expressions(self, children: Children) -> Expressions:
         return tuple(child for child in children if child is not None)
 
     def sum(self, children: Children) -> nodes.Sum:
-        return nodes.Sum(tuple(children), self._around(children))
+        return nodes.Sum(tuple(children), self._span(children[0], children[-1]))
 
     def negative(self, children: Children) -> nodes.Negative:
         minus, operand = children
-        return nodes.Negative(operand, self._span(self._start(minus), operand.span.end))
+        return nodes.Negative(operand, self._span(minus, operand))
 
     subtracted = negative
 
     def times(self, children: Children) -> nodes.Product:
-        return nodes.Product(children[0], children[1], self._around(children))
+        return nodes.Product(children[0], children[1], self._span(children[0], children[-1]))
 
     def over(self, children: Children) -> nodes.Quotient:
-        return nodes.Quotient(children[0], children[1], self._around(children))
+        return nodes.Quotient(children[0], children[1], self._span(children[0], children[-1]))
 
     def power(self, children: Children) -> nodes.Power:
-        return nodes.Power(children[0], children[1], self._around(children))
+        return nodes.Power(children[0], children[1], self._span(children[0], children[-1]))
 
     # --- conditions ---
 
     def comparison(self, children: Children) -> nodes.Comparison:
         left, sign, right = children
         operator = _RELATIONS.get(sign, str(sign))
-        return nodes.Comparison(operator, left, right, self._around((left, right)))
+        return nodes.Comparison(operator, left, right, self._span(left, right))
 
     grouped = group
 
     def conjunction(self, children: Children) -> nodes.Condition:
-        return nodes.And(tuple(children), self._around(children))
+        return nodes.And(tuple(children), self._span(children[0], children[-1]))
 
     def disjunction(self, children: Children) -> nodes.Condition:
-        return nodes.Or(tuple(children), self._around(children))
+        return nodes.Or(tuple(children), self._span(children[0], children[-1]))
 
-    def all_of(self, children: Children) -> nodes.Condition:
-        return self._listed(nodes.And, children)
+    def all_of(self, children: Children, kind: Any = nodes.And) -> nodes.Condition:
+        """``and(a, b)``: a word, a parenthesis, terms with commas between them, a parenthesis."""
+        terms, span = tuple(children[2:-1:2]), self._span(children[0], children[-1])
+        made: nodes.Condition = kind(terms, span) if len(terms) > 1 else terms[0].but(span=span)
+        return made
 
     def any_of(self, children: Children) -> nodes.Condition:
-        return self._listed(nodes.Or, children)
-
-    def _listed(self, kind: type[nodes.And | nodes.Or], children: Children) -> nodes.Condition:
-        """``and(a, b)``: a word, a parenthesis, terms with commas between them, a parenthesis."""
-        terms, span = children[2:-1:2], self._span(self._start(children[0]), self._end(children[-1]))
-        return kind(tuple(terms), span) if len(terms) > 1 else terms[0].but(span=span)
+        return self.all_of(children, nodes.Or)
 
     def negation(self, children: Children) -> nodes.Not:
         word, term = children
-        return nodes.Not(term, self._span(self._start(word), term.span.end))
+        return nodes.Not(term, self._span(word, term))
 
     def given(self, children: Children) -> nodes.Given:
         word, name, closing = children
-        return nodes.Given(str(name)[1:], self._span(self._start(word), self._end(closing)))
+        return nodes.Given(str(name)[1:], self._span(word, closing))
 
     # --- rules ---
 
     def side(self, children: Children) -> Side:
-        if len(children) == 1:
-            span = children[0].span
-            return Side((children[0],), span.start, span.end)
-        return Side(tuple(children[1:-1]), self._start(children[0]), self._end(children[-1]))
+        expressions = children if len(children) == 1 else children[1:-1]
+        return Side(tuple(expressions), self._span(children[0], children[-1]))
 
     def equality(self, children: Children) -> nodes.Equality:
         left, right = children
         if len(right.expressions) > len(left.expressions) == 1:
             left, right = right, left
-        span = self._span(children[0].start, children[1].end)
-        return nodes.Equality(left.expressions, right.expressions, span)
+        return nodes.Equality(left.expressions, right.expressions, self._span(*children))
 
     def inequality(self, children: Children) -> nodes.Inequality:
         sides, signs = children[::2], children[1::2]
         pairs = zip(sides, signs, sides[1:], strict=False)
-        return nodes.Inequality(tuple(map(self.comparison, pairs)), self._around(children[::2]))
+        return nodes.Inequality(tuple(map(self.comparison, pairs)), self._span(children[0], children[-1]))
 
     def call_rule(self, children: Children) -> nodes.CallRule:
         word, name, arguments, results, closing = children
-        span = self._span(self._start(word), self._end(closing))
+        span = self._span(word, closing)
         return nodes.CallRule(name.lower(), arguments, results or (), span)
 
     def conditional(self, children: Children) -> nodes.IfRule:
         word, condition, then, otherwise = children
-        end = (otherwise or then).span.end
-        return nodes.IfRule(condition, then, otherwise, self._span(self._start(word), end))
+        return nodes.IfRule(condition, then, otherwise, self._span(word, otherwise or then))
 
     # --- the variables section ---
 
@@ -211,7 +193,7 @@ class Builder:
         ranges = [bound for mark in marks if not isinstance(mark, str) for bound in mark]
         if len(units) > 1:
             note = "it stands last: x < 3[in] [mm]"
-            raise RuleSheetError(said("E461", "a row has one unit", self._of(name), note))
+            raise RuleSheetError(said("E461", "a row has one unit", self._span(name), note))
         unit, display = _unit(units[0]) if units else (None, None)
         return nodes.VariableRow(
             str(name),
@@ -220,7 +202,7 @@ class Builder:
             unit=unit,
             display_unit=display,
             range=_bounded(ranges),
-            span=self._of(name),
+            span=self._span(name),
             tolerance=tolerance,
         )
 
@@ -232,18 +214,18 @@ class Builder:
 
     def tolerance(self, children: Children) -> nodes.Tolerance:
         sign, size, percent = children
-        end = size.span.end if percent is None else self._end(percent)
-        return nodes.Tolerance(size, percent is not None, self._span(self._start(sign), end))
+        span = self._span(sign, size if percent is None else percent)
+        return nodes.Tolerance(size, percent is not None, span)
 
     def bound(self, children: Children) -> tuple[Bound, ...]:
         sign, expression = children
         operator = _RELATIONS.get(sign, str(sign))
-        span = self._span(self._start(sign), expression.span.end)
+        span = self._span(sign, expression)
         return (Bound(operator, _limit(expression), span),)
 
     def interval(self, children: Children) -> tuple[Bound, ...]:
         word, low, high, closing = children
-        span = self._span(self._start(word), self._end(closing))
+        span = self._span(word, closing)
         return Bound(">=", _limit(low), span), Bound("<=", _limit(high), span)
 
     # --- section heads ---
@@ -262,7 +244,7 @@ class Builder:
 
     def mark(self, children: Children) -> nodes.Mark:
         kind, name, arguments, closing = children
-        span = self._span(self._start(kind), self._end(closing))
+        span = self._span(kind, closing)
         return nodes.Mark(str(kind).lower(), None if name is None else str(name), arguments, span=span)
 
     def head(self, children: Children) -> nodes.Function:
@@ -300,18 +282,21 @@ def _bounded(bounds: Sequence[Bound]) -> Range | None:
     """All bounds of a row together, each end once; None where there are none."""
     if not bounds:
         return None
-    ends: dict[bool, tuple[float, Expression | None, bool]] = {}
+    ends: dict[bool, tuple[float, Expression | None, bool]] = {
+        True: (-math.inf, None, False),
+        False: (math.inf, None, False),
+    }
+    told: set[bool] = set()
     for operator, limit, span in bounds:
+        lower = operator[0] == ">"
         if operator == "<>":
             raise RuleSheetError(wrong_range("<> is no bound", span))
-        lower = operator[0] == ">"
-        number, expression = (limit, None) if isinstance(limit, float) else (None, limit)
-        if lower in ends:
+        if lower in told:
             raise RuleSheetError(wrong_range("this end of the range is already set", span))
-        unset = -math.inf if lower else math.inf
-        ends[lower] = unset if number is None else number, expression, len(operator) == 1
-    low, lower_end, low_open = ends.get(True, (-math.inf, None, False))
-    high, upper_end, high_open = ends.get(False, (math.inf, None, False))
+        told.add(lower)
+        number, expression = (limit, None) if isinstance(limit, float) else (ends[lower][0], limit)
+        ends[lower] = number, expression, len(operator) == 1
+    (low, lower_end, low_open), (high, upper_end, high_open) = ends[True], ends[False]
     span = Span(bounds[0].span.source, bounds[0].span.start, bounds[-1].span.end)
     if low > high or (low == high and (low_open or high_open)):
         raise RuleSheetError(empty_range(span))

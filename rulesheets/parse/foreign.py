@@ -10,15 +10,7 @@ from rulesheets.diagnosis import PROPERTIES, WRITE_IN_PYTHON, Diagnosis, closest
 from rulesheets.parse.layout import LONGEST, NESTING, Line
 from rulesheets.parse.stop import Stop
 from rulesheets.syntax import Source, Span
-from rulesheets.syntax.nodes import (
-    Condition,
-    Expression,
-    IfRule,
-    Product,
-    Quotient,
-    RuleBody,
-    children,
-)
+from rulesheets.syntax.nodes import Condition, Expression, IfRule, Product, Quotient, RuleBody, children
 
 _NAME = r"(?P<name>[^\W\d]\w*)"
 _INDEX = r"(?:\d+|[ijkn])(?:\s*[-+]\s*\d+)?"
@@ -78,33 +70,27 @@ _FOREIGN: list[tuple[str, str, str | None, str]] = [
 
 def foreign_form(stop: Stop) -> Diagnosis | None:
     """A diagnosis if a form of another language stands where reading stops."""
-    word = stop.word
-    if word is None:
+    if not stop.word:
         return None
     for pattern, code, message, cure in _FOREIGN:
         for found in re.finditer(pattern, stop.line.code):
-            if found.start() <= word.start_pos and found.end() >= word.end_pos:
-                return _foreign(stop, found, code, message, cure)
+            if found.start() <= stop.word.start_pos and found.end() >= stop.word.end_pos:
+                start, parts = stop.line.start + found.start(), found.groupdict()
+                wording = message or f"`{found.group()}` has no meaning in a rule sheet"
+                span = Span(stop.source, start, start + len(found.group().rstrip()))
+                return said(code, wording.format(**parts), span, cure.format(**parts))
     return None
-
-
-def _foreign(stop: Stop, found: re.Match[str], code: str, message: str | None, cure: str) -> Diagnosis:
-    start = stop.line.start + found.start()
-    parts = found.groupdict()
-    wording = (message or f"`{found.group()}` has no meaning in a rule sheet").format(**parts)
-    span = Span(stop.source, start, start + len(found.group().rstrip()))
-    return said(code, wording, span, cure.format(**parts))
 
 
 def unreadable(stop: Stop) -> Diagnosis:
     """The diagnosis where nothing more can be said."""
     word = stop.word
-    if word is None:
-        return stop.error("E101", "this line ends too early", stop.here, "")
+    if not word:
+        return said("E101", "this line ends too early", stop.here)
     if word.type == "UNKNOWN":
-        return stop.error("E108", f"`{word}` has no meaning in a rule sheet", stop.here, "", "remove it")
-    after = f" after `{stop.before}`" if stop.before is not None else ""
-    return stop.error("E101", f"`{word}` cannot stand here", stop.here, f"not{after}", "remove it")
+        return said("E108", f"`{word}` has no meaning in a rule sheet", stop.here, "remove it")
+    label = f"not after `{stop.before}`" if stop.before else "not"
+    return said("E101", f"`{word}` cannot stand here", stop.here, "remove it", label=label)
 
 
 _SIGNS = {
@@ -125,8 +111,8 @@ _SIGNS = {
     "¼": "0.25",
     "¾": "0.75",
     "∞": "no bound at all, which is the same",
+    **{character: f"^{digit}" for digit, character in enumerate("⁰¹²³⁴⁵⁶⁷⁸⁹")},
 }
-_POWERS = {character: f"^{digit}" for digit, character in enumerate("⁰¹²³⁴⁵⁶⁷⁸⁹")}
 _ALLOWED = frozenset("≤≥≠±")
 _STRANGE = re.compile(r"[^\t\n\v\f\r -~]")
 _QUOTED = re.compile(r'\[[^\[\]\n]*\]|"[^"\n]*"')
@@ -141,14 +127,17 @@ def strange_characters(source: Source, line: Line) -> Iterator[Diagnosis]:
         return
     code = _QUOTED.sub(lambda found: " " * len(found.group()), line.code)
     told = set()
-    for offset, character in enumerate(code):
+    for place, character in enumerate(code, line.start):
         if not _STRANGE.match(character) or character in _ALLOWED or _is_letter(character):
             continue
         cure = _replacement(character)
         if cure not in told:
             told.add(cure)
-            place = line.start + offset
-            yield _strange(character, cure, Span(source, place, place + 1))
+            name = unicodedata.name(character, "").lower() or f"U+{ord(character):04X}"
+            shown = f"{character} ({name})" if character.isprintable() else name
+            note = f"write {cure}" if cure else "remove it, or put it into a comment"
+            message = f"{shown} has no meaning in a rule sheet"
+            yield said("E108", message, Span(source, place, place + 1), note)
 
 
 def _is_letter(character: str) -> bool:
@@ -164,8 +153,6 @@ def _is_letter(character: str) -> bool:
 def _replacement(character: str) -> str:
     if character in _SIGNS:
         return _SIGNS[character]
-    if character in _POWERS:
-        return _POWERS[character]
     category = unicodedata.category(character)
     if category.startswith("Z"):
         return "a plain blank"
@@ -173,13 +160,6 @@ def _replacement(character: str) -> str:
         return "nothing: it is invisible"
     plain = unicodedata.normalize("NFKC", character)
     return plain if plain != character and plain.isprintable() else ""
-
-
-def _strange(character: str, cure: str, span: Span) -> Diagnosis:
-    name = unicodedata.name(character, "").lower() or f"U+{ord(character):04X}"
-    shown = f"{character} ({name})" if character.isprintable() else name
-    help_line = f"write {cure}" if cure else "remove it, or put it into a comment"
-    return said("E108", f"{shown} has no meaning in a rule sheet", span, help_line)
 
 
 SECTIONS = ("variables", "rules", "units", "function", "parameters", "use", "figure")
@@ -190,10 +170,11 @@ _SHAPES = {
     "parameters": "write parameters AB, AO",
     "figure": "write figure velocity [m/s]: a name, and the unit of its scale if there is one",
 }
-_PLANNED = {
+PLANNED = {
     "list": ("list functions are", "write the formula, or a chain of if … then … else if …"),
     "procedure": ("procedure functions are", "write its formulas as the rules of a function"),
 }
+"""Constructs that the language plans, and what to write until then."""
 
 
 def explain_head(stop: Stop, kind: str) -> Diagnosis:
@@ -206,21 +187,20 @@ def explain_head(stop: Stop, kind: str) -> Diagnosis:
     if kind == "parameters" and stop.begins_operand and stop.follows_operand:
         note = f"write a comma: {stop.before}, {stop.word}"
     word = stop.words[0].lower() if stop.words else kind
-    place = stop.here if stop.word is not None else stop.whole
-    return stop.error("E118", f"this `{word}` line cannot be read", place, "", note)
+    place = stop.here if stop.word else stop.whole
+    return said("E118", f"this `{word}` line cannot be read", place, note)
 
 
 def unknown_section(word: str, span: Span) -> Diagnosis:
     """A lone word that is no section head."""
     near = closest(word, SECTIONS)
-    plain = "a rule is an equation, such as V = I*R"
     if word.lower() == "end":
         note = "leave it out: a function ends where the next section begins"
         return said("E116", f"`{word}` ends nothing here", span, note)
     if near is None:
         message = f"`{word}` alone is neither a rule nor the head of a section"
-        sections = "sections are variables, rules, units, function and figure"
-        return said("E116", message, span, plain, sections)
+        note = "a rule is an equation, such as V = I*R"
+        return said("E116", message, span, note, "sections are variables, rules, units, function and figure")
     if near == word.lower():
         return said("E116", f"a section head is one word alone: {near}", span, f"write {near}")
     return said("E116", f"unknown section `{word}`", span, f"did you mean {near}?")
@@ -228,15 +208,9 @@ def unknown_section(word: str, span: Span) -> Diagnosis:
 
 def section_with_colon(stop: Stop) -> Diagnosis | None:
     """``rules:`` and the like."""
-    if stop.word == ":" and stop.index == 1 and stop.after is None:
+    if stop.word == ":" and stop.index == 1 and not stop.after:
         return unknown_section(stop.words[0], stop.whole)
     return None
-
-
-def not_there_yet(word: str, span: Span) -> Diagnosis:
-    """A construct that the language plans."""
-    what, note = _PLANNED[word.lower()]
-    return said("E190", f"{what} not there yet", span, note)
 
 
 DEEPEST = 200
@@ -246,7 +220,9 @@ DEEPEST = 200
 def wrong_shape(source: Source, line: Line) -> Diagnosis | None:
     """What parentheses and length say against a line; None where it may be read."""
     if line.end - line.start > LONGEST:
-        return _too_long(source, line)
+        message = f"this line is too long to be a rule: {line.end - line.start:,} characters"
+        note = f"a rule has at most {LONGEST:,} characters; give parts of it names of their own"
+        return said("E125", message, Span(source, line.start, line.start + 1), note, label="begins here")
     if line.too_deep is not None:
         return _nested(Span(source, line.too_deep, line.too_deep + 1), f"more than {NESTING} are open here")
     if line.stray:
@@ -258,12 +234,6 @@ def wrong_shape(source: Source, line: Line) -> Diagnosis | None:
         note = f"add {')' * len(line.unclosed)} where it ends"
         return said("E102", None, place, note, label="opened here")
     return None
-
-
-def _too_long(source: Source, line: Line) -> Diagnosis:
-    message = f"this line is too long to be a rule: {line.end - line.start:,} characters"
-    note = f"a rule has at most {LONGEST:,} characters; give parts of it names of their own"
-    return said("E125", message, Span(source, line.start, line.start + 1), note, label="begins here")
 
 
 def too_deep(rule: RuleBody) -> Diagnosis | None:
@@ -279,17 +249,11 @@ def too_deep(rule: RuleBody) -> Diagnosis | None:
 
 
 def _parts(node: RuleBody | Condition | Expression) -> Iterable[RuleBody | Condition | Expression]:
-    match node:
-        case Product() | Quotient():
-            return _factors(node)
-        case IfRule(condition, then, otherwise):
-            return (condition, then) if otherwise is None else (condition, then, otherwise)
-        case _:
-            return children(node)
-
-
-def _factors(node: Product | Quotient) -> tuple[Expression, ...]:
-    """The parts of a chain of products, which is one level however long."""
+    """What a node consists of; a chain of products is one level however long."""
+    if isinstance(node, IfRule):
+        return filter(None, (node.condition, node.then, node.otherwise))
+    if not isinstance(node, Product | Quotient):
+        return children(node)
     parts: list[Expression] = []
     rest: Expression = node
     while isinstance(rest, Product | Quotient):

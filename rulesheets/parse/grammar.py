@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -14,7 +14,7 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 from lark.lexer import PatternRE, TerminalDef
 
 from rulesheets import store
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, refuse
+from rulesheets.diagnosis import RuleSheetError, refuse
 from rulesheets.parse import alike, foreign, mistakes
 from rulesheets.parse.builder import Builder, Misplaced
 from rulesheets.parse.layout import Line
@@ -51,7 +51,7 @@ class Grammar(threading.local):
 
     def __init__(self) -> None:
         self._builder = Builder()
-        self._patterns: dict[frozenset[str], re.Pattern[str]] = {}
+        self._patterns: dict[str, re.Pattern[str]] = {}
         self.forms: dict[tuple[Any, ...], Form | None] = {}
         self._lark = self._parser("lines", KINDS)
         self._of_rows = self._parser("rows", ["row"], _before_a_unit)
@@ -90,25 +90,22 @@ class Grammar(threading.local):
 
     def words(self, line: Line, kind: str) -> tuple[Word, ...]:
         """The words of a line, right or wrong: a character that no terminal matches is an ``UNKNOWN``."""
-        left_out = {name for name, only in _ONLY_IN.items() if only != kind} | {"BLANK"}
-        return tuple(_words(self._pattern(frozenset(left_out), kind == "row"), line.code))
-
-    def _terminals(self, row: bool) -> list[TerminalDef]:
-        """Those of all lines, each once, as a row or any other line reads them."""
-        parsers = (self._lark, self._of_rows) if row else (self._of_rows, self._lark)
-        found = {terminal.name: terminal for lark in parsers for terminal in lark.terminals}
-        return list(found.values())
-
-    def _pattern(self, left_out: frozenset[str], row: bool) -> re.Pattern[str]:
-        """One regular expression for all terminals, in the order in which lark itself tries them."""
-        if left_out not in self._patterns:
+        if kind not in self._patterns:  # of the terminals, in the order in which lark itself tries them
+            parsers = (self._lark, self._of_rows) if kind == "row" else (self._of_rows, self._lark)
+            terminals = {terminal.name: terminal for lark in parsers for terminal in lark.terminals}
+            for name in ("BLANK", *(name for name, only in _ONLY_IN.items() if only != kind)):
+                terminals.pop(name, None)
             ordered = sorted(
-                (terminal for terminal in self._terminals(row) if terminal.name not in left_out),
+                terminals.values(),
                 key=lambda terminal: (-terminal.priority, -terminal.pattern.max_width, terminal.name),
             )
-            found = "|".join(f"(?P<{terminal.name}>{terminal.pattern.to_regexp()})" for terminal in ordered)
-            self._patterns[left_out] = re.compile(rf"\s*(?:{found}|(?P<UNKNOWN>\S))")
-        return self._patterns[left_out]
+            either = "|".join(f"(?P<{terminal.name}>{terminal.pattern.to_regexp()})" for terminal in ordered)
+            self._patterns[kind] = re.compile(rf"\s*(?:{either}|(?P<UNKNOWN>\S))")
+        return tuple(
+            Word(group, found[group], found.start(group), end_pos=found.end(group))
+            for found in self._patterns[kind].finditer(line.code)
+            if (group := found.lastgroup)
+        )
 
 
 def _before_a_unit(terminal: TerminalDef) -> None:
@@ -119,13 +116,6 @@ def _before_a_unit(terminal: TerminalDef) -> None:
         )
 
 
-def _words(pattern: re.Pattern[str], code: str) -> Iterator[Word]:
-    for found in pattern.finditer(code):
-        kind = found.lastgroup
-        assert kind is not None
-        yield Word(kind, found[kind], found.start(kind), end_pos=found.end(kind))
-
-
 @cache
 def grammar() -> Grammar:
     """The grammar, compiled when it is first needed."""
@@ -133,17 +123,14 @@ def grammar() -> Grammar:
 
 
 def read_line(source: Source, line: Line, kind: str) -> Any:
-    """The node of a line of this kind, a start rule of the grammar.
+    """The node of a line of this kind, a start rule of the grammar; of a rule in a long text, from the third
+    of its form on, that of the second with other leaves.
 
     Raises RuleSheetError with what is wrong. The shape of the line has been found right before.
     """
-    if kind == "rule" and len(source.text) > alike.LONG and (leaves := alike.leaves_of(line)):
-        return _read_alike(source, line, leaves)
-    return _read(source, line, kind)
-
-
-def _read_alike(source: Source, line: Line, leaves: alike.Leaves) -> Any:
-    """The node of a rule: from the third of a form on, that of the second with other leaves."""
+    leaves = alike.leaves_of(line) if kind == "rule" and len(source.text) > alike.LONG else None
+    if leaves is None:
+        return _read(source, line, kind)
     known = grammar().forms
     if (form := known.get(leaves.key)) is not None:
         return alike.rule_of(form, leaves, source, line)
@@ -156,43 +143,24 @@ def _read_alike(source: Source, line: Line, leaves: alike.Leaves) -> Any:
 
 def _read(source: Source, line: Line, kind: str) -> Any:
     refuse(foreign.strange_characters(source, line))
+    wrong = None
     try:
         node = grammar().read(source, line, kind)
-    except Unparsed as stop:
-        raise RuleSheetError(_explain(source, line, kind, stop.place)) from None
-    wrong = _sense(node, line, kind)
+    except Unparsed as stopped:
+        words = grammar().words(line, kind)
+        index = next((i for i, word in enumerate(words) if word.end_pos > stopped.place), len(words))
+        stop = Stop(source, line, words, index)
+        explain = mistakes.explain_line if kind in ("rule", "row", "mark") else foreign.explain_head
+        raise RuleSheetError(explain(stop, kind)) from None
+    if line.end - line.start > foreign.DEEPEST:  # a tree has no more levels than its text has characters
+        wrong = next(filter(None, map(foreign.too_deep, _trees(node, kind))), None)
+    if wrong is None and kind == "mark":
+        wrong = mistakes.wrong_mark(node)
+    elif wrong is None and isinstance(node, Equality | Inequality):
+        wrong = mistakes.without_variable(node)
     if wrong is not None:
         raise RuleSheetError(wrong)
     return node
-
-
-def _explain(source: Source, line: Line, kind: str, place: int) -> Diagnosis:
-    words = grammar().words(line, kind)
-    index = next((i for i, word in enumerate(words) if word.end_pos > place), len(words))
-    stop = Stop(source, line, words, index)
-    match kind:
-        case "rule":
-            return mistakes.explain_rule(stop)
-        case "row":
-            return mistakes.explain_row(stop)
-        case "mark":
-            return mistakes.explain_mark(stop)
-        case _:
-            return foreign.explain_head(stop, kind)
-
-
-def _sense(node: Any, line: Line, kind: str) -> Diagnosis | None:
-    """What is wrong with a rule that the grammar accepts.
-
-    A tree has no more levels than its text has characters, so short lines need no measuring.
-    """
-    if line.end - line.start > foreign.DEEPEST:
-        deep = next(filter(None, map(foreign.too_deep, _trees(node, kind))), None)
-        if deep is not None:
-            return deep
-    if kind == "mark":
-        return mistakes.wrong_mark(node)
-    return mistakes.without_variable(node) if isinstance(node, Equality | Inequality) else None
 
 
 def _trees(node: Any, kind: str) -> tuple[Any, ...]:

@@ -68,8 +68,23 @@ class _Draft:
     stray: list[int] = field(default_factory=list)
 
     def add(self, start: int, end: int) -> None:
-        """Take in the line of text ``[start, end)``."""
-        mark = self._comment_start(start, end)
+        """Take in the line of text ``[start, end)``: follow its parentheses to where its comment begins."""
+        position, mark = start, end
+        while mark == end and (found := _MARK.search(self.text, position, min(end, start + LONGEST))):
+            place, position = found.start(), found.end()
+            if found.group() == "(":
+                self.open.append(place)
+                if len(self.open) > NESTING and self.too_deep is None:
+                    self.too_deep = place
+            elif found.group() == ")":
+                if self.open:
+                    self.open.pop()
+                else:
+                    self.stray.append(place)
+            elif found.group() == '"' and (path := self._path(place, end)):
+                position = path.end()
+            elif found.group() == '"' or not self.open:
+                mark = place
         code = self.text[start:mark]
         if mark < end:
             self.comments.append(self.text[mark + 1 : end].strip())
@@ -78,40 +93,11 @@ class _Draft:
             self.end = start + len(shown)
         self.code.append(code + " " * (end - mark))
 
-    def _comment_start(self, start: int, end: int) -> int:
-        """Follow the parentheses of a line of text to where its comment begins, or to its end."""
-        position = start
-        while found := _MARK.search(self.text, position, min(end, start + LONGEST)):
-            position = found.end()
-            mark = found.group()
-            if mark == "(":
-                self._open(found.start())
-            elif mark == ")":
-                self._close(found.start())
-            elif mark == '"' and (path := self._path(found.start(), end)):
-                position = path
-            elif mark == '"' or not self.open:
-                return found.start()
-        return end
-
-    def _open(self, place: int) -> None:
-        self.open.append(place)
-        if len(self.open) > NESTING and self.too_deep is None:
-            self.too_deep = place
-
-    def _close(self, place: int) -> None:
-        if self.open:
-            self.open.pop()
-        else:
-            self.stray.append(place)
-
-    def _path(self, quote: int, end: int) -> int | None:
-        """Where the quoted file name ends that begins here, if this is a ``use`` line."""
-        if not _USE.match(self.text, self.start):
+    def _path(self, quote: int, end: int) -> re.Match[str] | None:
+        """The quoted file name that begins here, if this is a ``use`` line."""
+        if not _USE.match(self.text, self.start) or self.text[self.start : quote].rstrip().endswith('"'):
             return None
-        named = _PATH.match(self.text, quote, end)
-        written = self.text[self.start : quote].rstrip()
-        return named.end() if named and not written.endswith('"') else None
+        return _PATH.match(self.text, quote, end)
 
     def line(self, gap: bool) -> Line:
         return Line(
@@ -182,11 +168,11 @@ def _gather(text: str, start: int, through_parentheses: bool) -> tuple[_Draft, i
         if draft.open and through_parentheses:
             continue
         if _GOES_ON.search(draft.ending[-5:]):
-            if not text[position : _line_end(text, position)].strip():
-                return draft, position
-            continue
-        taken = _carried_on(text, position)
-        if taken < position:
+            goes_on = bool(text[position : _line_end(text, position)].strip())
+        else:
+            taken = _carried_on(text, position)
+            goes_on = taken >= position
+        if not goes_on:
             return draft, position
 
 

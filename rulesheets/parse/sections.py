@@ -12,7 +12,6 @@ from rulesheets.parse import foreign, mistakes
 from rulesheets.parse.grammar import read_line
 from rulesheets.parse.layout import Line, logical_lines
 from rulesheets.syntax import Source, Span, nodes
-from rulesheets.syntax.nodes import UnitRow
 
 _HEAD = re.compile(
     r"""\s*(?:
@@ -36,21 +35,6 @@ def head_word(code: str) -> str | None:
     return str(found[found.lastgroup or 0]).lower() if found else None
 
 
-def misspelt_head(code: str, section: str) -> str | None:
-    """A lone word, perhaps with a colon, that means nothing but a head that it is not."""
-    lone = _LONE.match(code)
-    if lone and (section != "variables" or lone[2] or lone[1].lower() in _ALMOST):
-        return lone[1]
-    return None
-
-
-def nearest_section(word: str, section: str) -> str:
-    """The section that most likely begins at a misspelt head, for reading on."""
-    if word.lower() in ("variable", "variables"):
-        return "variables"
-    return "rules" if word.lower() in _ALMOST | {"rules"} and section != "function" else section
-
-
 @dataclass
 class _Block:
     """A function or a figure so far: where it ends, and whether the rules of a function have begun."""
@@ -66,19 +50,7 @@ class _Block:
         return self.node.but(span=span, **{content: tuple(self.lines)})
 
 
-_NAME = re.compile(r"(?:[^\W\d_]|[°%‰$€£¥℃℉])(?:[\w°%]*[^\W\d])?")
-
-
-def unit_row(code: str, span: Span) -> UnitRow:
-    """The row of a line. Raises RuleSheetError (E128) for one that defines no unit."""
-    left, equals, right = code.partition("=")
-    names = tuple(map(str.strip, left.split(",")))
-    if not all(map(_NAME.fullmatch, names)) or bool(equals) is not bool(right.strip()):
-        note = "write smoot = 1.7018 m, or widget alone for a unit of a kind of its own"
-        raise RuleSheetError(said("E128", "this line defines no unit", span, note))
-    return UnitRow(names, " ".join(right.split()), span=span)
-
-
+_UNIT = re.compile(r"(?:[^\W\d_]|[°%‰$€£¥℃℉])(?:[\w°%]*[^\W\d])?")
 _ENOUGH = 50
 """Complaints after which the rest of a sheet is not read."""
 
@@ -135,21 +107,23 @@ class _Reading:
     def _add(self, line: Line) -> None:
         if self.section == _SKIPPED:
             return
-        word = misspelt_head(line.code, "variables" if self.section == "units" else self.section)
-        if word is not None:
-            self.section = nearest_section(word, self.section)
-            raise RuleSheetError(foreign.unknown_section(word, self._span(line)))
+        lone = _LONE.match(line.code)
+        if lone and (self.section not in ("variables", "units") or lone[2] or lone[1].lower() in _ALMOST):
+            word = lone[1].lower()
+            if word in ("variable", "variables"):  # the section that most likely begins here
+                self.section = "variables"
+            elif word in _ALMOST | {"rules"} and self.section != "function":
+                self.section = "rules"
+            raise RuleSheetError(foreign.unknown_section(lone[1], self._span(line)))
         self._place_comments()
-        kind = {"variables": "row", "figure": "mark"}.get(self.section, "rule")
+        comment, span = line.comment or "", self._span(line)
         if self.section == "units":
-            node: Any = unit_row(line.code, self._span(line))
+            self.units.append(_unit_row(line.code, span).but(comment=comment, gap=line.gap))
+        elif self.section in ("variables", "figure"):
+            kind = "row" if self.section == "variables" else "mark"
+            self._lines.append(read_line(self.source, line, kind).but(comment=comment, gap=line.gap))
         else:
-            node = read_line(self.source, line, kind)
-        if self.section in ("variables", "units", "figure"):
-            node = node.but(comment=line.comment or "", gap=line.gap)
-        else:
-            node = nodes.Rule(node, line.comment or "", self._span(line), line.gap)
-        self._lines.append(node)
+            self._lines.append(nodes.Rule(read_line(self.source, line, "rule"), comment, span, line.gap))
         if self.section in ("function", "figure"):
             self.blocks[-1].end, self.blocks[-1].begun = line.end, True
 
@@ -172,11 +146,8 @@ class _Reading:
 
     def _above(self, line: Line) -> tuple[nodes.CommentLine, ...]:
         """Take out the waiting comment lines that stand right above a section head."""
-        count = 0
-        if not line.gap:
-            gaps = [index for index, comment in enumerate(self.waiting) if comment.gap]
-            count = len(self.waiting) - (gaps[-1] if gaps else 0)
-        cut = len(self.waiting) - count
+        gaps = [index for index, comment in enumerate(self.waiting) if comment.gap]
+        cut = len(self.waiting) if line.gap else next(reversed(gaps), 0)
         above = tuple(self.waiting[cut:])
         del self.waiting[cut:]
         return above
@@ -188,27 +159,30 @@ class _Reading:
     # --- section heads ---
 
     def _begin(self, word: str, line: Line) -> None:
-        match word:
-            case "parameters":
-                self._parameters(line)
-            case "list" | "procedure":
-                self._place_comments()
-                self.section = _SKIPPED
-                raise RuleSheetError(foreign.not_there_yet(word, self._span(line)))
-            case "rules" if self.section == "function" and not self.blocks[-1].begun:
-                self._place_comments()
-                self.blocks[-1].begun = True
-                self._remark(line)
-            case _:
-                above = self._above(line)
-                self._place_comments()
-                self._open(word, line, above)
+        if word == "parameters":
+            self._parameters(line)
+        elif word in foreign.PLANNED:
+            self._place_comments()
+            self.section = _SKIPPED
+            what, note = foreign.PLANNED[word]
+            raise RuleSheetError(said("E190", f"{what} not there yet", self._span(line), note))
+        elif word == "rules" and self.section == "function" and not self.blocks[-1].begun:
+            self._place_comments()
+            self.blocks[-1].begun = True
+            self._remark(line)
+        else:
+            above = self._above(line)
+            self._place_comments()
+            self._open(word, line, above)
 
     def _open(self, word: str, line: Line, above: tuple[nodes.CommentLine, ...]) -> None:
-        if word == "function":
-            self._block(nodes.Function("", (), (), (), ()), line, above)
-        elif word == "figure":
-            self._block(nodes.Figure("", None, ()), line, above)
+        if word in ("function", "figure"):
+            # it is there, though its head be wrong, for the lines that follow
+            self.section, kind = word, "head" if word == "function" else word
+            empty = nodes.Function("", (), (), (), ()) if word == "function" else nodes.Figure("", None, ())
+            about: dict[str, Any] = {"comment": line.comment or "", "span": self._span(line), "above": above}
+            self.blocks.append(_Block(empty.but(**about), line.end))
+            self.blocks[-1].node = read_line(self.source, line, kind).but(**about)
         elif word == "use":
             self.comments.extend(above)
             self.section = "rules" if self.section in ("function", "figure") else self.section
@@ -218,10 +192,8 @@ class _Reading:
             paths = read_line(self.source, line, "use")
             self.uses.append(nodes.Use(paths, line.comment or "", self._span(line), bool(python)))
         elif word == "rules" and self.section == "function":
-            message, note = (
-                "this function has its rules already",
-                "rules of the sheet itself stand before the first function",
-            )
+            message = "this function has its rules already"
+            note = "rules of the sheet itself stand before the first function"
             raise RuleSheetError(said("E119", message, self._span(line), note, label="a second head"))
         else:
             (self.waiting if self._begun() else self.comments).extend(above)
@@ -234,15 +206,6 @@ class _Reading:
         """A comment beside a section head becomes the first line of the section."""
         if line.comment:
             self.waiting.append(nodes.CommentLine(line.comment, self._span(line)))
-
-    def _block(
-        self, empty: nodes.Function | nodes.Figure, line: Line, above: tuple[nodes.CommentLine, ...]
-    ) -> None:
-        """Begin a function or a figure: it is there, though its head be wrong, for the lines that follow."""
-        self.section, kind = ("function", "head") if isinstance(empty, nodes.Function) else ("figure",) * 2
-        about: dict[str, Any] = {"comment": line.comment or "", "span": self._span(line), "above": above}
-        self.blocks.append(_Block(empty.but(**about), line.end))
-        self.blocks[-1].node = read_line(self.source, line, kind).but(**about)
 
     def _parameters(self, line: Line) -> None:
         if self.section == _SKIPPED:
@@ -281,23 +244,27 @@ class _Reading:
         """What is said of a sheet, a function or a figure with nothing in it."""
         functions = [block for block in self.blocks if isinstance(block.node, nodes.Function)]
         if not (functions or self.units or _filled(self.rules)):
-            note = "write a rule, such as V = I*R"
-            message = f"{self.source.name} has no rule"
+            note, message = "write a rule, such as V = I*R", f"{self.source.name} has no rule"
             yield said("E126", message, Span(self.source, 0, 1), note, label="nothing to solve")
         for block in self.blocks:
             if _filled(block.lines):
                 continue
-            start, name = block.node.span.start, block.node.name
+            node, word = block.node, "figure"
+            message, note, label = f"the figure {node.name} is empty", mistakes.MARK_SHAPE, "nothing to draw"
             if block in functions:
-                message, note = (
-                    f"the function {name} has no rule",
-                    "write its rules below its head, under `rules`",
-                )
-                place, label = Span(self.source, start, start + len("function")), "its rules are missing"
-            else:
-                message, note = f"the figure {name} is empty", mistakes.MARK_SHAPE
-                place, label = Span(self.source, start, start + len("figure")), "nothing to draw"
-            yield said("E126", message, place, note, label=label)
+                message, word = f"the function {node.name} has no rule", "function"
+                note, label = "write its rules below its head, under `rules`", "its rules are missing"
+            yield said("E126", message, node.span.part(0, len(word)), note, label=label)
+
+
+def _unit_row(code: str, span: Span) -> nodes.UnitRow:
+    """The row of a line. Raises RuleSheetError (E128) for one that defines no unit."""
+    left, equals, right = code.partition("=")
+    names = tuple(map(str.strip, left.split(",")))
+    if not all(map(_UNIT.fullmatch, names)) or bool(equals) is not bool(right.strip()):
+        note = "write smoot = 1.7018 m, or widget alone for a unit of a kind of its own"
+        raise RuleSheetError(said("E128", "this line defines no unit", span, note))
+    return nodes.UnitRow(names, " ".join(right.split()), span=span)
 
 
 def _filled(lines: Iterable[Any]) -> bool:

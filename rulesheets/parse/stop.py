@@ -25,6 +25,15 @@ class Word(Token):
     start_pos: int
     end_pos: int
 
+    @property
+    def relates(self) -> bool:
+        """Whether it is ``=`` or a sign of order."""
+        return self.type == "RELATION" or self == "="
+
+
+_NONE = Word("", "", 0, end_pos=0)
+"""What stands before the first word of a line and after the last: empty, and of no kind."""
+
 
 @dataclass(frozen=True)
 class Stop:
@@ -36,63 +45,46 @@ class Stop:
     index: int
 
     @property
-    def word(self) -> Word | None:
-        """The word that does not fit, None at the end of the line."""
+    def word(self) -> Word:
+        """The word that does not fit."""
         return self.at(self.index)
 
     @property
-    def before(self) -> Word | None:
+    def before(self) -> Word:
         return self.at(self.index - 1)
 
     @property
-    def after(self) -> Word | None:
+    def after(self) -> Word:
         return self.at(self.index + 1)
 
-    def at(self, index: int) -> Word | None:
-        return self.words[index] if 0 <= index < len(self.words) else None
+    def at(self, index: int) -> Word:
+        return self.words[index] if 0 <= index < len(self.words) else _NONE
 
     # --- what kinds of words stand here ---
 
     @property
-    def kind(self) -> str:
-        """The kind of the word that does not fit; empty at the end of the line."""
-        return self.word.type if self.word is not None else ""
-
-    @property
-    def kind_before(self) -> str:
-        return self.before.type if self.before is not None else ""
-
-    @property
-    def relates(self) -> bool:
-        """Whether the word is ``=`` or a sign of order."""
-        return self.kind == "RELATION" or self.word == "="
-
-    @property
     def begins_operand(self) -> bool:
-        return self.word is not None and self.word.type in _OPERANDS
+        return self.word.type in _OPERANDS
 
     @property
     def follows_operand(self) -> bool:
-        return self.before is not None and self.before.type in _ENDS
+        return self.before.type in _ENDS
 
     @property
     def lacks_operand(self) -> bool:
         """Whether something should stand between the word before and this one."""
         before = self.before
-        return before is None or before in OPERATORS or before == "(" or before.type in _LINKS
+        return not before or before in OPERATORS or before == "(" or before.type in _LINKS
 
     @property
     def adjacent(self) -> bool:
         """Whether no blank parts the word from the one before."""
-        return (
-            self.word is not None and self.before is not None and self.word.start_pos == self.before.end_pos
-        )
+        return bool(self.word and self.before) and self.word.start_pos == self.before.end_pos
 
     def line_ends_before(self, index: int) -> bool:
         """Whether a line of text ends between a word and the one before it."""
-        if not 0 < index < len(self.words):
-            return False
-        return "\n" in self.line.code[self.words[index - 1].end_pos : self.words[index].start_pos]
+        between = self.line.code[self.at(index - 1).end_pos : self.at(index).start_pos]
+        return 0 < index < len(self.words) and "\n" in between
 
     def count(self, kind: str) -> int:
         """How many words of a kind stand before the stop."""
@@ -110,9 +102,9 @@ class Stop:
 
     # --- places ---
 
-    def span(self, first: Word | None, last: Word | None = None) -> Span:
-        """The place of a word, or of all from one to another; the end of the line for None."""
-        if first is None:
+    def span(self, first: Word, last: Word | None = None) -> Span:
+        """The place of a word, or of all from one to another; the end of the line for none."""
+        if not first:
             return Span(self.source, self.line.end, self.line.end + 1)
         last = last or first
         return Span(self.source, self.line.start + first.start_pos, self.line.start + last.end_pos)
@@ -128,16 +120,13 @@ class Stop:
     def text(self, first: Word, last: Word) -> str:
         return " ".join(self.line.code[first.start_pos : last.end_pos].split())
 
-    def error(self, code: str, message: str | None, span: Span, label: str, *notes: str) -> Diagnosis:
-        return said(code, message, span, *notes, label=label)
-
 
 @dataclass(frozen=True, slots=True)
 class Mistake:
     """One row of a table of mistakes: ``when`` it is this one, and what is said where.
 
     ``at`` is ``here``, ``before``, ``both`` (the word before and the one here) or ``whole``. Texts may name
-    ``{word}``, ``{before}`` and ``{after}``, the words around the stop.
+    ``{word}`` and ``{before}``, the words around the stop.
     """
 
     when: Callable[[Stop], object]
@@ -150,12 +139,12 @@ class Mistake:
     def __call__(self, stop: Stop) -> Diagnosis | None:
         if not self.when(stop):
             return None
-        words = {"word": stop.word, "before": stop.before, "after": stop.after}
         before, word = stop.before or stop.word, stop.word
         places = {"here": (word,), "before": (before,), "both": (before, word)}
         span = stop.whole if self.at == "whole" else stop.span(*places[self.at])
-        label, note = self.label.format(**words), self.note.format(**words)
-        return stop.error(self.code, self.message.format(**words), span, label, note)
+        told = {"word": word, "before": stop.before or "x"}
+        message, note = self.message.format(**told), self.note.format(**told)
+        return said(self.code, message, span, note, label=self.label)
 
 
 Explanation = Callable[[Stop], Diagnosis | None]
@@ -165,6 +154,8 @@ def first_of(explanations: Iterable[Explanation], stop: Stop) -> Diagnosis | Non
     """What the first of the explanations says that applies."""
     return next((found for explain in explanations if (found := explain(stop)) is not None), None)
 
+
+# --- two operands side by side --------------------------------------------------
 
 _NUMBERLIKE = re.compile(r"[\d.][\d.]*(?:e[+-]?[\d.]*)?", re.IGNORECASE)
 _FIRST = ("call", "function", "parameters", "variables", "rules", "procedure")
@@ -187,81 +178,76 @@ _IDIOMS = {
 
 def two_operands(stop: Stop) -> Diagnosis | None:
     """An operand right after another: a bad number, a misspelt keyword, or a product without its sign."""
+    before, word = stop.before, stop.word
     if not (stop.begins_operand and stop.follows_operand):
         return None
-    return bad_number(stop) or open_across_lines(stop) or misspelt_keyword(stop) or _product(stop)
+    if found := first_of((bad_number, open_across_lines, misspelt_keyword), stop):
+        return found
+    span = stop.span(before, word)
+    if "SYMBOL" in (before.type, word.type):
+        message = f"something is missing between `{before}` and `{word}`"
+        return said("E104", message, span, f"compare them: {before} = {word}")
+    if before.type == "NAME" and word.type in ("NAME", "NUMBER") and before.lower() in TABLE:
+        return said(
+            "E118", f"{before} needs parentheses around its argument", span, f"write {before}({word})"
+        )
+    note = f"write {'(…)' if before == ')' else before}*{'(…)' if word == '(' else word}"
+    return said("E105", "a product needs a `*`", span, note, label="two factors side by side")
 
 
 def bad_number(stop: Stop) -> Diagnosis | None:
     """``1.2.3`` and ``1e``, which are cut into two words."""
     before, word = stop.before, stop.word
-    if before is None or word is None or before.type != "NUMBER" or not stop.adjacent:
+    if before.type != "NUMBER" or not stop.adjacent:
         return None
     if word.type != "NUMBER" and not (word.type == "NAME" and word.lower() == "e"):
         return None
     found = _NUMBERLIKE.match(stop.line.code, before.start_pos)
     assert found is not None
-    text = found.group()
+    note = "a number has one decimal point"
     if word.type == "NAME":
-        note = (
-            f"an exponent needs digits, as in {before}e-3; for a product with the variable e write {before}*e"
-        )
-    else:
-        note = "a number has one decimal point"
-    start = stop.line.start + before.start_pos
-    span = Span(stop.source, start, start + len(text))
-    return stop.error("E107", f"{text} is not a number", span, "", note)
+        note = f"an exponent needs digits, as in {before}e-3"
+        note += f"; for a product with the variable e write {before}*e"
+    span = Span(stop.source, stop.line.start + found.start(), stop.line.start + found.end())
+    return said("E107", f"{found.group()} is not a number", span, note)
 
 
 def misspelt_keyword(stop: Stop) -> Diagnosis | None:
     """A word near to a keyword, at the beginning of the line or where ``then`` or ``else`` is due."""
-    before, word = stop.before, stop.word
-    if word is not None and word.type == "NAME" and stop.count("IF"):
-        near = closest(word, ("then", "else")) or _IDIOMS.get(word.lower())
-        if near is not None and len(word) > 1:
-            return _misspelt(stop, word, near)
-    if before is not None and before.type == "NAME" and stop.index == 1:
-        if before.lower() in ("variables", "rules"):
-            message = f"`{before}` stands alone on its line"
-            return stop.error("E118", message, stop.here, "", "put this on the next line")
-        near = _IDIOMS.get(before.lower()) or _near_first(before)
-        if near is not None:
-            return _misspelt(stop, before, near)
-    return None
+    wrong, near = stop.word, None
+    if wrong.type == "NAME" and len(wrong) > 1 and stop.count("IF"):
+        near = closest(wrong, ("then", "else")) or _IDIOMS.get(wrong.lower())
+    if near is None and stop.before.type == "NAME" and stop.index == 1:
+        wrong = stop.before
+        if wrong.lower() in ("variables", "rules"):
+            message = f"`{wrong}` stands alone on its line"
+            return said("E118", message, stop.here, "put this on the next line")
+        first = closest(wrong, _FIRST) or ""
+        alike = abs(len(first) - len(wrong)) <= 2 and first[:1] == wrong[0].lower()
+        near = _IDIOMS.get(wrong.lower()) or (first if alike else None)
+    if near is None:
+        return None
+    return said("E117", f"unknown keyword `{wrong}`", stop.span(wrong), f"write {near}")
 
 
-def _near_first(word: str) -> str | None:
-    near = closest(word, _FIRST)
-    return (
-        near if near is not None and abs(len(near) - len(word)) <= 2 and near[0] == word[0].lower() else None
-    )
+def open_across_lines(stop: Stop) -> Diagnosis | None:
+    """A parenthesis that took in the next line, which begins right before the stop."""
+    last = next((i for i in range(stop.index, 0, -1) if stop.line_ends_before(i)), None)
+    if last is None or stop.index - last > 1:
+        return None
+    open_ones: list[Word] = []
+    for word in stop.words[:last]:
+        if word == "(":
+            open_ones.append(word)
+        elif word == ")":
+            open_ones.pop()
+    if not open_ones:
+        return None
+    note = "add ) where it ends, or an operator if it goes on in the next line"
+    return said("E102", "this parenthesis is open at the end of its line", stop.span(open_ones[-1]), note)
 
 
-def _misspelt(stop: Stop, word: str, near: str) -> Diagnosis:
-    place = stop.word if word is stop.word else stop.before
-    return stop.error("E117", f"unknown keyword `{word}`", stop.span(place), "", f"write {near}")
-
-
-def _product(stop: Stop) -> Diagnosis:
-    before, word = stop.before, stop.word
-    assert before is not None and word is not None
-    span = stop.span(before, word)
-    if "SYMBOL" in (before.type, word.type):
-        note = f"compare them: {before} = {word}"
-        return stop.error("E104", f"something is missing between `{before}` and `{word}`", span, "", note)
-    if before.type == "NAME" and word.type in ("NAME", "NUMBER") and before.lower() in TABLE:
-        note = f"write {before}({word})"
-        return stop.error("E118", f"{before} needs parentheses around its argument", span, "", note)
-    left = "(…)" if before == ")" else str(before)
-    right = "(…)" if word == "(" else str(word)
-    return stop.error(
-        "E105",
-        "a product needs a `*`",
-        span,
-        "two factors side by side",
-        f"write {left}*{right}",
-    )
-
+# --- nothing where something should stand ---------------------------------------
 
 _ON_THIS_LINE = "write the value that belongs there, on this line or the next"
 _SYMBOL = "\" begins a comment; a symbolic value has an apostrophe: 'open"
@@ -269,28 +255,28 @@ _BETWEEN = "something is missing between `{before}` and `{word}`"
 
 MISSING = (
     Mistake(
-        lambda stop: stop.kind_before in ("_THEN", "_ELSE"),
+        lambda stop: stop.before.type in ("_THEN", "_ELSE"),
         *("E104", "a rule is missing after `{before}`", "write … = …", "before"),
     ),
     Mistake(
-        lambda stop: stop.kind_before == "IF",
+        lambda stop: stop.before.type == "IF",
         *("E104", "a condition is missing after `if`", "write if x > 0 then …", "before"),
     ),
     Mistake(
-        lambda stop: stop.kind_before in ("_AND", "_OR", "NOT"),
+        lambda stop: stop.before.type in _LINKS,
         *("E104", "a condition is missing after `{before}`"),
         *("write another comparison, or remove the `{before}`", "before"),
     ),
     Mistake(
-        lambda stop: stop.word is None and stop.before == "=" and stop.line.comment,
+        lambda stop: not stop.word and stop.before == "=" and stop.line.comment,
         *("E104", "something is missing after `{before}`", _SYMBOL, "before", "the line ends here"),
     ),
     Mistake(
-        lambda stop: stop.word is None and stop.lacks_operand,
+        lambda stop: not stop.word and stop.lacks_operand,
         *("E104", "something is missing after `{before}`", _ON_THIS_LINE, "before", "the line ends here"),
     ),
     Mistake(
-        lambda stop: stop.before is None,
+        lambda stop: not stop.before,
         *("E104", "something is missing before `{word}`", "write what belongs there"),
     ),
     Mistake(
@@ -315,86 +301,40 @@ def broken_line(stop: Stop, first: int = 0) -> Diagnosis | None:
     Looks for the end of a line between the word ``first`` and the stop.
     """
     for index in range(stop.index - 2, first - 1, -1):
-        word = stop.words[index]
         if stop.line_ends_before(index + 1):
-            return stop.error(
-                "E104",
-                f"something is missing after `{word}`",
-                stop.span(word),
-                "so the next line is read as part of this one",
-                f"complete the line, or remove the `{word}`",
-            )
+            word, label = stop.words[index], "so the next line is read as part of this one"
+            note = f"complete the line, or remove the `{word}`"
+            return said("E104", f"something is missing after `{word}`", stop.span(word), note, label=label)
     return None
 
 
-def open_across_lines(stop: Stop) -> Diagnosis | None:
-    """A parenthesis that took in the next line, which begins right before the stop."""
-    last = next((i for i in range(stop.index, 0, -1) if stop.line_ends_before(i)), None)
-    if last is None or stop.index - last > 1:
-        return None
-    open_ones: list[Word] = []
-    for word in stop.words[:last]:
-        if word == "(":
-            open_ones.append(word)
-        elif word == ")":
-            open_ones.pop()
-    if not open_ones:
-        return None
-    note = "add ) where it ends, or an operator if it goes on in the next line"
-    return stop.error(
-        "E102", "this parenthesis is open at the end of its line", stop.span(open_ones[-1]), "", note
-    )
+# --- conditions -----------------------------------------------------------------
 
 
 def explain_condition(stop: Stop) -> Diagnosis | None:
     """A diagnosis if reading stops in a condition, or at a ``then`` or ``else`` without one."""
-    condition = stop.condition
+    condition, word = stop.condition, stop.word
     if condition is None:
         return first_of(_WITHOUT_IF, stop)
     if stop.lacks_operand:
         return None
-    if stop.word is None or stop.word in (",", ":", "{") or (stop.begins_operand and stop.follows_operand):
-        return _end_of_condition(stop, condition)
-    if stop.word.type in ("_THEN", "_AND", "_OR") or stop.word == ")":
+    if not word or word in (",", ":", "{") or (stop.begins_operand and stop.follows_operand):
+        if misspelt := misspelt_keyword(stop):
+            return misspelt
+        if all(later.type != "_THEN" for later in stop.words[stop.index :]):
+            return _then_missing(stop)
+        return _no_condition(stop, condition) if word == "," else None
+    if word.type in ("_THEN", "_AND", "_OR") or word == ")":
         return _no_condition(stop, condition)
-    if stop.relates:
+    if word.relates:
         return _chain(stop, condition)
-    if stop.word.type == "_ELSE":
-        return _then_missing(stop)
-    return None
-
-
-def _relates(word: Word) -> bool:
-    return word.type == "RELATION" or word == "="
-
-
-def _piece(condition: tuple[Word, ...]) -> tuple[Word, ...]:
-    """What stands after the last ``and``, ``or`` or ``not``, parentheses around it left out."""
-    start = 0
-    for index, word in enumerate(condition):
-        if word.type in ("_AND", "_OR", "NOT") or (start and word == ","):
-            start = index + 1
-    piece = condition[start:]
-    while len(piece) > 1 and piece[0] == "(" and sum(w == "(" for w in piece) > sum(w == ")" for w in piece):
-        piece = piece[1:]
-    return piece
-
-
-def _next_piece(stop: Stop) -> str:
-    """What follows the stop, up to the end of this part of the condition."""
-    following = stop.words[stop.index + 1 :]
-    ends = (
-        i for i, word in enumerate(following) if word.type in ("_THEN", "_AND", "_OR") or word in (",", ")")
-    )
-    last = next(ends, len(following)) - 1
-    return stop.text(following[0], following[last]) if last >= 0 else "…"
+    return _then_missing(stop) if word.type == "_ELSE" else None
 
 
 def _stray(stop: Stop) -> bool:
     """A ``then`` or ``else`` that no ``if`` waits for."""
-    if stop.kind not in ("_THEN", "_ELSE") or stop.after == "=":
-        return False
-    return stop.kind == "_THEN" or stop.count("IF") <= stop.count("_ELSE")
+    kind = stop.word.type if stop.after != "=" else ""
+    return kind == "_THEN" or (kind == "_ELSE" and stop.count("IF") <= stop.count("_ELSE"))
 
 
 _WITHOUT_IF = (
@@ -406,52 +346,48 @@ _WITHOUT_IF = (
 )
 
 
-def _end_of_condition(stop: Stop, condition: tuple[Word, ...]) -> Diagnosis | None:
-    misspelt = misspelt_keyword(stop)
-    if misspelt is not None:
-        return misspelt
-    later = {word.type for word in stop.words[stop.index :]}
-    if "_THEN" in later:
-        return _no_condition(stop, condition) if stop.word == "," else None
-    return _then_missing(stop)
-
-
 def _then_missing(stop: Stop) -> Diagnosis:
-    first = max(i for i in range(min(stop.index, len(stop.words))) if stop.words[i].type == "IF")
-    condition = stop.text(stop.words[first], stop.words[stop.index - 1])
-    place = stop.here if stop.word is not None else stop.span(stop.before)
-    label = "it should stand before this" if stop.word is not None else "it should follow here"
-    return stop.error("E109", "`then` is missing", place, label, f"write {condition} then …")
+    first = max(i for i, word in enumerate(stop.words[: stop.index]) if word.type == "IF")
+    place = stop.span(stop.word or stop.before)
+    label = "it should stand before this" if stop.word else "it should follow here"
+    note = f"write {stop.text(stop.words[first], stop.words[stop.index - 1])} then …"
+    return said("E109", "`then` is missing", place, note, label=label)
 
 
 def _no_condition(stop: Stop, condition: tuple[Word, ...]) -> Diagnosis | None:
     piece = _piece(condition)
-    if any(map(_relates, piece)):
-        return None
     if not piece:
-        return stop.error("E110", "a condition is missing", stop.here, "before this", "write if x > 0 then …")
-    text = stop.text(piece[0], piece[-1])
-    return stop.error(
-        "E110",
-        f"{text} is not a condition: it is neither true nor false",
-        stop.span(piece[0], piece[-1]),
-        "",
-        f"compare it with something, as in {text} > 0",
-    )
+        note = "write if x > 0 then …"
+        return said("E110", "a condition is missing", stop.here, note, label="before this")
+    if any(word.relates for word in piece):
+        return None
+    text, place = stop.text(piece[0], piece[-1]), stop.span(piece[0], piece[-1])
+    note = f"compare it with something, as in {text} > 0"
+    return said("E110", f"{text} is not a condition: it is neither true nor false", place, note)
 
 
 def _chain(stop: Stop, condition: tuple[Word, ...]) -> Diagnosis | None:
+    """``0 < x < 1``: a sign of order after a comparison."""
     piece = _piece(condition)
-    places = [index for index, word in enumerate(piece) if _relates(word)]
+    places = [index for index, word in enumerate(piece) if word.relates]
     if not places or places[-1] + 1 == len(piece):
         return None
-    middle = stop.text(piece[places[-1] + 1], piece[-1])
-    third = _next_piece(stop)
-    whole = stop.text(piece[0], piece[-1])
-    return stop.error(
-        "E110",
-        "a comparison has two sides only",
-        stop.here,
-        "a third one follows",
-        f"write two comparisons: {whole} and {middle} {stop.word} {third}",
-    )
+    middle, whole = stop.text(piece[places[-1] + 1], piece[-1]), stop.text(piece[0], piece[-1])
+    rest = stop.words[stop.index + 1 :]  # what follows, up to the end of this part of the condition
+    ends = (i for i, word in enumerate(rest) if word.type in ("_THEN", "_AND", "_OR") or word in (",", ")"))
+    last = next(ends, len(rest)) - 1
+    third = stop.text(rest[0], rest[last]) if last >= 0 else "…"
+    note = f"write two comparisons: {whole} and {middle} {stop.word} {third}"
+    return said("E110", "a comparison has two sides only", stop.here, note, label="a third one follows")
+
+
+def _piece(condition: tuple[Word, ...]) -> tuple[Word, ...]:
+    """What stands after the last ``and``, ``or`` or ``not``, parentheses around it left out."""
+    start = 0
+    for index, word in enumerate(condition):
+        if word.type in _LINKS or (start and word == ","):
+            start = index + 1
+    piece = condition[start:]
+    while len(piece) > 1 and piece[0] == "(" and sum(w == "(" for w in piece) > sum(w == ")" for w in piece):
+        piece = piece[1:]
+    return piece
