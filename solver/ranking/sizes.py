@@ -20,7 +20,18 @@ from numpy.typing import NDArray
 
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model
-from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    subtract,
+)
 from solver.numerics.sparse_newton import sparse_least_squares
 from solver.path.graph import Alike, shape_of
 
@@ -28,6 +39,8 @@ Vector = NDArray[np.float64]
 
 EXACT = 100.0
 """Weight of a rule without sums, beside one whose terms only balance."""
+DROP = 0.3
+"""Weight of a product being of the size of names that balance without it: in V = E - R*I little drops."""
 CANCELLING = 0.01
 """Weight of a difference being of the size of its terms, in a network, where neighbours are nearly alike."""
 MANY = 200
@@ -213,9 +226,13 @@ class _Rows:
         sides: Sequence[Expression] = (equation.left, equation.right)
         if not self.cancelling or not any(map(_has_difference, sides)):
             sides = (*_added(equation.left), *_added(equation.right))
-        terms = [term for side in sides if (term := self._term(side)) is not None]
+        found = [(side, term) for side in sides if (term := self._term(side)) is not None]
+        terms = [term for _, term in found]
         exact = len(terms) == 2 and all(term.exact for term in terms)
-        self._balance(terms, EXACT if exact else 1.0)
+        levels = _levels(subtract(equation.left, equation.right))
+        drops = DROP if set(levels.values()) == {False, True} else 1.0
+        shares = [1.0 if side in levels else drops for side, _ in found]
+        self._balance(terms, EXACT if exact else 1.0, shares)
 
     def parts(self, unknowns: int, known: int) -> tuple[Vector, Vector, Vector]:
         """The matrix of the unknowns (and of free numbers), that of known numbers, and the constants."""
@@ -230,15 +247,19 @@ class _Rows:
         own = np.concatenate([matrix[:, :unknowns], matrix[:, width:]], axis=1)
         return own, matrix[:, unknowns:width], constants
 
-    def _balance(self, terms: Sequence[_Term], weight: float = 1.0) -> _Term | None:
-        """The mean of terms, which are asked to be of one size."""
+    def _balance(
+        self, terms: Sequence[_Term], weight: float = 1.0, shares: Sequence[float] = ()
+    ) -> _Term | None:
+        """The mean of terms, which are asked to be of one size, each with its share."""
         if not terms:
             return None
-        mean = _Term({}, exact=False)
-        for term in terms:
-            mean = mean.plus(term, 1.0 / len(terms))
+        mean, shares = _Term({}, exact=False), shares or [1.0] * len(terms)
+        total = sum(share * share for share in shares)
+        for term, share in zip(terms, shares, strict=True):
+            mean = mean.plus(term, share * share / total)
         if len(terms) > 1:
-            self.rows += [(term.plus(mean, -1.0), weight) for term in terms]
+            rows = zip(terms, shares, strict=True)
+            self.rows += [(term.plus(mean, -1.0), weight * share) for term, share in rows]
             return mean
         return terms[0]
 
@@ -327,6 +348,18 @@ class _Rows:
         if self.exact or function not in _LOGARITHMS:
             self.rows += [(term, 1.0) for term in there]
         return self._any() if function in _UNBOUNDED else _ONE
+
+
+def _levels(node: Expression, negative: bool = False) -> dict[Expression, bool]:
+    """The names that are added up, and whether they are subtracted."""
+    match node:
+        case Name():
+            return {node: negative}
+        case Negative(operand):
+            return _levels(operand, not negative)
+        case Sum(terms):
+            return {name: sign for term in terms for name, sign in _levels(term, negative).items()}
+    return {}
 
 
 def _is_unbounded(node: Expression) -> bool:
