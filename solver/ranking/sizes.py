@@ -39,7 +39,7 @@ Vector = NDArray[np.float64]
 
 EXACT = 100.0
 """Weight of a rule without sums, beside one whose terms only balance."""
-DROP = 0.3
+DROP = 0.1
 """Weight of a product being of the size of names that balance without it: in V = E - R*I little drops."""
 CANCELLING = 0.01
 """Weight of a difference being of the size of its terms, in a network, where neighbours are nearly alike."""
@@ -229,8 +229,8 @@ class _Rows:
         found = [(side, term) for side in sides if (term := self._term(side)) is not None]
         terms = [term for _, term in found]
         exact = len(terms) == 2 and all(term.exact for term in terms)
-        levels = _levels(subtract(equation.left, equation.right))
-        drops = DROP if set(levels.values()) == {False, True} else 1.0
+        whole = subtract(equation.left, equation.right)
+        levels, drops = _levels(whole), DROP if _is_balance(whole) else 1.0
         shares = [1.0 if side in levels else drops for side, _ in found]
         self._balance(terms, EXACT if exact else 1.0, shares)
 
@@ -272,7 +272,8 @@ class _Rows:
         if not self.exact and (not numbers or any(map(_is_unbounded, added))):
             added = [term for term in added if not isinstance(term, Number)]
         whole = self._balance([t for n in added if (t := self._term(n)) is not None])
-        if whole is None or not self.cancelling or not _has_difference(node) or _is_of_numbers(whole):
+        cancels = _has_difference(node) if self.cancelling else not self.exact and _is_balance(node)
+        if whole is None or not cancels or _is_of_numbers(whole):
             return whole
         left = self._any()
         self.rows.append((left.plus(whole, -1.0), CANCELLING))
@@ -348,6 +349,11 @@ class _Rows:
         if self.exact or function not in _LOGARITHMS:
             self.rows += [(term, 1.0) for term in there]
         return self._any() if function in _UNBOUNDED else _ONE
+
+
+def _is_balance(node: Expression) -> bool:
+    """Whether names are subtracted from names."""
+    return set(_levels(node).values()) == {False, True}
 
 
 def _levels(node: Expression, negative: bool = False) -> dict[Expression, bool]:
