@@ -252,3 +252,28 @@ def test_what_rounding_leaves_of_zero_is_trivial_with_either_sign(rest: float) -
     rule = Ranking(model, ("c",), ("x", "phi"))
     answers = [{"phi": 180.0, "x": -1.0}, {"phi": 90.0, "x": rest}]
     assert rule.order(answers, {"c": 0.0}) == rule.order([answers[0], {"phi": 90.0, "x": 0.0}], {"c": 0.0})
+
+
+@pytest.mark.parametrize("cells", [1, 3])
+def test_a_load_takes_little_current_at_a_high_voltage(cells: int) -> None:
+    """Constant powers at the end of wires: U = E - R*I has a root with little loss, and one with little U."""
+    lines = ["U0 = 12", "R = 0.1", "P = 20"]
+    for k in range(1, cells + 1):
+        lines += [f"U{k} = U{k - 1} - R*I{k}", f"P = U{k}*J{k}", f"loss{k} = R*I{k}^2"]
+        lines.append(f"I{k} = J{k}" + (f" + I{k + 1}" if k < cells else ""))
+    result = solver.solve(rulesheets.loads("\n".join(lines) + "\n"))
+    assert all(float(result[f"U{k}"]) > 10.0 for k in range(1, cells + 1))
+
+
+def test_neighbours_of_a_network_are_nearly_alike() -> None:
+    """A ring of four nodes with loads of constant power, fed at one node."""
+    loads = [f"(U{k - 1} - U{k})/r + (U{(k + 1) % 4} - U{k})/r = I{k}\nU{k}*I{k} = 2000\n" for k in (1, 2, 3)]
+    result = solver.solve(rulesheets.loads("U0 = 400\nr = 0.05\n" + "".join(loads)))
+    assert all(float(result[f"U{k}"]) > 399.0 for k in (1, 2, 3))
+
+
+def test_water_flows_slowly_beyond_the_critical_depth() -> None:
+    """Of the two depths of one specific energy the one near to it."""
+    model = rulesheets.loads("q = 2.5\ng = 9.81\nv = q/y\nE = y + v^2/(2*g)\nyc = (q^2/g)^(1/3)\n")
+    energy = 1.8 + (2.5 / 1.8) ** 2 / (2 * 9.81)
+    assert solver.solve(model, {"E": energy})["y"] == pytest.approx(1.8, rel=1e-12)
