@@ -30,20 +30,22 @@ QUESTION = "solve offset_slider_crank --clear thetaAO --set xB=9.79 --want theta
 
 WALK = """
 import sys
-files, functions, calls = set(), set(), 0
+entered, calls = set(), 0
 def enter(frame, event, argument):
     global calls
     if event == "call":
         code = frame.f_code
         if code.co_filename.startswith(FOLDERS) and not code.co_name.startswith("<"):
-            files.add(code.co_filename)
-            functions.add(code)
+            entered.add(code)
             calls += 1
 from solver.__main__ import main
 sys.setprofile(enter)
 main(sys.argv[1:])
 sys.setprofile(None)
-print(len(files), len(functions), calls, file=sys.stderr)
+functions = {code for code in entered if code.co_flags & 1}  # the body of a class is none
+for kind in (entered, functions):
+    print(len({code.co_filename for code in kind}), len(kind), file=sys.stderr)
+print(calls, file=sys.stderr)
 """
 
 
@@ -128,15 +130,14 @@ def rooms() -> dict[str, tuple[int, int]]:
     return dict(sorted(found.items()))
 
 
-def walk(words: str) -> tuple[int, int, int]:
-    """Files, functions and calls of ours that a command enters."""
+def walk(words: str) -> list[int]:
+    """Files and functions of ours that a command enters, with bodies of classes and without; calls."""
     folders = tuple(str(ROOT / package) for package in PACKAGES)
     code = f"FOLDERS = {folders!r}\n{WALK}"
     ran = subprocess.run(
         [sys.executable, "-c", code, *words.split()], cwd=ROOT, capture_output=True, text=True, check=False
     )
-    files, functions, calls = map(int, ran.stderr.split()[-3:])
-    return files, functions, calls
+    return [int(word) for word in ran.stderr.split()[-5:]]
 
 
 def main() -> None:
@@ -149,8 +150,9 @@ def main() -> None:
     print(f"\nfloors {floors(edges)}, cycles {len(circles)}")
     for group in circles:
         print("  " + ", ".join(group))
-    files, functions, calls = walk(QUESTION)
+    files, functions, own_files, own, calls = walk(QUESTION)
     print(f"\nbacksolve {QUESTION}\n{files} files, {functions} functions, {calls:,} calls")
+    print(f"without the bodies of classes {own_files} files, {own} functions")
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.evaluate.number import meets
-from rulesheets.model import Equation, Model, Requirement, Value, Variable
+from rulesheets.model import Equation, Model, Value, Variable
 from rulesheets.syntax import nodes
 from solver.accuracy.forward_error import ForwardErrors, forward_errors
 from solver.accuracy.rule_check import check_rule
@@ -65,8 +65,12 @@ def settled(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[s
             continue
         turn = graph.turn(name)
         if turn is not None and not -turn / 2 < number <= turn / 2:
-            shift = -turn * math.ceil(number / turn - 0.5)
-            moved = _moved(graph, moved, _tied(graph, name, inputs), shift)
+            shift, group = -turn * math.ceil(number / turn - 0.5), _tied(graph, name, inputs)
+            trial = {n: v + shift if n in group and isinstance(v, float) else v for n, v in moved.items()}
+            touched = (graph.model.equations[index] for name in group for index in graph.users(name))
+            known = {rule.index: rule for rule in touched if moved.keys() >= {*rule.names}}.values()
+            if all(check_rule(rule, trial).holds or not check_rule(rule, moved).holds for rule in known):
+                moved = trial
     return moved
 
 
@@ -102,17 +106,6 @@ def _tied(graph: ModelGraph, name: str, inputs: Collection[str]) -> set[str]:
                 group |= new
                 waiting += sorted(new)
     return group
-
-
-def _moved(graph: ModelGraph, values: dict[str, Value], names: set[str], shift: float) -> dict[str, Value]:
-    trial = {n: v + shift if n in names and isinstance(v, float) else v for n, v in values.items()}
-    touched = {index for name in names for index in graph.users(name)}
-    for index in touched:
-        equation = graph.model.equations[index]
-        known = all(name in values for name in equation.names)
-        if known and check_rule(equation, values).holds and not check_rule(equation, trial).holds:
-            return values
-    return trial
 
 
 @dataclass
@@ -364,20 +357,20 @@ class Casework:
         return holds(condition, branch.values, self.inputs)
 
     def contradicted(self, branch: Branch) -> bool:
-        """Whether a comparison came out otherwise than assumed, or all of them cannot come out so."""
-        return any(
-            self._settle(nodes.Comparison(MEANING[sign], *pair), branch) is False
-            for pair, sign in branch.signs.items()
-        ) or not possible((*branch.signs.items(), *self._ranges(branch)), branch.values)
+        """Whether a comparison came out otherwise than assumed, or all of them cannot come out so.
 
-    def _ranges(self, branch: Branch) -> Iterator[Signed]:
-        """What the ranges of variables say of those that the assumed comparisons read."""
+        The ranges of the variables that they read have a say in it.
+        """
+        signs: list[Signed] = list(branch.signs.items())
+        if any(self._settle(nodes.Comparison(MEANING[sign], *pair), branch) is False for pair, sign in signs):
+            return True
         for name in {name for pair in branch.signs for side in pair for name in nodes.names(side)}:
             variable = self.model.variables[name]
             if variable.low > -math.inf:
-                yield (nodes.Name(name), nodes.Number(variable.low)), AT_LEAST
+                signs.append(((nodes.Name(name), nodes.Number(variable.low)), AT_LEAST))
             if variable.high < math.inf:
-                yield (nodes.Name(name), nodes.Number(variable.high)), AT_MOST
+                signs.append(((nodes.Name(name), nodes.Number(variable.high)), AT_MOST))
+        return not possible(signs, branch.values)
 
     def told(self, branch: Branch) -> tuple[nodes.Comparison, ...]:
         """The assumed comparisons of a branch, without those that follow from the others."""
@@ -406,22 +399,16 @@ def indeterminacy(equation: Equation, values: Mapping[str, Value]) -> Indetermin
 
 
 def unmet(model: Model, values: Mapping[str, Value], decided: Mapping[int, bool]) -> Iterator[Unmet]:
-    """The requirements that these values break; those that read what has no value are not asked."""
+    """The requirements that these values break; those that read what has no value are not asked.
+
+    Of each how far the smaller side is from where it has to be; None where a side is no number.
+    """
     for index, requirement in enumerate(model.requirements):
         if activity(requirement, decided) and all(name in values for name in requirement.names):
-            met = False
+            comparison, miss = requirement.comparison, math.inf
             with suppress(Undefined):
-                met = meets(requirement.comparison, values)
-            if not met:
-                yield Unmet(index, shortfall(requirement, values), values)
-
-
-def shortfall(requirement: Requirement, values: Mapping[str, Value]) -> float | None:
-    """How far the smaller side is from where it has to be; None where a side is no number."""
-    sides = requirement.comparison.left, requirement.comparison.right
-    try:
-        left, right = (value(side, values) for side in sides)
-    except (Undefined, TypeError):
-        return None
-    apart = abs(left - right)
-    return apart if math.isfinite(apart) else None
+                if meets(comparison, values):
+                    continue
+            with suppress(Undefined, TypeError):
+                miss = abs(value(comparison.left, values) - value(comparison.right, values))
+            yield Unmet(index, miss if math.isfinite(miss) else None, values)

@@ -118,14 +118,14 @@ class Result(Shown):
         """
         if name not in self.model.variables:
             raise UnknownName(name, self.model.variables)
-        known = self.solutions[0] if self.solutions else self.partial
-        return known.get(name)
+        return self._answer(0).get(name)
 
     def __repr__(self) -> str:
         from rulesheets.diagnosis import plural
 
-        known = self.solutions[0] if self.solutions else self.partial
-        told = [_told(name, known[name]) for name in self.wanted if name in known and name not in self.inputs]
+        known = self._answer(0)
+        found = {name: known[name] for name in self.wanted if name in known and name not in self.inputs}
+        told = [f"{n} = '{v}" if isinstance(v, str) else f"{n} = {v:.10g}" for n, v in found.items()]
         values = ", ".join([*told[:SHOWN], "…"] if len(told) > SHOWN else told)
         return f"<Result {self.status}, {plural(len(self.solutions), 'answer')}{values and f': {values}'}>"
 
@@ -171,10 +171,6 @@ class Result(Shown):
         if not 0 <= number < len(self.solutions):
             raise IndexError(f"there is no answer {number}: answers are 0 to {len(self.solutions) - 1}")
         return self.solutions[number]
-
-
-def _told(name: str, value: Value) -> str:
-    return f"{name} = '{value}" if isinstance(value, str) else f"{name} = {value:.10g}"
 
 
 SPREADS = {"uniform": 3**-0.5, "normal": 1 / 3}

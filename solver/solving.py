@@ -31,7 +31,6 @@ GRACE = 2.0
 
 if TYPE_CHECKING:
     from rulesheets.diagnosis import Diagnosis
-    from solver.facts import Gap, Proof
 
 
 def solve(
@@ -71,8 +70,13 @@ def solve(
         with time_limit(timeout), _rare_collection():
             verdict, found, by = conclude(asked, prove=prove, limits=limits or model.limits)
             result = _result(asked, by, verdict, found.complete, prove)
-            listed = result.status is not Status.SOLVED or result.complete
-            return result if listed else _with_gaps(result, found.gaps)
+            if result.status is not Status.SOLVED or result.complete:
+                return result
+            from solver.solution.explain import gap_note
+
+            gaps = tuple(gap_note(model, gap) for gap in sorted(found.gaps, key=lambda gap: not gap.cut))
+            cut = tuple(note for note in gaps if note.code == CUT)
+            return replace(result, gaps=gaps, diagnoses=(*result.diagnoses, *cut))
     except TimeIsUp as up:
         return _cut_off(asked, up if isinstance(up, CutOff) else CutOff(Exploration((), False, ()), given))
 
@@ -101,16 +105,6 @@ def _cut_off(asked: Asked, reached: CutOff) -> Result:
     return result if result.solutions else replace(result, partial=reached.known)
 
 
-def _with_gaps(result: Result, found: Sequence[Gap]) -> Result:
-    """The result with what it says of answers that are not listed; where a list was cut off, in a note."""
-    from solver.solution.explain import gap_note
-
-    first = sorted(found, key=lambda gap: not gap.cut)  # what was cut off
-    gaps = tuple(gap_note(result.model, gap) for gap in first)
-    cut = tuple(note for note in gaps if note.code == CUT)
-    return replace(result, gaps=gaps, diagnoses=(*result.diagnoses, *cut))
-
-
 def posted(model: Model) -> tuple[str, ...]:
     """The names that a solve without ``want`` is judged by."""
     names = tuple(name for name, variable in model.variables.items() if variable.posted)
@@ -127,25 +121,22 @@ def _result(asked: Asked, by: Model, verdict: Verdict, complete: bool, prove: bo
     alone = status is Status.INFEASIBLE and len(leaves) == 1 and not refused
     determined = leaves[0].branch.values if alone else inputs  # even though the whole is not solved
     undetermined: Sequence[str] = [name for name in model.variables if name not in determined]
-    solutions: tuple[Solution, ...] = ()
+    solutions: list[Solution] = []
     if status in (Status.SOLVED, Status.PARTIAL, Status.SINGULAR):
         undetermined = verdict.undetermined
         likely = unlikely(by, [leaf.branch.values for leaf in leaves], inputs, guesses)
-        solutions = tuple(
-            Solution(
-                by_name=leaf.branch.values,
-                residual=leaf.worst,
-                checked=leaf.checked,
-                measure=partial(leaf_errors, by, leaf),
-                proof=_proof(by, leaf, inputs) if prove else None,
-                unlikely=names,
-            )
-            for leaf, names in zip(leaves, likely, strict=True)
-        )
+        for leaf, names in zip(leaves, likely, strict=True):
+            values, measure, proof = leaf.branch.values, partial(leaf_errors, by, leaf), None
+            if prove:
+                from solver.solution.proof import prove as proved
+
+                with suppress(TimeIsUp):
+                    proof = proved(by, leaf, inputs)
+            solutions.append(Solution(values, leaf.worst, leaf.checked, measure, proof, names))
     return Result(
         model=model,
         status=status,
-        solutions=solutions,
+        solutions=tuple(solutions),
         complete=status is Status.INFEASIBLE or (complete and not verdict.facts and status is Status.SOLVED),
         inputs=inputs,
         guesses=guesses,
@@ -184,14 +175,6 @@ def _explained(
     except TimeIsUp:  # while remedies were tried
         with grace(GRACE):
             return explain(model, verdict, inputs, judged, hasty=True)
-
-
-def _proof(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Proof | None:
-    from solver.solution.proof import prove
-
-    with suppress(TimeIsUp):
-        return prove(model, leaf, inputs)
-    return None
 
 
 def _path(model: Model, primary: Leaf | None, inputs: Mapping[str, Value]) -> Path:

@@ -156,9 +156,13 @@ class Names:
     def places(self) -> dict[Symbol, list[Word]]:
         """Every symbol with the words that name it, in order."""
         found: dict[Symbol, list[Word]] = {}
-        for word in self._naming():
+        given = False
+        for word in self.words:
+            if given and word.kind == "symbol":  # in ``given('x)`` the variable is meant
+                word = word._replace(kind="name", start=word.start + 1, text=word.text[1:])
             if named := symbol(word):
                 found.setdefault(named, []).append(word)
+            given = (word.text == "(" and given) or word.text.lower() == "given"
         return found
 
     def definition(self, named: Symbol) -> Word | None:
@@ -176,16 +180,6 @@ class Names:
 
     def functions(self) -> list[str]:
         return [word.text for word in self.words if word.kind == "function" and word.section == "function"]
-
-    def _naming(self) -> Iterator[Word]:
-        """Words, and in ``given('x)`` the variable that is meant by the symbol."""
-        given = False
-        for word in self.words:
-            if word.kind == "symbol" and given:
-                name = word.text[1:]
-                yield Word("name", word.start + 1, word.end, name, word.scope, word.section)
-            yield word
-            given = (word.text == "(" and given) or word.text.lower() == "given"
 
 
 def symbol(word: Word) -> Symbol | None:

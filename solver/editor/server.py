@@ -172,8 +172,7 @@ def defined(server: Server, params: lsp.DefinitionParams) -> lsp.Location | None
 async def hover(server: Server, params: lsp.HoverParams) -> lsp.Hover | None:
     document = server.document(params.text_document.uri)
     _, word = word_at(document, params.position)
-    said = await explained(server, document, word) if word else ""
-    if not word or not said:
+    if word is None or not (said := await explained(server, document, word)):
         return None
     content = lsp.MarkupContent(lsp.MarkupKind.Markdown, said)
     return lsp.Hover(content, stretch(document, word.start, word.end))

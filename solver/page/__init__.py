@@ -9,7 +9,7 @@ point is dragged. The *rail* has every value and every dragged point over one wh
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from math import cos, dist, hypot, inf, isfinite, pi, radians, sin, sqrt
 from typing import Any, NamedTuple
@@ -52,33 +52,24 @@ def outline(figure: Figure) -> dict[str, Any]:
     }
 
 
-def diagrams(model: Model, values: Mapping[str, Value]) -> tuple[Diagram | None, ...]:
-    """Every figure at these values; None for one that they do not determine."""
-    return drawable(model.figures, values)
-
-
 def geometry(model: Model, values: Mapping[str, Value]) -> list[dict[str, Any] | None]:
-    """Coordinates of points and directions of strokes of every figure, in the order of its outline."""
+    """Coordinates of points and directions of strokes of every figure, in the order of its outline.
+
+    None for a figure that the values do not determine.
+    """
     return [
-        None
-        if one is None
-        else {
+        one
+        and {
             "places": [list(place) for place in one.places.values()],
             "angles": [stroke.angle for stroke in one.strokes],
         }
-        for one in diagrams(model, values)
+        for one in drawable(model.figures, values)
     ]
 
 
 def needed(model: Model, *, polar: bool = True) -> tuple[str, ...]:
     """Full names of the variables that the figures are drawn from; ``polar`` ones left out where False."""
     return variables(figure for figure in model.figures if polar or not outline(figure)["polar"])
-
-
-def coordinates(figure: Figure, point: str) -> tuple[str, ...]:
-    """Names of the variables in the coordinates of one point."""
-    alone = tuple(mark for mark in marks_of(figure) if mark.name == point)
-    return variables([Figure(figure.name, figure.unit, alone)]) if alone else ()
 
 
 def rectangle(places: Sequence[Place], polar: bool) -> list[float]:
@@ -115,7 +106,19 @@ def handles(result: Result, answer: int = 0) -> tuple[Handle, ...]:
     """Every point of the figures that can be dragged at an answer."""
     if not result.solutions or not result.model.figures:
         return ()
-    return tuple(_Motion(result, answer).handles())
+    motion, found = _Motion(result, answer), dict[tuple[int, str], Handle]()
+    for driver in motion.inputs:
+        pairs = motion.displaced(driver)
+        if not any(_motion(*pair) for pair in pairs.values()) or not all(map(_rigid, pairs.values())):
+            continue
+        for number, (here, there) in pairs.items():
+            most = _motion(here, there)
+            for point, kind in here.kinds.items():
+                moves = dist(here.places[point], there.places[point]) > 1e-2 * most
+                if kind == "point" and moves and (number, point) not in found:
+                    variable = motion.variable(number, point, driver)
+                    found[number, point] = Handle(number, point, driver, variable)
+    return tuple(found.values())
 
 
 class _Motion:
@@ -128,25 +131,10 @@ class _Motion:
         names = dict.fromkeys((*needed(self.model), *numbers))
         moving = [name for name in names if name not in result.inputs]
         self.slopes = result.sensitivity(moving, self.inputs, answer)
-        self.before = diagrams(self.model, self.values)
+        self.before = drawable(self.model.figures, self.values)
         self.decided = outcomes(self.model, self.values, result.inputs)
 
-    def handles(self) -> Iterator[Handle]:
-        taken: set[tuple[int, str]] = set()
-        for driver in self.inputs:
-            pairs = self._displaced(driver)
-            if not any(_motion(*pair) for pair in pairs.values()) or not all(map(_rigid, pairs.values())):
-                continue
-            for number, (here, there) in pairs.items():
-                most = _motion(here, there)
-                for point, kind in here.kinds.items():
-                    moves = dist(here.places[point], there.places[point]) > 1e-2 * most
-                    if kind == "point" and moves and (number, point) not in taken:
-                        taken.add((number, point))
-                        figure = self.model.figures[number]
-                        yield Handle(number, point, driver, self._variable(figure, point, driver))
-
-    def _displaced(self, driver: str) -> dict[int, Pair]:
+    def displaced(self, driver: str) -> dict[int, Pair]:
         """The plane figures by number, before and after a small step of one input, to first order.
 
         None of them where a slope is missing.
@@ -161,16 +149,17 @@ class _Motion:
                 return {}
             if slope is not None and isinstance(value, float):
                 values[name] = value + step * slope
-        both = enumerate(zip(self.before, diagrams(self.model, values), strict=True))
+        both = enumerate(zip(self.before, drawable(self.model.figures, values), strict=True))
         return {number: (here, there) for number, (here, there) in both if here and there and not here.polar}
 
-    def _variable(self, figure: Figure, point: str, driver: str) -> str:
+    def variable(self, number: int, point: str, driver: str) -> str:
         """The variable that a point stands for: of those beside its coordinates, the one nearest by rules.
 
         Better one of which the sheet says something: its unit, its comment or its value.
         """
-        wanted = coordinates(figure, point)
-        known = self.model.variables
+        figure, known = self.model.figures[number], self.model.variables
+        alone = tuple(mark for mark in marks_of(figure) if mark.name == point)
+        wanted = variables([Figure(figure.name, figure.unit, alone)])
         near = {n for e in self.model.equations if set(e.names) & set(wanted) for n in e.names} | {*wanted}
         names = [driver, *(n for n in self.slopes.outputs if self.slopes[n, driver] and n in near)]
         lengths = {n: self._length(n, driver, wanted) for n in names if known[n].posted}
@@ -311,7 +300,7 @@ def _whole(row: Row, names: Sequence[str]) -> bool:
 
 def _meets(model: Model, first: Row, last: Row) -> bool:
     """Whether the figures at both ends of the rows are the same."""
-    both = zip(diagrams(model, first), diagrams(model, last), strict=True)
+    both = zip(drawable(model.figures, first), drawable(model.figures, last), strict=True)
     pairs = [(a, b) for a, b in both if a and b and not a.polar]
     size = max((hypot(*place) for a, _ in pairs for place in a.places.values()), default=0.0)
     return bool(pairs) and all(_motion(a, b) <= 1e-6 * size for a, b in pairs)
@@ -377,7 +366,7 @@ def extents(model: Model, curve: Rail) -> list[list[float] | None]:
     """The rectangle (left, bottom, right, top) that every figure needs over the motion."""
     table = curve.plan.sweep([row[curve.parameter] for row in curve.rows])
     solved = np.flatnonzero(table.solved)
-    drawn = [diagrams(model, {**curve.plan.given, **{n: table[n][k] for n in table}}) for k in solved]
+    drawn = [drawable(model.figures, {**curve.plan.given, **{n: table[n][k] for n in table}}) for k in solved]
     found: list[list[float] | None] = []
     for number in range(len(model.figures)):
         figures = [one for some in drawn if (one := some[number])]

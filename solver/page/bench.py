@@ -26,16 +26,16 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import parse_input
 from rulesheets.loading import loads
 from rulesheets.model import Model, Value
-from rulesheets.units import converted, displays, parted
+from rulesheets.units import converted, parted
 from rulesheets.units.check import check_units
 from solver.facts import Status
-from solver.page import Rail, apart, extents, geometry, handles, needed, rail, turn
+from solver.page import apart, extents, geometry, handles, needed, rail, turn
 from solver.page.description import answered, complaint, derived, described, finite, typeset
 from solver.report.derivation import why, why_text
 from solver.result import Result
 from solver.solving import solve
 from solver.sweeps import Plan, prepare
-from solver.sweeps.sweep import sweep
+from solver.sweeps.sweep import shown_columns, sweep
 
 Json = dict[str, Any]
 Answers = tuple[Status, list[tuple[Value, ...]]]
@@ -177,9 +177,9 @@ class Bench:
         shown = variable.display_unit
         rows = converted(at.tolist(), shown, variable) if shown else at
         table = sweep(model, {name: rows}, want=wanted, given=given, guesses=_guesses(question))
-        scales = displays(model, table)
-        columns = {n: _column(table[n].tolist(), *scales.get(n, (1.0, 0.0))) for n in table}
-        columns[name] = at.tolist()
+        found = shown_columns(table, model)
+        numbers = {n: [None if isinstance(v, str) else _number(v) for v in found[n].tolist()] for n in found}
+        columns = {**numbers, name: at.tolist()}
         return {"name": name, "columns": columns, "solved": int(table.solved.sum()), "rows": count}
 
     # --- dragging ---
@@ -197,7 +197,16 @@ class Bench:
         with suppress(TimeIsUp), time_limit(question.get("timeout")):
             curve = rail(model, result.inputs, result.solutions[number], group) if group else None
             if curve is not None:
-                return {"rail": _rail(model, curve), "extents": extents(model, curve)}
+                told = {
+                    "parameter": curve.parameter,
+                    "closed": curve.closed,
+                    "limits": {name: list(pair) for name, pair in curve.limits.items()},
+                    "turns": {name: turn(model, name) for name in curve.followed},
+                    "from": list(curve.rests_on),
+                    "rows": [{n: row[n] for n in curve.followed} for row in curve.rows],
+                    "figures": [geometry(model, row) for row in curve.rows],
+                }
+                return {"rail": told, "extents": extents(model, curve)}
         return {}
 
     def frame(self, question: Json) -> Json:
@@ -250,22 +259,6 @@ def _guesses(question: Json) -> dict[str, float]:
 
 def _answer(question: Json, result: Result) -> int:
     return min(max(int(question.get("answer") or 0), 0), len(result.solutions) - 1)
-
-
-def _rail(model: Model, curve: Rail) -> Json:
-    return {
-        "parameter": curve.parameter,
-        "closed": curve.closed,
-        "limits": {name: list(pair) for name, pair in curve.limits.items()},
-        "turns": {name: turn(model, name) for name in curve.followed},
-        "from": list(curve.rests_on),
-        "rows": [{n: row[n] for n in curve.followed} for row in curve.rows],
-        "figures": [geometry(model, row) for row in curve.rows],
-    }
-
-
-def _column(values: list[Value | None], factor: float, shift: float) -> list[float | None]:
-    return [None if v is None or isinstance(v, str) else _number(v * factor + shift) for v in values]
 
 
 def _number(value: float | None) -> float | None:

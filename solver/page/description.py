@@ -40,13 +40,14 @@ NO_CODE = (
 
 def described(model: Model) -> dict[str, Any]:
     """Variables in the order of the sheet, rules in the order of the text, outlines of the figures."""
+    places = Places(model)
     return {
         "name": model.name,
-        "variables": [_variable(variable) for variable in model.variables.values()],
+        "variables": list(map(_variable, model.variables.values())),
         "rules": [
             {
                 "text": rule_text(group[0].rule),
-                "place": Places(model).of(group[0]),
+                "place": places.of(group[0]),
                 "scope": group[0].scope,
                 "names": sorted({name for equation in group for name in equation.names}),
             }
@@ -265,6 +266,18 @@ def _document(
     shown = _shown(model)
     drawn = [None if row is None else geometry(model, row) for row in rows]
     outlines = list(map(outline, model.figures))
+
+    def box(number: int) -> list[float] | None:
+        places = [place for some in drawn if some and (one := some[number]) for place in one["places"]]
+        polar = outlines[number]["polar"]
+        return [_round(value) for value in rectangle(places, polar)] if places else None
+
+    def flat(one: dict[str, Any] | None) -> list[float] | None:
+        """Coordinates and angles one after the other."""
+        if one is None:
+            return None
+        return [_round(value) for value in (*(c for place in one["places"] for c in place), *one["angles"])]
+
     return {
         "name": model.name,
         "axes": [
@@ -281,12 +294,12 @@ def _document(
         ],
         "given": [v.name for v in shown if v.name in axes or effective[v.name] is not None],
         "figures": outlines,
-        "boxes": [_box(number, figure, drawn) for number, figure in enumerate(outlines)],
+        "boxes": [box(number) for number in range(len(outlines))],
         "said": SAID,
         "values": [
             None if row is None else [_number(row.get(v.name), displaying(v)) for v in shown] for row in rows
         ],
-        "drawn": [None if some is None else list(map(_flat, some)) for some in drawn],
+        "drawn": [None if some is None else list(map(flat, some)) for some in drawn],
     }
 
 
@@ -298,18 +311,6 @@ def _place(model: Model, name: str, values: Sequence[Value]) -> int:
     if isinstance(own, float) and all(isinstance(value, float) for value in values):
         return min(range(len(values)), key=lambda k: abs(float(values[k]) - own))
     return len(values) // 2
-
-
-def _box(number: int, figure: dict[str, Any], drawn: Sequence[list[Any] | None]) -> list[float] | None:
-    places = [place for some in drawn if some and some[number] for place in some[number]["places"]]
-    return [_round(value) for value in rectangle(places, figure["polar"])] if places else None
-
-
-def _flat(one: dict[str, Any] | None) -> list[float] | None:
-    """Coordinates and angles one after the other."""
-    if one is None:
-        return None
-    return [_round(value) for value in (*(c for place in one["places"] for c in place), *one["angles"])]
 
 
 def _number(value: Value | None, scale: tuple[float, float]) -> Value | None:

@@ -188,12 +188,10 @@ class Gate:
         return None if origin == f"http://{host}" else "it comes from another site"
 
     def _known(self, headers: Headers) -> bool:
-        try:
-            cookies = SimpleCookie(headers.get("cookie", ""))
-        except CookieError:
-            return False
-        morsel = cookies.get(_cookie_name(headers.get("host", "")))
-        return morsel is not None and self._right(morsel.value)
+        with suppress(CookieError):
+            morsel = SimpleCookie(headers.get("cookie", "")).get(_cookie_name(headers.get("host", "")))
+            return morsel is not None and self._right(morsel.value)
+        return False
 
     def _right(self, given: str) -> bool:
         return secrets.compare_digest(given.encode(), self.token.encode())
@@ -318,13 +316,10 @@ class Tab:
         if do in OWN:
             reply: Json = await getattr(self, do)(message)
             return reply
-        if do == "check":
-            return await self.quick.ask({**self._text(str(message["text"])), "do": "check"})
-        if do in QUICK:
-            return await self.quick.ask(message)
-        if do in SLOW:
-            return await self.slow.ask(message)
-        raise Refused("no such request")
+        if do not in (*QUICK, *SLOW):
+            raise Refused("no such request")
+        lane = self.quick if do in QUICK else self.slow
+        return await lane.ask({**self._text(str(message["text"])), "do": do} if do == "check" else message)
 
     # --- sheets ---
 

@@ -70,30 +70,20 @@ def _open(arguments: Namespace) -> int:
     """Serve until interrupted; everything in the folder of the sheet can be opened."""
     if any(find_spec(name) is None for name in ("starlette", "uvicorn", "websockets")):
         raise RuleSheetError(missing_extra("the page needs", "starlette", "page"))
-    if not (isfinite(arguments.timeout) and arguments.timeout > 0):
-        raise RuleSheetError(error("E420", f"--timeout {arguments.timeout:g} is no number of seconds"))
-    folder, first = _place(arguments.sheet)
+    timeout, sheet = arguments.timeout, arguments.sheet
+    if not (isfinite(timeout) and timeout > 0):
+        raise RuleSheetError(error("E420", f"--timeout {timeout:g} is no number of seconds"))
     from solver.page.server import serve
 
-    serve(
-        folder,
-        first,
-        host=arguments.host,
-        port=arguments.port,
-        timeout=arguments.timeout,
-        browse=not arguments.no_browser,
-    )
+    folder, first = Path.cwd(), ""
+    if sheet is not None and not os.path.exists(sheet) and sheet in shipped_models():
+        first = f"shipped:{sheet}"
+    elif sheet is not None:
+        file = Path(find_sheet(sheet)).resolve()
+        folder, first = file.parent, file.name
+    browse = not arguments.no_browser
+    serve(folder, first, host=arguments.host, port=arguments.port, timeout=timeout, browse=browse)
     return 0
-
-
-def _place(sheet: str | None) -> tuple[Path, str]:
-    """The folder whose sheets can be opened, and the key of the one that is shown at first."""
-    if sheet is None:
-        return Path.cwd(), ""
-    if not os.path.exists(sheet) and sheet in shipped_models():
-        return Path.cwd(), f"shipped:{sheet}"
-    file = Path(find_sheet(sheet)).resolve()
-    return file.parent, file.name
 
 
 def _export_arguments(parser: ArgumentParser) -> None:
