@@ -8,7 +8,6 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, SupportsFloat
 
-from rulesheets.checks import check_constant
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, refuse, said
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.number import with_round_values
@@ -66,6 +65,8 @@ def constant(expression: Expression) -> Value:
     if (unit := next(units_of(expression), None)) is not None:
         message, note = f"{unit} stands inside an expression of numbers", "write one number with its unit"
         raise RuleSheetError(said("E461", message, expression.span, f"{note}, as in x = 3[in] [mm]"))
+    from rulesheets.checks import check_constant  # a command with mere numbers starts without it
+
     refuse(check_constant(expression))
     try:
         number = float(value(with_round_values(expression), {}))

@@ -207,7 +207,7 @@ class Library:
         self._units: dict[str, Unit | None] = {}
 
     def __reduce__(self) -> tuple[object, ...]:
-        return library, (self.own,)
+        return _library, (self.own, self._units)
 
     @cached_property
     def _definitions(self) -> dict[str, tuple[str, str, bool]]:
@@ -315,3 +315,10 @@ def _registry() -> Any:
 def library(own: tuple[str, ...] = ()) -> Library:
     """The units of a sheet: those that every sheet has, and its ``own`` definitions."""
     return Library(own)
+
+
+def _library(own: tuple[str, ...], units: dict[str, Unit | None]) -> Library:
+    """The units of a sheet, some of which need not be read again."""
+    found = library(own) if own else library()
+    found._units.update(units)
+    return found

@@ -21,7 +21,6 @@ from rulesheets.inputs import override, variable_named
 from rulesheets.loading import load
 from rulesheets.model import Model
 from rulesheets.syntax import escaped
-from rulesheets.units.check import check_units, inferred
 from solver.commands.inputs import Option, add_input_options, add_sheet_options, load_sheet, read_request
 from solver.commands.running import Command
 from solver.files import write_file
@@ -179,6 +178,8 @@ def _check_arguments(parser: ArgumentParser) -> None:
 
 def _check(arguments: Namespace) -> int:
     """Load the sheet, which raises for all that is wrong; then say what it has."""
+    from rulesheets.units.check import check_units, inferred  # a solve starts without them
+
     model = load_sheet(arguments)
     if arguments.json:
         found = [diagnosis_json(warning) for warning in check_units(model)]

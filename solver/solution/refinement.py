@@ -29,7 +29,6 @@ from solver.leaves import Asked, CutOff, Exploration, Leaf, leaf_errors, unmet
 from solver.numerics.tolerances import BACKWARD, LOST, MEANINGLESS, NO_DIGIT, SAFETY, VAGUE
 from solver.path.cases import MIRRORED, activity, outcomes
 from solver.solution.explore import GRACE, explore
-from solver.solution.precise_search import explore_precisely
 
 MAX_STEPS = 2_000
 """Steps of a path, over all answers, that are worth following in extended precision."""
@@ -51,6 +50,8 @@ def explore_refined(asked: Asked, always: bool = False) -> Exploration:
     try:
         if not always and (too_long or not (found.delicate or any(_vague(asked, leaf) for leaf in leaves))):
             return found
+        from solver.solution.precise_search import explore_precisely  # floats are mostly enough
+
         if (precise := explore_precisely(asked, found)) is not None:
             return precise
     except TimeIsUp:
@@ -242,6 +243,8 @@ def _beside(asked: Asked) -> tuple[Leaf, ...]:
     ended = any(leaf.solved or leaf.conflicts for leaf in (*floats.leaves, *floats.dead))
     if not ended and not floats.delicate:
         return ()
+    from solver.solution.precise_search import explore_precisely
+
     found = explore_precisely(asked, floats) or floats
     return tuple(leaf for leaf in found.leaves if leaf.solved)
 

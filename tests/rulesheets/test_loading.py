@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 from unittest.mock import patch
 
@@ -199,3 +201,20 @@ def test_what_a_function_in_python_says_is_not_kept(tmp_path, parses):
         for depth in (2.0, 3.0):
             rulesheets.function("depth_of", lambda t, depth=depth: depth)
             assert load(tmp_path / "range.tk").variables["x"].high == depth
+
+
+def test_a_kept_model_needs_neither_lark_nor_its_units_read_again(tmp_path, parses):
+    """A command that solves it imports no parser, and no check: what there is to say was kept."""
+    sheet = tmp_path / "sheet.tk"
+    sheet.write_text("variables\n  F [kN]\n  m = 3 [kg]\n  a = 2 [m/s^2]\nrules\n  F = m*a/1000\n")
+    assert load(sheet).unit_warnings == ()
+    code = (
+        "import sys, rulesheets.library; from solver.__main__ import main; main(sys.argv[1:]); "
+        "print({'lark', 'rulesheets.checks', 'rulesheets.units.check'}.isdisjoint(sys.modules), "
+        "list(rulesheets.library.library()._units))"
+    )
+    words = [sys.executable, "-c", code, "solve", str(sheet)]
+    out = subprocess.run(words, capture_output=True, text=True, check=True).stdout
+    assert "0.006" in out
+    last = out.splitlines()[-1]
+    assert last.startswith("True ") and "'kN'" in last and "'m/s^2'" in last
