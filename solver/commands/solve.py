@@ -202,16 +202,12 @@ def _check(arguments: Namespace) -> int:
 
 def summary(model: Model, warnings: int = 0) -> str:
     """``offset_slider_crank: 12 variables, 16 locals, 31 rules, 3 figures; nothing wrong``."""
-    locals_ = sum("." in name for name in model.variables)
-    parts = [plural(len(model.variables) - locals_, "variable")]
-    if locals_:
-        parts.append(plural(locals_, "local"))
-    parts.append(plural(len(model.equations), "rule"))
-    if model.requirements:
-        parts.append(plural(len(model.requirements), "requirement"))
-    if model.figures:
-        parts.append(plural(len(model.figures), "figure"))
-    return f"{model.name}: {', '.join(parts)}; {plural(warnings, 'warning') if warnings else 'nothing wrong'}"
+    own = sum("." not in name for name in model.variables)
+    kinds = {"requirement": len(model.requirements), "figure": len(model.figures)}
+    counts = {"local": len(model.variables) - own, "rule": len(model.equations), **kinds}
+    more = [plural(count, noun) for noun, count in counts.items() if count or noun == "rule"]
+    wrong = plural(warnings, "warning") if warnings else "nothing wrong"
+    return f"{model.name}: {', '.join([plural(own, 'variable'), *more])}; {wrong}"
 
 
 def _format_arguments(parser: ArgumentParser) -> None:

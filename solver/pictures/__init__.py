@@ -5,6 +5,7 @@ Here is a figure at one answer: its strokes and points, and where its labels go.
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -350,11 +351,15 @@ class Panel:
             path = self.path(stroke)
             if stroke.kind == "body":
                 path = [*path, path[0]]
-            elif stroke.kind == "slider":
-                path = guide(path[0], stroke.angle)
+            elif stroke.kind == "slider":  # its guide as far as it is seen beside it: below, or on the right
+                along = cmath.rect(1.0, math.radians(stroke.angle))
+                foot = complex(*path[0]) + (-2.6j if along.real >= -1e-9 else 2.6j) * along
+                path = [_place(foot + end * along) for end in (-6.0, 6.0)]
             found.extend(pairwise(path))
             if stroke.kind == "slot":
-                found.extend(_edges(path[0], path[1], SLOT / 2))
+                start, end = (complex(*at) for at in path)
+                off = SLOT / 2 * 1j * (end - start) / (abs(end - start) or 1.0)
+                found.extend((_place(start + side), _place(end + side)) for side in (off, -off))
         return found
 
     def symbols(self) -> list[Box]:
@@ -410,19 +415,5 @@ class Panel:
         return place(self.wishes(), self.segments(), self.symbols(), self.size, before)
 
 
-def guide(at: Place, angle: float) -> list[Place]:
-    """The guide of a slider as far as it is seen beside it: below, or on the right."""
-    along = math.cos(math.radians(angle)), math.sin(math.radians(angle))
-    side = -2.6 if along[0] >= -1e-9 else 2.6
-    foot = at[0] - side * along[1], at[1] + side * along[0]
-    return [(foot[0] + end * along[0], foot[1] + end * along[1]) for end in (-6.0, 6.0)]
-
-
-def _edges(start: Place, end: Place, off: float) -> list[Segment]:
-    """Lines beside a segment, at that distance on either side."""
-    length = math.dist(start, end) or 1.0
-    x, y = off * (start[1] - end[1]) / length, off * (end[0] - start[0]) / length
-    return [
-        ((start[0] + side * x, start[1] + side * y), (end[0] + side * x, end[1] + side * y))
-        for side in (1, -1)
-    ]
+def _place(at: complex) -> Place:
+    return at.real, at.imag

@@ -97,29 +97,27 @@ def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> 
 
     Above the panels is room for the titles that views have, and for a heading where it is ``headed``.
     """
-    views = [view for frame in frames for view in frame if view]
-    rows, columns = range(len(views[0].diagrams)), range(max(map(len, frames)))
+    count = max(map(len, frames))
+    shown = [[v for views in frames if k < len(views) and (v := views[k])] for k in range(count)]
+    views = [view for column in shown for view in column]
     seen = {
-        (row, column): [diagram for view in _column(frames, column) if (diagram := view.diagrams[row])]
-        for row in rows
-        for column in columns
+        (row, column): [diagram for view in shown[column] if (diagram := view.diagrams[row])]
+        for row in range(len(views[0].diagrams))
+        for column in range(count)
     }
     least = {cell: window(diagrams) for cell, diagrams in seen.items()}
-    extents = tuple(
-        _extent(
-            [least[row, column] for column in columns],
-            _longest(diagram.title for column in columns for diagram in seen[row, column]),
-        )
-        for row in rows
-    )
+    extents = []
+    for row in range(len(views[0].diagrams)):
+        titles = [diagram.title for column in range(count) for diagram in seen[row, column]]
+        extents.append(_extent([least[row, column] for column in range(count)], titles))
     # figures below each other where there are several views; the figures of one view fill rows
-    wide = len(rows) if len(rows) <= _ACROSS else -(-len(rows) // 2)
-    cells = {cell: cell if len(columns) > 1 else divmod(cell[0], wide) for cell in seen}
+    wide = len(extents) if len(extents) <= _ACROSS else -(-len(extents) // 2)
+    cells = {cell: cell if count > 1 else divmod(cell[0], wide) for cell in seen}
     widths, heights = dict[int, float](), dict[int, float]()
     for (row, column), (y, x) in cells.items():
         units, width, height = extents[row]
-        title = _longest(view.title for view in _column(frames, column)) if len(columns) > 1 else ""
-        widths[x] = max(widths.get(x, 0.0), width / units, text_width(title, BOLD))
+        title = max((text_width(view.title, BOLD) for view in shown[column] if count > 1), default=0.0)
+        widths[x] = max(widths.get(x, 0.0), width / units, title)
         heights[y] = max(heights.get(y, 0.0), height / units + HEAD + FOOT)
     across, up = _start(widths, len(widths)) - GAP + EDGE, _start(heights, len(heights)) - GAP + EDGE
     legend = _legend(views, across - 2 * EDGE)
@@ -129,27 +127,11 @@ def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> 
     for cell, (y, x) in cells.items():
         left, top = _start(widths, x), up - above - _start(heights, y)
         places[cell] = Window(left, top - heights[y], left + widths[x], top)
-    middles = tuple(_start(widths, column) + widths[column] / 2 for column in columns)
-    return Layout(
-        size=(across, up),
-        extents=extents,
-        windows={
-            cell: box.resized(extents[cell[0]].width, extents[cell[0]].height) for cell, box in least.items()
-        },
-        travel={cell: _travel(diagrams) for cell, diagrams in seen.items()},
-        places=places,
-        middles=middles if len(columns) > 1 else (across / 2,),
-        legend=legend,
-    )
-
-
-def _column(frames: Sequence[Sequence[View | None]], column: int) -> list[View]:
-    """The views of all frames in one column."""
-    return [view for views in frames if column < len(views) and (view := views[column])]
-
-
-def _longest(texts: Iterable[str]) -> str:
-    return max(texts, key=len, default="")
+    middles = [_start(widths, column) + widths[column] / 2 for column in range(count)]
+    windows = {cell: box.resized(*extents[cell[0]][1:]) for cell, box in least.items()}
+    travel = {cell: _travel(diagrams) for cell, diagrams in seen.items()}
+    middles = middles if count > 1 else [across / 2]
+    return Layout((across, up), tuple(extents), windows, travel, places, tuple(middles), legend)
 
 
 def text_width(text: str, points: float) -> float:
@@ -162,12 +144,12 @@ def legend_width(kind: str) -> float:
     return 10.0 + text_width(ARROW_NAMES[kind], LEGEND)
 
 
-def _extent(windows: Sequence[Window], caption: str) -> Extent:
+def _extent(windows: Sequence[Window], captions: Iterable[str]) -> Extent:
     width, height = max(w.width for w in windows), max(w.height for w in windows)
     reach = max(w.reach for w in windows)
     least = reach * (_FINEST if max(width, height) > 0.0 else 1.0)
     units = scale(max(width, least), height, _ROOM)
-    narrow = max(_NARROW, text_width(f"(a) {caption}", CAPTION))
+    narrow = max(_NARROW, *(text_width(f"(a) {caption}", CAPTION) for caption in captions))
     return Extent(units, max(width + 2 * MARGIN * units, narrow * units), height + 2 * MARGIN * units)
 
 
