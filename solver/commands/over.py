@@ -18,14 +18,7 @@ from rulesheets.model import Model, Value, Variable
 from rulesheets.units import converted, parted, scaling
 from solver.commands.inputs import Option, Request
 from solver.files.tables import Chunk, column_of, heading, pieces
-from solver.sweeps.sweep import (
-    Axis,
-    Grid,
-    Stretch,
-    file_chunks,
-    grid_chunks,
-    grid_lessons,
-)
+from solver.sweeps.sweep import Axis, Grid, Stretch, file_chunks, grid_chunks, grid_lessons
 
 LIMIT = 10**12
 """Rows that a sweep may have: beyond that nobody waits for the end."""

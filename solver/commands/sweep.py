@@ -26,14 +26,7 @@ from solver.path.planner import planner
 from solver.pictures.drawing import picture_kind
 from solver.sweeps import prepare
 from solver.sweeps.curves import follow_sweep
-from solver.sweeps.sweep import (
-    Sink,
-    followed,
-    heads,
-    resumed,
-    shown_columns,
-    work_of,
-)
+from solver.sweeps.sweep import Sink, followed, heads, resumed, shown_columns, work_of
 from solver.sweeps.sweep import run as streamed
 from solver.sweeps.tracing import Branch
 from solver.sweeps.work import Solved, Work

@@ -38,10 +38,7 @@ def draw(
 
 
 def views(
-    result: Result,
-    title: str = "",
-    every: bool = False,
-    figures: Iterable[str] | None = None,
+    result: Result, title: str = "", every: bool = False, figures: Iterable[str] | None = None
 ) -> list[View]:
     """One view for each answer (with ``every``; else for the primary one), numbered in their titles.
 
