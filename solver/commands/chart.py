@@ -201,10 +201,10 @@ COLUMNS = ("method", "tolerance", "at", "status", "error", "iterations", "second
 
 def chart_table(marks: Sequence[Mark]) -> str:
     """One line a method, at one set of inputs."""
-    rows = (
-        (m.method, m.status, _short(m.error), _short(m.radius), str(m.iterations or ""), _micros(m.seconds))
-        for m in marks
-    )
+    rows = []
+    for mark in marks:
+        sizes = _short(mark.error), _short(mark.radius), str(mark.iterations or "")
+        rows.append((mark.method, mark.status, *sizes, f"{1e6 * mark.seconds:.1f}"))
     return table(("Method", "Status", "Error", "Radius", "Iterations", "µs"), rows)
 
 
@@ -219,16 +219,12 @@ def stability_table(marks: Sequence[Mark], name: str) -> str:
         at = "" if math.isnan(worst.error) else f"{worst.at:.10g}"
         median = sorted(mark.seconds for mark in mine)[len(mine) // 2]
         counts = f"{said['solved']} of {len(mine)}", str(said["false"]), str(silent)
-        rows.append((method, *counts, _short(worst.error), at, _micros(median)))
+        rows.append((method, *counts, _short(worst.error), at, f"{1e6 * median:.1f}"))
     return table(("Method", "Solved", "False", "Nothing", "Worst error", f"at {name}", "µs"), rows)
 
 
 def _short(error: float | None) -> str:
     return "" if error is None or math.isnan(error) else f"{error:.0e}" if error else "0"
-
-
-def _micros(seconds: float) -> str:
-    return f"{1e6 * seconds:.1f}"
 
 
 def chart_csv(marks: Iterable[Mark]) -> str:

@@ -98,9 +98,6 @@ def _too_many(option: Option) -> Diagnosis:
 A_DECADE = 2
 """Points a decade."""
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_FORM = re.compile(rf"\s*([^=]+?)\s*=\s*(.+?)\s*:\s*({_NUMBER})\s*\.\.\s*({_NUMBER})\s*")
-
 
 def read_approach(text: str, model: Model) -> tuple[str, dict[float, float]]:
     """The input, and its values with their distances from the limit, the farthest first.
@@ -108,20 +105,21 @@ def read_approach(text: str, model: Model) -> tuple[str, dict[float, float]]:
     Distances are relative to the limit (absolute where that is 0), and counted towards 0; negative ones
     lie beyond. Raises RuleSheetError for what is none of this.
     """
-    option, form = Option("approach", text), _FORM.fullmatch(text)
+    option, (head, _, ends) = Option("approach", text), text.rpartition(":")
+    name, _, written = (part.strip() for part in head.partition("="))
     message = "--approach needs a name, a limit, and the relative distances of the first and the last value"
     note = "write --approach NAME=LIMIT:1e-1..1e-15, with the limit as a number"
     unread = RuleSheetError(option.wrong("E424", message, note))
-    if form is None:
+    try:
+        first, last = map(float, ends.split(".."))
+    except ValueError:
+        raise unread from None
+    if not name or not written or not 0.0 < first * last < math.inf:
         raise unread
-    name, limit_text, first, last = form[1], form[2], float(form[3]), float(form[4])
     variable_named(name, model, option.place(name))
-    limit = parse_value(limit_text, option.place(limit_text))
-    if isinstance(limit, str) or not 0.0 < first * last < math.inf:
-        raise unread
-    decades = math.log10(last / first)
+    limit, decades = parse_value(written, option.place(written)), math.log10(last / first)
     count = round(abs(decades) * A_DECADE) + 1
-    if count > 100 * A_DECADE:
+    if isinstance(limit, str) or count > 100 * A_DECADE:
         raise unread
     distances = [first * 10.0 ** (decades * k / max(count - 1, 1)) for k in range(count)]
     numbers = [limit * (1.0 - d) if limit else d for d in distances]

@@ -371,27 +371,23 @@ class Panel:
             if kind == "pin":
                 boxes.append(Box(x, y - 2.6, 2.6, 2.0))
         for stroke in self.diagram.strokes:
-            if stroke.kind in ("slider", "block", "trunnion"):
-                x, y = self.path(stroke)[0]
-                boxes.append(Box(x, y, 3.0, 3.4 if stroke.kind == "trunnion" else 2.6))
-                if stroke.kind == "trunnion":
-                    boxes.append(Box(x, y - 3.6, 2.6, 2.0))
+            x, y = self.path(stroke)[0]
+            if stroke.kind in ("slider", "block"):
+                boxes.append(Box(x, y, 3.0, 2.6))
+            elif stroke.kind == "trunnion":
+                boxes += [Box(x, y, 3.0, 3.4), Box(x, y - 3.6, 2.6, 2.0)]
         return boxes
 
     def groups(self) -> dict[str, str]:
         """Labels of points by the name of the first of those that share a place: ``o`` to ``o, g``."""
-        groups: dict[str, list[str]] = {}
-        written = {name: spot for name, spot in self.diagram.places.items() if not name.startswith("_")}
-        for name, spot in written.items():
-            x, y = self.on_paper(spot)
-            for first in groups:
-                other = self.on_paper(self.diagram.places[first])
-                if abs(other[0] - x) < _SAME and abs(other[1] - y) < _SAME:
-                    groups[first].append(name)
-                    break
-            else:
-                groups[name] = [name]
-        return {first: ", ".join(together) for first, together in groups.items()}
+        groups: dict[str, str] = {}
+        spots = {name: self.on_paper(spot) for name, spot in self.diagram.places.items()}
+        for name, (x, y) in spots.items():
+            if not name.startswith("_"):
+                near = (n for n in groups if max(abs(spots[n][0] - x), abs(spots[n][1] - y)) < _SAME)
+                first = next(near, name)
+                groups[first] = f"{groups[first]}, {name}" if first in groups else name
+        return groups
 
     def wishes(self) -> list[Wish]:
         """Every label by a key of its own, at the point or in the middle of the stroke that it names."""

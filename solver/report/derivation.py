@@ -14,18 +14,8 @@ from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.evaluate import Undefined, value
 from rulesheets.inputs import variable_named
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.nodes import (
-    Condition,
-    Expression,
-    Name,
-    Number,
-    add,
-    call,
-    multiply,
-    names,
-    substitute,
-    subtract,
-)
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import Condition, Expression, Name, Number, names, substitute
 from rulesheets.units import shown
 from solver.path import Evaluate, Select, Shown, SolveBlock, Step, equations_of
 from solver.path.cases import activity, outcomes
@@ -67,7 +57,7 @@ def _turned(isolation: Isolation, known: Mapping[str, Value], answer: float) -> 
     period = isolation.stages[at].period or 0.0
     for inside in _through(isolation, (isolation.start,), 0, at + 1):
         (plain,) = _through(isolation, (inside,), at + 1, None)[:1]
-        (turned,) = _through(isolation, (add(inside, Number(period)),), at + 1, None)[:1]
+        (turned,) = _through(isolation, (nodes.add(inside, Number(period)),), at + 1, None)[:1]
         stride = _value(turned, known) - _value(plain, known)
         if not math.isfinite(stride) or stride == 0.0:
             continue
@@ -75,8 +65,8 @@ def _turned(isolation: Isolation, known: Mapping[str, Value], answer: float) -> 
         whole: Expression = Number(abs(turns) * period)
         halves = round(period / math.pi)
         if math.isclose(period, halves * math.pi, rel_tol=1e-12):  # in radians: multiples of pi
-            whole = multiply(Number(float(abs(turns) * halves)), call("pi"))
-        moved = add(inside, whole) if turns >= 0 else subtract(inside, whole)
+            whole = nodes.multiply(Number(float(abs(turns) * halves)), nodes.call("pi"))
+        moved = (nodes.add if turns >= 0 else nodes.subtract)(inside, whole)
         yield from _through(isolation, (moved,), at + 1, None)
 
 

@@ -7,25 +7,8 @@ from typing import TypeAlias
 
 from rulesheets.format import DIGITS, format_condition, format_expression, readable
 from rulesheets.model import Equation, Model, Premise, Requirement, Value
-from rulesheets.syntax import Span, escaped
-from rulesheets.syntax.nodes import (
-    And,
-    Condition,
-    Expression,
-    Name,
-    Negative,
-    Not,
-    Number,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-    Symbol,
-    children,
-    names,
-    rebuilt,
-    substitute,
-)
+from rulesheets.syntax import Span, escaped, nodes
+from rulesheets.syntax.nodes import Condition, Expression, children, names, rebuilt, substitute
 from solver.facts import Method
 from solver.kernel.block import BlockKernel
 from solver.kernel.solve_block import first_methods
@@ -78,13 +61,13 @@ Notation: TypeAlias = Plain | Tex
 
 
 def _joined(outcomes: Iterable[tuple[Condition, bool]]) -> Condition:
-    terms = tuple(condition if holds else Not(condition) for condition, holds in outcomes)
-    return terms[0] if len(terms) == 1 else And(terms)
+    terms = tuple(condition if holds else nodes.Not(condition) for condition, holds in outcomes)
+    return terms[0] if len(terms) == 1 else nodes.And(terms)
 
 
 def _rounded(value: Value) -> Expression:
     """A value as a person reads it."""
-    return Symbol(value) if isinstance(value, str) else Number(float(f"{value:.{DIGITS}g}") + 0.0)
+    return nodes.Symbol(value) if isinstance(value, str) else nodes.Number(float(f"{value:.{DIGITS}g}") + 0.0)
 
 
 def _filled(node: Expression, values: Mapping[str, Value], first: bool) -> Expression:
@@ -92,16 +75,19 @@ def _filled(node: Expression, values: Mapping[str, Value], first: bool) -> Expre
 
     ``first``: nothing stands to the left of the node, so that a sign needs no parentheses.
     """
-    if isinstance(node, Name) and node.name in values:
+    if isinstance(node, nodes.Name) and node.name in values:
         text = readable(values[node.name])
-        return Name(f"({text})" if text.startswith("-") and not first else text)
-    parts = children(node)
-    head = first if isinstance(node, Product | Quotient) else not isinstance(node, Power | Negative)
-    tail = not isinstance(node, Sum | Product | Quotient | Power | Negative)
-    if isinstance(node, Sum):  # anything but the first term of another sum stands in parentheses
-        negative = (isinstance(t, Number) and t.value < 0 and Negative(Number(-t.value)) for t in parts[1:])
-        parts = (parts[0], *(minus or term for minus, term in zip(negative, parts[1:], strict=True)))
-    inner = (_filled(part, values, head if not k else tail) for k, part in enumerate(parts))
+        return nodes.Name(f"({text})" if text.startswith("-") and not first else text)
+    product = isinstance(node, nodes.Product | nodes.Quotient)
+    signed = isinstance(node, nodes.Power | nodes.Negative)
+    inner = []
+    for place, part in enumerate(children(node)):
+        free = first if product else not signed
+        if place:
+            free = not (product or signed or isinstance(node, nodes.Sum))
+            if isinstance(node, nodes.Sum) and isinstance(part, nodes.Number) and part.value < 0:
+                part = nodes.Negative(nodes.Number(-part.value))
+        inner.append(_filled(part, values, free))  # a later sum in a sum stands in parentheses
     return rebuilt(node, tuple(inner))
 
 

@@ -88,7 +88,7 @@ def sheet_rows(
     A variable that was not asked for and has no value is left out. ``digits`` adds the error bars. ``others``
     are the rows that are left out instead; of a pruned solve those that have a value.
     """
-    found, posted, whole = answers(result, every=every), named(result), not pruned(result)
+    found, (posted, whole) = answers(result, every=every), named(result)
     rows = []
     for name, variable in result.model.variables.items():
         there = any(name in answer for answer in found)
@@ -113,21 +113,17 @@ def sheet_rows(
     return tuple(rows)
 
 
-def named(result: Result) -> dict[str, bool]:
+def named(result: Result) -> tuple[dict[str, bool], bool]:
     """The variables that have a row, each with whether it has one even where it has no value.
 
-    Of fewer than all that the sheet has, those that calls only pass on to one another have none.
+    And whether all that the sheet has was asked for. Of fewer, those that calls only pass on to one another
+    have no row.
     """
-    asked, whole = {*result.inputs, *result.wanted}, not pruned(result)
-    variables = result.model.variables.values()
-    posted = {v.name: whole for v in variables if v.posted and (whole or not v.passed)}
-    return posted | dict.fromkeys(asked, True)
-
-
-def pruned(result: Result) -> bool:
-    """Whether fewer variables were asked for than the sheet has."""
-    posted = (v for v in result.model.variables.values() if v.posted and not v.passed)
-    return any(v.name not in result.wanted for v in posted)
+    asked = {*result.inputs, *result.wanted}
+    posted = [v for v in result.model.variables.values() if v.posted]
+    whole = all(v.passed or v.name in result.wanted for v in posted)
+    rows = {v.name: whole for v in posted if whole or not v.passed}
+    return rows | dict.fromkeys(asked, True), whole
 
 
 def displayed(result: Result, rows: Iterable[SheetRow]) -> tuple[SheetRow, ...]:
@@ -180,7 +176,7 @@ def result_json(
 
     ``also`` are further members, put at its end.
     """
-    variables, rows = result.model.variables, named(result)
+    variables, (rows, _) = result.model.variables, named(result)
     names = [name for name in variables if explain or name in rows]
     solutions = [_finite({n: answer[n] for n in names if n in answer}) for answer in result.solutions]
     both = list(zip(result.solutions, solutions, strict=True))

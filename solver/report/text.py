@@ -21,7 +21,7 @@ from solver.report.sheet import (
     certain,
     displayed,
     magnitude,
-    pruned,
+    named,
     sheet_heads,
     sheet_rows,
     tolerated,
@@ -273,7 +273,7 @@ def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
     yield from (render(gap) for gap in result.gaps if gap not in result.diagnoses)
     direct, sizes = _counted(result.path)
     used, whole = direct + sum(sizes), len(result.model.equations)
-    few = result.status is Status.SOLVED and pruned(result) and used != whole
+    few = result.status is Status.SOLVED and not named(result)[1] and used != whole
     enough = f": no more is needed for {_few(result.wanted, NAMES)}" if few else ""
     yield f"Used {used} of {plural(whole, 'rule')}{enough}."
 
