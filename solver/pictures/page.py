@@ -149,7 +149,7 @@ def _extent(windows: Sequence[Window], captions: Iterable[str]) -> Extent:
     reach = max(w.reach for w in windows)
     least = reach * (_FINEST if max(width, height) > 0.0 else 1.0)
     units = scale(max(width, least), height, _ROOM)
-    narrow = max(_NARROW, *(text_width(f"(a) {caption}", CAPTION) for caption in captions))
+    narrow = max([_NARROW, *(text_width(f"(a) {caption}", CAPTION) for caption in captions)])
     return Extent(units, max(width + 2 * MARGIN * units, narrow * units), height + 2 * MARGIN * units)
 
 

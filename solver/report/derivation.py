@@ -20,7 +20,7 @@ from rulesheets.units import shown
 from solver.path import Evaluate, Select, Shown, SolveBlock, Step, equations_of
 from solver.path.cases import activity, outcomes
 from solver.path.isolate import TARGET, Isolation, isolate
-from solver.report import columns
+from solver.report import SCREEN, columns
 from solver.report.path import Notation, Places, Plain, Tex
 from solver.result import Result
 
@@ -402,24 +402,30 @@ class Page:
                 lines = self._heading(link)
                 dash, indent = ("- ", "  ") if self.markdown else (MARGIN, MARGIN)
             for line in self.lines(link):
-                first, *rest = self._told(line)
+                first, *rest = self._told(line, len(bullet) + len(dash))
                 lines += [dash + first, *(indent + more for more in rest)]
             yield bullet + lines[0]
             yield from (" " * len(bullet) + line if line else "" for line in lines[1:])
 
-    def _told(self, line: Line) -> list[str]:
-        """An equation with its rule, and what selected that."""
+    def _told(self, line: Line, used: int) -> list[str]:
+        """An equation with its rule, and what selected that; ``used`` columns stand before it."""
         word = "such that " if line.closing else "" if line.equation else "which gives "
-        told = [word + self._formula(line)]
+        formula, told = [word + self._formula(line)], []
         if line.equation is not None:
             place, rule = self.places.rule(line.equation)
             told.append(f"{self.code(rule)} ({self._plain(place)})" if self.markdown else f"{place}  {rule}")
-        for word, condition, read in self.guards(line.guards):
+        for word_of_it, condition, read in self.guards(line.guards):
             said, gap = (f"${condition}$", " ") if self.markdown else (condition, "   ")
-            told.append(f"{word} {said}" + f"{gap}({self.code(read)})" * bool(read))
+            told.append(f"{word_of_it} {said}" + f"{gap}({self.code(read)})" * bool(read))
         if self.markdown:
-            return [*(f"{line}  " for line in told[:-1]), told[-1]]
-        return [told[0], *(MARGIN + line for line in told[1:])]
+            return [*(f"{line}  " for line in (*formula, *told)[:-1]), (*formula, *told)[-1]]
+        room = SCREEN.get().width
+        if room is not None and len(formula[0]) > room - used:  # each equal on a line of its own
+            first, *others = line.chain
+            start = f"{word}{line.left}"
+            formula = [f"{start} = {first}", *(f"{' ' * len(start)} = {other}" for other in others)]
+            formula[-1] += line.unit
+        return [*formula, *(MARGIN + line for line in told)]
 
     def _heading(self, link: Together) -> list[str]:
         """What a block gives, and what was iterated on."""

@@ -43,7 +43,7 @@ class Derived(NamedTuple):
         if (slopes := self.sensitivities) is not None:
             groups = [slopes.inputs[i : i + WIDE] for i in range(0, len(slopes.inputs), WIDE)]
             tables = [table(header, rows) for header, *rows in (cells(slopes, group) for group in groups)]
-            head = "Sensitivities: units of the output for one unit of the input, the other inputs held\n"
+            head = "Sensitivities: units of output for one unit of input, the other inputs held\n"
             if not tables or not slopes.outputs:
                 head, tables = "Sensitivities: there is no output with a number, or no input", [""]
             blocks += [head + tables[0], *tables[1:]]
