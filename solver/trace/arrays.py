@@ -57,7 +57,7 @@ class ArrayKernel:
         self.source = writer.source()
         exec(compile(self.source, "<compiled path>", "exec"), namespace)
         self._block: Callable[..., None] = namespace["block"]
-        self.buffers, self.masks = writer.buffers, writer.masks
+        self.taken = writer.taken
         self._room: list[tuple[list[Array], list[Array], SineAndCosine]] = []
 
     def __call__(self, columns: Sequence[Array], results: Sequence[Array], take: Take | None = None) -> None:
@@ -66,7 +66,11 @@ class ArrayKernel:
         """
         count = len(results[0])
         size = min(BLOCK, count)
-        room = self._room.pop() if self._room and size == BLOCK else self._new(size)
+        if self._room and size == BLOCK:
+            room = self._room.pop()
+        else:
+            masks = [np.empty(size, dtype=bool) for _ in range(self.taken["m"])]
+            room = [np.empty(size) for _ in range(self.taken["b"])], masks, SineAndCosine(size)
         buffers, masks, scratch = room
         with np.errstate(all="ignore"):
             for start in range(0, count, size):
@@ -81,11 +85,6 @@ class ArrayKernel:
                     take(rows.start, rows.stop)
         if size == BLOCK:
             self._room = [room]
-
-    def _new(self, size: int) -> tuple[list[Array], list[Array], SineAndCosine]:
-        """Registers for so many rows."""
-        masks = [np.empty(size, dtype=bool) for _ in range(self.masks)]
-        return [np.empty(size) for _ in range(self.buffers)], masks, SineAndCosine(size)
 
 
 class _Writer:
@@ -110,26 +109,16 @@ class _Writer:
             if flow.nodes[node][0] in LEAVES or self.outputs[node] != place:
                 self.lines.append(f"copy_(r{place}, {self._read(node)})")
 
-    @property
-    def buffers(self) -> int:
-        return self.taken["b"]
-
-    @property
-    def masks(self) -> int:
-        return self.taken["m"]
-
     def source(self) -> str:
+        inputs = sorted(int(node[1]) for node in self.flow.nodes if node[0] == "input")
         head = [
-            *(f"x{i} = columns[{i}]" for i in self._inputs()),
+            *(f"x{i} = columns[{i}]" for i in inputs),
             *(f"r{i} = results[{i}]" for i in range(len(self.wanted))),
-            *(f"b{i} = buffers[{i}]" for i in range(self.buffers)),
-            *(f"m{i} = masks[{i}]" for i in range(self.masks)),
+            *(f"b{i} = buffers[{i}]" for i in range(self.taken["b"])),
+            *(f"m{i} = masks[{i}]" for i in range(self.taken["m"])),
         ]
         body = "\n".join(f"    {line}" for line in [*head, *self.lines]) or "    pass"
         return f"def block(columns, results, buffers, masks, sincosd):\n{body}\n"
-
-    def _inputs(self) -> list[int]:
-        return sorted(int(node[1]) for node in self.flow.nodes if node[0] == "input")
 
     def _read(self, node: int) -> str:
         operation, *rest = self.flow.nodes[node]
@@ -201,7 +190,9 @@ class _Writer:
         if node in self.outputs:
             name = f"r{self.outputs[node]}"
         else:
-            kind = "m" if self.flow.nodes[node][0] in LOGICAL or self._is_mask(node) else "b"
+            operation, *rest = self.flow.nodes[node]
+            selected = self.flow.nodes[int(rest[1])][0] if operation == "where" else operation
+            kind = "m" if selected in LOGICAL else "b"
             if self.free[kind]:
                 name = self.free[kind].pop()
             else:
@@ -209,10 +200,6 @@ class _Writer:
                 self.taken[kind] += 1
         self.names[node] = name
         return name
-
-    def _is_mask(self, node: int) -> bool:
-        operation, *rest = self.flow.nodes[node]
-        return operation == "where" and self.flow.nodes[int(rest[1])][0] in LOGICAL
 
     def _release(self, at: int, node: int) -> None:
         """Give back the registers that are read here for the last time."""

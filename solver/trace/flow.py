@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from functools import partial, reduce
 from typing import NamedTuple
 
 from rulesheets.functions import TABLE
@@ -57,7 +58,7 @@ class Flow(Graph):
             case Negative(operand):
                 return self.add("neg", self.expression(operand, values))
             case Sum(terms):
-                return self._sum([(term, self.expression(term, values)) for term in terms])
+                return reduce(partial(self.add, "add"), [self.expression(term, values) for term in terms])
             case Product(left, right):
                 return self.add("mul", self.expression(left, values), self.expression(right, values))
             case Quotient(left, right):
@@ -71,12 +72,6 @@ class Flow(Graph):
                 return self.call(function, *(self.expression(item, values) for item in arguments))
             case _:
                 raise NotCompilable
-
-    def _sum(self, terms: list[tuple[Expression, int]]) -> int:
-        total = terms[0][1]
-        for _, term in terms[1:]:
-            total = self.add("add", total, term)
-        return total
 
     def _divisor(self, divisor: int) -> None:
         if self.value_of(divisor) is None:
@@ -163,19 +158,14 @@ class Flow(Graph):
             node = self.node("call", function, *arguments)
             if node not in self._directions:
                 y, x = arguments
-                self._directions[node] = Direction(y, x, function.removeprefix("atan2"), self._length(y, x))
+                square = self.add("add", self.add("mul", x, x), self.add("mul", y, y))
+                self._directions[node] = Direction(
+                    y, x, function.removeprefix("atan2"), self.add("sqrt", square)
+                )
             at_zero = [self.add("eq", argument, self.constant(0.0)) for argument in arguments]
             self.require(self.add("not", self.add("and", *at_zero)))
             return node
         return self.node("call", function, *arguments)
-
-    def _length(self, y: int, x: int) -> int:
-        return self.add("sqrt", self.add("add", self.add("mul", x, x), self.add("mul", y, y)))
-
-    def circle(self, angle: int) -> tuple[int, ...]:
-        """The sine and the cosine that an angle came out of."""
-        known = self._directions.get(angle)
-        return () if known is None or known.length is not None else (known.y, known.x)
 
     def direction(self, y: int, x: int, unit: str) -> int:
         """The direction of a point on the unit circle."""
@@ -201,7 +191,11 @@ class Flow(Graph):
         kind = function.removesuffix("d")
         known = self._directions.get(angle)
         if known is not None and known.unit == unit:
-            return self._of_direction(kind, known)
+            if kind == "tan":
+                self._divisor(known.x)
+                return self.add("div", known.y, known.x)
+            part = known.x if kind == "cos" else known.y
+            return part if known.length is None else self.add("div", part, known.length)
         operation = self.nodes[angle]
         if operation[0] == "neg":
             inside = self._circular(function, int(operation[1]))
@@ -213,15 +207,6 @@ class Flow(Graph):
         if kind == "tan":
             return self.node("call", function, angle)
         return self.node(function, angle)
-
-    def _of_direction(self, kind: str, known: Direction) -> int:
-        if kind == "tan":
-            self._divisor(known.x)
-            return self.add("div", known.y, known.x)
-        part = known.x if kind == "cos" else known.y
-        if known.length is None:
-            return part
-        return self.add("div", part, known.length)
 
     def _moved(self, kind: str, operation: Node) -> int | None:
         """An angle plus or minus a number of right angles."""
@@ -275,16 +260,14 @@ class Flow(Graph):
                 return self.false
             if number in (0.0, 180.0):
                 # Neither to the right nor to the left of the origin: away from the axis, for certain.
-                away = self.add("lt", self._axis(known.x), self.add("abs", known.y))
+                axis = self.add("mul", self.constant(NEAR), self.add("abs", known.x))
+                away = self.add("lt", axis, self.add("abs", known.y))
                 self.require(away)
                 return self.false
         near = self.add("near", left, right)
         # Whether numbers that differ by a hair are the same is told by more digits than floats have.
         self.require(self.add("or", self.add("not", near), self.add("eq", left, right)))
         return near
-
-    def _axis(self, x: int) -> int:
-        return self.add("mul", self.constant(NEAR), self.add("abs", x))
 
 
 _CIRCULAR = frozenset({"sind", "cosd", "tand", "sin", "cos", "tan"})
@@ -338,7 +321,7 @@ class Numbers:
     def _value(self, node: int) -> float | bool:
         operation, *rest = self.flow.nodes[node]
         if operation in LEAVES:
-            return self._leaf(node)
+            return self.inputs[int(rest[0])] if operation == "input" else rest[0]  # type: ignore[return-value]
         try:
             return self._result(operation, rest, [self.found[one] for one in operands(self.flow, node)])
         except (ArithmeticError, ValueError):
@@ -360,7 +343,3 @@ class Numbers:
                 return math.nan
             case _:
                 return FOLD[str(operation)](*numbers)
-
-    def _leaf(self, node: int) -> float | bool:
-        kind, value, *_ = self.flow.nodes[node]
-        return self.inputs[int(value)] if kind == "input" else value  # type: ignore[return-value]

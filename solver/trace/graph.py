@@ -7,10 +7,10 @@ that was computed comes with a bound on its error.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import reduce
-from typing import Any, ClassVar, NamedTuple, Protocol, TypeAlias
+from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 Operand: TypeAlias = int | float | str
 Node: TypeAlias = tuple[Operand, ...]
@@ -58,21 +58,6 @@ FOLD: dict[str, Callable[..., float | bool]] = {
 }
 
 
-class Finder(Protocol):
-    """The root of a block, a number for each unknown, as a function of known numbers.
-
-    ``scalar`` raises ValueError and ``array`` (unknowns, n) has nan where there is none. ``start`` is a root.
-    """
-
-    start: tuple[float, ...]
-
-    def scalar(self, *known: float) -> Any: ...
-
-    def array(self, *known: Any) -> Any: ...
-
-    def unrolled(self, flow: Graph, known: Sequence[int]) -> list[int]: ...
-
-
 class Graph:
     """Operations, and what must hold for them to count.
 
@@ -92,7 +77,8 @@ class Graph:
         self.nodes: list[Node] = []
         self.checks: list[int] = []
         self.finite: list[int] = []
-        self.finders: list[Finder] = []
+        self.finders: list[Any] = []
+        """The roots of blocks as functions of known numbers, each a ``BlockNewton``."""
         self._numbers: dict[Node, int] = {}
         self.true = self.constant(True)
         self.false = self.constant(False)
@@ -114,9 +100,12 @@ class Graph:
 
     def add(self, operation: str, *operands: int) -> int:
         """The node of an operation, simplified."""
-        folded = self._folded(operation, operands)
-        if folded is not None:
-            return folded
+        values = [self.value_of(operand) for operand in operands]
+        if None not in values:
+            try:
+                return self.constant(FOLD[operation](*values))
+            except (ArithmeticError, ValueError):
+                raise NotCompilable from None
         simple = self.rules.get(operation)
         if simple is not None:
             found = simple(self, *operands)
@@ -133,16 +122,6 @@ class Graph:
             self.nodes.append(node)
             self._numbers[key] = number
         return number
-
-    def _folded(self, operation: str, operands: tuple[int, ...]) -> int | None:
-        values = [self.value_of(operand) for operand in operands]
-        if any(value is None for value in values):
-            return None
-        try:
-            result = FOLD[operation](*values)
-        except (ArithmeticError, ValueError):
-            raise NotCompilable from None
-        return self.constant(result)
 
     def factor(self, node: int) -> tuple[float, int] | None:
         """The number and the other factor of a product with a number."""
@@ -177,13 +156,6 @@ class Graph:
         for check in inside:
             self.require(self.add("or", self.add("not", condition), check))
 
-    @contextmanager
-    def as_reported(self) -> Iterator[None]:
-        """What is added inside reads the numbers that are reported."""
-        self.reported = True
-        yield
-        self.reported = False
-
     def beside_one(self, node: int) -> int | None:
         """What is added to 1, where a node is such a sum."""
         kind, *parts = self.nodes[node]
@@ -196,20 +168,13 @@ class Graph:
 
     def selected(self, condition: int, one: int, other: int) -> int:
         """A selection between two nodes, or between the only operands in which they differ."""
-        alike = self._alike(condition, self.nodes[one], self.nodes[other])
-        return self.node("where", condition, one, other) if alike is None else alike
-
-    def _alike(self, condition: int, one: Node, other: Node) -> int | None:
-        """A selection between the same operation on operands of which only one differs: of that one."""
-        if one[0] != other[0] or one[0] not in _SELECTABLE:
-            return None
-        differ = [place for place in range(1, len(one)) if one[place] != other[place]]
-        if len(differ) != 1:
-            return None
+        (kind, *parts), (second, *others) = self.nodes[one], self.nodes[other]
+        differ = [place for place, pair in enumerate(zip(parts, others, strict=False)) if len({*pair}) > 1]
+        if kind != second or kind not in _SELECTABLE or len(differ) != 1:
+            return self.node("where", condition, one, other)
         (place,) = differ
-        operands = [int(o) for o in one[1:]]
-        operands[place - 1] = self.add("where", condition, int(one[place]), int(other[place]))
-        return self.add(str(one[0]), *operands)
+        parts[place] = self.add("where", condition, int(parts[place]), int(others[place]))
+        return self.add(str(kind), *map(int, parts))
 
 
 # --- the operations that some results need, in order ---
@@ -237,7 +202,14 @@ def schedule(flow: Graph, wanted: Sequence[int]) -> Schedule:
     """
     order: list[int] = []
     placed: set[int] = set()
-    partner = _partners(flow, wanted)
+    needed = computed_from(flow, wanted)
+    partner = dict[int, int]()
+    for node in needed:
+        operation, *rest = flow.nodes[node]
+        if operation in ("sind", "cosd"):
+            other = flow.number("cosd" if operation == "sind" else "sind", *rest)
+            if other is not None and other in needed:
+                partner[node] = other
 
     def place(node: int) -> None:
         stack = [(node, False)]
@@ -266,21 +238,16 @@ def schedule(flow: Graph, wanted: Sequence[int]) -> Schedule:
     return Schedule(tuple(order), last)
 
 
-def _partners(flow: Graph, wanted: Sequence[int]) -> dict[int, int]:
-    needed: set[int] = set()
+def computed_from(flow: Graph, wanted: Iterable[int], known: Container[int] = ()) -> set[int]:
+    """What the wanted nodes are computed from, themselves included, but for what is known."""
+    found: set[int] = set()
     waiting = list(wanted)
     while waiting:
         node = waiting.pop()
-        if node not in needed:
-            needed.add(node)
+        if node not in found and node not in known:
+            found.add(node)
             waiting.extend(operands(flow, node))
-    by_angle: dict[int, dict[str, int]] = {}
-    for node in needed:
-        operation, *rest = flow.nodes[node]
-        if operation in ("sind", "cosd"):
-            by_angle.setdefault(int(rest[0]), {})[str(operation)] = node
-    pairs = [tuple(found.values()) for found in by_angle.values() if len(found) == 2]
-    return {one: other for a, b in pairs for one, other in ((a, b), (b, a))}
+    return found
 
 
 def copied(source: Graph, target: Graph, wanted: Sequence[int], inputs: Sequence[int]) -> list[int]:

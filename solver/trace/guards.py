@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import reduce
+from functools import partial, reduce
 from typing import NamedTuple
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
@@ -120,31 +120,27 @@ class Guards:
         """
         match condition:
             case Comparison(operator, left, right):
-                return self._comparison(state, operator, left, right)
+                used = {*nodes.names(left), *nodes.names(right)}
+                if not all(name in state.values or name in state.symbols for name in used):
+                    return None
+                one, other = (symbol_of(side, state.symbols) for side in (left, right))
+                if (one, other) != (None, None):
+                    return self.flow.constant((one == other) is (operator == "=") and operator in ("=", "<>"))
+                sides = (self._expression(state, side) for side in (left, right))
+                return self.flow.compare(operator, *sides)
             case And(terms) | Or(terms):
                 join = "and" if isinstance(condition, And) else "or"
                 found = [self._condition(state, term) for term in terms]
                 known = [node for node in found if node is not None]
                 if len(known) < len(found) and (missing is None or missing is (join == "and") or not known):
                     return None
-                return reduce(lambda one, other: self.flow.add(join, one, other), known)
+                return reduce(partial(self.flow.add, join), known)
             case Not(term):
                 inside = self._condition(state, term)
                 return None if inside is None else self.flow.add("not", inside)
             case Given(name):
                 return self.flow.constant(name in self.given)
         raise NotCompilable
-
-    def _comparison(self, state: State, operator: str, left: Expression, right: Expression) -> int | None:
-        used = {*nodes.names(left), *nodes.names(right)}
-        if not all(name in state.values or name in state.symbols for name in used):
-            return None
-        symbols = [symbol_of(side, state.symbols) for side in (left, right)]
-        if symbols != [None, None]:
-            same = symbols[0] == symbols[1]
-            return self.flow.constant(same is (operator == "=") and operator in ("=", "<>"))
-        one, other = (self._expression(state, side) for side in (left, right))
-        return self.flow.compare(operator, one, other)
 
     def _active(self, state: State, guard: Sequence[Premise]) -> int | None:
         """The node of a guard; None where it is not known."""
@@ -201,7 +197,8 @@ class Guards:
         symbols = [symbol_of(side, state.symbols) for side in (equation.left, equation.right)]
         if symbols != [None, None]:
             return flow.constant(symbols[0] == symbols[1])
-        with flow.as_reported():
+        flow.reported = True
+        try:
             sides = [self._expression(state, side) for side in (equation.left, equation.right)]
             miss = flow.add("sub", *sides)
             if flow.value_of(miss) == 0.0:
@@ -209,6 +206,8 @@ class Guards:
             size, quick = self._sizes(state, equation)
             for clear in self._clear_of_edges(state, equation):
                 flow.require(clear)
+        finally:
+            flow.reported = False
         apart = flow.add("abs", miss)
         share = flow.constant(BACKWARD)
         met = flow.add("le", apart, flow.add("mul", share, size))

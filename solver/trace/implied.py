@@ -12,9 +12,9 @@ from collections.abc import Iterable, Iterator
 from itertools import product
 from typing import TypeAlias
 
-from solver.trace.graph import FOLD, LEAVES, LOGICAL, operands
+from solver.trace.graph import FOLD, LEAVES, LOGICAL, computed_from, operands
 from solver.trace.order import Order
-from solver.trace.program import Ending, Program, computed_from, each_of
+from solver.trace.program import Ending, Program, each_of
 
 Range: TypeAlias = tuple[float, float]
 Pieces: TypeAlias = tuple[Range, ...]
@@ -97,13 +97,7 @@ class _Lean:
 
     def _meet(self, wanted: Iterable[int]) -> None:
         """What nodes, and those that they read, come down to, and their ranges."""
-        found, waiting = set[int](), list(wanted)
-        while waiting:
-            node = waiting.pop()
-            if node not in self.nodes and node not in found:
-                found.add(node)
-                waiting.extend(operands(self.flow, node))
-        for node in sorted(found):
+        for node in sorted(computed_from(self.flow, wanted, self.nodes)):
             self.nodes[node] = self._left_of(node)
             if self.flow.nodes[node][0] not in LOGICAL:
                 self.ranges[node] = self._range(node)
@@ -156,7 +150,8 @@ class _Lean:
                 return signs <= wanted
         factor, source = self._multiple(a)
         for more, other in self.exceeded.get(b, ()) if kind != "eq" else ():
-            if source == other and factor <= more and self._least(source) >= 0.0:
+            least = self.ranges[source][0][0] if self.ranges[source] else math.inf
+            if source == other and factor <= more and least >= 0.0:
                 return True
         return None
 
@@ -171,9 +166,6 @@ class _Lean:
 
     def _constant(self, node: int) -> bool:
         return self.flow.value_of(node) is not None
-
-    def _least(self, node: int) -> float:
-        return self.ranges[node][0][0] if self.ranges[node] else math.inf
 
     def _multiple(self, node: int) -> tuple[float, int]:
         factor = self.flow.factor(node)

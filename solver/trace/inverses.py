@@ -15,7 +15,7 @@ from solver.numerics.tolerances import EPS
 from solver.path import Select, SolveBlock
 from solver.path.cases import activity
 from solver.path.elimination import Circle, Coefficient, Let, Parabola
-from solver.path.isolate import TARGET, Isolation, Quadratic, Stage
+from solver.path.isolate import TARGET, Isolation, Stage
 from solver.trace.flow import LIBRARY
 from solver.trace.graph import NotCompilable
 from solver.trace.guards import CLEAR, STRANGE, Guards, State, symbol_of
@@ -23,6 +23,7 @@ from solver.trace.guards import CLEAR, STRANGE, Guards, State, symbol_of
 MAX_TURNS = 8
 LEFT = 1e-4
 """Share of the terms of a discriminant that must be left of them: its root is right to 1e-12 then."""
+Letters = dict[str, int]
 _LINEAR = frozenset({"negative", "sum", "product", "quotient"})
 
 
@@ -77,16 +78,26 @@ class Inverses(Guards):
         flow.require(some)
         return found
 
-    def _solved_for(self, state: State, equation: int, isolation: Isolation) -> None:
-        """A rule that was solved by sums and products holds by construction: one rounding an operation."""
-        if _linear(isolation):
+    @staticmethod
+    def _solved_for(state: State, equation: int, isolation: Isolation) -> None:
+        """A rule that was solved by sums and products holds by construction: one rounding an operation.
+
+        It must be linear in the unknown: what is a sum in a divisor may be far smaller than the unknown.
+        """
+        operations = [stage.operation for stage in isolation.stages]
+        divides = [place for place, stage in enumerate(isolation.stages) if stage.divisor == TARGET]
+        linear = _LINEAR.issuperset(operations) and not any("sum" in operations[place:] for place in divides)
+        if linear and isolation.quadratic is None and not isolation.verify:
             state.settled.add(equation)
 
     # --- stages ---
 
     def _preimages(self, state: State, isolation: Isolation) -> list[int]:
-        if isolation.quadratic is not None:
-            return self._quadratic(state, isolation.quadratic)
+        if (form := isolation.quadratic) is not None:
+            one, other = self._roots(*(self._expression(state, part) for part in (form.a, form.b, form.c)))
+            larger = self.flow.add("lt", other, one)
+            pairs = (one, other), (other, one)
+            return [self.flow.add("where", larger, *pair) for pair in pairs]
         targets = [self._expression(state, isolation.start)]
         for place, stage in enumerate(isolation.stages):
             targets = [node for target in targets for node in self._undone(state, stage, target)]
@@ -194,12 +205,6 @@ class Inverses(Guards):
 
     # --- two roots ---
 
-    def _quadratic(self, state: State, quadratic: Quadratic) -> list[int]:
-        a, b, c = (self._expression(state, part) for part in (quadratic.a, quadratic.b, quadratic.c))
-        one, other = self._roots(a, b, c)
-        larger = self.flow.add("lt", other, one)
-        return [self.flow.add("where", larger, one, other), self.flow.add("where", larger, other, one)]
-
     def _roots(self, a: int, b: int, c: int) -> tuple[int, int]:
         """Both roots of ``a x² + b x + c`` without cancellation, required to be apart."""
         flow = self.flow
@@ -226,35 +231,11 @@ class Inverses(Guards):
         flow.require(flow.add("lt", limit, difference))
         return flow.add("sqrt", difference)
 
-
-def _linear(isolation: Isolation) -> bool:
-    """Whether an unknown comes of sums, products and quotients, undone one after the other, and its rule is
-    linear in it: what is a sum in a divisor may be far smaller than the unknown."""
-    operations = [stage.operation for stage in isolation.stages]
-    divides = [place for place, stage in enumerate(isolation.stages) if stage.divisor == TARGET]
-    linear = _LINEAR.issuperset(operations) and not any("sum" in operations[place:] for place in divides)
-    return linear and isolation.quadratic is None and not isolation.verify
-
-
-def _image(form: Expression, stage: Stage) -> tuple[float, float] | None:
-    """Where the values of a form lie, from those at the ends of the stage's image."""
-    ends = [max(-1e300, stage.low), min(1e300, stage.high)]
-    try:
-        here: list[Mapping[str, float]] = [{TARGET.name: end} for end in ends]
-        found = sorted(value(form, values) for values in here)
-    except (Undefined, KeyError):
-        return None
-    return found[0], found[1]
-
-
-Letters = dict[str, int]
-
-
-class ClosedForms(Inverses):
-    """Formulas in their order; one with two values makes two candidates of each."""
+    # --- closed forms ---
 
     def _candidates(self, state: State, step: SolveBlock) -> list[tuple[State, Letters]]:
-        """For each candidate a state of its own, and the nodes of its letters.
+        """For each candidate a state of its own, and the nodes of its letters: formulas in their order, of
+        which one with two values makes two candidates of each.
 
         Raises NotCompilable for a block without a closed form.
         """
@@ -323,3 +304,14 @@ class ClosedForms(Inverses):
         flow = self.flow
         length = flow.add("add", flow.add("mul", a, a), flow.add("mul", b, b))
         return flow.add("mul", length, square), flow.add("mul", k, k)
+
+
+def _image(form: Expression, stage: Stage) -> tuple[float, float] | None:
+    """Where the values of a form lie, from those at the ends of the stage's image."""
+    ends = [max(-1e300, stage.low), min(1e300, stage.high)]
+    try:
+        here: list[Mapping[str, float]] = [{TARGET.name: end} for end in ends]
+        found = sorted(value(form, values) for values in here)
+    except (Undefined, KeyError):
+        return None
+    return found[0], found[1]

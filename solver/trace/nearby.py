@@ -69,23 +69,10 @@ class Nearby:
         self._lay(numbers)
 
     def _lay(self, numbers: Numbers) -> None:
+        """Lay the box around some numbers: of those that ask for the fewest answers the widest."""
         self.box, self.call = None, None
-        if (found := self._found(numbers)) is not None:
-            place, checks, ends = found
-            if found[:2] not in self._alone:
-                box, ending = Box(ends), self.endings[place]
-                ending = ending._replace(holds=(*ending.holds, *checks))
-                alone = self.program._replace(endings=(ending,), order=UNORDERED, box=box)
-                self._alone[found[:2]] = box, compile_scalar(lean(alone))
-            self.box, self.call = self._alone[found[:2]]
-            self.box.ends, self.box.told = ends, 0
-
-    def _found(self, numbers: Numbers) -> tuple[int, tuple[int, ...], tuple[float, ...]] | None:
-        """The place of the first answer, the conditions under which it is the first in a box, and the ends
-        of the box: of those with conditions on the numbers of the fewest answers the widest."""
-        here = self._rows(numbers)
-        if here is None:
-            return None
+        if (here := self._rows(numbers)) is None:
+            return
         keys = self._keys(here)
         place, most = min(range(len(keys)), key=keys.__getitem__), len(keys)
         best: tuple[Asked, float] | None = None
@@ -95,15 +82,21 @@ class Nearby:
             if asked:
                 most, best = len(asked.answers) - 1, (asked, share)
         if best is None:
-            return None
-        flow, (asked, share) = self.program.flow, best
-        checks = []
+            return
+        flow, (asked, share), checks = self.program.flow, best, list[int]()
         for node, inside in asked.limits.items():
             checks += [flow.add("lt", flow.constant(inside.low), node)]
             checks += [flow.add("lt", node, flow.constant(inside.high))]
         checks += [self._is_nearer(place, other, here) for other in asked.compared]
-        ends = ((n - share * abs(n), n + share * abs(n)) for n in numbers if isinstance(n, float))
-        return place, tuple(checks), tuple(end for pair in ends for end in pair)
+        pairs = ((n - share * abs(n), n + share * abs(n)) for n in numbers if isinstance(n, float))
+        ends, key = tuple(end for pair in pairs for end in pair), (place, tuple(checks))
+        if key not in self._alone:
+            box, ending = Box(ends), self.endings[place]
+            ending = ending._replace(holds=(*ending.holds, *checks))
+            alone = self.program._replace(endings=(ending,), order=UNORDERED, box=box)
+            self._alone[key] = box, compile_scalar(lean(alone))
+        self.box, self.call = self._alone[key]
+        self.box.ends, self.box.told = ends, 0
 
     def _is_nearer(self, place: int, other: int, here: Rows) -> int:
         """The condition that the sizes of one answer are so much nearer to the suggested ones than those of
@@ -129,9 +122,7 @@ class Nearby:
         """What is asked of answers, at ``most`` so many, for one of them to be the first. ``rows`` are the
         answers here and where each number is moved.
         """
-        ranges = [
-            [_around(*column) for column in zip(*some, strict=True)] for some in zip(*rows, strict=True)
-        ]
+        ranges = [list(map(_around, *some)) for some in zip(*rows, strict=True)]
         keys = [self._keys(some) for some in rows]
         asked, new = list[int](), [place]
         while new and len(asked) + len(new) <= most:

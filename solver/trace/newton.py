@@ -14,6 +14,7 @@ Only entries that are there are computed, so that a sparse matrix costs what it 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial, reduce
@@ -36,12 +37,8 @@ THRESHOLD = 0.05
 """Share of the largest entry of its row, each by the size of its column, that a pivot must have."""
 
 
-@dataclass
-class Matrix:
-    """A sparse matrix of nodes, with the numbers that these have at the sample."""
-
-    nodes: dict[tuple[int, int], int]
-    numbers: dict[tuple[int, int], float]
+Entries: TypeAlias = dict[tuple[int, int], Any]
+"""What stands at (row, column) of a sparse matrix."""
 
 
 @dataclass
@@ -52,7 +49,7 @@ class Elimination:
     size: int
     steps: list[tuple[int, int, int]] = field(default_factory=list)
     pivots: list[tuple[int, int]] = field(default_factory=list)
-    upper: dict[tuple[int, int], int] = field(default_factory=dict)
+    upper: Entries = field(default_factory=dict)
 
     def solve(self, right: Sequence[int]) -> list[int]:
         """The nodes of the solution for a right-hand side (n,)."""
@@ -71,58 +68,48 @@ class Elimination:
         return found
 
 
-def eliminate(flow: Flow, matrix: Matrix, scale: Sequence[float]) -> Elimination:
-    """The elimination of a matrix (n, n) whose columns are of the sizes ``scale``.
+def eliminate(flow: Flow, nodes: Entries, numbers: Entries, scale: Sequence[float]) -> Elimination:
+    """The elimination of a matrix (n, n) of nodes whose columns are of the sizes ``scale``; ``numbers`` are
+    those of the nodes at the sample. Both are overwritten.
 
     Raises NotCompilable where the matrix of the sample is singular.
     """
-    size = len(scale)
-    nodes, numbers = dict(matrix.nodes), dict(matrix.numbers)
-    rows = {i: {j for (r, j) in nodes if r == i} for i in range(size)}
-    columns = {j: {i for (i, c) in nodes if c == j} for j in range(size)}
-    found = Elimination(flow, size)
+    found = Elimination(flow, len(scale))
+    rows = {i: {j for r, j in nodes if r == i} for i in range(len(scale))}
     while rows:
-        row, column = _pivot(rows, columns, numbers, scale)
-        for other in sorted(columns[column] - {row}):
+        row, column = _pivot(rows, numbers, scale)
+        places = rows.pop(row)
+        for other in sorted(i for i, some in rows.items() if column in some):
             factor = flow.add("div", nodes[other, column], nodes[row, column])
             share = numbers[other, column] / numbers[row, column]
             found.steps.append((other, row, factor))
-            for at in sorted(rows[row] - {column}):
+            for at in sorted(places - {column}):
                 product = flow.add("mul", factor, nodes[row, at])
                 known = nodes.get((other, at))
                 nodes[other, at] = (
                     flow.add("neg", product) if known is None else flow.add("sub", known, product)
                 )
                 numbers[other, at] = numbers.get((other, at), 0.0) - share * numbers[row, at]
-                rows[other].add(at)
-                columns[at].add(other)
+            rows[other] |= places
             rows[other].discard(column)
-        found.upper.update({(row, at): nodes[row, at] for at in rows[row]})
+        found.upper.update({(row, at): nodes[row, at] for at in places})
         found.pivots.append((row, column))
-        for at in rows.pop(row):
-            columns[at].discard(row)
-        del columns[column]
     return found
 
 
-def _pivot(
-    rows: dict[int, set[int]],
-    columns: dict[int, set[int]],
-    numbers: dict[tuple[int, int], float],
-    scale: Sequence[float],
-) -> tuple[int, int]:
+def _pivot(rows: dict[int, set[int]], numbers: Entries, scale: Sequence[float]) -> tuple[int, int]:
     """The entry that fills in least, of those that are not small in their row."""
-    best: tuple[float, float, int, int] | None = None
+    counts = Counter(at for places in rows.values() for at in places)
+    found = list[tuple[float, float, int, int]]()
     for row, places in rows.items():
         sizes = {at: abs(numbers[row, at]) * scale[at] for at in places}
         largest = max(sizes.values(), default=0.0)
         for at, size in sizes.items():
             if size > THRESHOLD * largest:
-                fill = (len(places) - 1) * (len(columns[at]) - 1)
-                best = min(best or (fill, -size / largest, row, at), (fill, -size / largest, row, at))
-    if best is None:
+                found.append(((len(places) - 1) * (counts[at] - 1), -size / largest, row, at))
+    if not found:
         raise NotCompilable
-    return best[2], best[3]
+    return min(found)[2:]
 
 
 Array: TypeAlias = NDArray[Any]
@@ -200,7 +187,7 @@ class BlockNewton:
         rounded = {name: flow.input(len(every) + i) for i, name in enumerate(kernel.unknowns)}
         slopes = self._slopes(flow, places)
         numbers = {(i, j): self.slopes[i][j] for i, j in slopes}
-        inverse = eliminate(flow, Matrix(slopes, numbers), self.scale)
+        inverse = eliminate(flow, dict(slopes), numbers, self.scale)
         self.step = inverse.solve([flow.expression(form, places) for form in kernel.forms])
         self.last = inverse.solve([flow.expression(form, {**places, **rounded}) for form in kernel.forms])
         self.moved = inverse.solve([*self._sizes(flow, places, slopes)])
@@ -218,10 +205,10 @@ class BlockNewton:
             self._loop,
         )
 
-    def _slopes(self, flow: Flow, places: dict[str, int]) -> dict[tuple[int, int], int]:
+    def _slopes(self, flow: Flow, places: dict[str, int]) -> Entries:
         """The nodes of the slopes that are not 0 throughout, by row and column."""
         count = len(self.kernel.unknowns)
-        entries: dict[tuple[int, int], int] = {}
+        entries: Entries = {}
         for place, slope in enumerate(self.kernel.partials):
             assert slope is not None
             node = flow.expression(slope, places)
@@ -229,7 +216,7 @@ class BlockNewton:
                 entries[divmod(place, count)] = node
         return entries
 
-    def _sizes(self, flow: Flow, places: dict[str, int], slopes: dict[tuple[int, int], int]) -> Iterator[int]:
+    def _sizes(self, flow: Flow, places: dict[str, int], slopes: Entries) -> Iterator[int]:
         """Of each rule Σ|∂F/∂v · v| over all variables, every third with a minus."""
         for row, form in enumerate(self.kernel.forms):
             total = flow.constant(0.0)
@@ -237,18 +224,11 @@ class BlockNewton:
                 column = self.kernel.unknowns.index(name) if name in self.kernel.unknowns else -1
                 slope = slopes.get((row, column))
                 if column < 0 and self._slope_at(form, name) is not None:
-                    slope = self._slope(flow, places, form, name)
+                    slope = flow.expression(differentiate(form, name), places)
                 if slope is not None:
                     term = flow.add("abs", flow.add("mul", slope, places[name]))
                     total = flow.add("add", total, term)
             yield flow.add("neg", total) if row * row % 3 == 1 else total
-
-    @staticmethod
-    def _slope(flow: Flow, places: dict[str, int], form: Expression, name: str) -> int:
-        try:
-            return flow.expression(differentiate(form, name), places)
-        except NotDifferentiable:
-            raise NotCompilable from None
 
     def _slope_at(self, form: Expression, name: str) -> float | None:
         """A slope at the sample; None where there is none (by the whole exponent of a negative base)."""
@@ -355,13 +335,27 @@ class BlockNewton:
         )
 
     def _loop(self, *parts: tuple[list[str], list[str]]) -> list[str]:
-        """The iteration around the statements of a step, and those of the correction behind it."""
+        """The iteration around the statements of a step, and those of the correction behind it: steps until
+        one is shorter; the last of them is not gone."""
         steps, (below, pivots), (last, ends), (error, moved) = parts
         every, inputs = range(len(self.start)), len(self.start) + len(self.sample)
         sizes = zip(pivots, self.sizes, strict=True) if self.quiet else ()
         near = " and ".join(["near", *(f"0.5 <= {text} * {1.0 / size!r} <= 2.0" for text, size in sizes)])
+        inside = [
+            *steps[0],
+            *(f"d{i} = {text}" for i, text in enumerate(steps[1])),
+            f"length = {self._length([f'd{i}' for i in every])}",
+            f"if length < {CONVERGED**2!r}: break",
+            "if not length <= before: return None",
+            f"if length > {QUIET**2!r}: near = False",
+            f"before = length * {CONTRACTION**2!r}",
+            *(f"a{i} = a{i} - d{i}" for i in every),
+        ]
         return [
-            *self._steps(steps),
+            "before = inf",
+            f"for _ in ({', '.join('0' * ITERATIONS)}):",
+            *(f"    {line}" for line in inside),
+            "else: return None",
             *below,
             *(f"z = a{i} - d{i}; c = z * {SPLITTER!r}; a{inputs + i} = c - (c - z)" for i in every),
             *last,
@@ -372,23 +366,6 @@ class BlockNewton:
             f"    if not {self._length(moved)} <= {CONDITION**2!r}: return None",
             f"return ({', '.join(f'a{inputs + i} - d{i}' for i in every)},)",
         ]
-
-    def _steps(self, part: tuple[list[str], list[str]]) -> list[str]:
-        """Steps until one is shorter; the last of them is not gone."""
-        every, (step, moves) = range(len(self.start)), part
-        inside = [
-            *step,
-            *(f"d{i} = {text}" for i, text in enumerate(moves)),
-            f"length = {self._length([f'd{i}' for i in every])}",
-            f"if length < {CONVERGED**2!r}: break",
-            "if not length <= before: return None",
-            f"if length > {QUIET**2!r}: near = False",
-            f"before = length * {CONTRACTION**2!r}",
-            *(f"a{i} = a{i} - d{i}" for i in every),
-        ]
-        count = ", ".join("0" * ITERATIONS)
-        body = (f"    {line}" for line in inside)
-        return ["before = inf", f"for _ in ({count}):", *body, "else: return None"]
 
     def _length(self, steps: Sequence[str]) -> str:
         """The square of the length of a step, in units of the unknowns."""
@@ -411,11 +388,11 @@ class BlockNewton:
             rounded.append(add("sub", large, add("sub", large, root)))
         found = copied(self.flow, flow, (*self.last, *self.moved), [*x, *known, *rounded])
         last, moved = found[: len(x)], found[len(x) :]
-        limits = (step, CONVERGED), (last, LAST), (moved, CONDITION)
-        within = (
-            add("le", flow.total(_squares(flow, some, scale)), flow.constant(limit**2))
-            for some, limit in limits
-        )
+        within = []
+        for some, limit in ((step, CONVERGED), (last, LAST), (moved, CONDITION)):
+            shares = [add("mul", d, flow.constant(1.0 / s)) for d, s in zip(some, scale, strict=True)]
+            length = flow.total([add("mul", share, share) for share in shares])
+            within.append(add("le", length, flow.constant(limit**2)))
         good, nothing = reduce(partial(add, "and"), within), flow.constant(math.nan)
         return [add("where", good, add("sub", z, d), nothing) for z, d in zip(rounded, last, strict=True)]
 
@@ -551,9 +528,3 @@ def _power_series(flow: Graph, coefficients: Sequence[float], at: int) -> int:
 
 def _names(places: int) -> list[str]:
     return [f"a{place}" for place in range(places)]
-
-
-def _squares(flow: Graph, steps: Sequence[int], scale: Sequence[float]) -> list[int]:
-    """Of steps in units of the unknowns."""
-    shares = [flow.node("mul", d, flow.constant(1.0 / s)) for d, s in zip(steps, scale, strict=True)]
-    return [flow.node("mul", share, share) for share in shares]

@@ -21,53 +21,24 @@ from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable
 
 
+def _operator(operation: str, swapped: bool = False) -> Any:
+    if swapped:
+        return lambda self, other: self.applied(operation, other, self)
+    return lambda self, other: self.applied(operation, self, other)
+
+
 class Operand:
     """What the rule's operators are applied to."""
 
-    def applied(self, operation: str, one: Any, other: Any) -> Any:
-        """The result of an operation of two operands, of which one may be a plain number."""
-        raise NotImplementedError
-
-    def __add__(self, other: Any) -> Any:
-        return self.applied("add", self, other)
-
-    __radd__ = __add__
-
-    def __sub__(self, other: Any) -> Any:
-        return self.applied("sub", self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return self.applied("sub", other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return self.applied("mul", self, other)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Any) -> Any:
-        return self.applied("div", self, other)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return self.applied("div", other, self)
-
-    def __lt__(self, other: Any) -> Any:
-        return self.applied("lt", self, other)
-
-    def __gt__(self, other: Any) -> Any:
-        return self.applied("lt", other, self)
-
-    def __le__(self, other: Any) -> Any:
-        return self.applied("le", self, other)
-
-    def __ge__(self, other: Any) -> Any:
-        return self.applied("le", other, self)
-
-    def __ne__(self, other: Any) -> Any:
-        return self.applied("ne", self, other)
-
-    def __and__(self, other: Any) -> Any:
-        return self.applied("and", self, other)
-
+    applied: Callable[[str, Any, Any], Any]
+    """The result of an operation of two operands, of which one may be a plain number."""
+    __add__, __radd__ = _operator("add"), _operator("add")
+    __sub__, __rsub__ = _operator("sub"), _operator("sub", swapped=True)
+    __mul__, __rmul__ = _operator("mul"), _operator("mul")
+    __truediv__, __rtruediv__ = _operator("div"), _operator("div", swapped=True)
+    __lt__, __gt__ = _operator("lt"), _operator("lt", swapped=True)
+    __le__, __ge__ = _operator("le"), _operator("le", swapped=True)
+    __ne__, __and__ = _operator("ne"), _operator("and")
     __hash__ = None  # type: ignore[assignment]
 
 
@@ -158,11 +129,12 @@ def _decade(value: Any) -> Range:
     return Range(*(math.log10(min(max(x, LEAST), MOST)) for x in (size.low, size.high)))
 
 
-def _there(value: Any, other: float) -> Any:
-    return other if isinstance(value, float) and math.isnan(value) else value
-
-
-RANGES = Arithmetic(_there, _largest, _rounded, _decade)
+RANGES = Arithmetic(
+    lambda value, other: other if isinstance(value, float) and math.isnan(value) else value,
+    _largest,
+    _rounded,
+    _decade,
+)
 
 
 NOISE = 1e-13

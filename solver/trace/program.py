@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from solver.trace.flow import Flow
-from solver.trace.graph import NotCompilable, operands
+from solver.trace.graph import NotCompilable
 from solver.trace.order import UNORDERED, Order, Ranked
 
 
@@ -102,18 +102,6 @@ def each_of(flow: Flow, conditions: Iterable[int]) -> Iterator[int]:
             yield condition
 
 
-def computed_from(flow: Flow, wanted: Iterable[int]) -> set[int]:
-    """What the wanted nodes are computed from, themselves included."""
-    found: set[int] = set()
-    waiting = list(wanted)
-    while waiting:
-        node = waiting.pop()
-        if node not in found:
-            found.add(node)
-            waiting.extend(operands(flow, node))
-    return found
-
-
 class Place(NamedTuple):
     """One place of the list of answers, as nodes: the wanted values, and what sorts them."""
 
@@ -144,12 +132,13 @@ def every(program: Program, in_order: bool, quick: bool) -> AllAnswers:
     symbols = tuple(map(_words, zip(*(ending.results for ending in program.endings), strict=True)))
     for ending in program.endings:
         holds = flow.add("and", holds, counts(flow, ending, quick))
-    places = [Place(_coded(flow, e, symbols)) for e in program.endings]
+    pairs = [zip(ending.results, symbols, strict=True) for ending in program.endings]
+    coded = [tuple(flow.constant(float(w.index(str(r)))) if w else int(r) for r, w in pair) for pair in pairs]
+    places = [Place(results) for results in coded]
     if in_order:
         for told in order.told:
             holds = flow.add("and", holds, told)
-        pairs = zip(places, order.keys, strict=True)
-        places = _sorted(flow, [Place(place.results, key) for place, key in pairs])
+        places = _sorted(flow, [Place(*pair) for pair in zip(coded, order.keys, strict=True)])
     return AllAnswers(tuple(places), tuple(_once(flow, places)), symbols, holds)
 
 
@@ -159,13 +148,6 @@ def _words(column: tuple[int | str, ...]) -> tuple[str, ...] | None:
     if words and not all(isinstance(result, str) for result in column):
         raise NotCompilable
     return tuple(sorted(words)) or None
-
-
-def _coded(flow: Flow, ending: Ending, symbols: tuple[tuple[str, ...] | None, ...]) -> tuple[int, ...]:
-    return tuple(
-        flow.constant(float(words.index(result))) if words and isinstance(result, str) else int(result)
-        for result, words in zip(ending.results, symbols, strict=True)
-    )
 
 
 def _sorted(flow: Flow, places: list[Place]) -> list[Place]:

@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
 from solver.trace.flow import Flow
-from solver.trace.graph import SELECTORS, TOLERANCE
+from solver.trace.graph import TOLERANCE, operands
 from solver.trace.program import Ending, Program
 
 RADIAN = 0.017453292519943295
@@ -122,7 +122,7 @@ def compile_scalar(program: Program, all_answers: bool = False) -> Callable[...,
     With ``all_answers`` a list of them, the primary first.
     """
     namespace = _namespace(program)
-    exec(compile(scalar_source(program, all_answers), "<compiled path>", "exec"), namespace)
+    exec(compile(_Writer(program, all_answers).source(), "<compiled path>", "exec"), namespace)
     return namespace["solve"]  # type: ignore[no-any-return]
 
 
@@ -169,11 +169,6 @@ def _nothing(*numbers: Value, **named: Value) -> None:
     return None
 
 
-def scalar_source(program: Program, all_answers: bool = False) -> str:
-    """The Python source of a program."""
-    return _Writer(program, all_answers).source()
-
-
 def _near(a: float, b: float) -> bool:
     return abs(a - b) <= TOLERANCE * max(abs(a), abs(b))
 
@@ -187,7 +182,9 @@ class _Writer:
         self.lines: list[str] = []
         self.texts: dict[int, str] = {}
         self.reads = reads(program)
-        self.heights = _heights(program.flow, self.reads)
+        self.heights = dict[int, int]()
+        for node in sorted(self.reads):  # each comes after its operands
+            self.heights[node] = 1 + max((self.heights[o] for o in operands(self.flow, node)), default=-1)
 
     def source(self) -> str:
         arguments = [f"a{i}" for i in range(self.program.inputs)]
@@ -329,8 +326,8 @@ class _Writer:
         """Lines for nodes below one at regular heights, so that no text nests deeper than Python reads."""
         found, waiting = set[int](), [node]
         while waiting:
-            operands = [o for o in _operands(self.flow, waiting.pop()) if o not in self.texts]
-            waiting += (new := set(operands) - found)
+            new = {o for o in operands(self.flow, waiting.pop()) if o not in self.texts} - found
+            waiting += new
             found |= new
         for below in sorted(found):
             if self.heights[below] % DEEP == 0 and self.heights[below] and below not in self.texts:
@@ -408,22 +405,6 @@ def reads(program: Program) -> dict[int, int]:
     for node, _, _ in order.usual:
         read(node)
     while waiting:
-        for operand in _operands(program.flow, waiting.pop()):
+        for operand in operands(program.flow, waiting.pop()):
             read(operand)
     return count
-
-
-def _operands(flow: Flow, node: int) -> list[int]:
-    """The nodes that a node reads."""
-    operation, *operands = flow.nodes[node]
-    if operation in ("const", "input"):
-        return []
-    return [int(operand) for operand in (operands[1:] if operation in SELECTORS else operands)]
-
-
-def _heights(flow: Flow, nodes: Iterable[int]) -> dict[int, int]:
-    """How deep the operands of nodes are nested; each comes after its operands."""
-    heights: dict[int, int] = {}
-    for node in sorted(nodes):
-        heights[node] = 1 + max((heights[o] for o in _operands(flow, node)), default=-1)
-    return heights

@@ -15,7 +15,7 @@ from contextlib import suppress
 from itertools import compress
 
 from rulesheets.functions import named
-from rulesheets.model import Model, Value, Variable
+from rulesheets.model import Model, Variable
 from rulesheets.syntax.nodes import subtract
 from solver.facts import Beside, Conflict, Fact, NoValue, Unmet
 from solver.kernel.block import kernel_of
@@ -24,14 +24,14 @@ from solver.path import Decide, Evaluate, Select, SolveBlock, Step
 from solver.path.cases import EQUAL, activity, value_of_equality
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
-from solver.trace.graph import NotCompilable, operands
+from solver.trace.graph import NotCompilable, computed_from, operands
 from solver.trace.guards import Pattern, State
 from solver.trace.implied import lean
-from solver.trace.inverses import ClosedForms
+from solver.trace.inverses import Inverses
 from solver.trace.newton import BlockNewton
 from solver.trace.order import Order, Ranked
 from solver.trace.order import order as order_of
-from solver.trace.program import Ending, Program, computed_from
+from solver.trace.program import Ending, Program
 
 MATCHES = 1e-6
 """How near a number of the record must come to the answer that it was made from, relative to it."""
@@ -45,25 +45,12 @@ _DIRECTIONS = named(lambda row: row.angle) | {"direction", "directiond"}
 _BOUNDED = frozenset({"sind", "cosd", "sin", "cos", "lt", "le"})
 
 
-def record(
-    model: Model,
-    planner: Planner,
-    pattern: Pattern,
-    leaves: Sequence[Leaf],
-    dead: Sequence[Leaf],
-    ranking: Ranking | None,
-    corrects: bool = False,
-) -> Program:
-    """The program of the answers ``leaves``, put in their order by the ``ranking``.
+class Recording(Inverses):
+    """Follows the steps of each of the answers ``leaves`` as they were taken.
 
-    ``dead`` are branches that contradict a rule at the sample. ``corrects``: unknowns are corrected by rules
-    that they miss. Raises NotCompilable where a step has no record.
+    ``corrects``: unknowns are corrected by rules that they miss. Raises NotCompilable where a step has no
+    record.
     """
-    return Recording(model, planner, pattern, leaves, corrects).run(dead, ranking)
-
-
-class Recording(ClosedForms):
-    """Follows the steps of each answer as they were taken."""
 
     def __init__(
         self,
@@ -80,10 +67,15 @@ class Recording(ClosedForms):
         """What is asked of all answers together."""
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
 
-    def run(self, dead: Sequence[Leaf], ranking: Ranking | None) -> Program:
+    def run(self, dead: Sequence[Leaf], ranking: Ranking) -> Program:
+        """The program of the answers, put in their order by the ``ranking``; ``dead`` are branches that
+        contradict a rule at the sample."""
         start, symbols = self._start()
         states = [self._followed(start, leaf) for leaf in self.leaves]
-        ranked = self._ranked(ranking, states)
+        ranked = None
+        if len(states) > 1:
+            answers = tuple(tuple(map(state.values.get, ranking.read)) for state in states)
+            ranked = Ranked(ranking, answers, tuple(map(states[0].values.get, ranking.known)))
         for leaf in dead[:MAX_DEAD]:
             with suppress(NotCompilable, KeyError):
                 self._watch(start, leaf)
@@ -91,7 +83,7 @@ class Recording(ClosedForms):
         alone = tuple(_joined(ending, self._guards) for ending in self.endings)
         endings = (alone[0], *self.endings[1:])
         iterated = len(self._iterates(endings[:1])) < len(self._iterates(endings))
-        order = order_of(self.flow, ranked, self._number, not iterated) if ranked else Order()
+        order = order_of(self.flow, ranked, self._numbers, not iterated) if ranked else Order()
         program = Program(self.flow, len(self.pattern.inputs), endings, symbols, order)
         brief = None
         if iterated:
@@ -134,7 +126,11 @@ class Recording(ClosedForms):
         for name, variable in self.model.variables.items():
             self._turned(state, name, variable)
         self._check_rules(state)
-        self.endings.append(self._ending(state))
+        results = tuple(self._result(state, name) for name in self.pattern.want)
+        for node in results:
+            if isinstance(node, int):
+                self.flow.bound(node)
+        self.endings.append(Ending(results, tuple(state.checks), tuple(state.finite)))
         return state
 
     def _steps(self, state: State, leaf: Leaf) -> State:
@@ -145,7 +141,11 @@ class Recording(ClosedForms):
         state.decided = dict(self.branch.assumed)
         for pair, sign in self.branch.signs.items():
             if sign == EQUAL and (said := value_of_equality(pair)) is not None:
-                self._say(state, *said)
+                name, value = said
+                if isinstance(value, str):
+                    state.symbols.setdefault(name, value)
+                else:
+                    state.values.setdefault(name, self.flow.constant(value))
         self._on(state)
         self._hold(state, self.branch.conditions.keys() - state.decided.keys())
         for step in self.branch.steps:
@@ -181,12 +181,6 @@ class Recording(ClosedForms):
                 state.decided[index] = outcome
                 self._require(node, outcome)
 
-    def _say(self, state: State, name: str, value: Value) -> None:
-        if isinstance(value, str):
-            state.symbols.setdefault(name, value)
-        else:
-            state.values.setdefault(name, self.flow.constant(value))
-
     def _step(self, state: State, step: Step) -> State:
         if isinstance(step, SolveBlock) and self._is_delicate:
             with suppress(NotCompilable):
@@ -195,7 +189,8 @@ class Recording(ClosedForms):
             fork = self._on(state.fork())
             match step:
                 case Evaluate(equation=equation, unknown=unknown):
-                    fork = self._direct(fork, equation, unknown)
+                    self._use(fork, (equation,))
+                    fork = self._taken(fork, unknown, self._values(fork, equation, unknown))
                 case Select(unknown=unknown):
                     fork = self._taken(fork, unknown, [self._selected(fork, step)])
                 case SolveBlock():
@@ -255,10 +250,6 @@ class Recording(ClosedForms):
             state.used.update(premise.condition for premise in self.model.equations[equation].guard)
 
     # --- which of several values ---
-
-    def _direct(self, state: State, equation: int, unknown: str) -> State:
-        self._use(state, (equation,))
-        return self._taken(state, unknown, self._values(state, equation, unknown))
 
     def _taken(self, state: State, unknown: str, found: Sequence[int | str]) -> State:
         """The value of the answer; others that are out of range have to stay there."""
@@ -337,17 +328,9 @@ class Recording(ClosedForms):
         told = node in self.wrapped or flow.value_of(node) is not None
         if told or str(kind[kind[0] == "call"]) in _DIRECTIONS:
             return
-        middle = turn * math.ceil(self._number(node) / turn - 0.5)
+        middle = turn * math.ceil(self._numbers(node) / turn - 0.5)
         flow.require(flow.add("lt", flow.constant(middle - turn / 2), node))
         flow.require(flow.add("le", node, flow.constant(middle + turn / 2)))
-
-    def _ending(self, state: State) -> Ending:
-        flow = self.flow
-        results = tuple(self._result(state, name) for name in self.pattern.want)
-        nodes = [node for node in results if isinstance(node, int)]
-        for node in nodes:
-            flow.bound(node)
-        return Ending(results, tuple(state.checks), tuple(state.finite))
 
     def _result(self, state: State, name: str) -> int | str:
         """Answers that are told apart by other names alone have the same wanted values, to the last bit."""
@@ -357,35 +340,18 @@ class Recording(ClosedForms):
             return self.flow.constant(math.nan)
         if name not in state.values:
             raise NotCompilable
-        flow, found, twin = self.flow, state.values[name], self._twin()
-        if twin is None:
+        flow, found, want = self.flow, state.values[name], self.pattern.want
+        mine = [self.sample.get(one) for one in want]
+        before = zip(self.leaves, self.endings, strict=False)
+        same = (e for leaf, e in before if [leaf.branch.values.get(one) for one in want] == mine)
+        if (twin := next(same, None)) is None:
             return found
-        other = self.endings[twin].results[self.pattern.want.index(name)]
+        other = twin.results[want.index(name)]
         if isinstance(other, str):
             raise NotCompilable
         limit = flow.add("mul", flow.constant(MATCHES), flow.add("abs", other))
         flow.require(flow.add("le", flow.add("abs", flow.add("sub", found, other)), limit))
         return other
-
-    def _twin(self) -> int | None:
-        """The number of an answer before this one that has the same wanted values."""
-        mine = [self.sample.get(name) for name in self.pattern.want]
-        before = self.leaves[: len(self.endings)]
-        same = (
-            k for k, one in enumerate(before) if [one.branch.values.get(n) for n in self.pattern.want] == mine
-        )
-        return next(same, None)
-
-    def _number(self, node: int) -> float:
-        return float(self._numbers(node))
-
-    def _ranked(self, ranking: Ranking | None, states: Sequence[State]) -> Ranked | None:
-        """What the rule reads of the answers."""
-        if ranking is None or len(states) < 2:
-            return None
-        answers = tuple(tuple(map(state.values.get, ranking.read)) for state in states)
-        given = tuple(map(states[0].values.get, ranking.known))
-        return Ranked(ranking, answers, given)
 
     def _guard(self, checks: Iterable[int], finite: Iterable[int]) -> None:
         """Require more of the record."""
@@ -433,7 +399,7 @@ class Recording(ClosedForms):
         """Newton's method from the answer of the record."""
         self._on(state)
         self._use(state, step.equations)
-        kernel = kernel_of(self.graph, step)
+        flow, kernel = self.flow, kernel_of(self.graph, step)
         known = self._floats(kernel.known)
         start = self._floats(step.unknowns, usual=False)
         places = [state.values.get(name, -1) for name in kernel.known]
@@ -443,21 +409,16 @@ class Recording(ClosedForms):
         if key not in self._blocks:
             varying = [self.flow.value_of(place) is None for place in places]
             newton = BlockNewton(kernel, start, known, varying)
-            self._blocks[key] = self._newton(newton, list(compress(places, varying)))
+            flow.finders.append(newton)
+            root = flow.node("root", len(flow.finders) - 1, *compress(places, varying))
+            self._blocks[key] = newton, [flow.node("item", k, root) for k in range(len(newton.start))]
         newton, items = self._blocks[key]
         self._numbers.found.update(zip(items, newton.start, strict=True))
         self._distinct(key, places)
         for name, node in zip(step.unknowns, items, strict=True):
             state.values[name] = self._in_turn(name, node)
-            self.flow.require(self._in_range(self.model.variables[name], state.values[name]))
+            flow.require(self._in_range(self.model.variables[name], state.values[name]))
         return state
-
-    def _newton(self, newton: BlockNewton, places: list[int]) -> tuple[BlockNewton, list[int]]:
-        flow = self.flow
-        flow.finders.append(newton)
-        root = flow.node("root", len(flow.finders) - 1, *places)
-        items = [flow.node("item", place, root) for place in range(len(newton.start))]
-        return newton, items
 
     def _floats(self, names: Sequence[str], usual: bool = True) -> list[float]:
         """Values of the sample. Raises NotCompilable for symbols, and for sizes that are not ``usual``."""

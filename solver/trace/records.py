@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import reduce
-from typing import Any, TypeAlias
+from typing import Any
 
 from rulesheets.model import Model, Value
 from solver.facts import Fact, NoRoot, NoValue, OutOfRange
@@ -30,39 +30,29 @@ from solver.trace.guards import CLEAR, Pattern, State
 from solver.trace.nearby import Nearby
 from solver.trace.program import Program
 from solver.trace.python import compile_scalar
-from solver.trace.record import Recording, record
+from solver.trace.record import Recording
 
 BEYOND = 1e-6
 """How far outside of an image, relative to the numbers around, a target is refused without a second look."""
 
 
-def refusal(model: Model, planner: Planner, pattern: Pattern, found: Exploration) -> Program:
-    """The program whose one ending holds where a row is refused as this one was.
-
-    Raises NotCompilable where more than one step without a value was the reason.
-    """
-    ends = (*found.leaves, *found.adrift)
-    if len(ends) != 1 or found.dead:
-        raise NotCompilable
-    branch = ends[0].branch
-    known = [e for e in model.equations if all(name in branch.values for name in e.names)]
-    active = [e.index for e in known if activity(e, branch.conditions)]
-    if branch.assumed or not branch.settled.issuperset(active):
-        raise NotCompilable
-    return Refusal(model, planner, pattern, ends).refused()
-
-
 class Refusal(Recording):
-    """Follows the steps of a leaf to the one that it has no value for."""
+    """Follows the steps of the only leaf to the one that it has no value for."""
 
     def refused(self) -> Program:
-        start, symbols = self._start()
-        (leaf,) = self.leaves
-        facts = {id(fact): fact for fact in leaf.branch.void.values()}
-        if len(facts) != 1:
+        """The program whose one ending holds where a row is refused as this one was.
+
+        Raises NotCompilable where more than one step without a value was the reason.
+        """
+        (leaf,), branch = self.leaves, self.branch
+        known = [e for e in self.model.equations if branch.values.keys() >= set(e.names)]
+        active = [e.index for e in known if activity(e, branch.conditions)]
+        facts = {id(fact): fact for fact in branch.void.values()}
+        if branch.assumed or not branch.settled.issuperset(active) or len(facts) != 1:
             raise NotCompilable
-        leaf.branch.void = {}
-        ((_, fact),) = facts.items()
+        branch.void = {}
+        (fact,) = facts.values()
+        start, symbols = self._start()
         state = self._on(self._steps(start, leaf))
         self.flow.require(self._impossible(state, fact, leaf))
         if self.flow.finders:
@@ -127,35 +117,25 @@ class Refusal(Recording):
 
     def _no_root(self, state: State, step: SolveBlock) -> int:
         """A discriminant clearly negative, or only candidates that need the root of a negative number."""
-        try:
-            return self._no_discriminant(state, step)
-        except NotCompilable:
-            return reduce(
-                lambda one, other: self.flow.add("and", one, other),
-                self._every_out(state, step),
-                self.flow.true,
-            )
-
-    def _no_discriminant(self, state: State, step: SolveBlock) -> int:
-        form = kernel_of(self.graph, step).closed
-        letters = dict(state.values)
-        for formula in form or ():
-            match formula:
-                case Let(name):
-                    letters[name] = self._let(letters, formula)
-                case Parabola(_, a, b, c):
-                    return self._clearly_less(*self._discriminant(*self._coefficients(letters, a, b, c)))
-                case Circle(_, _, a, b, k, radius):
-                    return self._clearly_less(*self._reach(*self._coefficients(letters, a, b, k, radius)))
-        raise NotCompilable
-
-    def _clearly_less(self, one: int, other: int) -> int:
-        flow = self.flow
-        size = flow.add("add", flow.add("abs", one), flow.add("abs", other))
-        less = flow.add("lt", flow.add("add", one, flow.add("mul", flow.constant(CLEAR), size)), other)
-        if self._numbers(less) is not True:
-            raise NotCompilable
-        return less
+        flow, letters = self.flow, dict(state.values)
+        with suppress(NotCompilable):
+            for formula in kernel_of(self.graph, step).closed or ():
+                match formula:
+                    case Let(name):
+                        letters[name] = self._let(letters, formula)
+                        continue
+                    case Parabola(_, a, b, c):
+                        one, other = self._discriminant(*self._coefficients(letters, a, b, c))
+                    case Circle(_, _, a, b, k, radius):
+                        one, other = self._reach(*self._coefficients(letters, a, b, k, radius))
+                size = flow.add("add", flow.add("abs", one), flow.add("abs", other))
+                less = flow.add(
+                    "lt", flow.add("add", one, flow.add("mul", flow.constant(CLEAR), size)), other
+                )
+                if self._numbers(less) is not True:
+                    break
+                return less
+        return reduce(lambda one, other: flow.add("and", one, other), self._every_out(state, step), flow.true)
 
     def _every_out(self, state: State, step: SolveBlock) -> Iterator[int]:
         """Of each candidate that the first check fails clearly which failed at the sample."""
@@ -188,9 +168,6 @@ MAX_DOUBTS, NEARER = 8, 0.8
 """Rows that are solved to see where the branches of records end: so much nearer to the sample than known."""
 AGREEMENT = 1e-6
 """How near a record must come to the row that it was made from, relative to each number."""
-
-
-Mark: TypeAlias = tuple[tuple[tuple[Any, ...], ...], tuple[int, ...]]
 
 
 class Records:
@@ -308,10 +285,13 @@ class Records:
             return True
         if len(self.programs) >= MAX_RECORDS or self.failures >= MAX_FAILURES:
             return False
-        ranking = self._ranking(leaves)
+        want, pattern = self.pattern.want, self.pattern
+        names = (*want, *(name for name in answers[0] if name not in want))
+        ranking = Ranking(self.model, (*pattern.inputs, *pattern.given), names, pattern.guesses)
         for corrects in (False, True):
             with suppress(NotCompilable):
-                program = record(self.model, self.planner, self.pattern, leaves, dead, ranking, corrects)
+                recording = Recording(self.model, self.planner, pattern, leaves, corrects)
+                program = recording.run(dead, ranking)
                 every = compile_scalar(program, all_answers=True)
                 if self._agrees(every(*numbers), answers):
                     self._nearby.clear()
@@ -322,38 +302,28 @@ class Records:
         self.failures += 1
         return False
 
-    def _ranking(self, leaves: Sequence[Leaf]) -> Ranking:
-        want, pattern = self.pattern.want, self.pattern
-        names = (*want, *(name for name in leaves[0].branch.values if name not in want))
-        return Ranking(self.model, (*pattern.inputs, *pattern.given), names, pattern.guesses)
-
     def refuse(self, numbers: Sequence[Value], found: Exploration) -> None:
         """Learn to tell the rows that are refused as this one."""
         if len(self.refusals) >= MAX_RECORDS or self.vain >= MAX_FAILURES:
             return
+        ends = (*found.leaves, *found.adrift)
         with suppress(NotCompilable):
-            program = refusal(self.model, self.planner, self.pattern, found)
-            refused = compile_scalar(program)
-            if refused(*numbers) is not None:
-                self.refusals.append(program)
-                self.refused.append(refused)
-                return
+            if len(ends) == 1 and not found.dead:
+                program = Refusal(self.model, self.planner, self.pattern, ends).refused()
+                refused = compile_scalar(program)
+                if refused(*numbers) is not None:
+                    self.refusals.append(program)
+                    self.refused.append(refused)
+                    return
         self.vain += 1
 
-    @property
-    def _lists(self) -> tuple[list[Any], ...]:
-        return self.programs, self.every, self._samples, self.refusals, self.refused
-
-    def mark(self) -> Mark:
+    def mark(self) -> dict[str, Any]:
         """What has been learned so far, for ``forget``."""
-        lists = tuple(tuple(known) for known in self._lists)
-        return lists, (self.failures, self.vain, self.useful, self._doubts)
+        return {name: v[:] if isinstance(v, list) else v for name, v in vars(self).items()}
 
-    def forget(self, mark: Mark) -> None:
+    def forget(self, mark: Mapping[str, Any]) -> None:
         """Go back to what was known at a mark."""
-        for known, before in zip(self._lists, mark[0], strict=True):
-            known[:] = before
-        self.failures, self.vain, self.useful, self._doubts = mark[1]
+        vars(self).update((name, v[:] if isinstance(v, list) else v) for name, v in mark.items())
         self._primary.clear()
         self._nearby.clear()
 

@@ -31,6 +31,8 @@ from solver.trace.ranges import Pair, Ranges
 from solver.trace.records import Records
 
 Array: TypeAlias = NDArray[Any]
+PATIENT = False, False
+"""The form of a record that gives the roots of blocks as many steps as they need, not sorted."""
 Keep: TypeAlias = Callable[[Array, Status], None]
 """Takes the status of rows."""
 
@@ -54,44 +56,16 @@ HUGE = 2**18
 """Numbers of a large page of memory. A long column that begins with one is had in few pages."""
 
 
-class Refusals:
-    """The refusals of one pattern, on arrays."""
-
-    def __init__(self, jit: bool = False) -> None:
-        self.jit = jit
-        self._kernels: dict[int, tuple[Program, Callable[..., None] | None]] = {}
-
-    def left(self, program: Program, columns: Sequence[Array], left: Array, keep: Keep) -> Array:
-        """The rows that are still left after a refusal had its turn."""
-        kernel = self._kernel(program)
-        if kernel is None or not len(left):
-            return left
-        holds = np.empty(len(left), dtype=bool)
-        kernel([c if len(left) == len(c) else c[left] for c in columns], (holds,))
-        if holds.any():
-            keep(left[holds], Status.INFEASIBLE)
-        return left[~holds]
-
-    def _kernel(self, program: Program) -> Callable[..., None] | None:
-        known = self._kernels.get(id(program))
-        if known is None:
-            kernel = None
-            if not program.symbols:
-                with suppress(NotCompilable):
-                    holds = counts(program.flow, program.endings[0])
-                    kernel = kernel_of(program.flow, (holds,), self.jit)
-            known = program, kernel
-            self._kernels[id(program)] = known  # the program is kept, so that its number stays its own
-        return known[1]
-
-
 def kernel_of(flow: Flow, wanted: Sequence[int], jit: bool, unrolled: bool = False) -> Callable[..., None]:
     """Machine code where it is asked for and can hold the functions, else blocks of numpy.
 
     ``unrolled``: roots of blocks by a few steps in straight lines.
     """
     if unrolled and flow.finders:
-        flow, wanted = _unrolled(flow, wanted)
+        target = Flow(flow.plain)
+        places = [int(node[1]) for node in flow.nodes if node[0] == "input"]
+        inputs = [target.input(place) for place in range(1 + max(places, default=-1))]
+        flow, wanted = target, copied(flow, target, wanted, inputs)
         jit = jit and len(flow.nodes) < LARGE
     if jit:
         from solver.trace.llvm import NativeKernel, available
@@ -101,13 +75,6 @@ def kernel_of(flow: Flow, wanted: Sequence[int], jit: bool, unrolled: bool = Fal
         with suppress(NotCompilable):
             return NativeKernel(flow, wanted)
     return ArrayKernel(flow, wanted)
-
-
-def _unrolled(flow: Flow, wanted: Sequence[int]) -> tuple[Flow, list[int]]:
-    target = Flow(flow.plain)
-    places = [int(node[1]) for node in flow.nodes if node[0] == "input"]
-    inputs = [target.input(place) for place in range(1 + max(places, default=-1))]
-    return target, copied(flow, target, wanted, inputs)
 
 
 def columns_of(number: int, count: int) -> list[Array]:
@@ -135,26 +102,18 @@ class AnswerKernel:
         if program.symbols:
             raise NotCompilable
         self.program, self.jit, self.turns = program, jit, turns
-        self.symbols, self._known = self._compiled(in_order=False, quick=True)
+        self._made = dict[tuple[bool, bool], _Columns]()
+        self.symbols = self._columns().symbols
         self._asked, self._single = set[int](), dict[tuple[int, int], Callable[..., None]]()
 
-    def _compiled(self, in_order: bool, quick: bool) -> tuple[tuple[tuple[str, ...] | None, ...], _Columns]:
-        found = every(self.program, in_order, quick)
-        nodes = [node for place in found.places for node in place.results]
-        kernel = kernel_of(self.program.flow, (*nodes, *found.there, found.holds), self.jit, quick)
-        return found.symbols, _Columns(kernel, len(nodes), len(found.there))
-
-    @cached_property
-    def _patient(self) -> _Columns:
-        return self._compiled(in_order=False, quick=False)[1]
-
-    @cached_property
-    def _sorted(self) -> _Columns:
-        return self._compiled(in_order=True, quick=True)[1]
-
-    @cached_property
-    def _sorted_patient(self) -> _Columns:
-        return self._compiled(in_order=True, quick=False)[1]
+    def _columns(self, in_order: bool = False, quick: bool = True) -> _Columns:
+        """One form of the record, compiled when it is first asked for."""
+        if (in_order, quick) not in self._made:
+            found = every(self.program, in_order, quick)
+            nodes = [node for place in found.places for node in place.results]
+            kernel = kernel_of(self.program.flow, (*nodes, *found.there, found.holds), self.jit, quick)
+            self._made[in_order, quick] = _Columns(kernel, len(nodes), len(found.there), found.symbols)
+        return self._made[in_order, quick]
 
     def __call__(
         self, columns: Sequence[Array], steady: bool = False, rows: Array | None = None
@@ -163,10 +122,10 @@ class AnswerKernel:
         ``rows`` (n,) are the places in it, where some are left out.
         """
         several = steady and len(self.program.endings) > 1 and not any(self.symbols)
-        found, spans = self._known.watched(columns, several and self.turns is not None)
+        found, spans = self._columns().watched(columns, several and self.turns is not None)
         planes, there, holds = found
         if len(holds) - np.count_nonzero(holds) > MANY:
-            self._patient.replace(found, columns, np.flatnonzero(~holds))
+            self._columns(quick=False).replace(found, columns, np.flatnonzero(~holds))
             if spans is not None:
                 spans.take_all()
         runs: list[tuple[int, int]] = []
@@ -237,7 +196,7 @@ class AnswerKernel:
 
     def quick(self, columns: Sequence[Array]) -> _Found:
         """All answers of rows, as they stand."""
-        return self._known(columns)
+        return self._columns()(columns)
 
     def _sort(
         self, found: _Found, columns: Sequence[Array], runs: Sequence[tuple[int, int]]
@@ -266,18 +225,18 @@ class AnswerKernel:
         """The first row of a run in which the record knows the order, looked for here and there."""
         for rows in (np.array([start]), np.arange(start, end, 256)):
             here = [column[rows] for column in columns]
-            knows = self._sorted(here)[2]
-            if not knows.any() and "_patient" in self.__dict__:
-                knows = self._sorted_patient(here)[2]
+            knows = self._columns(in_order=True)(here)[2]
+            if not knows.any() and PATIENT in self._made:
+                knows = self._columns(in_order=True, quick=False)(here)[2]
             if knows.any():
                 return int(rows[np.argmax(knows)])
         return None
 
     def _sort_rows(self, found: _Found, columns: Sequence[Array], rows: Array) -> None:
-        self._sorted.replace(found, columns, rows)
+        self._columns(in_order=True).replace(found, columns, rows)
         left = rows[~found[2][rows]]
-        if len(left) > MANY or (len(left) and "_patient" in self.__dict__):
-            self._sorted_patient.replace(found, columns, left)
+        if len(left) > MANY or (len(left) and PATIENT in self._made):
+            self._columns(in_order=True, quick=False).replace(found, columns, left)
 
 
 def _row(planes: list[list[Array]], there: Array, row: int) -> Array:
@@ -324,11 +283,12 @@ _Found: TypeAlias = tuple[list[list[Array]], Array, Array]
 
 
 class _Columns(NamedTuple):
-    """A kernel, and how many numbers and places of answers it has results of."""
+    """A kernel, how many numbers and places of answers it has results of, and the symbols of columns."""
 
     kernel: Callable[..., None]
     numbers: int
     places: int
+    symbols: tuple[tuple[str, ...] | None, ...]
 
     def __call__(self, columns: Sequence[Array]) -> _Found:
         return self.watched(columns, False)[0]
@@ -415,8 +375,8 @@ class AnswerSweeper:
 
     def __init__(self, records: Records, jit: bool, turns: Array) -> None:
         self.records, self.jit, self.turns = records, jit, turns
-        self._refusals = Refusals(jit)
-        self._kernels: dict[int, tuple[Program, AnswerKernel | None]] = {}
+        self._kernels: dict[int, tuple[Program, Any]] = {}
+        """By the number of a graph; the program is kept, so that its number stays its own."""
 
     def run(self, columns: Sequence[Array], outcome: Outcome, keep: Keep, steady: bool) -> Answers:
         """The answers of the rows of ``columns`` (n,): by the records there are and those made of its rows.
@@ -424,7 +384,7 @@ class AnswerSweeper:
         ``outcome`` has the word on a row that no record settles (and learns from it); ``keep`` is told the
         status of rows that are not solved. In a ``steady`` sweep only a branch of answers has to be kept.
         """
-        known = {id(program.flow) for program in self.records.programs}
+        known = {id(program.flow) for program in (*self.records.programs, *self.records.refusals)}
         self._kernels = {key: kernel for key, kernel in self._kernels.items() if key in known}
         count = len(columns[0])
         parts, left, tried = self._at_once(columns, steady)
@@ -439,7 +399,7 @@ class AnswerSweeper:
                     if before - len(left) > most:
                         most, self.records.useful = before - len(left), place
                 for program in self.records.refusals[refusals:]:
-                    left = self._refusals.left(program, columns, left, keep)
+                    left = self._not_refused(program, columns, left, keep)
             records, refusals = len(self.records.programs), len(self.records.refusals)
             for row in left.tolist():
                 try:
@@ -500,14 +460,31 @@ class AnswerSweeper:
 
     def kernel(self, program: Program) -> AnswerKernel | None:
         """A record on arrays, where it can be."""
-        known = self._kernels.get(id(program.flow))
-        if known is None:
-            try:
-                known = program, AnswerKernel(program, self.jit, self.turns)
-            except NotCompilable:
-                known = program, None
-            self._kernels[id(program.flow)] = known  # the program is kept, so that its number stays its own
-        return known[1]
+        found: AnswerKernel | None = self._kept(program, lambda: AnswerKernel(program, self.jit, self.turns))
+        return found
+
+    def _kept(self, program: Program, made: Callable[[], Any]) -> Any:
+        if id(program.flow) not in self._kernels:
+            self._kernels[id(program.flow)] = program, None
+            with suppress(NotCompilable):
+                self._kernels[id(program.flow)] = program, made()
+        return self._kernels[id(program.flow)][1]
+
+    def _not_refused(self, program: Program, columns: Sequence[Array], left: Array, keep: Keep) -> Array:
+        """The rows that are still left after a refusal had its turn."""
+        if program.symbols or not len(left):
+            return left
+        holds_in = self._kept(
+            program,
+            lambda: kernel_of(program.flow, [counts(program.flow, program.endings[0])], self.jit),
+        )
+        if holds_in is None:
+            return left
+        holds = np.empty(len(left), dtype=bool)
+        holds_in([c if len(left) == len(c) else c[left] for c in columns], (holds,))
+        if holds.any():
+            keep(left[holds], Status.INFEASIBLE)
+        return left[~holds]
 
 
 def _one_by_one(alone: dict[int, list[tuple[Value, ...]]]) -> tuple[Array, Answers]:

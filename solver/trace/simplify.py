@@ -50,14 +50,11 @@ def _subtract(flow: Graph, a: int, b: int) -> int | None:
     number = flow.factor(b)
     if number is not None and number[0] < 0.0:
         return flow.add("add", a, flow.add("mul", flow.constant(-number[0]), number[1]))
-    left = _cancelled(flow, a, b)
-    if left is not None:
+    if (left := _cancelled(flow, a, b)) is not None:
         return left
-    growth = _growth(flow, b) if flow.value_of(a) == 1.0 else None
-    if growth is not None:
+    if flow.value_of(a) == 1.0 and (growth := _growth(flow, b)) is not None:
         return flow.add("neg", growth)
-    growth = _growth(flow, a) if flow.value_of(b) == 1.0 else None
-    if growth is not None:
+    if flow.value_of(b) == 1.0 and (growth := _growth(flow, a)) is not None:
         return growth
     return flow.node("neg", flow.node("sub", b, a)) if b < a else None
 
@@ -180,24 +177,13 @@ def _divide(flow: Graph, a: int, b: int) -> int | None:
     return None
 
 
-def _both(flow: Graph, a: int, b: int) -> int | None:
-    if flow.false in (a, b):
-        return flow.false
-    if a == flow.true or a == b:
+def _joined(flow: Graph, a: int, b: int, decisive: bool) -> int | None:
+    if (outcome := flow.constant(decisive)) in (a, b):
+        return outcome
+    neutral = flow.constant(not decisive)
+    if a in (neutral, b):
         return b
-    return a if b == flow.true else None
-
-
-def _either(flow: Graph, a: int, b: int) -> int | None:
-    if flow.true in (a, b):
-        return flow.true
-    if a == flow.false or a == b:
-        return b
-    return a if b == flow.false else None
-
-
-def _opposite(flow: Graph, a: int) -> int | None:
-    return int(flow.nodes[a][1]) if flow.nodes[a][0] == "not" else None
+    return a if b == neutral else None
 
 
 def _where(flow: Graph, c: int, a: int, b: int) -> int | None:
@@ -234,9 +220,9 @@ SIMPLIFY: dict[str, Callable[..., int | None]] = {
     "sub": _subtract,
     "mul": _multiply,
     "div": _divide,
-    "and": _both,
-    "or": _either,
-    "not": _opposite,
+    "and": lambda flow, a, b: _joined(flow, a, b, False),
+    "or": lambda flow, a, b: _joined(flow, a, b, True),
+    "not": lambda flow, a: int(flow.nodes[a][1]) if flow.nodes[a][0] == "not" else None,
     "where": _where,
     "abs": _absolute,
     "max": _larger,
