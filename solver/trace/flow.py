@@ -16,8 +16,18 @@ from typing import NamedTuple
 from rulesheets.functions import TABLE
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.numerics.tolerances import BACKWARD, EPS
-from solver.trace.graph import FOLD, LEAVES, LOGICAL, Graph, Node, NotCompilable, Operand, operands, schedule
-from solver.trace.simplify import SIMPLIFY, not_negative
+from solver.trace.graph import (
+    FOLD,
+    LEAVES,
+    LOGICAL,
+    Graph,
+    Node,
+    NotCompilable,
+    Operand,
+    not_negative,
+    operands,
+    schedule,
+)
 
 LIBRARY = 4.0
 """Units in the last place that an operation, or a function of the library, may be off by."""
@@ -41,8 +51,6 @@ class Direction(NamedTuple):
 
 class Flow(Graph):
     """The graph of a record."""
-
-    rules = SIMPLIFY
 
     def __init__(self, plain: bool = False) -> None:
         super().__init__(plain)
@@ -237,19 +245,11 @@ class Flow(Graph):
 
     def compare(self, operator: str, left: int, right: int) -> int:
         """The node of a comparison of two numbers."""
-        match operator:
-            case "=":
-                return self._near(left, right)
-            case "<>":
-                return self.add("not", self._near(left, right))
-            case "<":
-                return self.add("lt", left, right)
-            case "<=":
-                return self.add("le", left, right)
-            case ">":
-                return self.add("lt", right, left)
-            case _:
-                return self.add("le", right, left)
+        if operator in ("=", "<>"):
+            near = self._near(left, right)
+            return near if operator == "=" else self.add("not", near)
+        pair = (left, right) if operator[0] == "<" else (right, left)
+        return self.add("le" if operator.endswith("=") else "lt", *pair)
 
     def _near(self, left: int, right: int) -> int:
         for angle, other in ((left, right), (right, left)):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial, reduce
 from typing import NamedTuple
 
@@ -56,16 +56,7 @@ class State:
     finite: list[int] = field(default_factory=list)
 
     def fork(self) -> State:
-        return replace(
-            self,
-            values=dict(self.values),
-            symbols=dict(self.symbols),
-            decided=dict(self.decided),
-            settled=set(self.settled),
-            used=set(self.used),
-            checks=list(self.checks),
-            finite=list(self.finite),
-        )
+        return State(*(part.copy() for part in vars(self).values()))
 
 
 def symbol_of(expression: Expression, symbols: Mapping[str, str]) -> str | None:

@@ -14,9 +14,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.model import Value
 from solver.ranking.ranking import GRAIN, SIZE, SLACK, ZERO, Key
-from solver.trace.implied import lean
 from solver.trace.order import RANGES, UNORDERED, Range, Ranked, before, keys_as_nodes, range_of, spread
-from solver.trace.program import Box, Ending, Program
+from solver.trace.program import Box, Ending, Program, lean
 from solver.trace.python import compile_scalar
 
 SHARES = (0.1, 0.03, 0.01, 3e-3, 1e-3)

@@ -1,8 +1,11 @@
 """What a record is: a graph of operations, the results of each answer, and when they count.
 
-On arrays the endings are all answers of a row in their order, none
-of them twice; where the order is not known beforehand they are exchanged in pairs by selections (an insertion
-sort without branches, stable as the list is).
+On arrays the endings are all answers of a row in their order, none of them twice; where the order is not
+known beforehand they are exchanged in pairs by selections (an insertion sort without branches, stable as the
+list is). Conditions that others imply, by the ranges of the numbers, are left out: a number lies in up to
+three pieces, below zero, at zero and above. Rounding is monotonic, so the ends of a result come from the ends
+of its operands by the operation itself (R. E. Moore, Interval Analysis, 1966, without outward rounding).
+Comparisons are decided of numbers alone that are asked to be finite.
 """
 
 from __future__ import annotations
@@ -10,10 +13,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from itertools import product
+from typing import NamedTuple, TypeAlias
 
 from solver.trace.flow import Flow
-from solver.trace.graph import NotCompilable
+from solver.trace.graph import FOLD, LEAVES, LOGICAL, NotCompilable, computed_from, operands
 from solver.trace.order import UNORDERED, Order, Ranked
 
 
@@ -190,3 +194,249 @@ def _once(flow: Flow, places: list[Place]) -> Iterator[int]:
                 same = flow.add("and", same, flow.add("eq", *pair))
             there = flow.add("and", there, flow.add("not", same))
         yield there
+
+
+Range: TypeAlias = tuple[float, float]
+Pieces: TypeAlias = tuple[Range, ...]
+"""Closed ranges, none of them across zero, in their order."""
+
+LEAST, MOST = math.ulp(0.0), 1e300
+ANY: Pieces = ((-math.inf, -LEAST), (0.0, 0.0), (LEAST, math.inf))
+_MONOTONIC = frozenset({"add", "sub", "mul", "div", "neg", "sqrt", "abs"})
+_WITHIN = dict.fromkeys(("sind", "cosd", "sin", "cos"), 1.0 + 1e-9)
+_WITHIN |= {"directiond": 180.1, "atan2d": 180.1, "direction": 3.15, "atan2": 3.15}
+_INHERITING = frozenset({"add", "sub", "mul", "neg", "abs", "sqrt", "sind", "cosd", "sin", "cos"})
+"""Operations that give no finite number where an operand is none."""
+
+
+def joined(ranges: Iterable[Range]) -> Pieces:
+    """The pieces of some ranges together."""
+    all_of = list(ranges)
+    below = [(a, min(b, -LEAST)) for a, b in all_of if a < 0.0]
+    zero = [(0.0, 0.0) for a, b in all_of if a <= 0.0 <= b]
+    above = [(max(a, LEAST), b) for a, b in all_of if b > 0.0]
+    return tuple((min(s)[0], max(b for _, b in s)) for s in (below, zero, above) if s)
+
+
+def shared(one: Iterable[Range], other: Iterable[Range]) -> Pieces:
+    """What lies in some ranges and in some others."""
+    pairs = ((max(a, c), min(b, d)) for (a, b), (c, d) in product(one, other))
+    return joined((a, b) for a, b in pairs if a <= b)
+
+
+def lean(program: Program) -> Program:
+    """The same program without conditions that others imply, and without numbers that only those read."""
+    return _Lean(program).program()
+
+
+class _Lean:
+    """What is known of the nodes of a record where all its conditions hold."""
+
+    def __init__(self, program: Program) -> None:
+        self.old, self.flow, self.order = program, program.flow, program.order
+        self.ranges: dict[int, Pieces] = {}
+        self.nodes: dict[int, int] = {}
+        """What stands for a node."""
+        self.exceeded: dict[int, list[tuple[float, int]]] = {}
+        """Multiples of nodes that are less than a number."""
+        self.sure = self._with(node for ending in program.endings for node in ending.finite)
+
+    def program(self) -> Program:
+        old, order = self.old, self.order
+        holds = [list(each_of(self.flow, ending.holds)) for ending in old.endings]
+        checks = dict.fromkeys(check for some in holds for check in some)
+        told = (*order.told, *(n for n, _, _ in order.usual), *(n for key in order.keys for n in key))
+        kept: dict[int, int] = {}
+        for check in sorted(checks, key=self._turn):
+            self._meet([check])
+            if self.nodes[check] != self.flow.true:
+                kept[check] = self.nodes[check]
+                self._assume(check, True)
+        self._meet((*old.wanted, *told))
+        heads = self._heads()
+        endings = tuple(
+            Ending(
+                tuple(r if isinstance(r, str) else self.nodes[r] for r in ending.results),
+                tuple(dict.fromkeys(kept[check] for check in some if check in kept)),
+                tuple(self.nodes[node] for node in ending.finite if node in heads),
+            )
+            for ending, some in zip(old.endings, holds, strict=True)
+        )
+        keys = tuple(tuple(self.nodes[n] for n in key) for key in order.keys)
+        asked = tuple(self.nodes[n] for n in order.told if self.nodes[n] != self.flow.true)
+        usual = tuple((self.nodes[n], low, high) for n, low, high in order.usual)
+        return old._replace(endings=endings, order=Order(keys, asked, usual))
+
+    def _turn(self, check: int) -> int:
+        """What is said of inputs tells most, and then how far numbers are from zero."""
+        below = computed_from(self.flow, [check])
+        if all(self.flow.nodes[node][0] in {*LEAVES, *LOGICAL, "abs"} for node in below):
+            return 0
+        kind, *rest = self.flow.nodes[check]
+        return 1 if kind == "lt" and not self._constant(int(rest[0])) else 2
+
+    def _meet(self, wanted: Iterable[int]) -> None:
+        """What nodes, and those that they read, come down to, and their ranges."""
+        for node in sorted(computed_from(self.flow, wanted, self.nodes)):
+            self.nodes[node] = self._left_of(node)
+            if self.flow.nodes[node][0] not in LOGICAL:
+                self.ranges[node] = self._range(node)
+            self._spread(node, self.sure)
+
+    def _left_of(self, node: int) -> int:
+        flow = self.flow
+        kind, *rest = flow.nodes[node]
+        read = operands(flow, node)
+        new = [self.nodes[part] for part in read]
+        if kind in ("and", "or", "not", "xor"):
+            return flow.add(str(kind), *new)
+        if kind in ("lt", "le", "eq"):
+            told = self._told(str(kind), *read)
+            return flow.node(kind, *new) if told is None else flow.constant(told)
+        if kind == "sooner" and flow.value_of(new[0]) is not None:
+            return new[0] if flow.value_of(new[0]) else new[1]
+        if kind == "where" and flow.value_of(new[0]) is not None:
+            return new[1 if flow.value_of(new[0]) else 2]
+        return flow.node(kind, *rest[: len(rest) - len(read)], *new)
+
+    def _range(self, node: int) -> Pieces:
+        kind, *rest = self.flow.nodes[node]
+        read = [self.ranges.get(part, ANY) for part in operands(self.flow, node)]
+        name = rest[0] if kind == "call" else kind
+        if kind == "const":
+            return ANY if isinstance(rest[0], bool) or rest[0] != rest[0] else joined([(rest[0], rest[0])])  # type: ignore[list-item]
+        if name in _WITHIN:
+            return joined([(-_WITHIN[str(name)], _WITHIN[str(name)])])
+        if kind in ("where", "max"):
+            return joined((*read[-2], *read[-1]))
+        if kind not in _MONOTONIC or (kind == "div" and (0.0, 0.0) in read[1]):
+            return ANY
+        alike = len(rest) == 2 and rest[0] == rest[1]
+        pairs = zip(*read, strict=True) if alike else product(*read)
+        return joined(filter(None, (self._ends(str(kind), pair) for pair in pairs)))
+
+    def _ends(self, kind: str, pieces: Iterable[Range]) -> Range | None:
+        ends = [FOLD[kind](*corner) for corner in product(*pieces) if kind != "sqrt" or corner[0] >= 0.0]
+        numbers = [float(end) for end in ends if end == end]
+        return (min(numbers), max(numbers)) if numbers else None
+
+    # --- comparisons ---
+
+    def _told(self, kind: str, a: int, b: int) -> bool | None:
+        """Whether a comparison comes out alike in all rows."""
+        if {a, b} <= self.sure:
+            signs, wanted = self._compared(a, b), {"lt": {-1}, "le": {-1, 0}, "eq": {0}}[kind]
+            if signs <= wanted or not signs & wanted:
+                return signs <= wanted
+        factor, source = self._multiple(a)
+        for more, other in self.exceeded.get(b, ()) if kind != "eq" else ():
+            least = self.ranges[source][0][0] if self.ranges[source] else math.inf
+            if source == other and factor <= more and least >= 0.0:
+                return True
+        return None
+
+    def _compared(self, a: int, b: int) -> set[int]:
+        """The signs that ``a - b`` can have."""
+        return {
+            sign
+            for (low, high), (least, most) in product(self.ranges[a], self.ranges[b])
+            for sign, can in ((-1, low < most), (0, low <= most and least <= high), (1, high > least))
+            if can
+        }
+
+    def _constant(self, node: int) -> bool:
+        return self.flow.value_of(node) is not None
+
+    def _multiple(self, node: int) -> tuple[float, int]:
+        factor = self.flow.factor(node)
+        return factor if factor is not None and factor[0] > 0.0 else (1.0, node)
+
+    # --- what conditions say ---
+
+    def _assume(self, node: int, holds: bool) -> None:
+        self.nodes[node] = self.flow.constant(holds)
+        kind, *parts = self.flow.nodes[node]
+        if kind == "not":
+            self._assume(int(parts[0]), not holds)
+        for number, pieces in self._said(node, holds).items():
+            self.ranges[number] = pieces
+            for other in (self.flow.number(sign, number) for sign in ("abs", "neg")):
+                if other in self.ranges:
+                    self.ranges[int(other)] = self._range(int(other))
+        if kind == "lt" and holds:
+            self.exceeded.setdefault(int(parts[1]), []).append(self._multiple(int(parts[0])))
+
+    def _said(self, node: int, holds: bool) -> dict[int, Pieces]:
+        """The ranges of numbers for which a condition holds, or does not."""
+        kind, *rest = self.flow.nodes[node]
+        a, b = (int(part) for part in (*rest, *rest)[:2])
+        if kind == "not":
+            return self._said(a, not holds)
+        if kind in ("and", "or"):
+            one, other = self._said(a, holds), self._said(b, holds)
+            if (kind == "and") is holds:
+                return {n: shared(one.get(n, ANY), other.get(n, ANY)) for n in one.keys() | other.keys()}
+            return {n: joined((*one[n], *other[n])) for n in one.keys() & other.keys()}
+        if kind not in ("lt", "le", "eq") or not (self.ranges[a] and self.ranges[b]):
+            return {}
+        if kind != "eq" and not holds:
+            kind, a, b = "le" if kind == "lt" else "lt", b, a
+        low, high = self.ranges[a][0][0], self.ranges[b][-1][1]
+        if kind == "lt":
+            low, high = math.nextafter(low, math.inf), math.nextafter(high, -math.inf)
+        if kind != "eq":
+            return dict([*self._within(a, -math.inf, high), *self._within(b, low, math.inf)])
+        if holds:
+            return dict(self._within(a, self.ranges[b][0][0], high))
+        zero = self.ranges[b] == ((0.0, 0.0),)
+        return {a: tuple(piece for piece in self.ranges[a] if piece[0])} if zero else {}
+
+    def _within(self, node: int, low: float, high: float) -> Iterator[tuple[int, Pieces]]:
+        """A number between two others, and what it is the size or the opposite of."""
+        pieces = shared(self.ranges[node], [(low, high)])
+        yield node, pieces
+        kind, *parts = self.flow.nodes[node]
+        if kind in ("abs", "neg"):
+            inside, signs = int(parts[0]), (-1.0, 1.0) if kind == "abs" else (-1.0,)
+            ends = [(min(s * a, s * b), max(s * a, s * b)) for a, b in pieces for s in signs]
+            yield inside, shared(self.ranges[inside], ends)
+
+    # --- numbers that are finite with others ---
+
+    def _with(self, finite: Iterable[int], known: Iterable[int] = ()) -> set[int]:
+        """The nodes that are finite numbers where these are, and those known to be."""
+        sure, waiting = set(known), list(finite)
+        while waiting:
+            node = waiting.pop()
+            if node not in sure:
+                sure.add(node)
+                kind, *parts = self.flow.nodes[node]
+                read = parts if kind in _INHERITING else parts[:1] if kind == "div" else ()
+                waiting.extend(map(int, read))
+        return sure
+
+    def _heads(self) -> set[int]:
+        """Of numbers that must be finite those with which all of them are."""
+        heads, sure = set[int](), set[int]()
+        for node in sorted({n for ending in self.old.endings for n in ending.finite}, reverse=True):
+            if node not in sure:
+                heads.add(node)
+                sure = self._with([node], sure)
+        for node in sorted(n for n in heads if self._bounded(n)):
+            sure = self._with(heads - {node})
+            for part in sorted(computed_from(self.flow, [node])):
+                self._spread(part, sure)
+            if node in sure:
+                heads.remove(node)
+        return heads
+
+    def _spread(self, node: int, sure: set[int]) -> None:
+        """Finite numbers give a finite number where it is not too large."""
+        kind, name, *_ = self.flow.nodes[node]
+        known = kind in _MONOTONIC - {"sqrt"} or (name if kind == "call" else kind) in _WITHIN
+        whole = kind == "const" or (known and sure.issuperset(operands(self.flow, node)))
+        if whole and self._bounded(node):
+            sure.add(node)
+
+    def _bounded(self, node: int) -> bool:
+        return all(a > -MOST and b < MOST for a, b in self.ranges[node])

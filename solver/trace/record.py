@@ -26,12 +26,11 @@ from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
 from solver.trace.graph import NotCompilable, computed_from, operands
 from solver.trace.guards import Pattern, State
-from solver.trace.implied import lean
 from solver.trace.inverses import Inverses
 from solver.trace.newton import BlockNewton
 from solver.trace.order import Order, Ranked
 from solver.trace.order import order as order_of
-from solver.trace.program import Ending, Program
+from solver.trace.program import Ending, Program, lean
 
 MATCHES = 1e-6
 """How near a number of the record must come to the answer that it was made from, relative to it."""

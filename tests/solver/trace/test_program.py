@@ -11,8 +11,7 @@ import rulesheets
 import solver
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable
-from solver.trace.implied import lean
-from solver.trace.program import Ending, Program
+from solver.trace.program import Ending, Program, lean
 from solver.trace.python import compile_scalar
 
 ODD = [math.nan, math.inf, -math.inf, 0.0, -0.0, 1.0, -1.0, 2.0, 5e-324, -1e-310, 1e-160, 1e200, -1e150, 30.0]
