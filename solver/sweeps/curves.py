@@ -27,9 +27,7 @@ from solver.sweeps.tracing import (
     Branch,
     CoreSystem,
     Curve,
-    CurveRow,
     CurveTable,
-    Filling,
     Limit,
     curve_rows,
     traced,
@@ -190,7 +188,7 @@ class _Found(NamedTuple):
 
     curve: Curve
     system: CoreSystem
-    rows: tuple[CurveRow, ...]
+    rows: tuple[tuple[CurvePoint, bool], ...]
 
     def passes(self, leaf: Leaf, value: float) -> bool:
         """Whether an answer at a swept value lies on the branch."""
@@ -201,9 +199,9 @@ class _Found(NamedTuple):
         point = np.array([*at, value], dtype=np.float64)
         problem = self.curve.pieces[0].problem
         return any(
-            float(np.linalg.norm(problem.apart(row.point.z, point))) <= SAME * (1 + len(point))
-            for row in self.rows
-            if row.point.z[-1] == value
+            float(np.linalg.norm(problem.apart(row.z, point))) <= SAME * (1 + len(point))
+            for row, _ in self.rows
+            if row.z[-1] == value
         )
 
 
@@ -217,10 +215,7 @@ def _same(leaf: Leaf, name: str, value: Value) -> bool:
 
 def _table(plan: Plan, name: str, found: Sequence[_Found]) -> CurveTable:
     want = tuple(n for n in plan.want if n != name)
-    runs: list[_Run] = []
-    for one in found:
-        scale = one.curve.pieces[0].problem.scale
-        runs += _runs(one, Filling(plan.model, one.system, want, scale))
+    runs = [run for one in found for run in _runs(one, want)]
     rows = [(number, row) for number, run in enumerate(runs, start=1) for row in run.rows]
     columns = {
         name: np.array([row.point.z[-1] for _, row in rows], dtype=np.float64),
@@ -258,10 +253,11 @@ class _Run(NamedTuple):
     end: str
 
 
-def _runs(found: _Found, filling: Filling) -> Iterator[_Run]:
+def _runs(found: _Found, want: Sequence[str]) -> Iterator[_Run]:
     """The rows of a branch. Where nothing can have several values, they part where there is no answer."""
-    rows = tuple(_Filled(row.point, row.greatest, *filling(row.point)) for row in found.rows)
     curve, system = found.curve, found.system
+    scale = curve.pieces[0].problem.scale
+    rows = tuple(_Filled(*row, *system.filled(row[0], want, scale)) for row in found.rows)
     start = _end(curve.first_end, rows[0].point.z, system)
     end = _end(curve.last_end, rows[-1].point.z, system)
     if len(system.names) > 1:
@@ -276,14 +272,14 @@ def _runs(found: _Found, filling: Filling) -> Iterator[_Run]:
 
     @cache
     def answer(place: float) -> Mapping[str, Value]:
-        status, values = filling(rows[0].point._replace(z=np.array([place])))
+        status, values = system.filled(rows[0].point._replace(z=np.array([place])), want, scale)
         return values if status is Status.SOLVED else {}
 
     def value(name: str, place: float) -> float | None:
         found = answer(place).get(name)
         return found if isinstance(found, float) else None
 
-    turn = planner(filling.model).graph.single_turn
+    turn = system.graph.single_turn
     solved = groupby(enumerate(rows), key=lambda item: item[1].status is Status.SOLVED)
     for run in [list(group) for there, group in solved if there]:
         first, last = run[0][0], run[-1][0]
@@ -291,7 +287,7 @@ def _runs(found: _Found, filling: Filling) -> Iterator[_Run]:
         for place in range(first, last):
             expect_time()
             ends_at = float(rows[place].point.z[-1]), float(rows[place + 1].point.z[-1])
-            if any(parted(*ends_at, partial(value, name), turn(name)) for name in filling.want):
+            if any(parted(*ends_at, partial(value, name), turn(name)) for name in want):
                 yield _Run(rows[first : place + 1], False, begins, BREAK)
                 first, begins = place + 1, BREAK
         yield _Run(rows[first : last + 1], False, begins, end if last == len(rows) - 1 else End.DOMAIN.value)

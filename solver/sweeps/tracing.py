@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
 from rulesheets.functions import TABLE
-from rulesheets.model import Equation, Model, Value
+from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import Call, Name
 from solver.accuracy.rule_check import sides, size
 from solver.derivatives.linearization import active_equations, slopes
@@ -119,6 +119,32 @@ class CoreSystem:
                 return False
         return True
 
+    def filled(
+        self, point: CurvePoint, want: Sequence[str], scale: Vector
+    ) -> tuple[Status, dict[str, Value]]:
+        """The status and the wanted values that are determined, by an ordinary solve with the core given.
+
+        So is all that does not move along the curve: of several answers it is that of the branch. A fold is
+        ``singular``.
+        """
+        status, values = self._solved(point.z, want)
+        if status is not Status.SOLVED and not point.fold:
+            cleared = np.where(np.abs(point.z) <= NOUGHT * scale, 0.0, point.z)
+            if not np.array_equal(cleared, point.z):
+                status, values = self._solved(cleared, want)
+        return Status.SINGULAR if point.fold else status, values
+
+    def _solved(self, z: Vector, want: Sequence[str]) -> tuple[Status, dict[str, Value]]:
+        """With angles in (-180, 180], as far as the rules of the core admit it."""
+        finite = np.isfinite(self.turn)
+        turn = np.where(finite, self.turn, 1.0)
+        moved = np.where(finite, z - turn * np.ceil(z / turn - 0.5), z)
+        inputs = self.values(moved if self.holds(moved, 1e-12) else z)
+        asked = Asked(self.model, inputs, want, {}, want)
+        verdict = judge(asked, explore(asked))
+        values = verdict.leaves[0].branch.values if verdict.leaves else inputs
+        return verdict.status, {name: values[name] for name in want if name in values}
+
 
 def _direction(equation: Equation) -> tuple[str, float] | None:
     """The angle of a rule ``angle = atan2d(…)``, and the turn by which it jumps where that passes 180."""
@@ -131,9 +157,10 @@ def _direction(equation: Equation) -> tuple[str, float] | None:
     return None
 
 
+NOUGHT = 1e-15
+"""Share of its magnitude below which a coordinate may be what is left of an exact 0."""
 MEETS = 1e-6
 """Share of its terms by which a rule may miss where it takes over from another."""
-
 CHANGES = 200
 """Changes of rules that one branch may go through."""
 
@@ -208,21 +235,13 @@ def _onward(system: CoreSystem, problem: Problem, home: CurvePoint) -> tuple[lis
     return pieces, End.LIMIT
 
 
-NOUGHT = 1e-15
-"""Share of its magnitude below which a coordinate may be what is left of an exact 0."""
+def curve_rows(curve: Curve, values: Vector) -> Iterator[tuple[CurvePoint, bool]]:
+    """The first point, every swept value that the branch passes, every fold, the last point.
 
-
-class CurveRow(NamedTuple):
-    """One row before it is filled in."""
-
-    point: CurvePoint
-    greatest: bool = False
-
-
-def curve_rows(curve: Curve, values: Vector) -> Iterator[CurveRow]:
-    """The first point, every swept value that the branch passes, every fold, the last point."""
+    With each whether the swept variable rises before it: where it turns back it is the greatest then.
+    """
     first, last = curve.points[0], curve.points[-1]
-    yield CurveRow(first, bool(first.tangent[-1] > 0))
+    yield first, bool(first.tangent[-1] > 0)
     for piece in curve.pieces:
         for here, there in pairwise(piece.points):
             a, b = float(here.z[-1]), float(there.z[-1])
@@ -230,12 +249,11 @@ def curve_rows(curve: Curve, values: Vector) -> Iterator[CurveRow]:
             for value in sorted(inside, reverse=b < a):
                 found = _crossing(piece.problem, here, there, value)
                 if found is not None:
-                    yield CurveRow(found)
-            swept = bool((values == there.z[-1]).any())
-            if there is not last and (there.fold or swept):
-                yield CurveRow(there, bool(here.tangent[-1] > 0))
+                    yield found, False
+            if there is not last and (there.fold or bool((values == b).any())):
+                yield there, bool(here.tangent[-1] > 0)
     if len(curve.points) > 1:
-        yield CurveRow(last, bool(last.tangent[-1] > 0))
+        yield last, bool(last.tangent[-1] > 0)
 
 
 def _crossing(problem: Problem, here: CurvePoint, there: CurvePoint, value: float) -> CurvePoint | None:
@@ -249,38 +267,6 @@ def _crossing(problem: Problem, here: CurvePoint, there: CurvePoint, value: floa
         return CurvePoint(found.z, -found.tangent, there.arc - found.arc, -found.orientation)
     reach = float((there.z - here.z) / problem.scale @ here.tangent)
     return crossing(problem, here, reach, value)
-
-
-class Filling:
-    """Computes what is wanted at a point of the curve, by an ordinary solve with the core given.
-
-    So is all that does not move along the curve: of several answers it is that of the branch.
-    """
-
-    def __init__(self, model: Model, system: CoreSystem, want: Sequence[str], scale: Vector) -> None:
-        self.model, self.system, self.want, self.scale = model, system, tuple(want), scale
-
-    def __call__(self, point: CurvePoint) -> tuple[Status, dict[str, Value]]:
-        """The status and the wanted values that are determined. A fold is ``singular``."""
-        status, values = self._solved(point.z)
-        if status is not Status.SOLVED and not point.fold:
-            cleared = np.where(np.abs(point.z) <= NOUGHT * self.scale, 0.0, point.z)
-            if not np.array_equal(cleared, point.z):
-                status, values = self._solved(cleared)
-        return Status.SINGULAR if point.fold else status, values
-
-    def _solved(self, z: Vector) -> tuple[Status, dict[str, Value]]:
-        """With angles in (-180, 180], as far as the rules of the core admit it."""
-        finite = np.isfinite(self.system.turn)
-        turn = np.where(finite, self.system.turn, 1.0)
-        moved = np.where(finite, z - turn * np.ceil(z / turn - 0.5), z)
-        if self.system.holds(moved, 1e-12):
-            z = moved
-        inputs = self.system.values(z)
-        asked = Asked(self.model, inputs, self.want, {}, self.want)
-        verdict = judge(asked, explore(asked))
-        values = verdict.leaves[0].branch.values if verdict.leaves else inputs
-        return verdict.status, {name: values[name] for name in self.want if name in values}
 
 
 class Limit(NamedTuple):
