@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, field, fields, replace
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.evaluate.number import meets
-from rulesheets.model import Equation, Model, Value, Variable
+from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from solver.accuracy.forward_error import ForwardErrors, forward_errors
 from solver.accuracy.rule_check import check_rule
@@ -59,18 +59,13 @@ def settled(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[s
     admit is not made.
     """
     moved = dict(values)
-    for name, variable in graph.model.variables.items():
-        number = moved.get(name)
-        if name in inputs or not isinstance(number, float) or not _may_be_turned(variable, number):
-            continue
-        turn = graph.turn(name)
-        if turn is not None and not -turn / 2 < number <= turn / 2:
-            shift, group = -turn * math.ceil(number / turn - 0.5), _tied(graph, name, inputs)
-            trial = {n: v + shift if n in group and isinstance(v, float) else v for n, v in moved.items()}
-            touched = (graph.model.equations[index] for name in group for index in graph.users(name))
-            known = {rule.index: rule for rule in touched if moved.keys() >= {*rule.names}}.values()
-            if all(check_rule(rule, trial).holds or not check_rule(rule, moved).holds for rule in known):
-                moved = trial
+    for name, number, turn in _outside_one_turn(graph, moved, inputs, graph.turn):
+        shift, group = -turn * math.ceil(number / turn - 0.5), _tied(graph, name, inputs)
+        trial = {n: v + shift if n in group and isinstance(v, float) else v for n, v in moved.items()}
+        touched = (graph.model.equations[index] for name in group for index in graph.users(name))
+        known = {rule.index: rule for rule in touched if moved.keys() >= {*rule.names}}.values()
+        if all(check_rule(rule, trial).holds or not check_rule(rule, moved).holds for rule in known):
+            moved.update(trial)
     return moved
 
 
@@ -79,20 +74,24 @@ def within_one_turn(graph: ModelGraph, values: Mapping[str, Value], inputs: Coll
 
     Other angles are moved there; these have answers in two turns and more, each another one.
     """
+    outside = _outside_one_turn(graph, values, inputs, graph.single_turn)
+    return all(graph.is_turning(name) for name, _, _ in outside)
+
+
+def _outside_one_turn(
+    graph: ModelGraph,
+    values: Mapping[str, Value],
+    inputs: Collection[str],
+    turn_of: Callable[[str], float | None],
+) -> Iterator[tuple[str, float, float]]:
+    """Posted angles without a range that lie outside (-180, 180], with their whole turns; no inputs."""
     for name, variable in graph.model.variables.items():
-        number = values.get(name)
-        if name in inputs or not isinstance(number, float) or not _may_be_turned(variable, number):
+        number, free = values.get(name), variable.low == -math.inf and variable.high == math.inf
+        if name in inputs or not isinstance(number, float) or not variable.posted or not free:
             continue
-        turn = graph.single_turn(name)
-        if turn is not None and not graph.is_turning(name) and not -turn / 2 < number <= turn / 2:
-            return False
-    return True
-
-
-def _may_be_turned(variable: Variable, number: float) -> bool:
-    """Whether a number is no less than half a turn in any unit, of a posted variable without a range."""
-    free = variable.low == -math.inf and variable.high == math.inf
-    return variable.posted and free and abs(number) >= math.pi
+        turn = turn_of(name) if abs(number) >= math.pi else None  # half a turn in the smallest unit
+        if turn is not None and not -turn / 2 < number <= turn / 2:
+            yield name, number, turn
 
 
 def _tied(graph: ModelGraph, name: str, inputs: Collection[str]) -> set[str]:
@@ -177,16 +176,14 @@ def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
     doubles = [fact for fact in branch.facts if isinstance(fact, DoubleRoot)]
     found = forward_errors(model, branch.values, branch.steps, lambda e: activity(e, decided), doubles)
     if branch.precise and not doubles:
-        rounded = {name: _rounding(branch.values[name], exact) for name, exact in branch.precise.items()}
+        rounded = {}
+        for name, exact in branch.precise.items():
+            number = branch.values[name]
+            distance = 0.0 if isinstance(number, str) else float(abs(exact - number))
+            rounded[name] = math.nextafter(distance, math.inf) if distance else 0.0
         found = ForwardErrors({**found.error, **rounded}, found.blocks, found.cancelled)
     leaf.__dict__["_errors"] = dict(branch.values), model, found
     return found
-
-
-def _rounding(value: Value, exact: Any) -> float:
-    """The distance of a float from the exact value, rounded up."""
-    distance = 0.0 if isinstance(value, str) else float(abs(exact - value))
-    return math.nextafter(distance, math.inf) if distance else 0.0
 
 
 def infinite(model: Model, branch: Branch, name: str) -> bool:

@@ -55,20 +55,12 @@ class Refused(Exception):
 
 
 class Sheet(NamedTuple):
-    """A sheet on the shelf: ``key`` names it, ``folder`` is what its ``use`` paths start from."""
+    """A sheet on the shelf, by its ``key``; what it uses lies ``within`` a folder."""
 
     key: str
     name: str
     file: Path
     within: Path
-
-    @property
-    def folder(self) -> Path:
-        return self.file.parent
-
-    @property
-    def shipped(self) -> bool:
-        return self.key.startswith(SHIPPED)
 
     def read(self) -> str:
         """The text. Raises Refused for one that is too long, RuleSheetError for one that cannot be read."""
@@ -78,7 +70,7 @@ class Sheet(NamedTuple):
 
     def write(self, text: str, seen: str) -> None:
         """Replace the file, if it still says what the page has ``seen``. Raises Refused."""
-        if self.shipped:
+        if self.key.startswith(SHIPPED):
             raise Refused("a sheet that comes with Backsolve is not written to; copy its folder first")
         if fingerprint(self.read()) != seen:
             raise Refused(f"{self.name} has changed on disk since it was opened")
@@ -99,14 +91,10 @@ class Shelf:
             for name in sorted(files):
                 if name.endswith(".tk") and len(found) < LISTED:
                     key = (Path(place) / name).relative_to(self.folder).as_posix()
-                    found.append({"key": key, "name": self._name(key)})
+                    parent = os.path.dirname(key) or self.folder.name
+                    found.append({"key": key, "name": parent if name == MAIN_SHEET else key})
         shipped = [{"key": SHIPPED + name, "name": name} for name in shipped_models()]
         return found + shipped
-
-    def _name(self, key: str) -> str:
-        """The path from the folder; a folder in place of the ``model.tk`` in it."""
-        parent = os.path.dirname(key)
-        return key if os.path.basename(key) != MAIN_SHEET else parent or self.folder.name
 
     def sheet(self, key: str) -> Sheet:
         """The sheet of that key. Raises Refused for one that is outside the folder."""
@@ -332,7 +320,7 @@ class Tab:
         text = self.sheet.read()
         kept = self.kept.get(self.sheet.key)
         told = {"sheet": self.sheet.key, "name": self.sheet.name, "text": text, "kept": kept}
-        state = {"seen": fingerprint(text), "shipped": self.sheet.shipped}
+        state = {"seen": fingerprint(text), "shipped": self.sheet.key.startswith(SHIPPED)}
         return {**await self._load(text), **told, **state}
 
     async def edit(self, message: Json) -> Json:
@@ -365,7 +353,7 @@ class Tab:
             raise Refused("no sheet is open")
         if len(text) > LARGEST:
             raise Refused(f"this text is too long for a page: it takes {LARGEST:,} characters")
-        folder, within = str(self.sheet.folder), str(self.sheet.within)
+        folder, within = str(self.sheet.file.parent), str(self.sheet.within)
         return {"text": text, "name": self.sheet.file.name, "base": folder, "within": within}
 
 
