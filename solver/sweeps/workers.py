@@ -100,89 +100,76 @@ def _awaited(future: Any) -> Any:
 
 
 class _Workers:
+    """Processes, a thread for each. They are out of reach of the terminal's interrupt, and end when this
+    process does."""
+
     def __init__(self, work: bytes, jobs: int) -> None:
-        self._work = work
+        self._work, self._ending = work, False
         self._threads = ThreadPoolExecutor(jobs, thread_name_prefix="worker")
-        self._idle: SimpleQueue[_Worker] = SimpleQueue()
-        self._all: list[_Worker] = []
-        self._closed = self._ending = False
+        self._idle: SimpleQueue[Any] = SimpleQueue()
+        self._all: list[Any] = []
         for _ in range(jobs):
-            self._idle.put(self._started())
+            self._idle.put(None)  # started with its first piece
 
     def interrupt(self) -> None:
         """Ask the workers for what they have, and start no other piece."""
         self._ending = True
         for worker in self._all:
-            worker.process.send_signal(signal.SIGINT)
+            worker.send_signal(signal.SIGINT)
 
     def submit(self, chunk: Chunk) -> Future[Solved | tuple[Solved, ...]]:
         return self._threads.submit(self._solve, chunk)
 
     def close(self) -> None:
         """End the workers, whatever they are doing."""
-        self._closed = True
+        self._ending = True
         for worker in self._all:
-            worker.process.kill()
+            worker.kill()
         self._threads.shutdown(wait=True, cancel_futures=True)
         for worker in self._all:
-            worker.end()
+            worker.kill()
+            worker.wait()
+            for pipe in (worker.stdin, worker.stdout):
+                with suppress(OSError):  # what the process did not read any more goes nowhere
+                    pipe.close()
 
     def _solve(self, chunk: Chunk) -> Solved | tuple[Solved, ...]:
         """A piece, or as a tuple what an interrupt has left of it."""
         for _ in range(TRIES):
             worker = self._idle.get()
-            if self._closed or self._ending:
-                self._idle.put(worker)
-                return ()
             try:
-                answer = worker.ask(chunk)
+                if self._ending:
+                    return ()
+                worker = worker or self._started()
+                pickle.dump(chunk, worker.stdin, protocol=5)
+                worker.stdin.flush()
+                answer = pickle.load(worker.stdout)
             except (OSError, EOFError, pickle.UnpicklingError):
-                worker.end()
-                self._idle.put(worker if self._closed else self._started())
+                if worker is not None:
+                    worker.kill()
+                worker = None
             else:
-                self._idle.put(worker)
                 if isinstance(answer, Exception):
                     raise answer
                 assert isinstance(answer, Solved | tuple)
                 return answer
+            finally:
+                self._idle.put(worker)
         raise RuleSheetError(error("E446", notes=("free some memory, or give --jobs 1",)))
 
-    def _started(self) -> _Worker:
-        worker = _Worker(self._work)
-        self._all.append(worker)
-        return worker
-
-
-class _Worker:
-    """One process. It is out of reach of the terminal's interrupt, and ends when this process does."""
-
-    def __init__(self, work: bytes) -> None:
-        self._work: bytes | None = work
-        self.process = subprocess.Popen(
+    def _started(self) -> Any:
+        worker = subprocess.Popen(
             [sys.executable, "-c", _START, json.dumps(sys.path)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env={**os.environ, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"},
             start_new_session=True,
         )
-
-    def ask(self, chunk: Chunk) -> object:
-        assert self.process.stdin is not None and self.process.stdout is not None
-        if self._work is not None:
-            pickle.dump(self._work, self.process.stdin, protocol=5)
-            self._work = None
-        pickle.dump(chunk, self.process.stdin, protocol=5)
-        self.process.stdin.flush()
-        return pickle.load(self.process.stdout)
-
-    def end(self) -> None:
-        """No thread may be asking any more."""
-        assert self.process.stdin is not None and self.process.stdout is not None
-        self.process.kill()
-        self.process.wait()
-        for pipe in (self.process.stdin, self.process.stdout):
-            with suppress(OSError):  # what the process did not read any more goes nowhere
-                pipe.close()
+        self._all.append(worker)
+        if self._ending:  # since it was asked
+            worker.kill()
+        pickle.dump(self._work, worker.stdin, protocol=5)  # type: ignore[arg-type]
+        return worker
 
 
 def serve() -> None:
