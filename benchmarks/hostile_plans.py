@@ -37,7 +37,6 @@ from rulesheets.model import Model
 from solver import Result, Status
 from solver.accuracy.forward_error import forward_errors
 from solver.files.tables import CODES
-from solver.path.cases import activity
 from solver.result import Solution
 from solver.sweeps import Plan
 from solver.trace.llvm import available
@@ -191,7 +190,7 @@ def _bars(result: Result, solution: Solution) -> Mapping[str, float]:
         with suppress(KeyError, Undefined):
             decided[index] = holds(condition, solution, result.inputs)
     steps = list(result.path.steps)
-    return forward_errors(result.model, solution, steps, lambda e: activity(e, decided)).error
+    return forward_errors(result.model, solution, steps, decided).error
 
 
 def _differences(

@@ -172,9 +172,8 @@ def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
     kept: tuple[dict[str, Value], Model, ForwardErrors] | None = leaf.__dict__.get("_errors")
     if kept is not None and kept[0] == branch.values and kept[1] is model:
         return kept[2]
-    decided = branch.conditions
     doubles = [fact for fact in branch.facts if isinstance(fact, DoubleRoot)]
-    found = forward_errors(model, branch.values, branch.steps, lambda e: activity(e, decided), doubles)
+    found = forward_errors(model, branch.values, branch.steps, branch.conditions, doubles)
     if branch.precise and not doubles:
         rounded = {}
         for name, exact in branch.precise.items():

@@ -10,7 +10,7 @@ counts (small-sample condition estimation: C. S. Kenney & A. J. Laub, SIAM J. Sc
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple, TypeAlias
 
@@ -26,6 +26,7 @@ from solver.facts import DoubleRoot
 from solver.numerics.linear_algebra import as_matrix, factorise, sparse_matrix
 from solver.numerics.tolerances import CANCELLED, HALF, UNIT_ROUNDOFF
 from solver.path import Evaluate, Select, SolveBlock, Step
+from solver.path.cases import activity
 
 SAMPLES = 16
 DENSE = 400
@@ -63,31 +64,23 @@ def forward_errors(
     model: Model,
     values: Mapping[str, Value],
     steps: Sequence[Step],
-    active: Callable[[Equation], bool | None],
+    decided: Mapping[int, bool],
     doubles: Sequence[DoubleRoot] = (),
+    inputs: Mapping[str, float] | None = None,
 ) -> ForwardErrors:
-    """The errors of the ``values`` that ``steps`` have led to; ``active`` tells which guarded rules apply.
+    """The errors of the ``values`` that ``steps`` have led to, where conditions came out as ``decided``.
 
     Where answers coincide (``doubles``), half the digits are known; errors are infinite then of what the
-    rules do not determine at the double root itself.
+    rules do not determine at the double root itself. With ``inputs`` it is told how far every number moves as
+    these are off by so much, and the numbers in the rules by half a unit of their last places; rounding is
+    left aside.
     """
-    return _Propagation(model, values, active, doubles).run(steps)
-
-
-def input_errors(
-    model: Model,
-    values: Mapping[str, Value],
-    steps: Sequence[Step],
-    active: Callable[[Equation], bool | None],
-    inputs: Mapping[str, float],
-) -> Mapping[str, float]:
-    """How far every number moves as the ``inputs`` are off by these errors, and the numbers in the rules by
-    half a unit of their last places; rounding left aside."""
-    propagation = _Propagation(model, values, active, ())
-    propagation.rounds = False
-    for place, (name, error) in enumerate(inputs.items()):
-        propagation.errors[name] = error * _signs(-2 - place)
-    return propagation.run(steps).error
+    propagation = _Propagation(model, values, decided, doubles)
+    if inputs is not None:
+        propagation.rounds = False
+        for place, (name, error) in enumerate(inputs.items()):
+            propagation.errors[name] = error * _signs(-2 - place)
+    return propagation.run(steps)
 
 
 Row: TypeAlias = tuple[Mapping[str, float], Errors]
@@ -99,10 +92,10 @@ class _Propagation:
         self,
         model: Model,
         values: Mapping[str, Value],
-        active: Callable[[Equation], bool | None],
+        decided: Mapping[int, bool],
         doubles: Sequence[DoubleRoot],
     ) -> None:
-        self.model, self.values, self.active = model, values, active
+        self.model, self.values, self.decided = model, values, decided
         self.doubles = {double.equations: double for double in doubles}
         self.rounds = True
         self.cancelled = False
@@ -116,9 +109,9 @@ class _Propagation:
                     case Evaluate(equation=equation, unknown=unknown):
                         self._direct(self.model.equations[equation], unknown)
                     case Select(equations=equations, unknown=unknown):
-                        chosen = [e for i in equations if self.active(e := self.model.equations[i])]
-                        if chosen:
-                            self._direct(chosen[0], unknown)
+                        rules = (self.model.equations[i] for i in equations)
+                        if chosen := next((e for e in rules if activity(e, self.decided)), None):
+                            self._direct(chosen, unknown)
                     case SolveBlock(equations=equations, unknowns=unknowns):
                         self._block([self.model.equations[i] for i in equations], unknowns)
             # the largest error over the signs, and what rounding the value itself adds

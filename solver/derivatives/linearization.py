@@ -15,7 +15,7 @@ from rulesheets.evaluate import Undefined, extended_derivatives
 from rulesheets.evaluate.digits import context, in_many_digits
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Expression, Name, Symbol, subtract
-from solver.accuracy.digits import ManyDigits, Work
+from solver.accuracy.digits import ManyDigits, Unresolved, Work
 from solver.accuracy.rule_check import sides
 from solver.numerics.linear_algebra import factorise, independent_rows
 from solver.path.cases import activity, outcomes
@@ -224,10 +224,6 @@ FAR, ASTRAY = 1e-2, 1e-6
 same answer."""
 
 
-class _Blunt(ArithmeticError):
-    """A block could not be sharpened: its rules are singular there."""
-
-
 class Sharp(NamedTuple):
     """``values`` to many digits (symbols as they are); ``rows[e]`` are ∂(left − right)/∂v there.
 
@@ -259,7 +255,7 @@ def sharpened(
         equations = [model.equations[e] for e in block.equations]
         try:
             if any(lost.intersection(equation.names) for equation in equations):
-                raise _Blunt
+                raise Unresolved
             if all(in_many_digits(side) for e in equations for side in (e.left, e.right)):
                 _settle(equations, linear.rows, block, exact)
                 rows.update((e.index, precise_slopes(e.left, e.right, exact)) for e in equations)
@@ -267,7 +263,7 @@ def sharpened(
                 for e in equations:
                     rows[e.index] = {name: number(slope) for name, slope in linear.rows[e.index].items()}
             blocks.append(block)
-        except (Undefined, _Blunt):
+        except (Undefined, Unresolved):
             lost.update(block.unknowns)
             exact.update((name, number(v)) for name in block.unknowns if isinstance(v := values[name], float))
     for index in linear.redundant:
@@ -295,7 +291,7 @@ def _settle(
     block: SquareBlock,
     exact: dict[str, Any],
 ) -> None:
-    """The root of a block near its float values. Raises _Blunt if there is none."""
+    """The root of a block near its float values. Raises Unresolved if there is none."""
     start = {name: float(exact[name]) for name in block.unknowns}
     # the terms that an unknown is made of: the largest Σ|∂F/∂v·v| / |∂F/∂u| of its rules
     terms = dict.fromkeys(block.unknowns, 0.0)
@@ -311,5 +307,5 @@ def _settle(
         abs(v - x) > FAR * abs(x) + ASTRAY * size
         for v, x, size in zip(root, start.values(), sizes, strict=True)
     ):
-        raise _Blunt
+        raise Unresolved
     exact.update(zip(block.unknowns, root, strict=True))

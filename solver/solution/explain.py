@@ -12,7 +12,7 @@ from rulesheets.format import format_condition
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import And, Name
 from solver import facts
-from solver.leaves import Leaf, Patience
+from solver.leaves import Asked, Leaf, Patience
 from solver.solution.remedy import bounds, clash, cures, derivation, givings, rounded
 from solver.solution.verdict import Verdict
 
@@ -41,6 +41,7 @@ class _Explanation:
         self, model: Model, verdict: Verdict, inputs: Mapping[str, Value], judged: Sequence[str]
     ) -> None:
         self.model, self.verdict, self.inputs, self.judged = model, verdict, inputs, judged
+        self.asked = Asked(model, inputs, None, {}, judged)
         self.leaf: Leaf | None = verdict.leaves[0] if verdict.leaves else None
         self.patience = Patience()
 
@@ -257,7 +258,7 @@ class _Explanation:
         assert self.leaf is not None
         branch = self.leaf.branch
         missing = self.verdict.structural
-        ways = givings(self.model, tuple(self.inputs), branch.conditions, frozenset(), missing)
+        ways = givings(self.asked, branch.conditions, missing)
         # to give what is all that is missing, or what was asked for itself, is no help
         enough = [
             way.names for way in ways if way.enough and way.names != missing and self._giving(way.names)
@@ -282,13 +283,13 @@ class _Explanation:
     def _clash(self) -> Diagnosis:
         assert self.leaf is not None
         fact = next(fact for fact in self.verdict.facts if isinstance(fact, facts.Conflict))
-        rules, inputs = clash(self.model, self.inputs, self.leaf, fact.equations, self.patience)
+        rules, inputs = clash(self.asked, self.leaf, fact.equations, self.patience)
         given = [f"{name} = {_text(self.inputs[name])}" for name in inputs]
         message = f"these rules contradict {listed(given) if given else 'each other'}"
         notes = []
         if fact.miss is not None:
             notes.append(f"rule {self._line(fact.equations[-1])} misses by {number_text(fact.miss)}")
-        for name, value in cures(self.model, self.inputs, inputs[:MAX_INPUTS], self.judged, self.patience):
+        for name, value in cures(self.asked, inputs[:MAX_INPUTS], self.patience):
             told = _text(value) if isinstance(value, str) else f"{value:.10g}"
             notes.append(f"leave out {name}: the other inputs make it {told}")
         return self._error("S520", message, rules, inputs, *notes)
@@ -300,10 +301,10 @@ class _Explanation:
         if self.leaf is None:
             numeric = [name for name, value in self.inputs.items() if isinstance(value, float)]
         else:
-            _, numeric = derivation(self.model, self.inputs, self.leaf, equations, read)
+            _, numeric = derivation(self.asked, self.leaf, equations, read)
         own = {name: variable.value for name, variable in self.model.variables.items()}
         changed_first = sorted(numeric, key=lambda name: self.inputs[name] == own[name])
-        found = bounds(self.model, self.inputs, changed_first[:MAX_INPUTS], unknowns, self.patience)
+        found = bounds(self.asked, changed_first[:MAX_INPUTS], unknowns, self.patience)
         sides = [f"{b.name} {b.relation} {number_text(b.value)}" for b in found]
         text = f"with the other inputs as they are, a solution needs {listed(sides, 'or')}" if sides else ""
         return tuple(filter(None, (text,)))

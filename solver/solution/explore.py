@@ -148,6 +148,7 @@ MAX_CASES = 100
 GRACE = 1.0
 """Seconds to gather what was found when the time is up."""
 
+Facts: TypeAlias = tuple[Fact, ...]
 Rest: TypeAlias = Callable[[Branch], bool]
 """The steps after the one at hand, for a fork to go on with: true where it must be planned anew."""
 
@@ -304,32 +305,28 @@ class Explorer:
             else:
                 self._blank(branch, (unknown,), outcome.fact)
             return True
-        facts = [() if outcome.double is None else (outcome.double,)] * len(outcome.values)
-        return self._forks(branch, step, [{unknown: v} for v in outcome.values], facts, rest)
+        double = () if outcome.double is None else (outcome.double,)
+        return self._forks(branch, step, [({unknown: v}, double) for v in outcome.values], rest)
 
     def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
         guess = self.guesses.get(isolation.unknown)
         return StepSolver(self.graph, equation, isolation, branch.values, guess).outcome()
 
     def _forks(
-        self,
-        branch: Branch,
-        step: Step,
-        found: Sequence[Mapping[str, Value]],
-        facts: Sequence[tuple[Fact, ...]],
-        rest: Rest,
+        self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]], rest: Rest
     ) -> bool | None:
         """Go on with the one value there is (None), or send a fork on its way with each (False)."""
         if len(found) == 1:
-            branch.facts = (*branch.facts, *facts[0])
-            self._learn(branch, step, found[0])
+            values, facts = found[0]
+            branch.facts = (*branch.facts, *facts)
+            self._learn(branch, step, values)
             return None
-        for values, known in zip(found, facts, strict=True):
+        for values, facts in found:
             if self.findings.full:
                 self.findings.truncate(branch, "answers")
                 break
             fork = branch.fork()
-            fork.facts = (*fork.facts, *known)
+            fork.facts = (*fork.facts, *facts)
             self._learn(fork, step, values)
             if rest(fork):
                 self._explore(fork)
@@ -399,10 +396,11 @@ class Explorer:
             self._blank(branch, step.unknowns, outcome.facts[-1])
             return True
         beside = tuple(fact for fact in outcome.facts if isinstance(fact, Beside))
-        facts: list[tuple[Fact, ...]] = [
-            beside if answer.double is None else (*beside, answer.double) for answer in outcome.answers
+        found: list[tuple[Mapping[str, Value], Facts]] = [
+            (answer.values, beside if answer.double is None else (*beside, answer.double))
+            for answer in outcome.answers
         ]
-        return self._forks(branch, step, [answer.values for answer in outcome.answers], facts, rest)
+        return self._forks(branch, step, found, rest)
 
     def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
         """The outcome of a block, which is searched at most once for the same known numbers."""
@@ -428,8 +426,7 @@ class Explorer:
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
         """How far each number of a branch may be from the one that it stands for."""
-        decided = branch.conditions
-        found = forward_errors(self.model, branch.values, branch.steps, lambda e: activity(e, decided))
+        found = forward_errors(self.model, branch.values, branch.steps, branch.conditions)
         numbers = {n: v for n, v in branch.values.items() if isinstance(v, float)}
         return {name: found.error.get(name) or half_unit(number) for name, number in numbers.items()}
 

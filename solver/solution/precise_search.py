@@ -26,7 +26,7 @@ from solver.accuracy.digits import (
     null_vectors,
     resolve_fold,
 )
-from solver.accuracy.forward_error import input_errors
+from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import gross, half_unit, sides
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
@@ -40,7 +40,6 @@ from solver.leaves import Asked, Branch, Casework, Exploration
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.tolerances import AGREEMENT, CLOSE, DRIFT, PRECISIONS, SPARE
 from solver.path import Evaluate, SolveBlock, Step, equations_of
-from solver.path.cases import activity
 from solver.path.isolate import Isolation
 from solver.solution.explore import Explorer
 
@@ -107,9 +106,9 @@ class _PreciseCasework(Casework):
 
     def last_places(self, branch: Branch) -> Mapping[str, float]:
         """How far each number moves with the last places of the inputs, and of the numbers in the rules."""
-        decided, values = branch.conditions, branch.values
         given = {n: half_unit(v) for n, v in self.inputs.items() if isinstance(v, float)}
-        return input_errors(self.model, values, branch.steps, lambda e: activity(e, decided), given)
+        steps, decided = branch.steps, branch.conditions
+        return forward_errors(self.model, branch.values, steps, decided, inputs=given).error
 
 
 class _PreciseSearch(Explorer):

@@ -38,28 +38,21 @@ class Giving(NamedTuple):
     enough: bool
 
 
-def givings(
-    model: Model,
-    known: Sequence[str],
-    decided: Mapping[int, bool],
-    void: frozenset[int],
-    missing: Sequence[str],
-) -> tuple[Giving, ...]:
+def givings(asked: Asked, decided: Mapping[int, bool], missing: Sequence[str]) -> tuple[Giving, ...]:
     """The smallest sets of further inputs that would determine ``missing``, the most determining first.
 
     Single variables first; pairs and triples only where no single one is enough.
     """
-    plan = planner(model)
-    start = frozenset(known)
-    unknown = [n for n in plan.path(start, decided, void).undetermined if n in model.variables]
-    posted = [n for n in unknown if model.variables[n].posted] or unknown
+    variables, plan, start = asked.model.variables, planner(asked.model), frozenset(asked.inputs)
+    unknown = plan.path(start, decided).undetermined
+    posted = [name for name in unknown if variables[name].posted] or unknown
     candidates = posted[:MAX_CANDIDATES]
     best: list[Giving] = []
     sets = (names for size in range(1, 5) for names in itertools.combinations(candidates, size))
     for names in itertools.islice(sets, MAX_SETS):
         if len(names) > 1 and any(giving.enough and len(giving.names) < len(names) for giving in best):
             break
-        left = plan.path(start.union(names), decided, void).undetermined
+        left = plan.path(start.union(names), decided).undetermined
         enough = not set(left).intersection(missing)
         if enough or len(names) == 1:
             best.append(Giving(names, len(unknown) - len(left) - len(names), enough))
@@ -71,26 +64,27 @@ def givings(
 
 
 def clash(
-    model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequence[int], patience: Patience
+    asked: Asked, leaf: Leaf, equations: Sequence[int], patience: Patience
 ) -> tuple[list[int], list[str]]:
     """Rules (by equation) and inputs that can't hold together: from the derivation of a contradiction, what
     is left when nothing more can be taken away."""
-    rules, given = derivation(model, inputs, leaf, equations)
+    rules, given = derivation(asked, leaf, equations)
     if len(rules) + len(given) > MAX_FILTER:
         return rules, given
     for item in (*reversed(rules), *reversed(given)):
         if patience.lost:
             break
         fewer = [e for e in rules if e != item], [n for n in given if n != item]
-        if fewer[0] and _contradictory(model, inputs, *fewer, patience):
+        if fewer[0] and _contradictory(asked, *fewer, patience):
             rules, given = fewer
     return rules, given
 
 
 def derivation(
-    model: Model, inputs: Mapping[str, Value], leaf: Leaf, equations: Sequence[int], read: Sequence[str] = ()
+    asked: Asked, leaf: Leaf, equations: Sequence[int], read: Sequence[str] = ()
 ) -> tuple[list[int], list[str]]:
     """Every rule and input that the values in ``equations``, and those of what is ``read``, come from."""
+    model, inputs = asked.model, asked.inputs
     rules = dict.fromkeys(equations)
     given: dict[str, None] = {}
     names = [*read, *(name for e in equations for name in _reads(model, e))]
@@ -116,20 +110,15 @@ def _reads(model: Model, equation: int) -> Iterator[str]:
         yield from nodes.names(model.conditions[premise.condition])
 
 
-def _contradictory(
-    model: Model,
-    inputs: Mapping[str, Value],
-    rules: Sequence[int],
-    given: Sequence[str],
-    patience: Patience,
-) -> bool:
+def _contradictory(asked: Asked, rules: Sequence[int], given: Sequence[str], patience: Patience) -> bool:
     """Whether some rules, with the variables that they and the conditions read, contradict each other."""
+    model = asked.model
     read = {name for e in rules for name in _reads(model, e)}
     read.update(name for condition in model.conditions for name in nodes.names(condition))
     variables = {name: variable for name, variable in model.variables.items() if name in read}
     kept = tuple(replace(model.equations[e], index=i) for i, e in enumerate(rules))
     part = Model(model.name, variables, kept, model.conditions)
-    values = {name: inputs[name] for name in given if name in variables}
+    values = {name: asked.inputs[name] for name in given if name in variables}
     found = patience.shown(explore(Asked(part, values, None, {}, ()), brief=True, enough=_possible))
     return not any(map(_possible, found.leaves)) and bool(found.dead or found.leaves)
 
@@ -141,23 +130,17 @@ def _possible(leaf: Leaf) -> bool:
 # --- what an input could be ---------------------------------------------------------------------
 
 
-def cures(
-    model: Model,
-    inputs: Mapping[str, Value],
-    names: Sequence[str],
-    judged: Sequence[str],
-    patience: Patience,
-) -> tuple[tuple[str, Value], ...]:
+def cures(asked: Asked, names: Sequence[str], patience: Patience) -> tuple[tuple[str, Value], ...]:
     """Inputs that make the rest solvable when left out, each with the value that it would take then."""
     found: list[tuple[str, Value]] = []
     for name in names:
         if patience.lost:
             break
-        rest = {n: v for n, v in inputs.items() if n != name}
-        tried = patience.shown(explore(Asked(model, rest, None, {}, judged), brief=True))
+        rest = {n: v for n, v in asked.inputs.items() if n != name}
+        tried = patience.shown(explore(asked._replace(inputs=rest), brief=True))
         leaves = [leaf for leaf in tried.leaves if leaf.solved]
         values = [leaf.branch.values[name] for leaf in leaves if name in leaf.branch.values]
-        given, numbers = inputs[name], [value for value in values if isinstance(value, float)]
+        given, numbers = asked.inputs[name], [value for value in values if isinstance(value, float)]
         if isinstance(given, float) and numbers:
             values = [min(numbers, key=lambda number: abs(number - given))]
         if values:
@@ -174,25 +157,20 @@ class Bound(NamedTuple):
 
 
 def bounds(
-    model: Model,
-    inputs: Mapping[str, Value],
-    names: Sequence[str],
-    judged: Sequence[str],
-    patience: Patience,
+    asked: Asked, names: Sequence[str], judged: Sequence[str], patience: Patience
 ) -> tuple[Bound, ...]:
     """How far each single input would have to move within its range for a solution to exist, by bisection."""
     found = []
     for name in names:
-        given = inputs[name]
+        given = asked.inputs[name]
         if not isinstance(given, float) or patience.lost:
             continue
 
         def feasible(value: float, name: str = name) -> bool:
-            if patience.lost or not model.variables[name].admits(value):
+            if patience.lost or not asked.model.variables[name].admits(value):
                 return False
-            moved = {**inputs, name: value}
-            asked = Asked(model, moved, judged, {}, judged)
-            tried = patience.shown(explore(asked, brief=True, enough=lambda leaf: leaf.solved))
+            moved = asked._replace(inputs={**asked.inputs, name: value}, want=judged, judged=judged)
+            tried = patience.shown(explore(moved, brief=True, enough=lambda leaf: leaf.solved))
             return any(leaf.solved for leaf in tried.leaves)
 
         bound = _bound(name, given, feasible)
