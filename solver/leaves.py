@@ -294,10 +294,17 @@ class CutOff(TimeIsUp):
 
 
 class Casework:
-    """The conditions of a model at given inputs."""
+    """The conditions of a model at given inputs; ``judge`` tells how one comes out at the values of a branch,
+    ``evaluate.holds`` if it is not given."""
 
-    def __init__(self, model: Model, inputs: Mapping[str, Value]) -> None:
-        self.model, self.inputs = model, inputs
+    def __init__(
+        self,
+        model: Model,
+        inputs: Mapping[str, Value],
+        judge: Callable[[nodes.Condition, Branch], bool] | None = None,
+    ) -> None:
+        self.model = model
+        self.judge = judge or (lambda condition, branch: holds(condition, branch.values, inputs))
         self._cases: dict[Pair, tuple[Sign, ...]] = {}
 
     def cases(self, pair: Pair) -> tuple[Sign, ...]:
@@ -342,15 +349,11 @@ class Casework:
     def _settle(self, condition: nodes.Condition, branch: Branch) -> bool | None:
         """How a condition comes out at known values; None where they do not tell."""
         try:
-            return self.holds(condition, branch)
+            return self.judge(condition, branch)
         except KeyError:
             return None
         except Undefined:
             return False
-
-    def holds(self, condition: nodes.Condition, branch: Branch) -> bool:
-        """As ``evaluate.holds`` at the values of a branch."""
-        return holds(condition, branch.values, self.inputs)
 
     def contradicted(self, branch: Branch) -> bool:
         """Whether a comparison came out otherwise than assumed, or all of them cannot come out so.

@@ -21,16 +21,7 @@ from rulesheets.evaluate.gradient import BY_BASE, CHOOSING, SMALLEST, Part, Trac
 from rulesheets.evaluate.number import Arithmetic
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.nodes import (
-    Call,
-    Expression,
-    Name,
-    Number,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-)
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Quotient, Sum
 from solver.accuracy.rule_check import RuleCheck, gross, remembered, sides, size
 from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS, STEEP
 from solver.path.graph import Array, Family, alike

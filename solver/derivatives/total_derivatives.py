@@ -12,14 +12,7 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Expression, Number, Quotient
 from rulesheets.syntax.program import walk
-from solver.derivatives.linearization import (
-    Extended,
-    Sharp,
-    linearize,
-    number,
-    precise_slopes,
-    sharpened,
-)
+from solver.derivatives.linearization import Extended, Sharp, linearize, number, precise_slopes, sharpened
 from solver.numerics.linear_algebra import eliminate_rows
 from solver.path.cases import Pair, comparisons
 

@@ -20,17 +20,7 @@ from typing import TypeAlias
 from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.model import Equation, Model, Requirement, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import (
-    And,
-    Comparison,
-    Condition,
-    Expression,
-    Name,
-    Not,
-    Number,
-    Or,
-    Symbol,
-)
+from rulesheets.syntax.nodes import And, Comparison, Condition, Expression, Name, Not, Number, Or, Symbol
 
 
 def outcomes(model: Model, values: Mapping[str, Value], inputs: Collection[str]) -> dict[int, bool]:

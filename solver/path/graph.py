@@ -308,15 +308,7 @@ def within_half_turns(number: float, turn: float) -> float:
 
 def is_angle_sum(side: nodes.Expression) -> bool:
     """Names and numbers added up: no evidence of angles, and harmless to them unless one of them is none."""
-    match side:
-        case Name() | Number():
-            return True
-        case Negative(operand):
-            return is_angle_sum(operand)
-        case Sum(terms):
-            return all(isinstance(t, Name | Number | Negative) and is_angle_sum(t) for t in terms)
-        case _:
-            return False
+    return all(isinstance(part, Name | Number | Negative | Sum) for part in walk(side))
 
 
 def _addends(argument: nodes.Expression) -> tuple[tuple[str, Ratio], ...] | None:

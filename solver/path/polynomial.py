@@ -239,7 +239,7 @@ class Letters:
             return constant(whole[(turns if cosine else turns - 1) % 4])
         terms = argument.terms if isinstance(argument, Sum) else (argument,)
         unknown = [term for term in terms if self.unknowns.intersection(names(term))]
-        base = next((t for t in unknown or terms if _named(t)), None)
+        base = next((t for t in unknown or terms if _name_of(t)), None)
         if len(unknown) > 1 or (unknown and base is None):
             raise NoForm
         quarters, rest = 0, []
@@ -252,7 +252,7 @@ class Letters:
         if base is None or (rest and not unknown):
             c, s = map(letter, self._pair(argument, unit))
             return c if cosine else s
-        name, sign = _named(base), -1 if isinstance(base, Negative) else 1
+        name, sign = _name_of(base), -1 if isinstance(base, Negative) else 1
         pair = self._of_unknown(name, unit) if unknown else self._pair(Name(name), unit)
         c, s = letter(pair[0]), scaled(letter(pair[1]), Fraction(sign))
         for _ in range(quarters % 4):
@@ -280,7 +280,7 @@ class Letters:
         return cosine, sine
 
 
-def _named(term: Expression) -> str:
+def _name_of(term: Expression) -> str:
     """The name that a term is, with either sign; blank where it is none."""
     inner = term.operand if isinstance(term, Negative) else term
     return inner.name if isinstance(inner, Name) else ""

@@ -18,23 +18,7 @@ from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.evaluate.digits import vanishes
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.nodes import (
-    ZERO,
-    Call,
-    Expression,
-    Name,
-    Negative,
-    Product,
-    Quotient,
-    Sum,
-    add,
-    children,
-    is_number,
-    multiply,
-    names,
-    negative,
-    rebuilt,
-)
+from rulesheets.syntax import nodes
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import AsksNothing, DoubleRoot, Filled, Fixed, NoRoot, NoValue, RankLoss, Status
@@ -78,7 +62,9 @@ def _look_behind(
     repeated = {place for fact in lost if (place := _repeated(model, fact, values)) is not None}
     if not open_ and not repeated:
         return None
-    left = (replace(e, left=ZERO, right=ZERO) if e.index in repeated else e for e in reduced.equations)
+    left = (
+        replace(e, left=nodes.ZERO, right=nodes.ZERO) if e.index in repeated else e for e in reduced.equations
+    )
     reduced = replace(reduced, equations=tuple(left))
     again = explore_refined(asked._replace(model=reduced), always)
     told = judge(asked._replace(model=reduced), again)._replace(reread=True)
@@ -149,34 +135,40 @@ def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[As
     return replace(model, equations=tuple(equations)), tuple(dict.fromkeys(told_nothing))
 
 
-def _without(side: Expression, values: Mapping[str, float]) -> Expression:
+def _without(side: nodes.Expression, values: Mapping[str, float]) -> nodes.Expression:
     """The expression with 0 for products and quotients of what is 0 at the values with what is unknown."""
-    parts = children(side)
+    parts = nodes.children(side)
     if not parts:
         return side
-    done: list[Expression] = []
+    done: list[nodes.Expression] = []
     for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
         done.append(_without(part, values))
-    pairs = (done, done[::-1]) if isinstance(side, Product) else (done,) if isinstance(side, Quotient) else ()
+    pairs = (
+        (done, done[::-1])
+        if isinstance(side, nodes.Product)
+        else (done,)
+        if isinstance(side, nodes.Quotient)
+        else ()
+    )
     for factor, other in pairs:
-        nothing = is_number(factor, 0.0) or (_read(factor, values) and vanishes(factor, values))
+        nothing = nodes.is_number(factor, 0.0) or (_read(factor, values) and vanishes(factor, values))
         if nothing and not _read(other, values):
-            return ZERO
+            return nodes.ZERO
     if all(new is old for new, old in zip(done, parts, strict=True)):
         return side
     match side:
-        case Sum():
-            return add(*done)
-        case Negative():
-            return negative(done[0])
-        case Product():
-            return multiply(*done)
+        case nodes.Sum():
+            return nodes.add(*done)
+        case nodes.Negative():
+            return nodes.negative(done[0])
+        case nodes.Product():
+            return nodes.multiply(*done)
         case _:
-            return rebuilt(side, tuple(done))
+            return nodes.rebuilt(side, tuple(done))
 
 
-def _read(part: Expression, values: Mapping[str, float]) -> bool:
-    return all(name in values for name in names(part))
+def _read(part: nodes.Expression, values: Mapping[str, float]) -> bool:
+    return all(name in values for name in nodes.names(part))
 
 
 # --- given numbers that the rules fix otherwise, whatever the unknowns are ---
@@ -208,7 +200,7 @@ def fixed_otherwise(asked: Asked, verdict: Verdict) -> Verdict | None:
         rules = [asked.model.equations[e] for e in equations]
         parts = walk(*(side for rule in rules for side in (rule.left, rule.right)))
         if any(rule.guard for rule in rules) or any(
-            isinstance(part, Call) and part.function in _FLAT for part in parts
+            isinstance(part, nodes.Call) and part.function in _FLAT for part in parts
         ):
             continue  # what they say may differ from one range of their variables to the next
         for found in _fixed(asked, rules, unknowns, patience):
@@ -221,7 +213,7 @@ def _fixed(
 ) -> Iterator[Fixed]:
     inputs = asked.inputs
     read = [name for rule in rules for name in rule.names]
-    alone = {side.name for rule in rules for side in (rule.left, rule.right) if isinstance(side, Name)}
+    alone = {side.name for rule in rules for side in (rule.left, rule.right) if isinstance(side, nodes.Name)}
     own = {name: variable.value for name, variable in asked.model.variables.items()}
     given = [name for name in inputs if name in read and isinstance(inputs[name], float)]
     given.sort(key=lambda name: (own[name] == inputs[name], name not in alone, read.count(name)))
@@ -271,7 +263,7 @@ def at_a_limit(asked: Asked, verdict: Verdict) -> Verdict | None:
             values = {**verdict.leaves[0].branch.values, **fact.best}
             rules = [model.equations[index] for index in fact.equations]
             parts = walk(*(side for rule in rules for side in (rule.left, rule.right)))
-            quotients = (part for part in parts if isinstance(part, Quotient))
+            quotients = (part for part in parts if isinstance(part, nodes.Quotient))
             if any(_small(part.left, values) and _small(part.right, values) for part in quotients):
                 break
     else:
@@ -283,7 +275,7 @@ def at_a_limit(asked: Asked, verdict: Verdict) -> Verdict | None:
     return None
 
 
-def _small(part: Expression, values: Mapping[str, Value]) -> bool:
+def _small(part: nodes.Expression, values: Mapping[str, Value]) -> bool:
     try:
         number, slopes = derivatives(part, values)
     except (Undefined, KeyError, TypeError):

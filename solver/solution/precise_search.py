@@ -16,16 +16,9 @@ from typing import Any
 from rulesheets.evaluate import Undefined, derivatives, extended, holds
 from rulesheets.evaluate.digits import context
 from rulesheets.evaluate.number import equal
-from rulesheets.model import Equation, Model, Value
+from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import Comparison, Condition
-from solver.accuracy.digits import (
-    MAX_UNKNOWNS,
-    ManyDigits,
-    Unresolved,
-    Work,
-    null_vectors,
-    resolve_fold,
-)
+from solver.accuracy.digits import MAX_UNKNOWNS, ManyDigits, Unresolved, Work, null_vectors, resolve_fold
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import gross, half_unit, sides
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
@@ -81,36 +74,6 @@ def _known(branch: Branch) -> Mapping[str, Any]:
     return ChainMap(branch.precise, branch.values)
 
 
-class _PreciseCasework(Casework):
-    """Conditions on numbers of many digits."""
-
-    def __init__(self, model: Model, inputs: Mapping[str, Value], digits: int) -> None:
-        super().__init__(model, inputs)
-        self.digits = digits
-
-    def holds(self, condition: Condition, branch: Branch) -> bool:
-        """Numbers are equal that differ by no more than the last places of the given numbers explain."""
-
-        def same(comparison: Comparison, one: float, other: float) -> bool:
-            if not equal(one, other):
-                return False
-            sides, known = (comparison.left, comparison.right), _known(branch)
-            left, right = (extended(side, known, self.digits) for side in sides)
-            moved = self.last_places(branch)
-            slopes = [derivatives(side, branch.values)[1].items() for side in sides]
-            reach = sum(abs(slope) * moved[name] for row in slopes for name, slope in row if moved.get(name))
-            near = 10.0 ** (SPARE - self.digits) * max(abs(left), abs(right))
-            return bool(abs(left - right) <= reach + near)
-
-        return holds(condition, branch.values, self.inputs, same)
-
-    def last_places(self, branch: Branch) -> Mapping[str, float]:
-        """How far each number moves with the last places of the inputs, and of the numbers in the rules."""
-        given = {n: half_unit(v) for n, v in self.inputs.items() if isinstance(v, float)}
-        steps, decided = branch.steps, branch.conditions
-        return forward_errors(self.model, branch.values, steps, decided, inputs=given).error
-
-
 class _PreciseSearch(Explorer):
     """Follows every branch with values of so many digits, and with the floats next to them."""
 
@@ -118,7 +81,7 @@ class _PreciseSearch(Explorer):
         super().__init__(asked)
         self.digits = digits
         self.outcomes, self.work = floats.outcomes, Work()
-        self.casework: _PreciseCasework = _PreciseCasework(self.model, self.inputs, digits)
+        self.casework = Casework(self.model, self.inputs, self._holds)
 
     # --- steps and blocks ---
 
@@ -141,7 +104,26 @@ class _PreciseSearch(Explorer):
         return found._replace(attempts=(*floats.attempts, *attempts))
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
-        return self.casework.last_places(branch)
+        """How far each number moves with the last places of the inputs, and of the numbers in the rules."""
+        given = {n: half_unit(v) for n, v in self.inputs.items() if isinstance(v, float)}
+        steps, decided = branch.steps, branch.conditions
+        return forward_errors(self.model, branch.values, steps, decided, inputs=given).error
+
+    def _holds(self, condition: Condition, branch: Branch) -> bool:
+        """Numbers are equal that differ by no more than the last places of the given numbers explain."""
+
+        def same(comparison: Comparison, one: float, other: float) -> bool:
+            if not equal(one, other):
+                return False
+            sides, known = (comparison.left, comparison.right), _known(branch)
+            left, right = (extended(side, known, self.digits) for side in sides)
+            moved = self._off(branch)
+            slopes = [derivatives(side, branch.values)[1].items() for side in sides]
+            reach = sum(abs(slope) * moved[name] for row in slopes for name, slope in row if moved.get(name))
+            near = 10.0 ** (SPARE - self.digits) * max(abs(left), abs(right))
+            return bool(abs(left - right) <= reach + near)
+
+        return holds(condition, branch.values, self.inputs, same)
 
     # --- values ---
 
@@ -191,7 +173,7 @@ class _PreciseSearch(Explorer):
 
     def _resting_on_rounding(self, branch: Branch) -> Iterator[RestsOnRounding]:
         """What was asked for and is divided by no more than the last places of the given numbers."""
-        moved = self.casework.last_places(branch)
+        moved = self._off(branch)
         for name, step in branch.origins.items():
             if name in self.findings.judged and isinstance(step, Evaluate):
                 rule = self.model.equations[step.equation]

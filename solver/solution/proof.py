@@ -14,14 +14,7 @@ from typing import Any
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, holds
 from rulesheets.evaluate.balls import ball, enclosing_ball, precision
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.nodes import (
-    Comparison,
-    Condition,
-    Given,
-    Name,
-    Symbol,
-    subtract,
-)
+from rulesheets.syntax.nodes import Comparison, Condition, Given, Name, Symbol, subtract
 from solver.facts import DoubleRoot, Proof, ProvedRoots
 from solver.kernel.krawczyk import Square, exact_double_root, proved_root, unfolded
 from solver.leaves import Leaf
