@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -36,11 +37,11 @@ class Unresolved(Exception):
     """More digits do not settle the equations."""
 
 
+@dataclass
 class Work:
     """How many operations may still be done in many digits, for all systems of a path together."""
 
-    def __init__(self, left: int = MAX_WORK) -> None:
-        self.left = left
+    left: int = MAX_WORK
 
     def spend(self, count: int) -> None:
         """Raises Unresolved if nothing is left."""

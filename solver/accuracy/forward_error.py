@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, NamedTuple, TypeAlias
 
@@ -75,32 +76,25 @@ def forward_errors(
     these are off by so much, and the numbers in the rules by half a unit of their last places; rounding is
     left aside.
     """
-    propagation = _Propagation(model, values, decided, doubles)
-    if inputs is not None:
-        propagation.rounds = False
-        for place, (name, error) in enumerate(inputs.items()):
-            propagation.errors[name] = error * _signs(-2 - place)
-    return propagation.run(steps)
+    errors = {n: error * _signs(-2 - k) for k, (n, error) in enumerate((inputs or {}).items())}
+    at = {double.equations: double for double in doubles}
+    return _Propagation(model, values, decided, at, errors, rounds=inputs is None).run(steps)
 
 
 Row: TypeAlias = tuple[Mapping[str, float], Errors]
 """A rule at the answer: its slopes, and by how much it may be off, for every choice of signs."""
 
 
+@dataclass
 class _Propagation:
-    def __init__(
-        self,
-        model: Model,
-        values: Mapping[str, Value],
-        decided: Mapping[int, bool],
-        doubles: Sequence[DoubleRoot],
-    ) -> None:
-        self.model, self.values, self.decided = model, values, decided
-        self.doubles = {double.equations: double for double in doubles}
-        self.rounds = True
-        self.cancelled = False
-        self.errors: dict[str, Errors] = {}
-        self.blocks: dict[tuple[str, ...], BlockCondition] = {}
+    model: Model
+    values: Mapping[str, Value]
+    decided: Mapping[int, bool]
+    doubles: Mapping[tuple[int, ...], DoubleRoot]
+    errors: dict[str, Errors]
+    rounds: bool
+    cancelled: bool = False
+    blocks: dict[tuple[str, ...], BlockCondition] = field(default_factory=dict)
 
     def run(self, steps: Sequence[Step]) -> ForwardErrors:
         with np.errstate(all="ignore"):  # what is no number counts as infinite

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from itertools import pairwise
 from struct import pack, unpack
 from typing import Any, NamedTuple
@@ -84,13 +85,13 @@ class Sides(NamedTuple):
     noise: float
 
 
+@dataclass
 class Remembered:
     """What is known of an equation at the values it was last asked about: several ask of one answer."""
 
-    def __init__(self, at: tuple[Value, ...]) -> None:
-        self.at = at
-        self.sides: Sides | None = None
-        self.check: RuleCheck | None = None
+    at: tuple[Value, ...]
+    sides: Sides | None = None
+    check: RuleCheck | None = None
 
 
 def remembered(equation: Equation, values: Mapping[str, Value]) -> Remembered:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeAlias
 
@@ -44,6 +45,7 @@ MAX_LEAVES, FEW_LEAVES, MAX_VALUES = 1_000, 20, 20_000
 """Answers that are listed; the least and the values in all where the model is large."""
 
 
+@dataclass
 class Findings:
     """The leaves of one exploration, and its gaps.
 
@@ -52,17 +54,15 @@ class Findings:
     decides how many there are, or whether a rule holds.
     """
 
-    def __init__(
-        self, model: Model, judged: Sequence[str], enough: Callable[[Leaf], bool] | None = None
-    ) -> None:
-        self.model, self.judged = model, judged
-        self.leaves: list[Leaf] = []
-        self.dead: list[Leaf] = []
-        self.adrift: list[Leaf] = []
-        self.complete = True
-        self.delicate = False
-        self.gaps: dict[tuple[int, ...], Gap] = {}
-        self.enough = enough
+    model: Model
+    judged: Sequence[str]
+    enough: Callable[[Leaf], bool] | None = None
+    leaves: list[Leaf] = field(default_factory=list)
+    dead: list[Leaf] = field(default_factory=list)
+    adrift: list[Leaf] = field(default_factory=list)
+    complete: bool = True
+    delicate: bool = False
+    gaps: dict[tuple[int, ...], Gap] = field(default_factory=dict)
 
     @property
     def full(self) -> bool:
@@ -110,7 +110,7 @@ class Findings:
         """
         values = branch.values
         conflicts: list[Fact] = []
-        worst, checked = 0.0, 0
+        worst = 0.0
         rules = [
             equation
             for equation in self.model.equations
@@ -120,7 +120,6 @@ class Findings:
             note_checks(self.model, rules, values)
         for equation in rules:
             check = check_rule(equation, values)
-            checked += 1
             if check.holds:
                 worst = max(worst, check.scaled)
             else:
@@ -130,7 +129,7 @@ class Findings:
         conflicts += unmet(self.model, values, decided)
         lacking = (name for name in self.judged if name not in values)
         missing = tuple(name for name in lacking if not infinite(self.model, branch, name))
-        leaf = Leaf(branch, missing, tuple(conflicts), worst, checked, loose)
+        leaf = Leaf(branch, missing, tuple(conflicts), worst, len(rules), loose)
         if conflicts:
             self.dead.append(leaf)
         else:
