@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping
 from fractions import Fraction
-from math import inf, isfinite
+from math import inf, isfinite, isinf
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.number import Inexact, exactly, number_text
-from rulesheets.functions import TABLE
+from rulesheets.functions import TABLE, named
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Call, Expression, Negative, Power, Product, Quotient, Sum, names
 from rulesheets.syntax.nodes import Number as NumberNode
@@ -19,7 +20,6 @@ from rulesheets.syntax.program import walk
 from solver.facts import Conflict, NoValue
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
-from solver.kernel.root_check import astray
 from solver.numerics.linear_algebra import gauss_jordan, solve_linear
 from solver.numerics.tolerances import BACKWARD, CLEAR, UNCANCELLED
 from solver.path.elimination import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
@@ -40,7 +40,7 @@ def solve_by_formula(question: Question, candidates: Candidates, form: ClosedFor
         return False
     points = [point for one in found for point in _turned(question, one)]
     trial = Candidates(question)
-    if not all(_settled(question, trial, point) for point in points):
+    if not all(map(trial.settles, points)):
         return False
     candidates.take(trial)
     for point in points:
@@ -66,15 +66,6 @@ def _turned(question: Question, values: Mapping[str, float]) -> list[dict[str, f
             turns = range(first, first + most)
         points = [{**p, variable.name: number + k * turn} for p in points for k in turns or (0,)]
     return points
-
-
-def _settled(question: Question, candidates: Candidates, point: dict[str, float]) -> bool:
-    """Whether it is plain that a candidate is an answer, or that it is none."""
-    count = len(candidates.answers)
-    candidates.refine(list(point.values()))
-    if len(candidates.answers) > count or candidates.outside is not None:
-        return True
-    return astray(question, point)
 
 
 def evaluate(form: ClosedForm, values: Mapping[str, Value]) -> list[dict[str, float]]:
@@ -276,18 +267,27 @@ def _cleared(row: Row) -> Row:
     return {monomial: c for monomial, c in found.items() if c}
 
 
+HUGE = 10**300
+"""Beyond that a number is shown as infinite."""
+_LIMITED = named(
+    lambda row: row.image or (row.inverse and (row.inverse.low, row.inverse.high) != (-inf, inf))
+)
+"""Functions that have an image with ends."""
+
+
 def unattained(question: Question, given: Collection[str]) -> NoValue | None:
     """The rule of a block that a function would have to leave the inside of its image for, if there is one.
 
     ``given``: the known names whose values are exact; others are rounded, and prove nothing.
     """
-    equations = question.kernel.equations
-    calls = {  # of functions that have an image with ends, by the rules that read them
-        index: [part for side in (e.left, e.right) for part in walk(side) if isinstance(part, Call)]
-        for index, e in zip(question.equations, equations, strict=True)
-    }
-    limited = any(_image(call.function) is not None for read in calls.values() for call in read)
-    if len(equations) > MAX_RULES or not limited:
+    if len(question.equations) > MAX_RULES:
+        return None
+    calls: dict[Monomial, tuple[Call, int]] = {}
+    for index, rule in zip(question.equations, question.kernel.equations, strict=True):
+        for part in itertools.chain(walk(rule.left), walk(rule.right)):
+            if isinstance(part, Call) and part.function in _LIMITED:
+                calls.setdefault(frozenset({(part, 1)}), (part, index))
+    if not calls:
         return None
     numbers = {name: value for name, value in question.here.items() if name in given}
     exact = {n: Fraction(v) for n, v in numbers.items() if not isinstance(v, str) and isfinite(v)}
@@ -302,54 +302,33 @@ def unattained(question: Question, given: Collection[str]) -> NoValue | None:
         rows = [_cleared(monomials(form, number)) for form in question.kernel.forms]
     except ZeroDivisionError:
         return None
-    columns = sorted({m for row in rows for m in row if m}, key=lambda monomial: _call(monomial) is not None)
+    columns = sorted({m for row in rows for m in row if m}, key=calls.__contains__)
     matrix = [[row.get(monomial, Fraction(0)) for monomial in columns] for row in rows]
     found, _ = gauss_jordan(matrix, [-row.get(ONE, Fraction(0)) for row in rows])
     for *entries, constant in (row[: len(columns) + 1] for row in found):
         asked = [(monomial, entry) for monomial, entry in zip(columns, entries, strict=True) if entry]
-        call = _call(asked[0][0]) if len(asked) == 1 else None
-        if call is not None and _outside(call.function, target := Fraction(constant, asked[0][1])):
+        if len(asked) != 1 or asked[0][0] not in calls:
+            continue
+        (call, index), target = calls[asked[0][0]], Fraction(constant, asked[0][1])
+        if _outside(call.function, target):
             unknown = next(name for name in (*names(call), *question.unknowns) if name in question.unknowns)
-            index = next(index for index, read in calls.items() if call in read)
-            return NoValue(index, unknown, f"{call.function} = {number_text(_nearest(target))}")
+            shown = float(target) if abs(target) < HUGE else math.copysign(inf, target)
+            return NoValue(index, unknown, f"{call.function} = {number_text(shown)}")
     return None
-
-
-def _call(monomial: Monomial) -> Call | None:
-    """The call that a monomial consists of."""
-    match tuple(monomial):
-        case ((Call() as call, 1),):
-            return call
-        case _:
-            return None
-
-
-def _image(function: str) -> tuple[float, float, bool, bool] | None:
-    """The ends of the image of a function, and which of them it never attains."""
-    row = TABLE[function]
-    if row.image is not None:
-        return (*row.image, True, True)
-    preimage = row.inverse
-    if preimage is None or row.source is not None or (preimage.low, preimage.high) == (-inf, inf):
-        return None
-    return preimage.low, preimage.high, preimage.low_open, preimage.high_open
 
 
 def _outside(function: str, target: Fraction) -> bool:
     """Whether a function never is the target. (Ends such as π/2 are no floats: they say nothing.)"""
-    image = _image(function)
-    if image is None or not all(end in (inf, -inf) or end.is_integer() for end in image[:2]):
+    row = TABLE[function]
+    low, high, low_open, high_open = -inf, inf, True, True
+    if row.image is not None:
+        low, high = row.image
+    elif row.inverse is not None:
+        _, low, high, low_open, high_open, _ = row.inverse
+    if not all(isinf(end) or end.is_integer() for end in (low, high)):
         return False
-    low, high, low_open, high_open = image
     at_end = (low_open and target == low) or (high_open and target == high)
     return at_end or any(  # below an end by more than the rounding of what it was made of
         end != -inf and number < Fraction(end) - Fraction(BACKWARD) * max(Fraction(1), abs(Fraction(end)))
         for end, number in ((low, target), (-high, -target))
     )
-
-
-def _nearest(target: Fraction) -> float:
-    try:
-        return float(target)
-    except OverflowError:
-        return inf if target > 0 else -inf

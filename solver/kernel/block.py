@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from rulesheets.evaluate import NotDifferentiable, derivatives, differentiate
 from rulesheets.functions.arrays import ARRAYS
-from rulesheets.model import Value, Variable
+from rulesheets.model import Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name, substitute, subtract
 from rulesheets.syntax.program import walk
@@ -27,6 +27,7 @@ from solver.kernel.chain import (
     RESIDUAL,
     Assignment,
     Chain,
+    assigned,
     chains,
     compile_chain,
     directions,
@@ -34,7 +35,7 @@ from solver.kernel.chain import (
     jumps,
     through,
 )
-from solver.kernel.emitter import Emitter, compile_arrays, compile_expressions
+from solver.kernel.emitter import Emitter, compile_expressions
 from solver.kernel.enclosure import Enclosure
 from solver.kernel.sparse_system import SparseSystem, divisors
 from solver.numerics.linear_algebra import Array
@@ -132,12 +133,16 @@ class BlockKernel:
 
     @cached_property
     def partials(self) -> list[Expression | None]:
-        read = [frozenset(nodes.names(form)) for form in self.forms]
-        return [
-            _partial(form, unknown) if unknown in names else nodes.ZERO
-            for form, names in zip(self.forms, read, strict=True)
-            for unknown in self.unknowns
-        ]
+        """Slopes of every form by every unknown, row by row; None where one has no formula."""
+        found: list[Expression | None] = []
+        for form in self.forms:
+            read = frozenset(nodes.names(form))
+            for unknown in self.unknowns:
+                try:
+                    found.append(differentiate(form, unknown) if unknown in read else nodes.ZERO)
+                except NotDifferentiable:
+                    found.append(None)
+        return found
 
     @cached_property
     def _residual(self) -> Callable[..., Sequence[float]]:
@@ -164,10 +169,6 @@ class BlockKernel:
     @cached_property
     def arrays(self) -> BlockArrays:
         return BlockArrays(self)
-
-    @property
-    def variables(self) -> list[Variable]:
-        return [self.graph.model.variables[name] for name in self.unknowns]
 
     @cached_property
     def others(self) -> tuple[BlockKernel, ...]:
@@ -213,13 +214,6 @@ class BlockKernel:
         return [r for r, _ in swept], [[slopes.get(u, 0.0) for u in self.unknowns] for _, slopes in swept]
 
 
-def _partial(form: Expression, unknown: str) -> Expression | None:
-    try:
-        return differentiate(form, unknown)
-    except NotDifferentiable:
-        return None
-
-
 def _differences(
     residual: Callable[[Sequence[float]], Sequence[float]], n: int
 ) -> Callable[[Sequence[float]], list[Sequence[float]]]:
@@ -263,8 +257,8 @@ class BlockArrays:
             if unknown in nodes.names(form)
         }
         self.places = list(partials)
-        self._forms = compile_arrays(forms, self.names)
-        self._partials = compile_arrays(list(partials.values()), self.names)
+        self._forms = compile_expressions(forms, self.names, arrays=True)
+        self._partials = compile_expressions(list(partials.values()), self.names, arrays=True)
         self.scalings = Scalings(kernel.equations, self.names)
         every = kernel.chains
         self.chains = [self._followed(chain) for chain in every[:: -(-len(every) // MAX_CHAINS)]]
@@ -272,9 +266,9 @@ class BlockArrays:
     def _followed(self, chain: Chain) -> Callable[..., Sequence[Any]]:
         emitter = Emitter((*chain.tears, *self.kernel.known), ARRAYS, np.power)
         for assignment in chain.assignments[: len(chain.assignments) - len(chain.residuals)]:
-            emitter.assign(assignment.name, assignment.expression)
-            emitter.clamp(assignment.name, assignment.low, assignment.high, np.clip)
-        return emitter.function([emitter.argument(name) for name in self.kernel.unknowns])
+            emitter.assign(assignment.name, emitter.of(assignment.expression))
+            emitter.clamp(assignment.name, assignment.low, assignment.high)
+        return emitter.function(emitter.names[name] for name in self.kernel.unknowns)
 
     def residual(self, known: Sequence[float], x: Array) -> Array:
         return self._stacked(self._forms(*x.T, *known), len(x))
@@ -301,7 +295,6 @@ class BlockArrays:
 
 
 Equations: TypeAlias = dict[int, tuple[Expression, Expression]]
-Definitions: TypeAlias = list[tuple[str, Expression]]
 Order: TypeAlias = list[tuple[int, str, Isolation]]
 
 MOST_UNKNOWNS = 40
@@ -328,12 +321,16 @@ def _chain(graph: ModelGraph, block: SolveBlock) -> Chain | None:
         return None
     bodies = (graph.model.equations[number] for number in block.equations)
     equations = {body.index: (body.left, body.right) for body in bodies}
-    definitions = _substituted(equations, set(block.unknowns))
-    if not definitions:
-        return None
-    left = [name for name in block.unknowns if name not in dict(definitions)]
-    found = [(tear, order) for tear in left if (order := _order(equations, left, tear)) is not None]
-    if not found:
+    unknowns, definitions = dict.fromkeys(block.unknowns), list[tuple[str, Expression]]()
+    while (definition := _definition(equations, unknowns)) is not None:
+        number, name, expression = definition
+        del equations[number], unknowns[name]
+        definitions.append((name, expression))
+        for other, (left, right) in equations.items():
+            if name in nodes.names(left) or name in nodes.names(right):
+                equations[other] = substitute(left, {name: expression}), substitute(right, {name: expression})
+    found = [(tear, order) for tear in unknowns if (order := _order(equations, unknowns, tear)) is not None]
+    if not definitions or not found:
         return None
     tear, order = min(found, key=lambda each: sum(isolation.cost for _, _, isolation in each[1]))
     assignments: list[Assignment] = []
@@ -341,41 +338,24 @@ def _chain(graph: ModelGraph, block: SolveBlock) -> Chain | None:
         (steps,) = through(isolation, f"#{number}", graph.model.variables[unknown])
         assignments += steps
     for name, expression in reversed(definitions):
-        variable = graph.model.variables[name]
-        ends = variable.low, variable.high, variable.low_open, variable.high_open
-        assignments.append(Assignment(name, expression, *ends))
+        assignments.append(assigned(graph.model.variables[name], expression))
     (last,) = equations.keys() - {equation for equation, _, _ in order}
     residual = Assignment(f"{RESIDUAL}{last}", subtract(*equations[last]))
     return Chain((tear,), (*assignments, residual), (residual.name,))
 
 
-def _substituted(equations: Equations, unknowns: set[str]) -> Definitions:
-    """Take definitions out of ``equations`` and put them in for what they define; the first of them first."""
-    found: Definitions = []
-    while (definition := _definition(equations, unknowns)) is not None:
-        number, name, expression = definition
-        del equations[number]
-        unknowns = unknowns - {name}
-        for other, sides in equations.items():
-            if any(name in nodes.names(side) for side in sides):
-                left, right = (substitute(side, {name: expression}) for side in sides)
-                equations[other] = left, right
-        found.append((name, expression))
-    return found
-
-
-def _definition(equations: Equations, unknowns: set[str]) -> tuple[int, str, Expression] | None:
+def _definition(equations: Equations, unknowns: Collection[str]) -> tuple[int, str, Expression] | None:
     for number, (left, right) in equations.items():
         for one, other in ((left, right), (right, left)):
             if not isinstance(one, Name) or one.name not in unknowns:
                 continue
-            read = set(nodes.names(other)) & unknowns
+            read = set(nodes.names(other)).intersection(unknowns)
             if read and one.name not in read and sum(1 for _ in walk(other)) <= LONGEST:
                 return number, one.name, other
     return None
 
 
-def _order(equations: Equations, unknowns: list[str], tear: str) -> Order | None:
+def _order(equations: Equations, unknowns: Collection[str], tear: str) -> Order | None:
     """How the other unknowns follow from a tear, each from one equation in one way, if they do."""
     waiting, unsolved = dict(equations), set(unknowns) - {tear}
     order: Order = []

@@ -6,13 +6,16 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from solver.accuracy.rule_check import gross
-from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
+from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange, RankLoss
 from solver.kernel.chain import Chain
-from solver.kernel.question import Question
+from solver.kernel.question import Question, stays_deficient
 from solver.kernel.root_check import (
     RootCheck,
     Uncertainty,
+    astray,
     check_root,
     is_beside_pole,
     is_ordinary,
@@ -23,6 +26,7 @@ from solver.kernel.root_check import (
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
 from solver.numerics.tolerances import (
+    ASTRAY,
     BLUR,
     COVERED,
     EPS,
@@ -66,7 +70,6 @@ class Candidates:
         self.nearest: dict[str, float] = {}
         self.attempts: list[Attempt] = []
         self.strays = self.dull = 0
-        self.remote = False
 
     def tried(self, method: Method, complete: bool = False, iterations: int = 0) -> None:
         """Note what a method has added to the answers."""
@@ -79,9 +82,10 @@ class Candidates:
         return not (self.answers or self.outside)
 
     @property
-    def withheld(self) -> bool:
-        """Whether there are roots that are none of the answers."""
-        return bool(self.refused) or self.remote
+    def crowded(self) -> bool:
+        """Whether there are so many answers beside the sensible one, where that is known, that nobody asks
+        about them: two of every load of a network, say."""
+        return self.sensible is not None and len(self.answers) > MOST_BESIDE
 
     @property
     def endless(self) -> bool:
@@ -89,17 +93,10 @@ class Candidates:
         singular = sum(answer.double is not None for answer in self.answers)
         return singular >= MOST_SINGULAR or self.strays >= MOST_STRAYS or self.crowded
 
-    @property
-    def crowded(self) -> bool:
-        """Whether there are so many answers beside the sensible one, where that is known, that nobody asks
-        about them: two of every load of a network, say."""
-        return self.sensible is not None and len(self.answers) > MOST_BESIDE
-
     def take(self, trial: Candidates) -> None:
         """Take over what a method has found that had to find all."""
         self.answers += trial.answers
         self.refused += trial.refused
-        self.remote = self.remote or trial.remote
         self.outside = self.outside or trial.outside
 
     def refine(self, start: Sequence[float], limits: NewtonLimits = STANDARD_LIMITS) -> None:
@@ -120,18 +117,13 @@ class Candidates:
             if question.holds(point):
                 self.keep(point, singular=result.outcome is Outcome.SINGULAR_JACOBIAN)
                 return
-        if result.outcome.found:
-            self._sharpen(result.x, sizes)
-
-    def _sharpen(self, x: Sequence[float], sizes: Sequence[float]) -> None:
-        """Keep the float next to a root that floats converge to, if every equation holds there."""
-        point = self.question.named(x)
-        if self.dull >= MOST_DULL or not self.nearly(point):
+        point = question.named(result.x)
+        if not result.outcome.found or self.dull >= MOST_DULL or not self.nearly(point):
             return
-        self.dull += 1
-        sharp = sharp_root(self.question, x, sizes)
-        found = None if sharp is None else self.question.named(sharp)
-        if found is not None and self._near(found, point, BLUR) and self.question.holds(found):
+        self.dull += 1  # the float next to a root that floats converge to, if every equation holds there
+        sharp = sharp_root(question, result.x, sizes)
+        found = None if sharp is None else question.named(sharp)
+        if found is not None and self._near(found, point, BLUR) and question.holds(found):
             known = len(self.answers)
             self.keep(found)
             self.dull -= len(self.answers) > known
@@ -170,10 +162,7 @@ class Candidates:
         return verdict is RootCheck.STANDS
 
     def _refuse(self, root: dict[str, float]) -> None:
-        """Remember a root that floats do not see, unless it is of a size that nobody asks about."""
-        if any(abs(v) > REMOTE for v in root.values()) and not self.question.remote:
-            self.remote = True
-            return
+        """Remember a root that floats do not see."""
         if not any(self._near(root, other, COVERED) for other in self.refused):
             self.refused.append(root)
 
@@ -193,6 +182,13 @@ class Candidates:
         """Whether rounding leaves an unknown open by more than that share of its size."""
         sizes = (max(abs(v), scale) for v, scale in zip(point.values(), self.question.scale, strict=True))
         return any(error > share * size for error, size in zip(blur, sizes, strict=True))
+
+    def settles(self, point: dict[str, float], share: float = ASTRAY) -> bool:
+        """Whether it is plain that a point is next to an answer, or to a root out of range (which are kept),
+        or that it is none."""
+        count, outside = len(self.answers), self.outside
+        self.refine(list(point.values()))
+        return len(self.answers) > count or self.outside is not outside or astray(self.question, point, share)
 
     def proven(self, point: dict[str, float]) -> None:
         """Try a point next to a root that is proven to be; remember it if floats find no answer there,
@@ -217,9 +213,13 @@ class Candidates:
         between two that nearly meet may all satisfy the rules as far as floats tell."""
         taken: set[int] = set()
         for root in roots:
-            covering = [place for place, answer in enumerate(self.answers) if self._covers(answer, root)]
+            covering = [
+                (max(abs(v - answer.values[name]) for name, v in root.items()), place)
+                for place, answer in enumerate(self.answers)
+                if self._covers(answer, root)
+            ]
             if covering:
-                nearest = min(covering, key=lambda place: _apart(self.answers[place].values, root))
+                _, nearest = min(covering)
                 if nearest in taken:
                     self.refused.append(dict(root))
                 taken.add(nearest)
@@ -280,11 +280,6 @@ class Candidates:
         return DoubleRoot(self.question.equations, tuple(moving), moving)
 
 
-def _apart(one: Mapping[str, float], other: Mapping[str, float]) -> float:
-    """The largest difference of two points."""
-    return max(abs(v - other[name]) for name, v in one.items())
-
-
 def _within(one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
     """Whether two points are nearer than what rounding leaves open."""
     return all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), blur, strict=True))
@@ -328,8 +323,8 @@ class BlockOutcome(NamedTuple):
     there, one, or none. Where ``complete`` fails on that alone, ``stretches`` are where it does.
     ``refused`` are next to roots that are proven to be, of which floats have no digits good enough to be
     answers; if they were, all would be known where ``whole`` says so. ``doubtful``: rounding
-    may have decided whether a linear block determines its unknowns, or contradicts itself. ``remote``: there
-    is a root beyond 1e60. ``cut``: there are more answers than are listed.
+    may have decided whether a linear block determines its unknowns, or contradicts itself. ``cut``: there are
+    more answers than are listed.
     """
 
     answers: tuple[Answer, ...] = ()
@@ -342,14 +337,27 @@ class BlockOutcome(NamedTuple):
     refused: tuple[Mapping[str, float], ...] = ()
     whole: bool = False
     doubtful: bool = False
-    remote: bool = False
     cut: bool = False
 
     @property
     def delicate(self) -> bool:
         unclear = self.suspects or self.refused
-        return self.doubtful or self.remote or bool(unclear) or any(answer.double for answer in self.answers)
+        return self.doubtful or bool(unclear) or any(answer.double for answer in self.answers)
 
     @classmethod
     def out_of_range(cls, equations: tuple[int, ...], name: str, value: float) -> BlockOutcome:
         return cls(complete=True, facts=(OutOfRange(equations[0], name, value),))
+
+
+def left_free(
+    question: Question, point: Mapping[str, float], direction: Mapping[str, float], free: tuple[str, ...]
+) -> BlockOutcome:
+    """The outcome of a block that leaves unknowns ``free``, along ``direction`` at ``point``."""
+    with np.errstate(all="ignore"):
+        try:
+            everywhere = stays_deficient(question, point)
+        except (ArithmeticError, np.linalg.LinAlgError):
+            everywhere = False
+    fact = RankLoss(question.equations, free, direction, everywhere)
+    fixed = {name: number for name, number in point.items() if name not in free}
+    return BlockOutcome((Answer(fixed),), complete=True, facts=(fact,), free=free)

@@ -66,6 +66,12 @@ class Assignment(NamedTuple):
     relational: bool = False
 
 
+def assigned(variable: Variable, expression: Expression) -> Assignment:
+    """The assignment of a variable, in its declared range."""
+    ends = variable.low, variable.high, variable.low_open, variable.high_open
+    return Assignment(variable.name, expression, *ends)
+
+
 class Chain(NamedTuple):
     """Assignments that lead from the tears to the unknowns and to the residuals, in order."""
 
@@ -124,13 +130,9 @@ def _covers_turns(graph: ModelGraph, isolation: Isolation) -> bool:
 def through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[tuple[Assignment, ...]]:
     """The ways from the start of an isolation to its unknown."""
 
-    def last(expression: Expression) -> Assignment:
-        ends = variable.low, variable.high, variable.low_open, variable.high_open
-        return Assignment(variable.name, expression, *ends)
-
     if isolation.quadratic is not None or not isolation.stages:
         for form in isolation.forms():
-            yield (last(form)._replace(relational=isolation.quadratic is not None),)
+            yield (assigned(variable, form)._replace(relational=isolation.quadratic is not None),)
         return
     bounded_unknown = variable.low > -inf or variable.high < inf
     for forms in itertools.product(*(_turned(stage, bounded_unknown) for stage in isolation.stages)):
@@ -153,9 +155,9 @@ def through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[t
                 steps.append(Assignment(name, expression, relational=True))
                 expression = Name(name)
         if steps and steps[-1].relational and expression == Name(steps[-1].name):
-            yield (*steps[:-1], last(steps[-1].expression)._replace(relational=True))
+            yield (*steps[:-1], assigned(variable, steps[-1].expression)._replace(relational=True))
         else:
-            yield (*steps, last(expression))
+            yield (*steps, assigned(variable, expression))
 
 
 def _turned(stage: Stage, bounded: bool) -> tuple[Expression, ...]:
@@ -181,12 +183,10 @@ def _out_of_range(stages: tuple[Stage, ...], forms: tuple[Expression, ...], vari
 def compile_chain(chain: Chain, known: tuple[str, ...], results: tuple[str, ...]) -> Callable[..., Any]:
     """``f(*tears, *known)`` returns the values called ``results``; raises outside the domain."""
     emitter = Emitter((*chain.tears, *known))
-    for assignment in chain.assignments:
-        emitter.assign(assignment.name, assignment.expression)
-        emitter.require(
-            assignment.name, assignment.low, assignment.high, assignment.low_open, assignment.high_open
-        )
-    return emitter.function([emitter.argument(name) for name in results])
+    for item in chain.assignments:
+        emitter.assign(item.name, emitter.of(item.expression))
+        emitter.require(item.name, item.low, item.high, item.low_open, item.high_open)
+    return emitter.function(emitter.names[name] for name in results)
 
 
 def followed(chain: Chain, values: Mapping[str, Any], digits: int) -> dict[str, Any]:
@@ -234,22 +234,19 @@ def slopes_of(chain: Chain) -> tuple[tuple[str, Expression], ...] | None:
     """Forward accumulation: the slope of every assignment by the tear; None where a step may jump."""
     moving: dict[str, Expression] = {chain.tears[0]: Number(1.0)}
     found: list[tuple[str, Expression]] = []
-    try:
-        for item in chain.assignments:
-            used = [name for name in dict.fromkeys(nodes.names(item.expression)) if name in moving]
-            if not used:
-                continue
-            if jumps(item.expression):
+    for item in chain.assignments:
+        used = [name for name in dict.fromkeys(nodes.names(item.expression)) if name in moving]
+        if used and jumps(item.expression):
+            return None
+        if used:
+            try:
+                terms = [multiply(differentiate(item.expression, name), moving[name]) for name in used]
+            except NotDifferentiable:
                 return None
-            terms = tuple(multiply(differentiate(item.expression, name), moving[name]) for name in used)
             slope = slope_name(item.name)
-            found.append((slope, terms[0] if len(terms) == 1 else nodes.Sum(terms)))
+            found.append((slope, terms[0] if len(terms) == 1 else nodes.Sum(tuple(terms))))
             moving[item.name] = Name(slope)
-    except NotDifferentiable:
-        return None
-    if chain.residuals[0] not in moving:
-        return None
-    return tuple(found)
+    return tuple(found) if chain.residuals[0] in moving else None
 
 
 # --- the residual with its denominators multiplied away ---

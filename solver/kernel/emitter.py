@@ -7,11 +7,11 @@ what differs are the functions that it calls (``enclosure.py``).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
 from math import inf, nan
 from types import CodeType
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -37,6 +37,13 @@ VALUES = Forms(TABLE, lambda row: row.value)
 """The functions of the language on floats."""
 
 
+T = TypeVar("T")
+
+
+def is_square(node: Power) -> bool:
+    return node.exponent == Number(2.0)
+
+
 def _power(base: float, exponent: float) -> float:
     """A real power; ValueError where it would be complex, as ``math.pow`` has it."""
     result = base**exponent
@@ -45,13 +52,15 @@ def _power(base: float, exponent: float) -> float:
     return float(result)
 
 
-class Source:
+class _Source(Arithmetic[T]):
     """Lines of a function in three-address code. Equal texts are computed once (hash-consing)."""
 
-    def __init__(self, header: str, **globals: Any) -> None:
+    def __init__(self, arguments: Sequence[str], names: dict[str, T], **globals: Any) -> None:
         self.lines: list[str] = []
         self.globals: dict[str, Any] = globals
-        self._header = header
+        self.names = names
+        """What stands for the value of each name: an argument, or what was assigned before."""
+        self._header = ", ".join(arguments)
         self._tokens: dict[str, str] = {}
 
     def line(self, text: str) -> None:
@@ -62,15 +71,22 @@ class Source:
         token = self._tokens.get(text)
         if token is None:
             token = self._tokens[text] = form.format(len(self._tokens))
-            self.line(f"{token} = {text}")
+            self.lines.append(f"{token} = {text}")
         return token
 
-    def function(self, results: str) -> Callable[..., Any]:
-        """A function of the arguments of the header that returns ``results`` (Python source)."""
-        body = "\n    ".join([*self.lines, f"return {results}"])
+    def function(self, results: Iterable[str]) -> Callable[..., Any]:
+        """A function of the arguments, in their order, that returns the values of these tokens."""
+        body = "\n    ".join([*self.lines, f"return {''.join(f'{token}, ' for token in results)}"])
         namespace = dict(self.globals)
         exec(_compiled(f"def kernel({self._header}):\n    {body}\n"), namespace)
         return namespace["kernel"]  # type: ignore[no-any-return]
+
+    def assign(self, name: str, value: T) -> None:
+        """From here on ``name`` stands for the value."""
+        self.names[name] = value
+
+    def name(self, node: Name) -> T:
+        return self.names[node.name]
 
 
 @lru_cache(maxsize=1_000)
@@ -79,8 +95,8 @@ def _compiled(text: str) -> CodeType:
     return compile(text, "<kernel>", "exec")
 
 
-class Emitter(Arithmetic[str]):
-    """Code for expressions of named numbers, which are arguments or were assigned before."""
+class Emitter(_Source[str]):
+    """Code for expressions of named numbers."""
 
     def __init__(
         self,
@@ -89,95 +105,68 @@ class Emitter(Arithmetic[str]):
         power: Callable[..., Any] = _power,
     ) -> None:
         self._functions, self._power = functions, power
-        header = ", ".join(f"a{i}" for i in range(len(arguments)))
-        self.source = Source(header, __builtins__={"ValueError": ValueError}, nan=nan)
-        self._names = {name: f"a{i}" for i, name in enumerate(arguments)}
-
-    def argument(self, name: str) -> str:
-        return self._names[name]
-
-    def assign(self, name: str, expression: Expression) -> None:
-        """From here on ``name`` stands for the value of the expression."""
-        self._names[name] = self.of(expression)
+        names = {name: f"a{i}" for i, name in enumerate(arguments)}
+        super().__init__([*names.values()], names, __builtins__={"ValueError": ValueError}, nan=nan)
 
     def require(self, name: str, low: float, high: float, low_open: bool, high_open: bool) -> None:
         """Raise ValueError where the value called ``name`` lies outside the range."""
-        token = self._names[name]
-        tests = []
-        if low > -inf:
-            tests.append(f"{token} {'<=' if low_open else '<'} {low!r}")
-        if high < inf:
-            tests.append(f"{token} {'>=' if high_open else '>'} {high!r}")
+        sides = ((low, "<=" if low_open else "<"), (high, ">=" if high_open else ">"))
+        tests = [f"{self.names[name]} {sign} {end!r}" for end, sign in sides if math.isfinite(end)]
         if tests:
-            self.source.line(f"if {' or '.join(tests)}: raise ValueError")
+            self.line(f"if {' or '.join(tests)}: raise ValueError")
 
-    def clamp(self, name: str, low: float, high: float, clip: Callable[..., Any]) -> None:
+    def clamp(self, name: str, low: float, high: float) -> None:
         """Move the value called ``name`` into the range (on arrays)."""
-        if low > -inf or high < inf:
-            ends = repr(low) if low > -inf else None, repr(high) if high < inf else None
-            self.source.globals["clip"] = clip
-            self._names[name] = self.source.temporary(f"clip({self._names[name]}, {ends[0]}, {ends[1]})")
-
-    def function(self, tokens: Sequence[str]) -> Callable[..., tuple[Any, ...]]:
-        """A function of the arguments, in their order, that returns the values of the tokens."""
-        return self.source.function("(" + "".join(f"{token}, " for token in tokens) + ")")
+        ends = [repr(end) if math.isfinite(end) else None for end in (low, high)]
+        if ends != [None, None]:
+            self.globals["clip"] = np.clip
+            self.names[name] = self.temporary(f"clip({self.names[name]}, {ends[0]}, {ends[1]})")
 
     # --- the arithmetic ---
 
     def number(self, node: Number) -> str:
         return repr(node.value) if node.value >= 0 else f"({node.value!r})"
 
-    def name(self, node: Name) -> str:
-        return self._names[node.name]
-
     def symbol(self, node: Symbol) -> str:
-        """No number: what is computed with it is none either."""
-        return "nan"
+        return "nan"  # what is computed with it is no number either
 
     def negative(self, node: Negative) -> str:
-        return self.source.temporary(f"- {self.of(node.operand)}")
+        return self.temporary(f"- {self.of(node.operand)}")
 
     def sum(self, node: Sum) -> str:
         token = self.of(node.terms[0])
         for term in node.terms[1:]:
             sign, part = ("-", term.operand) if isinstance(term, Negative) else ("+", term)
-            token = self.source.temporary(f"{token} {sign} {self.of(part)}")
+            token = self.temporary(f"{token} {sign} {self.of(part)}")
         return token
 
     def product(self, node: Product) -> str:
-        return self.source.temporary(f"{self.of(node.left)} * {self.of(node.right)}")
+        return self.temporary(f"{self.of(node.left)} * {self.of(node.right)}")
 
     def divided(self, node: Quotient, above: str, below: str) -> str:
-        return self.source.temporary(f"{above} / {below}")
+        return self.temporary(f"{above} / {below}")
 
-    def power(self, node: Power) -> str:
-        if node.exponent == Number(2.0):
-            token = self.of(node.base)
-            return self.source.temporary(f"{token} * {token}")
-        return self._applied("power", self._power, [self.of(node.base), self.of(node.exponent)])
+    def raised(self, node: Power, base: str, exponent: str) -> str:
+        if is_square(node):
+            return self.temporary(f"{base} * {base}")
+        return self._called("power", self._power, [base, exponent])
 
     def applied(self, node: Call, arguments: list[str]) -> str:
-        return self._applied(node.function, self._functions[node.function], arguments)
+        return self._called(node.function, self._functions[node.function], arguments)
 
-    def _applied(self, name: str, function: Callable[..., Any], arguments: list[str]) -> str:
-        self.source.globals[f"f_{name}"] = function
-        return self.source.temporary(f"f_{name}({', '.join(arguments)})")
+    def _called(self, name: str, function: Callable[..., Any], arguments: list[str]) -> str:
+        self.globals[f"f_{name}"] = function
+        return self.temporary(f"f_{name}({', '.join(arguments)})")
 
 
 def compile_expressions(
-    expressions: Sequence[Expression], arguments: Sequence[str]
-) -> Callable[..., tuple[float, ...]]:
-    """A function of floats, in the order of ``arguments``, that returns the values of all expressions.
+    expressions: Sequence[Expression], arguments: Sequence[str], arrays: bool = False
+) -> Callable[..., Sequence[Any]]:
+    """A function of floats, or of arrays, in the order of ``arguments``, that returns all values.
 
-    Raises what Python arithmetic raises outside the domain (ArithmeticError, ValueError).
+    With floats it raises what Python arithmetic raises outside the domain (ArithmeticError, ValueError).
     """
-    emitter = Emitter(arguments)
-    return emitter.function([emitter.of(expression) for expression in expressions])
-
-
-def compile_arrays(expressions: Sequence[Expression], names: Sequence[str]) -> Callable[..., Sequence[Any]]:
-    """A function of arrays, in the order of ``names``, that returns the values of all expressions."""
-    emitter = Emitter(names, ARRAYS, np.power)
+    emitter = Emitter(arguments, ARRAYS, np.power) if arrays else Emitter(arguments)
     return emitter.function([emitter.of(expression) for expression in expressions])
 
 
@@ -200,21 +189,15 @@ class Operations(NamedTuple):
     forms: Mapping[str, Callable[..., Any]]
 
 
-class IntervalEmitter(Arithmetic[Pair]):
+class IntervalEmitter(_Source[Pair]):
     """Code for the two ends of expressions. Names in ``points`` are single numbers, with one end."""
 
     def __init__(self, boxes: Sequence[str], points: Sequence[str], operations: Operations) -> None:
         self._operations = operations
-        self._names: dict[str, Pair] = {name: (f"l{i}", f"h{i}") for i, name in enumerate(boxes)}
-        self._names |= {name: (f"p{i}", f"p{i}") for i, name in enumerate(points)}
-        ends = [end for i in range(len(boxes)) for end in (f"l{i}", f"h{i}")]
-        header = ", ".join([*ends, *(f"p{i}" for i in range(len(points)))])
-        self.source = Source(header, **{"__builtins__": {}, **operations.forms})
-        self.line, self.function = self.source.line, self.source.function
-
-    def assign(self, name: str, pair: Pair) -> None:
-        """From here on ``name`` stands for the pair."""
-        self._names[name] = pair
+        names = {name: (f"l{i}", f"h{i}") for i, name in enumerate(boxes)}
+        ends = [*(end for pair in names.values() for end in pair), *(f"p{i}" for i in range(len(points)))]
+        names |= {name: (f"p{i}", f"p{i}") for i, name in enumerate(points)}
+        super().__init__(ends, names, **{"__builtins__": {}, **operations.forms})
 
     def apply(self, name: str, *operands: Pair, more: str = "") -> Pair:
         """The pair that the operation of that name returns for the ends of the operands."""
@@ -227,14 +210,11 @@ class IntervalEmitter(Arithmetic[Pair]):
         token = f"c{node.value!r}".replace("-", "m").replace(".", "_").replace("+", "")
         ends = ROUNDED.get(node.value)
         if ends is None:
-            self.source.globals[token] = self._operations.number(node.value)
+            self.globals[token] = self._operations.number(node.value)
             return token, token
         for side, end in enumerate(ends):
-            self.source.globals[f"{token}_{side}"] = self._operations.number(end)
+            self.globals[f"{token}_{side}"] = self._operations.number(end)
         return f"{token}_0", f"{token}_1"
-
-    def name(self, node: Name) -> Pair:
-        return self._names[node.name]
 
     def symbol(self, node: Symbol) -> Pair:
         return self.number(Number(nan))
@@ -261,15 +241,13 @@ class IntervalEmitter(Arithmetic[Pair]):
     def divided(self, node: Quotient, above: Pair, below: Pair) -> Pair:
         return self.apply("divide", above, below)
 
-    def power(self, node: Power) -> Pair:
-        if node.exponent == Number(2.0):
-            return self.apply("square", self.of(node.base))
-        return self.apply("power", self.of(node.base), self.of(node.exponent))
+    def raised(self, node: Power, base: Pair, exponent: Pair) -> Pair:
+        return self.apply("square", base) if is_square(node) else self.apply("power", base, exponent)
 
     def applied(self, node: Call, arguments: list[Pair]) -> Pair:
-        self.source.globals[f"f_{node.function}"] = self._operations.calls[node.function]
+        self.globals[f"f_{node.function}"] = self._operations.calls[node.function]
         return self.apply(f"f_{node.function}", *arguments)
 
     def _assigned(self, text: str) -> Pair:
-        low, high = self.source.temporary(text, "a{0}, b{0}").split(", ")
+        low, high = self.temporary(text, "a{0}, b{0}").split(", ")
         return low, high

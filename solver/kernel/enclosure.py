@@ -6,7 +6,7 @@ operations on arrays silence numpy's warnings once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import inf, isfinite, isnan, nan
@@ -18,7 +18,6 @@ from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.evaluate.number import FLOAT_INTERVALS, Inexact, Rationals
 from rulesheets.functions import arrays, intervals
 from rulesheets.functions.arrays import INTERVALS, Array, Mask
-from rulesheets.functions.arrays import Interval as Intervals
 from rulesheets.functions.intervals import EMPTY, Interval, cut, divide, greatest
 from rulesheets.functions.intervals import least as smaller
 from rulesheets.syntax import nodes
@@ -179,7 +178,7 @@ class _AtZero(Rationals):
 
 # --- a chain over boxes ---
 
-Code: TypeAlias = tuple[Callable[..., Any], Callable[..., Any] | None]
+Code: TypeAlias = Sequence[Callable[..., Any]]
 
 FEW = 64
 """Up to so many boxes one after the other take no more time than arrays of them."""
@@ -198,11 +197,7 @@ class Enclosure:
     def ranges(self, boxes: Sequence[Interval], known: Sequence[float]) -> list[Interval]:
         """The residual over each box; nan, nan where it is undefined all over it, or jumps across 0 there and
         has no root."""
-        if len(boxes) > FEW:
-            found = _in_arrays(self.range_on, boxes, known)
-        else:
-            evaluated = self._floats[0]
-            found = [_range(*evaluated(low, high, *known)) for low, high in boxes]
+        found = [_range(*ends) for ends in self._evaluated(0, boxes, known)]
         if not self._sides:
             return found
         for place, (box, (below, above)) in enumerate(zip(boxes, found, strict=True)):
@@ -225,29 +220,22 @@ class Enclosure:
 
     def slopes_over(self, boxes: Sequence[Interval], known: Sequence[float]) -> list[Interval]:
         """The derivative of the residual by the tear; unbounded where it may be undefined somewhere."""
-        if len(boxes) > FEW:
-            return _in_arrays(self.slope_on, boxes, known)
-        found, evaluated = [], self._floats[1]
-        assert evaluated is not None
-        for low, high in boxes:
-            below, above, doubtful = evaluated(low, high, *known)
-            unknown = doubtful or isnan(below) or isnan(above)
-            found.append((-inf, inf) if unknown else (below, above))
-        return found
+        return [
+            (-inf, inf) if doubtful or isnan(below) or isnan(above) else (below, above)
+            for below, above, doubtful in self._evaluated(1, boxes, known)
+        ]
 
-    def range_on(self, low: Array, high: Array, known: Sequence[Any]) -> Intervals:
-        """``ranges`` of arrays of boxes; the known numbers are numpy's, or arrays."""
+    def _evaluated(
+        self, which: int, boxes: Sequence[Interval], known: Sequence[float]
+    ) -> Iterable[tuple[float, float, bool]]:
+        """What the function for the range (0) or for the slope (1) gives for each box."""
+        if len(boxes) <= FEW:
+            on_floats = self._floats[which]
+            return (on_floats(*box, *known) for box in boxes)
+        low, high = np.array(boxes).T
         with np.errstate(all="ignore"):
-            below, above, empty = self._arrays[0](low, high, *known)
-            return np.where(empty, np.nan, below), np.where(empty, np.nan, above)
-
-    def slope_on(self, low: Array, high: Array, known: Sequence[Any]) -> Intervals:
-        """``slopes_over`` arrays of boxes."""
-        assert self._arrays[1] is not None
-        with np.errstate(all="ignore"):
-            below, above, doubtful = self._arrays[1](low, high, *known)
-            unknown = doubtful | np.isnan(below) | np.isnan(above)
-            return np.where(unknown, -np.inf, below), np.where(unknown, np.inf, above)
+            found = self._arrays[which](low, high, *map(np.float64, known))
+        return zip(*(np.broadcast_to(each, low.shape).tolist() for each in found), strict=True)
 
     @cached_property
     def _sides(self) -> tuple[Enclosure, ...]:
@@ -276,27 +264,18 @@ class Enclosure:
             low, high = emitter.of(numerator.expression)
             open_ = f"({residual[0]} <= 0.0) & ({residual[1]} >= 0.0)"
             emitter.line(f"empty = empty | {open_} & (({low} > 0.0) | ({high} < 0.0))")
-        ranges = emitter.function(f"{residual[0]}, {residual[1]}, empty")
+        ranges = emitter.function([*residual, "empty"])
         if self.slopes is None:
-            return ranges, None
+            return (ranges,)
         emitter = _followed(self._chain, self._known, operations)
         for name, expression in self.slopes:
             emitter.assign(name, emitter.of(expression))
         slope = emitter.of(Name(slope_name(self._chain.residuals[0])))
-        return ranges, emitter.function(f"{slope[0]}, {slope[1]}, doubtful")
+        return ranges, emitter.function([*slope, "doubtful"])
 
 
 def _range(below: float, above: float, empty: bool) -> Interval:
     return (nan, nan) if empty else (below, above)
-
-
-def _in_arrays(
-    enclose: Callable[..., Intervals], boxes: Sequence[Interval], known: Sequence[float]
-) -> list[Interval]:
-    low, high = np.array(boxes).T
-    ends = enclose(low, high, [np.float64(number) for number in known])
-    below, above = (np.broadcast_to(end, low.shape).tolist() for end in ends)
-    return list(zip(below, above, strict=True))
 
 
 def _followed(chain: Chain, known: Sequence[str], operations: Operations) -> IntervalEmitter:

@@ -1,10 +1,11 @@
-"""Searches over all unknowns of a block at once: box by box, from many starts, and for a curve of answers.
+"""Searches over all unknowns of a block at once: by boxes, from starts, by sparse Newton steps, for a curve.
 
 Where all unknowns have finite ranges, their box is subdivided with proof (``numerics/subdivision.py``).
 
 Half of the starts are tears spread over their ranges, the rest by the block's own steps: following the chains
 of the tearing puts every start on all equations but the residual ones; where a step would leave the domain it
-is held at the edge of it. Where descent finds nothing, trust regions do."""
+is held at the edge of it. Where descent finds nothing, trust regions do.
+"""
 
 from __future__ import annotations
 
@@ -17,10 +18,10 @@ import numpy as np
 
 from rulesheets.syntax.nodes import Expression
 from solver.facts import Attempt, Beside, Method, RankLoss
-from solver.kernel.candidates import Answer, BlockOutcome, Candidates
+from solver.kernel.candidates import BlockOutcome, Candidates, left_free
 from solver.kernel.emitter import IntervalEmitter
 from solver.kernel.enclosure import ARRAYS
-from solver.kernel.question import Budget, Question, rank_loss
+from solver.kernel.question import MANY, Budget, Question
 from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import (
     GAUSS_NEWTON,
@@ -35,20 +36,18 @@ from solver.numerics.newton import (
     spread,
     starting_points,
 )
+from solver.numerics.sparse_newton import sparse_newton
 from solver.numerics.tolerances import FREE, MOVED, SAME_END
+from solver.ranking.sizes import nearly_balanced
 
 # --- box by box ---
 
-LIMITS = 20_000, 2_000
-"""Boxes in all, and at once."""
-THOROUGH = 600_000, 400_000
+LIMITS, THOROUGH = (20_000, 2_000), (600_000, 400_000)
+"""Boxes in all, and at once; the same where a proof is asked for."""
 
 
 def search_boxes(question: Question, candidates: Candidates, thorough: bool = False) -> bool:
-    """Refine every box that may hold a root. True where the roots are proven to be all.
-
-    ``thorough``: with thirty times the boxes.
-    """
+    """Refine every box that may hold a root. True where the roots are proven to be all."""
     from solver.numerics.subdivision import SubdivisionLimits, branch_and_prune  # few blocks come to this
 
     kernel = question.kernel
@@ -57,8 +56,9 @@ def search_boxes(question: Question, candidates: Candidates, thorough: bool = Fa
     n = len(question.unknowns)
     residual = _bounds(kernel.forms, question, (n,))
     jacobian = _bounds(partials, question, (n, n))
-    limits = SubdivisionLimits(*(THOROUGH if thorough else LIMITS))
-    found = branch_and_prune(residual, jacobian, ranges, limits)
+    found = branch_and_prune(
+        residual, jacobian, ranges, SubdivisionLimits(*(THOROUGH if thorough else LIMITS))
+    )
     for root in found.roots:
         candidates.refine(list(root))
     return found.complete
@@ -68,7 +68,7 @@ def _bounds(forms: Sequence[Expression], question: Question, shape: tuple[int, .
     """Bounds (k, *shape) of as many forms over boxes (k, n), compiled."""
     emitter = IntervalEmitter(question.unknowns, question.kernel.known, ARRAYS)
     ends = [end for form in forms for end in emitter.of(form)]
-    compiled = emitter.function(", ".join(ends))
+    compiled = emitter.function(ends)
     known = [np.float64(number) for number in question.known]
 
     def bounds(low: Array, high: Array) -> tuple[Array, Array]:
@@ -92,26 +92,21 @@ def search_from_starts(question: Question, candidates: Candidates, budget: Budge
     """Find roots from the guess and from starts spread over the ranges; nothing is proven of others."""
     kernel = question.kernel
     batches = kernel.smooth and len(kernel.unknowns) <= MAX_BATCH_UNKNOWNS
-    if question.guesses or not batches:
-        _one_by_one(question, candidates)
+    if question.guesses or not batches:  # one by one: the guess is worth a longer search
+        starts = _guess_and_beside(question, FEW_STARTS if candidates.answers else STARTS)
+        for number, start in enumerate(starts):
+            limits = START_LIMITS if number else STANDARD_LIMITS
+            end = newton(question.residual, question.jacobian, start, question.scale, limits)
+            if end.outcome.found:
+                candidates.refine(end.x)
+            else:
+                candidates.note(question.named(end.x))
+            if candidates.endless:
+                break
     if batches:
         try:
             _in_batches(question, candidates, budget)
         except ZeroDivisionError:  # between numbers of the rules themselves, whatever the unknowns are
-            return
-
-
-def _one_by_one(question: Question, candidates: Candidates) -> None:
-    """Damped Newton from the guess, which is worth a longer search, and from a few further points."""
-    count = FEW_STARTS if candidates.answers else STARTS
-    for number, start in enumerate(_guess_and_beside(question, count)):
-        limits = START_LIMITS if number else STANDARD_LIMITS
-        end = newton(question.residual, question.jacobian, start, question.scale, limits)
-        if end.outcome.found:
-            candidates.refine(end.x)
-        else:
-            candidates.note(question.named(end.x))
-        if candidates.endless:
             return
 
 
@@ -260,9 +255,10 @@ def free_curve(question: Question, point: Mapping[str, float] | None = None) -> 
         return None
     with np.errstate(all="ignore"):
         try:
+            curve = _Curve(question)
             if point is None:
-                return _Curve(question).found()
-            return _Curve(question).through(np.array([point[name] for name in question.unknowns]))
+                return curve.found()
+            return curve.through(np.array([point[name] for name in question.unknowns]))
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None
 
@@ -270,20 +266,17 @@ def free_curve(question: Question, point: Mapping[str, float] | None = None) -> 
 class _Curve:
     def __init__(self, question: Question) -> None:
         self.question, self.scale = question, question.sizes
-        self.low = np.array([variable.low for variable in question.variables])
-        self.high = np.array([variable.high for variable in question.variables])
+        low, high = np.array([(variable.low, variable.high) for variable in question.variables]).T
+        self.projected = partial(_arrivals, question, ranges=(low, high), by=GAUSS_NEWTON)
 
     def found(self) -> BlockOutcome | None:
         count = min(max(WORK // len(self.scale), FEWEST_STARTS), MOST_STARTS)
-        ends = self._projected(starts_of(self.question, 0, count // 2))
+        ends = self.projected(starts_of(self.question, 0, count // 2))
         for end in sorted(ends, key=lambda x: float(max(abs(x) / self.scale)))[:ENDS]:
             point = self._settled(end)
             if point is not None and (freedom := self.through(point)) is not None:
                 return freedom
         return None
-
-    def _projected(self, starts: Array) -> Array:
-        return _arrivals(self.question, starts, (self.low, self.high), GAUSS_NEWTON)
 
     def _settled(self, x: Array) -> Array | None:
         """The point with a few corrections of least norm, if every rule holds there and it is in range."""
@@ -323,14 +316,12 @@ class _Curve:
         change = question.named((others[0] - x).tolist())
         largest = max(abs(change[name]) for name in free) or 1.0
         direction = {name: far / largest if name in free else 0.0 for name, far in change.items()}
-        fact = rank_loss(question, point, direction, free)
-        fixed = {name: number for name, number in point.items() if name not in free}
-        return BlockOutcome((Answer(fixed),), complete=True, facts=(fact,), free=free)
+        return left_free(question, point, direction, free)
 
     def _along(self, x: Array, way: Array) -> Array | None:
         """A point some way on at which every rule holds, on either side."""
         for side in (AWAY, -AWAY):
-            for there in self._projected((x + side * way)[None, :]):
+            for there in self.projected((x + side * way)[None, :]):
                 settled = self._settled(there)
                 if settled is None:
                     continue
@@ -388,3 +379,63 @@ def without_curves(question: Question, outcome: BlockOutcome) -> BlockOutcome:
         facts = (*outcome.facts, beside(curves[0]))
         return outcome._replace(answers=others, complete=False, whole=False, stretches=(), facts=facts)
     return curves[0]._replace(attempts=(*outcome.attempts, Attempt(Method.CURVE, 1)))
+
+
+# --- by sparse Newton steps: one answer of a large block, the sensible one, none of its unknowns torn ---
+
+MOST_ITERATIONS, POSITIVE_ITERATIONS = 100, 40
+
+
+def search_sparsely(question: Question, candidates: Candidates, every: bool = False) -> None:
+    """Try starts in turn until an answer stands that none is to be preferred to, or ``every`` one.
+
+    An answer with no negative number ends the search; one with some is kept, and looked for is one that keeps
+    to positive numbers.
+    """
+    if question.sparse is None:
+        return
+    free = {v.name for v in question.variables if v.low == -math.inf and question.turn(v.name) is None}
+    for start, sizes, positive in _sparse_starts(question):
+        if candidates.answers and not (positive or every):
+            continue
+        most = POSITIVE_ITERATIONS if positive else MOST_ITERATIONS
+        root = sparse_newton(*question.sparse, start, sizes, positive, most)
+        if not np.isfinite(root.x).all():
+            continue
+        point = question.named(root.x.tolist())
+        if root.converged and len(point) <= MANY:
+            candidates.refine(root.x.tolist())
+        elif root.converged and question.holds(point):
+            candidates.keep(point)
+        else:
+            candidates.note(point)
+        signs = [min((v for n, v in a.values.items() if n in free), default=0.0) for a in candidates.answers]
+        if signs and not every and (question.guesses or max(signs) >= 0.0):
+            return
+
+
+def _sparse_starts(question: Question) -> Iterator[tuple[Array, Array | None, bool]]:
+    """Points, sizes, and whether unknowns that are positive are kept so.
+
+    The guesses where there are any, else 0, where the first step solves the linearised rules; positive
+    numbers of the sizes that balance the rules; and 1. What a rule tells outright is as that has it.
+    """
+    names, guesses, system = question.unknowns, question.guesses, question.kernel.sparse
+    low, high = np.array([(v.low, v.high) for v in question.variables]).T
+    zero = np.clip(np.zeros(len(names)), low, high)
+    if system is not None:
+        zero = np.clip(system.with_told(zero, question.known), low, high)
+    if not guesses:
+        yield zero, None, False
+    known = {name: v for name in question.kernel.known if isinstance(v := question.here[name], float)}
+    turns = np.array([question.turn(name) or math.nan for name in names])
+    guessed, turning = np.abs([guesses.get(name, 0.0) for name in names]), ~np.isnan(turns)
+    balanced = nearly_balanced(question.kernel.alike, names, known)
+    sizes = np.where(guessed > 0.0, guessed, np.where(turning, turns / 4, balanced))
+    inside = np.clip(np.where(turning, 0.0, sizes), low, high)
+    if guesses:
+        yield np.array([guesses.get(n, v) for n, v in zip(names, inside, strict=True)]), sizes, False
+        yield zero, sizes, False
+    yield inside, sizes, True
+    yield np.clip(np.where(turning, 0.0, 1.0), low, high), sizes, False
+    yield inside, sizes, False

@@ -184,7 +184,14 @@ def _singular_root(square: Square, numbers: Mapping[str, Fraction]) -> bool:
     """
     if any(ROUNDED.keys() & set(_numbers(form)) for form in square.forms):
         raise Inexact("a number next to π/180")
-    if any(exactly(form, numbers) for form in square.forms) or not _smooth(square, numbers):
+    if any(exactly(form, numbers) for form in square.forms):
+        return False
+    calls, unknown = jumps((*square.forms, *square.partials), square.unknowns), set(square.unknowns)
+    balls = {n: around(exact_ball(v), SPECK if n in unknown else 0.0) for n, v in numbers.items()}
+    try:
+        if calls and not continuous(calls, balls):
+            return False  # a kink is no double root, though 0 stands for its slope
+    except Undefined:
         return False
     degree = sum(number in ROUNDED for partial in square.partials for number in _numbers(partial))
     for radian in map(Fraction, range(1, degree + 2)):
@@ -193,18 +200,6 @@ def _singular_root(square: Square, numbers: Mapping[str, Fraction]) -> bool:
         if eliminate(rows, [Fraction(0)] * len(rows)) is not None:
             return False
     return True
-
-
-def _smooth(square: Square, numbers: Mapping[str, Fraction]) -> bool:
-    """Whether neither the rules nor their slopes jump there: a kink is no double root, though 0 stands for
-    its slope."""
-    calls = jumps((*square.forms, *square.partials), square.unknowns)
-    unknown = set(square.unknowns)
-    balls = {n: around(exact_ball(v), SPECK if n in unknown else 0.0) for n, v in numbers.items()}
-    try:
-        return not calls or continuous(calls, balls)
-    except Undefined:
-        return False
 
 
 def _numbers(form: Expression) -> Iterator[float]:
@@ -256,11 +251,24 @@ class _Curve:
 
     def __init__(self, square: Square, known: Mapping[str, Ball], middle: Sequence[Ball]) -> None:
         self.square, self.known, self.middle = square, known, [m.mid() for m in middle]
-        self.n = len(square.unknowns)
-        self.across, self.along = self._null_vectors()
-        self.bordered = self._bordered()
-        self.second = [self._curved(place) for place in range(self.n)]
-        self.kinks = jumps(square.partials, square.unknowns)
+        self.n, names = len(square.unknowns), square.unknowns
+        at = {**known, **dict(zip(names, self.middle, strict=True))}
+        rows = [[float(slope.mid()) for slope in row] for row in square.jacobian(at)]
+        numbers = [float(m) for m in self.middle]
+        direction = null_direction(rows, numbers)  # v, with t in units of the largest unknown's size
+        length = sum(d * d for d in direction) * (max(map(abs, numbers)) or 1.0)
+        across = null_direction(list(zip(*rows, strict=True)), [1.0] * self.n)  # u
+        pairs = zip(square.forms, across, strict=True)
+        forms = [add(form, multiply(Number(u), Name(MU))) for form, u in pairs]
+        offsets = [
+            multiply(Number(d / length), subtract(Name(name), Number(m)))
+            for name, d, m in zip(names, direction, numbers, strict=True)
+        ]
+        forms.append(subtract(add(*offsets), Name(PLACE)))
+        partials = [differentiate(form, name) for form in forms for name in (*names, MU)]
+        self.bordered = Square(forms, partials, (*names, MU))
+        self.second = [self._curved(row) for row in square.rows(square.partials)]
+        self.kinks = jumps(square.partials, names)
 
     def unfolded(self) -> tuple[Mapping[str, Ball], ...] | None:
         """Raises Undefined, and ZeroDivisionError where a matrix can't be proved regular."""
@@ -324,25 +332,18 @@ class _Curve:
 
     def _along(self, root: Mapping[str, Ball], stretch: Stretch) -> bool:
         """Whether a root is one of the zeros of μ along the stretch, and not one from elsewhere."""
-        along = self.bordered.forms[-1]
-        t = enclosing_ball(along, {**self.known, **root, PLACE: ball(0)})
+        t = enclosing_ball(self.bordered.forms[-1], {**self.known, **root, PLACE: ball(0)})
         return stretch.holds(root) and bool(abs(t - stretch.place) <= stretch.reach)
 
     def _extreme(self) -> tuple[Ball, dict[str, Ball]]:
         """Next to where μ′ vanishes: the place t, a number, and x and μ there."""
-        place, start = ball(0), [*self.middle, ball(0)]
-        point = self._certain(place, start)
-        for _ in range(STEPS):
-            step = (self._slopes(point)[self.n] / self._bend(point)).mid()
-            place = (place - step).mid()
-            point = self._certain(place, [number.mid() for number in point.values()])
-        return place, point
-
-    def _certain(self, place: Ball, start: Sequence[Ball]) -> dict[str, Ball]:
-        point = self._at(place, start)
-        if point is None:
-            raise ZeroDivisionError
-        return point
+        place, start, steps = ball(0), [*self.middle, ball(0)], STEPS
+        while (point := self._at(place, start)) is not None:
+            if not steps:
+                return place, point
+            place = (place - (self._slopes(point)[self.n] / self._bend(point)).mid()).mid()
+            start, steps = [number.mid() for number in point.values()], steps - 1
+        raise ZeroDivisionError
 
     def _at(self, place: Ball, start: Sequence[Ball]) -> dict[str, Ball] | None:
         """x and μ for every t of a ball, proved to be the only ones near ``start``."""
@@ -350,7 +351,7 @@ class _Curve:
 
     def _slopes(self, point: Mapping[str, Ball]) -> list[Ball]:
         """x′ (n,) and μ′ wherever the ``point`` may be."""
-        return solved(self._matrix(point), [*([ball(0)] * self.n), ball(1)])
+        return solved(self.bordered.jacobian({**self.known, **point}), [*([ball(0)] * self.n), ball(1)])
 
     def _bend(self, point: Mapping[str, Ball]) -> Ball:
         """μ″: by the chain rule J x″ + μ″ u = −F″(x′, x′), with v·x″ = 0."""
@@ -361,39 +362,13 @@ class _Curve:
             for (j, k), partial in row.items():
                 total += enclosing_ball(partial, at, derivative=True) * tangent[j] * tangent[k]
             curved.append(-total)
-        return solved(self._matrix(point), [*curved, ball(0)])[self.n]
+        return solved(self.bordered.jacobian({**self.known, **point}), [*curved, ball(0)])[self.n]
 
-    def _matrix(self, point: Mapping[str, Ball]) -> list[Sequence[Ball]]:
-        return self.bordered.jacobian({**self.known, **point})
-
-    def _null_vectors(self) -> tuple[list[float], list[float]]:
-        """u and v, the latter with t in units of the largest unknown's size."""
-        at = {**self.known, **dict(zip(self.square.unknowns, self.middle, strict=True))}
-        rows = [[float(slope.mid()) for slope in row] for row in self.square.jacobian(at)]
-        numbers = [float(m) for m in self.middle]
-        direction = null_direction(rows, numbers)
-        length = sum(d * d for d in direction) * (max(map(abs, numbers)) or 1.0)
-        across = null_direction(list(zip(*rows, strict=True)), [1.0] * self.n)
-        return list(across), [d / length for d in direction]
-
-    def _bordered(self) -> Square:
-        mu, unknowns = Name(MU), self.square.unknowns
-        forms = [
-            add(form, multiply(Number(u), mu)) for form, u in zip(self.square.forms, self.across, strict=True)
-        ]
-        offsets = [
-            multiply(Number(v), subtract(Name(name), Number(float(m))))
-            for name, v, m in zip(unknowns, self.along, self.middle, strict=True)
-        ]
-        forms.append(subtract(add(*offsets), Name(PLACE)))
-        everything = (*unknowns, MU)
-        return Square(forms, [differentiate(form, name) for form in forms for name in everything], everything)
-
-    def _curved(self, place: int) -> dict[tuple[int, int], Expression]:
+    def _curved(self, slopes: Sequence[Expression]) -> dict[tuple[int, int], Expression]:
         """The second derivatives of a form by pairs of unknowns, mixed ones doubled."""
         found = {}
         for j, k in combinations_with_replacement(range(self.n), 2):
-            partial = differentiate(self.square.partials[place * self.n + j], self.square.unknowns[k])
+            partial = differentiate(slopes[j], self.square.unknowns[k])
             if not is_number(partial, 0.0):
                 found[j, k] = partial if j == k else multiply(Number(2.0), partial)
         return found

@@ -10,7 +10,7 @@ section IV.3).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -18,11 +18,11 @@ import numpy as np
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Value
-from rulesheets.syntax.nodes import Expression
+from rulesheets.syntax.nodes import Expression, names
 from solver.accuracy.rule_check import blur, check_rule, half_unit, with_named_numbers
 from solver.facts import BeyondFloats, Conflict
-from solver.kernel.candidates import Answer, BlockOutcome
-from solver.kernel.question import Question, rank_loss
+from solver.kernel.candidates import Answer, BlockOutcome, left_free
+from solver.kernel.question import Question
 from solver.numerics.linear_algebra import EXACT_LIMIT, LinearOutcome, solve_linear
 from solver.numerics.newton import newton
 from solver.numerics.tolerances import ROUNDINGS, SMALLEST_NORMAL
@@ -43,37 +43,27 @@ class Perturbed:
         known = {n: v for n, v in question.here.items() if isinstance(v, float)}
         self.at: dict[str, Value] = {**known, **numbers, **dict.fromkeys(question.unknowns, 0.0)}
         own = {name: slack * half_unit(number) for name, number in numbers.items()}
-        self.moves = {n: error for n, error in {**own, **_of(known, self.off)}.items() if error}
+        own |= {name: error for name, error in self.off.items() if name in known}
+        self.moves = {name: error for name, error in own.items() if error}
 
     def reach(self, w: Sequence[float], z: Sequence[float]) -> float:
         """How far w·A z moves as every number moves by what it may be off; nan where that is not known."""
-        total = 0.0
-        for moved in self._moved():
-            rows = (sum(d * q for d, q in zip(row, z, strict=True)) for row in moved)
-            total += abs(sum(p * far for p, far in zip(w, rows, strict=True)))
-        return total
-
-    def _moved(self) -> Iterator[list[list[float]]]:
-        """How far the entries of the matrix (n, n) go with each number that moves; nan where that is not
-        known."""
-        names, n = self.question.unknowns, len(self.question.unknowns)
+        along, total = list(zip(self.question.unknowns, z, strict=True)), 0.0
         for name, error in self.moves.items():
-            number = self.at[name]
+            number, far = self.at[name], 0.0
             assert isinstance(number, float)
             step = max(NUDGE * abs(number), error)
-            try:
-                ahead, behind = (self._slopes({**self.at, name: number + s}) for s in (step, -step))
-            except Undefined:
-                yield [[math.nan] * n for _ in range(n)]
-                continue
-            share = error / step / 2  # nan of an infinite error
-            yield [
-                [(up.get(u, 0.0) - down.get(u, 0.0)) * share for u in names]
-                for up, down in zip(ahead, behind, strict=True)
-            ]
-
-    def _slopes(self, at: Mapping[str, Value]) -> list[dict[str, float]]:
-        return [derivatives(form, at)[1] for form in self.forms]
+            for share, form in zip(w, self.forms, strict=True):
+                if name not in names(form):
+                    continue
+                there = ({**self.at, name: number + s} for s in (step, -step))
+                try:
+                    ahead, behind = (derivatives(form, at)[1] for at in there)
+                except Undefined:
+                    return math.nan
+                far += share * sum((ahead.get(u, 0.0) - behind.get(u, 0.0)) * q for u, q in along)
+            total += abs(far * (error / step / 2))  # nan of an infinite error
+        return total
 
     def holds(self, point: Mapping[str, float]) -> bool:
         """Whether the rule check accepts every equation, or what is known may be as far off as it misses.
@@ -83,12 +73,11 @@ class Perturbed:
         question = self.question
         everything = {**question.here, **point}
         misses = question.residual(list(point.values()))
+        rules = zip(misses, question.kernel.forms, question.kernel.equations, strict=True)
         return all(
             abs(miss) <= blur(form, everything, self.off) + _noise(form, everything) < math.inf
             or check_rule(equation, everything).holds
-            for miss, form, equation in zip(
-                misses, question.kernel.forms, question.kernel.equations, strict=True
-            )
+            for miss, form, equation in rules
         )
 
 
@@ -97,10 +86,6 @@ def _noise(form: Expression, values: Mapping[str, Value]) -> float:
         return rounded_derivatives(form, values)[2]
     except Undefined:
         return 0.0
-
-
-def _of(known: Mapping[str, float], off: Mapping[str, float]) -> dict[str, float]:
-    return {name: off[name] for name in known if name in off}
 
 
 SUSPECT = 1e-9
@@ -119,7 +104,7 @@ Blur = Callable[[], Mapping[str, float]]
 """How far each known number may be off, worked out when it is asked for."""
 
 
-def nearly_singular(matrix: Sequence[Sequence[float]]) -> bool:
+def _nearly_singular(matrix: Sequence[Sequence[float]]) -> bool:
     """Whether a matrix (n, n), rows and columns scaled, has a small singular value."""
     with np.errstate(all="ignore"):
         try:
@@ -171,34 +156,27 @@ def _undetermined(
     if not all(moved.holds(far_along(point, direction)) for direction in directions):
         return None
     free = tuple(n for n in question.unknowns if any(abs(d[n]) > STILL for d in directions))
-    fact = rank_loss(question, point, directions[0])
-    return BlockOutcome(
-        (Answer({n: v for n, v in point.items() if n not in free}),), complete=True, facts=(fact,), free=free
-    )
+    return left_free(question, point, directions[0], free)
 
 
-def free_to_witness(
+def _free_to_witness(
     question: Question,
     matrix: Sequence[Sequence[Any]],
     rhs: Sequence[Any],
-    exact: Callable[[float], Any],
     off: Blur,
-    instead: BlockOutcome,
-) -> BlockOutcome:
+    instead: BlockOutcome | None,
+) -> BlockOutcome | None:
     """What a nearly singular block leaves free within the backward error of the rule check, where the outcome
     that its digits at hand have ``instead`` is worth nothing: refused, or 0 for all, as any scale times 0 is.
 
     Numbers that were read off one answer agree to their last places, not to half of one.
     """
-    if instead.free or (instead.answers and not _homogeneous(question, off)):
-        return instead
-    found = undetermined(question, matrix, rhs, exact, off, slack=WITNESSED)
+    if instead is not None and instead.answers:
+        zeros = dict.fromkeys(question.unknowns, 0.0)
+        if instead.free or not Perturbed(question, off(), WITNESSED).holds(zeros):
+            return instead
+    found = undetermined(question, matrix, rhs, Fraction, off, slack=WITNESSED)
     return found if found is not None and found.free else instead
-
-
-def _homogeneous(question: Question, off: Blur) -> bool:
-    """Whether the block holds with 0 for all of its unknowns."""
-    return Perturbed(question, off(), WITNESSED).holds(dict.fromkeys(question.unknowns, 0.0))
 
 
 class _Nearly:
@@ -270,52 +248,39 @@ def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
     facts = solve_linear(matrix, rhs)
     if facts.conflict:
         rows = tuple(question.equations[i] for i in facts.conflict)
-        conflict = BlockOutcome(
-            complete=True,
-            facts=(Conflict(rows, facts.miss, dict(question.values)),),
-            doubtful=_rounded(question, facts),
-        )
-        found = _dependent(question, matrix, rhs) or conflict
-        small = len(matrix) <= EXACT_LIMIT
-        return free_to_witness(question, matrix, rhs, Fraction, off, found) if small else found
+        fact = Conflict(rows, facts.miss, dict(question.values))
+        conflict = BlockOutcome(complete=True, facts=(fact,), doubtful=_rounded(question, facts))
+        return _free_to_witness(question, matrix, rhs, off, conflict)
     assert facts.solution is not None
     point = {n: v for n, v in zip(question.unknowns, facts.solution, strict=True) if v is not None}
-    beyond = _beyond_floats(question, matrix, facts, math.isinf)
-    if beyond is not None:
+    if (beyond := _beyond_floats(question, matrix, facts, math.inf)) is not None:
         return beyond
     if facts.free:
         direction = dict(zip(question.unknowns, facts.nullspace[0], strict=True))
-        free = tuple(question.unknowns[j] for j in facts.free)
-        return _free(question, point, direction, free)
+        return left_free(question, point, direction, tuple(question.unknowns[j] for j in facts.free))
     if len(point) < len(question.unknowns):
         return None
-    if len(matrix) <= EXACT_LIMIT and nearly_singular(matrix):
-        lost = undetermined(question, matrix, rhs, Fraction, off)
-        near = lost or _regular(question, point) or _dependent(question, matrix, rhs)
-        near = near and free_to_witness(question, matrix, rhs, Fraction, off, near)
-        return near and near._replace(doubtful=True)
-    regular = _regular(question, point) or _dependent(question, matrix, rhs)
-    return regular or _beyond_floats(question, matrix, facts, _below_floats)
+    near = len(matrix) <= EXACT_LIMIT and _nearly_singular(matrix)
+    found = undetermined(question, matrix, rhs, Fraction, off) if near else None
+    found = found or _regular(question, point)
+    if near or found is None:
+        found = _free_to_witness(question, matrix, rhs, off, found)
+    if near:
+        return found and found._replace(doubtful=True)
+    return found or _beyond_floats(question, matrix, facts, 0.0)
 
 
 def _beyond_floats(
-    question: Question,
-    matrix: Sequence[Sequence[float]],
-    facts: LinearOutcome,
-    lost: Callable[[float], bool],
+    question: Question, matrix: Sequence[Sequence[float]], facts: LinearOutcome, end: float
 ) -> BlockOutcome | None:
-    """The first unknown whose exact value no float holds; None where there is none."""
+    """The first unknown whose exact value no float holds, for being next to 0 or to infinity."""
     assert facts.solution is not None
     for column, number in enumerate(facts.solution):
-        if number is not None and lost(number):
+        if number is not None and (math.isinf(number) if end else abs(number) < SMALLEST_NORMAL):
             reader = next(i for i, row in enumerate(matrix) if row[column])
             fact = BeyondFloats(question.equations[reader], question.unknowns[column])
             return BlockOutcome(facts=(fact,))
     return None
-
-
-def _below_floats(number: float) -> bool:
-    return abs(number) < SMALLEST_NORMAL
 
 
 def _rounded(question: Question, facts: LinearOutcome) -> bool:
@@ -337,53 +302,6 @@ def _regular(question: Question, point: dict[str, float]) -> BlockOutcome | None
     if outside is not None:
         return BlockOutcome.out_of_range(question.equations, outside, point[outside])
     return BlockOutcome((Answer(point),), complete=True)
-
-
-def _dependent(
-    question: Question, matrix: Sequence[Sequence[float]], rhs: Sequence[float]
-) -> BlockOutcome | None:
-    """Equations that repeat one another but for rounding: two points far apart satisfy them all."""
-    found = null_by_rounding(matrix, rhs)
-    if found is None:
-        return None
-    point, direction = question.named(found[0]), question.named(found[1])
-    if not (question.holds(point) and question.holds(far_along(point, direction))):
-        return None
-    free = tuple(name for name, slope in direction.items() if abs(slope) > 1e-9)
-    return _free(question, {n: v for n, v in point.items() if n not in free}, direction, free)
-
-
-def _free(
-    question: Question, point: dict[str, float], direction: dict[str, float], free: tuple[str, ...]
-) -> BlockOutcome:
-    fact = rank_loss(question, point, direction)
-    return BlockOutcome((Answer(point),), complete=True, facts=(fact,), free=free)
-
-
-def null_by_rounding(
-    matrix: Sequence[Sequence[float]], rhs: Sequence[float]
-) -> tuple[list[float], list[float]] | None:
-    """Least-squares solution and null vector of A x = b where A has lost rank to rounding, else None."""
-    a, b = np.asarray(matrix, dtype=float), np.asarray(rhs, dtype=float)
-    rows = np.abs(a).max(axis=1)
-    if not (rows > 0).all():
-        return None
-    with np.errstate(all="ignore"):  # what overflows is refused as not finite
-        a, b = a / rows[:, None], b / rows
-        columns = np.abs(a).max(axis=0)
-        columns[columns == 0] = 1.0
-        scaled = a / columns
-        if not (np.isfinite(scaled).all() and np.isfinite(b).all()):
-            return None
-        _, singular, right = np.linalg.svd(scaled)
-        if singular[-1] > 1e-13 * singular[0]:
-            return None
-        solution = np.linalg.lstsq(scaled, b, rcond=1e-13)[0] / columns
-        null = right[-1] / columns
-        null = null / np.abs(null).max()
-    if not (np.isfinite(solution).all() and np.isfinite(null).all()):
-        return None
-    return solution.tolist(), null.tolist()
 
 
 def far_along(point: Mapping[str, float], direction: Mapping[str, float]) -> dict[str, float]:

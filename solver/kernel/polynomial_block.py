@@ -201,7 +201,9 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
     polynomial = _dense(whole, tears[0])
     at_half_turn = 2 * power - max(len(polynomial) - 1, 0)  # how often t = ∞ is a root
     simple = simple_part(polynomial)
-    roots = real_roots(simple, *(_widened(*domain) if turn is None else ()))
+    # of a range with what rounding may lead beyond its ends
+    slack = BACKWARD * max([abs(end) for end in domain if math.isfinite(end)], default=0.0)
+    roots = real_roots(simple, *((domain[0] - slack, domain[1] + slack) if turn is None else ()))
     if roots is None or _doubtful_extremum(simple):
         return False
     if turn is not None:
@@ -212,22 +214,12 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
         point = _point_at(question, forms, {tears[0]: root})
         if point is None:
             return False
-        count = len(trial.answers)
         if question.holds(point):
             trial.keep(point, singular=several)
-            continue
-        if not several:
-            trial.refine(list(point.values()))
-        if len(trial.answers) == count and not astray(question, point):
+        elif not (astray(question, point) if several else trial.settles(point)):
             return False
     candidates.take(trial)
     return True
-
-
-def _widened(low: float, high: float) -> tuple[float, float]:
-    """A range with what rounding may lead beyond its ends."""
-    slack = BACKWARD * max([abs(end) for end in (low, high) if math.isfinite(end)], default=0.0)
-    return low - slack, high + slack
 
 
 def _explicit_forms(question: Question) -> Forms | None:
@@ -272,7 +264,7 @@ def counted(question: Question, candidates: Candidates) -> bool:
     Only for algebraic blocks, whose eliminant has no root that rounding might have parted in two, or hidden.
     """
     block = question.kernel.block
-    if len(block.tears) != 1 or question.turn(block.tears[0]) is not None or candidates.withheld:
+    if len(block.tears) != 1 or question.turn(block.tears[0]) is not None or candidates.refused:
         return False
     forms = _explicit_forms(question)
     if forms is None:

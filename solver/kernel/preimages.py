@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from itertools import zip_longest
 
@@ -54,126 +54,6 @@ def is_affine(stage: Stage) -> bool:
     return stage.operation in ("negative", "sum", "product", "quotient") and stage.divisor != TARGET
 
 
-class _WholeTurns:
-    """The principal preimage and its whole turns that ``rest``, the stages still to undo, leads into the
-    window of the unknown. Where some are left out, ``preimages`` is no longer complete.
-    """
-
-    def __init__(
-        self, preimages: Preimages, principal: float, period: float, rest: tuple[Stage, ...]
-    ) -> None:
-        self.preimages, self.principal, self.period, self.rest = preimages, principal, period, rest
-        self.unknown, self.variable = preimages.isolation.unknown, preimages.variable
-
-    def all(self) -> list[float]:
-        bent = next((place for place, stage in enumerate(self.rest) if not is_affine(stage)), None)
-        return self.straight() if bent is None else self.bent(bent)
-
-    def straight(self) -> list[float]:
-        """Where what is left to undo is affine: all turns in the window."""
-        first = self._through(self.principal, self.rest)
-        stride = self._through(self.principal + self.period, self.rest) - first
-        if self.preimages.rounding(first) > LOST * abs(stride):
-            self.preimages.uncounted()
-        if EPS * abs(first) > LOST * abs(stride):
-            self.preimages.complete = False  # floats next to such answers may not be good enough to be told
-        window = self._window(stride)
-        if stride == 0 or not math.isfinite(stride):
-            return [self.principal]
-        if window is None:
-            return [self._turn(self._usual(first, stride) if is_scaled(self.rest) else 0)]
-        low, high = window
-        start, end = sorted(_bounded((x - first) / stride) for x in (low, high))
-        counts = range(_floor(start) - 1, 2 - _floor(-end))
-        if counts.stop - counts.start > MAX_TURNS:
-            self.preimages.complete = False
-            nearest = min(max(0, counts.start), counts.stop)
-            counts = range(nearest - LISTED_TURNS, nearest + LISTED_TURNS)
-        slack = 1e-12 * abs(stride)
-        inside = [k for k in counts if low - slack <= first + k * stride <= high + slack]
-        return [self._turn(k) for k in sorted(inside, key=lambda k: (abs(k), k < 0))]
-
-    def bent(self, bent: int) -> list[float]:
-        """Where what is left to undo is not affine from stage ``bent`` on: all that the image of that stage
-        admits, or that a finite range of the unknown can lead to. Where both are infinite, or hold too many
-        turns, a few.
-        """
-        low, high = self.rest[bent].low, self.rest[bent].high
-        if math.isfinite(low) and math.isfinite(high):
-            foot = self._through(self.principal, self.rest[:bent])
-            stride = self._through(self.principal + self.period, self.rest[:bent]) - foot
-            slack = 1e-9 * max(abs(low), abs(high), abs(foot))
-            ends = sorted(((low - slack - foot) / stride, (high + slack - foot) / stride)) if stride else []
-            if ends and ends[1] - ends[0] <= MAX_TURNS:
-                return [self._turn(k) for k in sorted(range(-_floor(-ends[0]), _floor(ends[1]) + 1), key=abs)]
-        if not (math.isfinite(self.variable.low) and math.isfinite(self.variable.high)):
-            self.preimages.complete = False
-            near = (self._turn(k) for k in sorted(range(-FEW_TURNS, FEW_TURNS + 1), key=abs))
-            return [next((turn for turn in near if self._leads_inside(turn)), self.principal)]
-        low, high = self._range_of_operand()
-        first, last = (low - self.principal) / self.period, (high - self.principal) / self.period
-        if last - first <= MAX_TURNS:
-            tried = set(range(_floor(first), 1 - _floor(-last)))
-        else:
-            self.preimages.complete = False
-            tried = set(range(-FEW_TURNS, FEW_TURNS + 1))
-        inside = [k for k in tried if self._leads_inside(self._turn(k))]
-        return [self._turn(k) for k in sorted(inside, key=lambda k: (abs(k), k < 0))]
-
-    def _usual(self, first: float, stride: float) -> int:
-        """The turn in the period around the guess, else in the first one from 0: what an angle is a multiple
-        of (a time, a place, a day of the year) is rather positive."""
-        guess, size = self.preimages.guess, abs(stride)
-        low = 0.0 if guess is None else guess - size / 2
-        count = _floor(_bounded((first - low) / size + SAME_TURN))
-        return -count if stride > 0.0 else count
-
-    def _turn(self, count: int) -> float:
-        return self.principal + count * self.period
-
-    def _through(self, target: float, stages: tuple[Stage, ...]) -> float:
-        """The target with stages undone that have one preimage each."""
-        for stage in stages:
-            known = {**self.preimages.values, TARGET.name: target}
-            target = self.preimages.evaluate(stage.forms[0], known)
-        return target
-
-    def _window(self, stride: float) -> tuple[float, float] | None:
-        """Where to look for whole turns: the declared range, else one turn. None: the principal one only.
-
-        An unknown that is itself the angle is looked for in the turn around 0 even where whole turns make
-        a difference to other rules.
-        """
-        low, high = self.variable.low, self.variable.high
-        if low > -math.inf and high < math.inf:
-            return low, high
-        turn = self.preimages.graph.turn(self.unknown)
-        self.preimages.complete = self.preimages.complete and turn is not None
-        span = turn or abs(stride)
-        if low > -math.inf:
-            return low, low + span
-        if high < math.inf:
-            return high - span, high
-        return (-span / 2, span / 2) if turn or not self.rest else None
-
-    def _range_of_operand(self) -> tuple[float, float]:
-        """Bounds of what is still to undo, over the finite range of the unknown."""
-        isolation, equation = self.preimages.isolation, self.preimages.equation
-        depth = len(isolation.stages) - len(self.rest)
-        left = operand(equation.left, equation.right, self.unknown, depth)
-        known = self.preimages.values
-        box = {n: (float(v), float(v)) for n, v in known.items() if not isinstance(v, str)}
-        bounds = enclose(left, {**box, self.unknown: (self.variable.low, self.variable.high)})
-        return (-math.inf, math.inf) if any(map(math.isnan, bounds)) else bounds
-
-    def _leads_inside(self, target: float) -> bool:
-        """Whether some preimage of what is left to undo lies in the range of the unknown, or near it."""
-        found = self.preimages.reached(target, self.rest)
-        low, high = self.variable.low, self.variable.high
-        slack = 1e-9 * max(abs(low), abs(high))
-        return any(low - slack <= number <= high + slack for number in found)
-
-
 def _floor(turns: float) -> int:
     """All its digits, of a number of mpmath too (``math.floor`` takes the float next to it)."""
     whole = int(turns)
@@ -187,6 +67,9 @@ def _bounded(turns: float) -> float:
 
 SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
 """Where an equation is tried that may not depend on its unknown; no special points of anything."""
+
+
+_NEEDS = {"square": "sqrt of", "power": "a root or logarithm of"}
 
 
 class Refused(Exception):
@@ -275,23 +158,20 @@ class Preimages:
         """What one operation has to be of, to come out as a target."""
         if (exponent := self._whole_exponent(stage, target)) is not None:
             return [exponent]
-        inside = self._in_image(stage, target)
-        self._divisible(stage, inside)
+        at: dict[str, Value] = {**self.values, TARGET.name: self._in_image(stage, target)}
+        self._divisible(stage, at)
+        found: list[list[float]] = []
+        for form in stage.forms:
+            try:
+                principal = self.evaluate(form, at)
+            except Undefined as undefined:
+                if len(stage.forms) == 1:
+                    raise
+                self.complete = self.complete and not undefined.overflow
+                continue
+            found.append([principal] if stage.period is None else self._turns(principal, stage.period, rest))
         # the first of each form, the second of each, …: who takes no more than some takes of every form
-        turns = zip_longest(*(self._form(stage, form, inside, rest) for form in stage.forms))
-        return [number for some in turns for number in some if number is not None]
-
-    def _form(self, stage: Stage, form: Expression, target: float, rest: tuple[Stage, ...]) -> list[float]:
-        try:
-            principal = self.evaluate(form, {**self.values, TARGET.name: target})
-        except Undefined as undefined:
-            if form is stage.forms[-1] and len(stage.forms) == 1:
-                raise
-            self.complete = self.complete and not undefined.overflow
-            return []
-        if stage.period is None:
-            return [principal]
-        return self._turns(principal, stage.period, rest)
+        return [number for some in zip_longest(*found) for number in some if number is not None]
 
     def _in_image(self, stage: Stage, target: float) -> float:
         """The target, moved to the end of the image if it lies outside; verification has the last word."""
@@ -304,7 +184,8 @@ class Preimages:
         off = abs(target - edge)
         self.delicate = self.delicate or off <= DELICATE * self._size()
         if is_open or off > self._near(1e-9) * self._size():
-            reading = _reading(stage.operation, float(target))
+            kind = _NEEDS.get(stage.operation, f"{stage.operation} =")
+            reading = f"{kind} {number_text(float(target))}"  # such as sqrt of -3.2, cosd = 1.08
             if float(target) == edge:  # which only more digits tell from it
                 reading += f" {'-' if target < edge else '+'} {number_text(float(off))}"
             raise Refused(NoValue(self.index, self.isolation.unknown, reading, pole=False))
@@ -317,26 +198,35 @@ class Preimages:
         largest = max([1.0, *numbers])
         return largest * largest  # a power would raise where it overflows
 
-    def _divisible(self, stage: Stage, target: float) -> None:
+    def _divisible(self, stage: Stage, at: dict[str, Value]) -> None:
+        """Refuse a stage that divides by 0 with the target ``at`` hand."""
         if stage.divisor is None:
             return
-        at = {**self.values, TARGET.name: target}
         divisor = self.evaluate(stage.divisor, at)
         self.delicate = self.delicate or self._cancels(stage.divisor, at)
         if divisor != 0.0:
             return
-        unknown = self.isolation.unknown
-        dividend = self._dividend(stage, target)
-        # where the equation holds for different values of the unknown, it does not depend on it
-        tried = ({**self.floats, unknown: number} for number in SAMPLES)
-        anyway = all(check_rule(self.equation, at).holds for at in tried)
-        if anyway or (dividend == 0.0 and not self.isolation.common):
+        # what it divides; not a number where that is not asked: more digits tell a tiny divisor from 0 then
+        unknown, form, dividend = self.isolation.unknown, stage.forms[0], 0.0
+        if stage.operation == "quotient" and stage.divisor != TARGET:
+            dividend = math.nan
+        elif stage.operation == "power":
+            dividend = self.evaluate(TARGET, at) - 1.0
+        elif isinstance(form, Quotient):
+            dividend = self.evaluate(form.left, at)
+        if self._indifferent() or (dividend == 0.0 and not self.isolation.common):
             raise Refused(AsksNothing(self.index, unknown))
         self.delicate = self.delicate or not abs(dividend) > DELICATE * self._size()
         reading = f"0 times {unknown} = {number_text(float(dividend))}"
         if stage.operation != "product":
             reading = f"division by 0 for {unknown}"
         raise Refused(NoValue(self.index, unknown, reading, pole=True))
+
+    def _indifferent(self) -> bool:
+        """Whether the equation holds at different values of its unknown: it cancels."""
+        tried = ({**self.floats, self.isolation.unknown: number} for number in SAMPLES)
+        checks = [check for at in tried if (check := check_rule(self.equation, at)).miss is not None]
+        return len(checks) > 1 and all(check.holds for check in checks)
 
     def _cancels(self, expression: Expression, at: Mapping[str, Value]) -> bool:
         """Whether an expression comes out as next to nothing of what it is made of, but not as 0."""
@@ -380,7 +270,90 @@ class Preimages:
     # --- whole turns ---
 
     def _turns(self, principal: float, period: float, rest: tuple[Stage, ...]) -> list[float]:
-        return _WholeTurns(self, principal, period, rest).all()
+        """The principal preimage and its whole turns that ``rest``, the stages still to undo, leads into the
+        window of the unknown. Where some are left out, the list is no longer complete."""
+        bent = next((place for place, stage in enumerate(rest) if not is_affine(stage)), None)
+        if bent is None:
+            counts = self._straight_turns(principal, period, rest)
+        else:
+            counts = self._bent_turns(principal, period, rest, bent)
+        return [principal + k * period for k in sorted(counts, key=lambda k: (abs(k), k < 0))]
+
+    def _straight_turns(self, principal: float, period: float, rest: tuple[Stage, ...]) -> Iterable[int]:
+        """Where what is left to undo is affine: all turns in the declared range, else in one turn. An unknown
+        that is itself the angle is looked for around 0 even where whole turns make a difference to others."""
+        first = self._through(principal, rest)
+        stride = self._through(principal + period, rest) - first
+        size = abs(stride)
+        if self.rounding(first) > LOST * size:
+            self.uncounted()
+        if EPS * abs(first) > LOST * size:
+            self.complete = False  # floats next to such answers may not be good enough to be told
+        low, high = self.variable.low, self.variable.high
+        turn = self.graph.turn(self.isolation.unknown)
+        bounded = low > -math.inf or high < math.inf
+        if not (low > -math.inf and high < math.inf):
+            self.complete = self.complete and turn is not None
+            span = turn or size
+            low, high = (low, low + span) if low > -math.inf else (high - span, high)
+            if not bounded:
+                low, high = -span / 2, span / 2
+        if stride == 0 or not math.isfinite(stride):
+            return (0,)
+        if not (bounded or turn or not rest):
+            if not is_scaled(rest):
+                return (0,)
+            # what an angle is a multiple of (a time, a place, a day of the year) is rather positive
+            start = 0.0 if self.guess is None else self.guess - size / 2
+            count = _floor(_bounded((first - start) / size + SAME_TURN))
+            return (-count if stride > 0.0 else count,)
+        begin, end = sorted(_bounded((x - first) / stride) for x in (low, high))
+        counts = range(_floor(begin) - 1, 2 - _floor(-end))
+        if counts.stop - counts.start > MAX_TURNS:
+            self.complete = False
+            nearest = min(max(0, counts.start), counts.stop)
+            counts = range(nearest - LISTED_TURNS, nearest + LISTED_TURNS)
+        slack = 1e-12 * size
+        return [k for k in counts if low - slack <= first + k * stride <= high + slack]
+
+    def _bent_turns(
+        self, principal: float, period: float, rest: tuple[Stage, ...], bent: int
+    ) -> Iterable[int]:
+        """Where what is left to undo is not affine from stage ``bent`` on: all that the image of that stage
+        admits, or that a finite range of the unknown can lead to; else the first of a few."""
+        low, high = rest[bent].low, rest[bent].high
+        if math.isfinite(low) and math.isfinite(high):
+            foot = self._through(principal, rest[:bent])
+            stride = self._through(principal + period, rest[:bent]) - foot
+            slack = 1e-9 * max(abs(low), abs(high), abs(foot))
+            ends = sorted(((low - slack - foot) / stride, (high + slack - foot) / stride)) if stride else []
+            if ends and ends[1] - ends[0] <= MAX_TURNS:
+                return range(-_floor(-ends[0]), _floor(ends[1]) + 1)
+        low, high = self.variable.low, self.variable.high
+        slack = 1e-9 * max(abs(low), abs(high))
+
+        def leads_inside(count: int) -> bool:
+            found = self.reached(principal + count * period, rest)
+            return any(low - slack <= number <= high + slack for number in found)
+
+        few = range(-FEW_TURNS, FEW_TURNS + 1)
+        if not (math.isfinite(low) and math.isfinite(high)):
+            self.complete = False
+            return (next(filter(leads_inside, sorted(few, key=abs)), 0),)
+        unknown, depth = self.isolation.unknown, len(self.isolation.stages) - len(rest)
+        box = {n: (float(v), float(v)) for n, v in self.values.items() if not isinstance(v, str)}
+        left = operand(self.equation.left, self.equation.right, unknown, depth)
+        ends = [(end - principal) / period for end in enclose(left, {**box, unknown: (low, high)})]
+        if not ends[1] - ends[0] <= MAX_TURNS:
+            self.complete = False
+            return filter(leads_inside, few)
+        return filter(leads_inside, range(_floor(ends[0]), 1 - _floor(-ends[1])))
+
+    def _through(self, target: float, stages: tuple[Stage, ...]) -> float:
+        """The target with stages undone that have one preimage each."""
+        for stage in stages:
+            target = self.evaluate(stage.forms[0], {**self.values, TARGET.name: target})
+        return target
 
     def uncounted(self) -> None:
         """Called where whole turns are lost beside the number that they are added to."""
@@ -410,12 +383,3 @@ class Preimages:
         q = -0.5 * (b - root if b < 0.0 else b + root)
         roots = [q / a, c / q if q else 0.0]
         return sorted(roots, reverse=True) if roots[0] != roots[1] else roots[:1]
-
-
-def _reading(operation: str, target: float) -> str:
-    """What a stage would need: ``sqrt of -3.2``, ``cosd = 1.08``."""
-    if operation == "square":
-        return f"sqrt of {number_text(target)}"
-    if operation == "power":
-        return f"a root or logarithm of {number_text(target)}"
-    return f"{operation} = {number_text(target)}"

@@ -23,7 +23,6 @@ from rulesheets.syntax.nodes import Number
 from rulesheets.syntax.program import walk
 from solver.accuracy.alike import note_checks
 from solver.accuracy.rule_check import check_rule
-from solver.facts import RankLoss
 from solver.kernel.block import BlockKernel
 from solver.numerics.linear_algebra import Array, Factor, factorise, sparse_matrix
 from solver.numerics.sparse_newton import Triplets
@@ -131,7 +130,8 @@ class Question:
         self.here = {name: values[name] for name in kernel.known}
         self.unknowns = kernel.unknowns
         self.graph = kernel.graph
-        self.variables = kernel.variables
+        self.turn, self.domain = kernel.graph.turn, kernel.domain
+        self.variables = [kernel.graph.model.variables[name] for name in kernel.unknowns]
         self.equations = kernel.block.equations
         self.symbolic = any(isinstance(values[name], str) for name in kernel.known)
         self.known = [v for name in kernel.known if isinstance(v := values[name], float)]
@@ -200,12 +200,6 @@ class Question:
         except (ArithmeticError, ValueError):
             return math.inf
 
-    def turn(self, name: str) -> float | None:
-        return self.graph.turn(name)
-
-    def domain(self, name: str) -> tuple[float, float]:
-        return self.kernel.domain(name)
-
     @cached_property
     def _free_turns(self) -> dict[str, float]:
         """The whole turns of angles that have no declared range."""
@@ -257,34 +251,18 @@ class Question:
         return (distance, *((abs(number), behind) if self.turn(first) else (behind, abs(number))))
 
 
-def rank_loss(
-    question: Question,
-    point: Mapping[str, float],
-    direction: Mapping[str, float],
-    free: tuple[str, ...] = (),
-) -> RankLoss:
-    """The fact that a block leaves its unknowns free along ``direction`` at ``point``: those that move
-    there, where it is not known which are."""
-    free = free or tuple(name for name, slope in direction.items() if abs(slope) > 1e-9)
-    with np.errstate(all="ignore"):
-        try:
-            return RankLoss(question.equations, free, direction, _everywhere(question, point))
-        except (ArithmeticError, np.linalg.LinAlgError):
-            return RankLoss(question.equations, free, direction, False)
-
-
 STEP_ALONG = 1e-2
 """Share of the size of a variable by which a point is displaced."""
 
 
-def _everywhere(question: Question, point: Mapping[str, float]) -> bool:
+def stays_deficient(question: Question, point: Mapping[str, float]) -> bool:
     """Whether the Jacobian stays deficient as the known values move, with the equations still satisfied.
 
     A point of the solution set over unknowns *and* known values is displaced along the null space of
     the whole Jacobian and brought back by Gauss–Newton. If the unknowns' part of the Jacobian has lost
     rank there too, the equations repeat one another; if not, it is the values at hand that are special.
 
-    Raises ArithmeticError and LinAlgError.
+    Numpy's warnings are silenced by the caller. Raises ArithmeticError and LinAlgError.
     """
     n, names = len(question.unknowns), (*question.unknowns, *question.kernel.known)
     z = np.array([*(point.get(name, 1.0) for name in question.unknowns), *question.known])

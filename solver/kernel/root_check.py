@@ -49,10 +49,8 @@ def uncertainty(question: Question, point: Mapping[str, float]) -> Uncertainty:
         return _sparse_uncertainty(question, question.sparse, point)
     try:
         jacobian = question.jacobian(list(point.values()))
-    except (ArithmeticError, ValueError):
-        return Uncertainty(
-            [0.0] * len(point)
-        )  # a slope is infinite there: nothing speaks for a multiple root
+    except (ArithmeticError, ValueError):  # a slope is infinite there: nothing speaks for a multiple root
+        return Uncertainty([0.0] * len(point))
     sizes = _sizes_of_rules(question, point)
     steepness = max((moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0)
     return Uncertainty(_blur(jacobian, sizes), steepness)
@@ -87,11 +85,12 @@ def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, 
 
 def is_ordinary(point: Mapping[str, float], found: Uncertainty) -> bool:
     """Whether rules and block are so well-conditioned at a point that it is near a root if the rules hold."""
-    if found.relative is not None:
-        return found.steepness <= ORDINARY and found.relative <= ORDINARY * EPS
-    return found.steepness <= ORDINARY and all(
-        error <= ORDINARY * EPS * abs(v) for error, v in zip(found.errors, point.values(), strict=True) if v
-    )
+    if found.relative is None:
+        errors = zip(found.errors, point.values(), strict=True)
+        small = all(error <= ORDINARY * EPS * abs(v) for error, v in errors if v)
+    else:
+        small = found.relative <= ORDINARY * EPS
+    return small and found.steepness <= ORDINARY
 
 
 def astray(question: Question, point: Mapping[str, float], share: float = ASTRAY) -> bool:
@@ -102,10 +101,8 @@ def astray(question: Question, point: Mapping[str, float], share: float = ASTRAY
     x, here = list(point.values()), {**question.here, **point}
     try:
         misses = question.residual(x)
-        far = [
-            abs(miss) > share * gross(equation, here)
-            for miss, equation in zip(misses, question.kernel.equations, strict=True)
-        ]
+        equations = question.kernel.equations
+        far = [abs(m) > share * gross(e, here) for m, e in zip(misses, equations, strict=True)]
         if not any(far):
             return False
         jacobian = question.jacobian(x)
@@ -215,11 +212,8 @@ def is_beside_pole(question: Question, point: Mapping[str, float], found: Uncert
     system = question.kernel.sparse if len(point) > MANY else None
     if system is not None:
         return system.divides_by_nothing([*point.values()], question.known, found.errors)
-    divisors = question.kernel.divisors
-    if not divisors:
-        return False
     reach, everything = dict(zip(point, found.errors, strict=True)), {**question.here, **point}
-    for divisor in divisors:
+    for divisor in question.kernel.divisors:
         try:
             at, slopes = derivatives(divisor, everything)
         except Undefined:

@@ -15,7 +15,7 @@ from rulesheets.model import Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call
 from rulesheets.syntax.program import walk
-from solver.facts import Attempt, Method, NoRoot
+from solver.facts import Attempt, Fact, Method, NoRoot
 from solver.kernel.algebra import contradiction, solve_by_formula, unattained
 from solver.kernel.block import BlockKernel, reduced
 from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates, Stretch
@@ -24,12 +24,12 @@ from solver.kernel.full_search import (
     free_curve,
     search_boxes,
     search_from_starts,
+    search_sparsely,
     with_isolated,
     without_curves,
 )
 from solver.kernel.linear_block import Blur, solve_linear_block
 from solver.kernel.question import Budget, Question
-from solver.kernel.sparse_search import search_sparsely
 
 MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
@@ -110,7 +110,7 @@ def solve_block(
     kernel: BlockKernel,
     values: Mapping[str, Value],
     guesses: Mapping[str, float],
-    budget: Budget | None = None,
+    budget: Budget,
     assumed: bool = False,
     off: Blur = dict,
     given: Collection[str] = (),
@@ -121,85 +121,83 @@ def solve_block(
     case that may well have no answer, so that last resorts are left out. ``given``: the known names whose
     values are exact.
     """
-    if budget is None:
-        budget = Budget()
-        budget.begin_block()
     question = Question(kernel, values, guesses, budget)
     if question.symbolic:
         block = kernel.block
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
-    outcome = _searched(question, budget, assumed, off, given)
+    outcome = _Search(question, off).run(assumed, given)
     if not outcome.free or assumed or budget.brief or kernel.linear:
         return outcome
     return with_isolated(question, outcome)
 
 
-def _searched(
-    question: Question, budget: Budget, assumed: bool, off: Blur, given: Collection[str]
-) -> BlockOutcome:
-    search = _Search(question, budget, off)
-    candidates = search.candidates
-
-    def refuted() -> BlockOutcome | None:
-        """Why the rules can't hold, whatever the unknowns are; None where that is not known."""
-        conflict = contradiction(question) if candidates.fruitless else None
-        why = conflict or unattained(question, given)
-        return None if why is None else BlockOutcome(complete=True, facts=(why,))
-
-    for method in first_methods(question.kernel, budget.thorough):
-        if method is Method.STARTS and (found := refuted()) is not None:
-            return found
-        outcome = search.tried(method)
-        if method is Method.SPARSE and candidates.answers and not budget.thorough:
-            if is_large(question.kernel):
-                return search.outcome()
-            candidates.sensible = None if budget.every else candidates.answers[0]
-        if outcome is not None:
-            if assumed or (outcome.answers and not any(answer.double for answer in outcome.answers)):
-                return outcome
-            return search.without_curves(outcome)
-        if search.complete:
-            break
-        if method is Method.RANGE and candidates.sensible is not None:
-            return search.outcome()
-    if search.complete and candidates.fruitless and (found := refuted()) is not None:
-        return found
-    if not assumed and (curve := search.curve()) is not None:
-        return curve
-    if candidates.fruitless and not (search.complete or assumed) and budget.last_resort():
-        fall_back(question, candidates)
-    outcome = search.outcome()
-    return outcome if assumed or budget.brief else without_curves(question, outcome)
-
-
 class _Search:
-    """What is known of the answers so far; the methods to know more return what settles the block.
+    """What is known of the answers so far. ``complete``: they are proven to be all; ``whole``: they would be,
+    if floats had digits enough for those that were refused.
 
-    Those that isolate roots are imported when their turn comes: a closed form starts 3 ms sooner without.
+    Methods that isolate roots are imported when their turn comes: a closed form starts 3 ms sooner without.
     """
 
-    def __init__(self, question: Question, budget: Budget, off: Blur) -> None:
-        self.question, self.budget, self.kernel = question, budget, question.kernel
+    def __init__(self, question: Question, off: Blur) -> None:
+        self.question, self.budget, self.kernel = question, question.budget, question.kernel
+        self.torn_once = len(self.kernel.block.tears) == 1
         self.off = off
         self.candidates = Candidates(question)
         self.complete = self.whole = False
         self.stretches: tuple[Stretch, ...] = ()
 
-    def tried(self, method: Method) -> BlockOutcome | None:
+    def run(self, assumed: bool, given: Collection[str]) -> BlockOutcome:
+        """Try one method after another until the answers are known to be all."""
+        question, candidates, budget = self.question, self.candidates, self.budget
+        settled: BlockOutcome | None = None
+        for method in first_methods(self.kernel, budget.thorough):
+            if method is Method.STARTS and (refuted := self._refuted(given)) is not None:
+                return refuted
+            settled = self._tried(method)
+            if method is Method.SPARSE and candidates.answers and not budget.thorough:
+                if is_large(self.kernel):
+                    return self._outcome()
+                candidates.sensible = None if budget.every else candidates.answers[0]
+            if settled is not None or self.complete:
+                break
+            if method is Method.RANGE and candidates.sensible is not None:
+                return self._outcome()
+        if settled is None and self.complete and candidates.fruitless:
+            settled = self._refuted(given)
+            if settled is not None:
+                return settled
+        if not (assumed or budget.brief or self.kernel.linear or candidates.answers):
+            # rounding may have parted what all but meets, and left a curve of answers without any
+            curve = free_curve(question) if settled is None or not settled.answers else None
+            if curve is not None:
+                return curve._replace(attempts=(*candidates.attempts, Attempt(Method.CURVE, 1)))
+        if settled is None:
+            if candidates.fruitless and not (self.complete or assumed) and budget.last_resort():
+                fall_back(question, candidates)
+            settled = self._outcome()
+        return settled if assumed or budget.brief else without_curves(question, settled)
+
+    def _refuted(self, given: Collection[str]) -> BlockOutcome | None:
+        """Why the rules can't hold, whatever the unknowns are; None where that is not known."""
+        conflict = contradiction(self.question) if self.candidates.fruitless else None
+        why = conflict or unattained(self.question, given)
+        return None if why is None else BlockOutcome(complete=True, facts=(why,))
+
+    def _tried(self, method: Method) -> BlockOutcome | None:
         """What a method says that settles the block; else it has added to what is known."""
         question, candidates, kernel = self.question, self.candidates, self.kernel
-        torn_once, solved = len(kernel.block.tears) == 1, False
+        solved = False
         match method:
-            case Method.LINEAR:
-                return self._linear()
+            case Method.LINEAR if len(kernel.unknowns) > DENSE:
+                search_sparsely(question, candidates)
+                solved = bool(candidates.answers)
             case Method.POLYNOMIAL:
                 from solver.kernel import polynomial_block as polynomial
 
-                polynomials = polynomial.solve_as_polynomial if torn_once else polynomial.solve_by_resultant
-                solved = polynomials(question, candidates)
+                by = polynomial.solve_as_polynomial if self.torn_once else polynomial.solve_by_resultant
+                solved = by(question, candidates)
             case Method.FORMULA:
-                closed = kernel.closed
-                solved = closed is not None and solve_by_formula(question, candidates, closed)
+                solved = kernel.closed is not None and solve_by_formula(question, candidates, kernel.closed)
             case Method.RANGE:
                 return self._over_tear(method, (kernel, *kernel.others))
             case Method.SUBSTITUTION if (torn := reduced(kernel)) is not None:
@@ -211,51 +209,14 @@ class _Search:
                 search_sparsely(question, candidates)
                 candidates.tried(method)
             case Method.STARTS:
-                self._starts()
-        return self._all(method) if solved else None
-
-    def outcome(self) -> BlockOutcome:
-        question, candidates = self.question, self.candidates
-        return _found(question, candidates, self.complete and not candidates.withheld)._replace(
-            whole=(self.whole or self.complete) and not candidates.remote,
-            stretches=self.stretches,
-            attempts=tuple(candidates.attempts),
-            suspects=tuple(candidates.suspects),
-            refused=tuple(candidates.refused),
-            remote=candidates.remote,
-        )
-
-    def curve(self) -> BlockOutcome | None:
-        """Where no answer was found in its range: a curve of answers, if there is one."""
-        if self.budget.brief or self.kernel.linear or self.candidates.answers:
-            return None
-        found = free_curve(self.question)
-        attempts = (*self.candidates.attempts, Attempt(Method.CURVE, 1))
-        return found and found._replace(attempts=attempts)
-
-    def without_curves(self, outcome: BlockOutcome) -> BlockOutcome:
-        """The outcome; a curve of answers instead where it has none, for rounding may have parted what all
-        but meets, or where its answers are no more than points of one.
-        """
-        if not outcome.answers:
-            return self.curve() or outcome
-        return outcome if self.budget.brief else without_curves(self.question, outcome)
-
-    def _linear(self) -> BlockOutcome | None:
-        if len(self.kernel.unknowns) > DENSE:
-            search_sparsely(self.question, self.candidates)
-            if self.candidates.answers:
-                return self._all(Method.LINEAR)
-        linear = solve_linear_block(self.question, self.off)
-        if linear is None:
-            return None
-        attempt = Attempt(Method.LINEAR, len(linear.answers), linear.complete)
-        return linear._replace(attempts=(attempt,))
-
-    def _all(self, method: Method) -> BlockOutcome:
-        self.candidates.tried(method, complete=True)
-        self.complete = True
-        return self.outcome()
+                self._from_starts()
+        if solved:
+            self.complete = True
+            candidates.tried(method, complete=True)
+            return self._outcome()
+        if method is Method.LINEAR and (linear := solve_linear_block(question, self.off)) is not None:
+            return linear._replace(attempts=(Attempt(method, len(linear.answers), linear.complete),))
+        return None
 
     def _over_tear(self, method: Method, kernels: Sequence[BlockKernel]) -> BlockOutcome | None:
         """Search the range of the tear, of one tearing after another until all answers are known."""
@@ -273,35 +234,44 @@ class _Search:
             few = (s for s in searches if 0 < len(s.stretches) <= MAX_STRETCHES and not s.doubts)
             settleable = next(few, None)  # it failed to prove that it has all in a few short stretches alone
             self.stretches = () if self.whole or settleable is None else tuple(settleable.stretches)
-        self.complete = self.whole and not candidates.withheld
+        self.complete = self.whole and not candidates.refused
         candidates.tried(method, self.complete)
         return None if candidates.answers else every[0].flat_stretch()
 
-    def _starts(self) -> None:
-        search_from_starts(self.question, self.candidates, self.budget)
+    def _from_starts(self) -> None:
+        question, candidates = self.question, self.candidates
+        search_from_starts(question, candidates, self.budget)
         if len(self.kernel.block.tears) > FEW_TEARS:
-            search_sparsely(self.question, self.candidates, every=True)
-        self.candidates.tried(Method.STARTS)
-        torn_once = len(self.kernel.block.tears) == 1
-        if torn_once and not self.candidates.answers and not self.kernel.exhaustive:
+            search_sparsely(question, candidates, every=True)
+        candidates.tried(Method.STARTS)
+        if self.torn_once and not candidates.answers and not self.kernel.exhaustive:
             from solver.kernel.tear_search import TearSearch
 
-            TearSearch(self.question, self.candidates, self.kernel, self.budget).run()
+            TearSearch(question, candidates, self.kernel, self.budget).run()
 
-
-def _found(question: Question, candidates: Candidates, complete: bool) -> BlockOutcome:
-    block = question.kernel.block
-    alone = candidates.crowded or len(block.tears) == 1
-    if candidates.sensible is not None and alone and not complete:
-        question.budget.cut = question.budget.cut or len(candidates.answers) > 1
-        return BlockOutcome((candidates.sensible,))
-    answers = sorted(candidates.answers, key=lambda answer: question.preference(answer.values))
-    if answers:
+    def _outcome(self) -> BlockOutcome:
+        """What the answers so far come to: the sensible one alone, where there are too many others."""
+        question, candidates, block = self.question, self.candidates, self.kernel.block
+        complete, facts = self.complete and not candidates.refused, tuple[Fact, ...]()
+        answers = sorted(candidates.answers, key=lambda answer: question.preference(answer.values))
         cut = len(answers) >= MOST_ANSWERS
-        return BlockOutcome(tuple(answers), complete and not cut, cut=cut)
-    if candidates.outside is not None:
-        return BlockOutcome(complete=complete, facts=(candidates.outside,))
-    best = candidates.nearest
-    misses = tuple(question.residual(list(best.values()))) if best else ()
-    fact = NoRoot(block.equations, block.unknowns, complete, best, misses)
-    return BlockOutcome(complete=complete, facts=(fact,))
+        if candidates.sensible is not None and not complete and (candidates.crowded or self.torn_once):
+            self.budget.cut = self.budget.cut or len(answers) > 1
+            answers, cut = [candidates.sensible], False
+        elif candidates.outside is not None and not answers:
+            facts = (candidates.outside,)
+        elif not answers:
+            best = candidates.nearest
+            misses = tuple(question.residual(list(best.values()))) if best else ()
+            facts = (NoRoot(block.equations, block.unknowns, complete, best, misses),)
+        return BlockOutcome(
+            tuple(answers),
+            complete and not cut,
+            facts,
+            attempts=tuple(candidates.attempts),
+            suspects=tuple(candidates.suspects),
+            stretches=self.stretches,
+            refused=tuple(candidates.refused),
+            whole=self.whole or self.complete,
+            cut=cut,
+        )

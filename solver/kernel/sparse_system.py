@@ -6,16 +6,16 @@ Rules of one shape (``path/graph.py``) are the rows of one vectorised function.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from graphlib import CycleError, TopologicalSorter
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.evaluate import differentiate
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, children, names, subtract
-from solver.kernel.emitter import compile_arrays
+from solver.kernel.emitter import compile_expressions
 from solver.numerics.linear_algebra import Array
 from solver.numerics.sparse_newton import Triplets
 from solver.path.graph import Alike, Family, shape_of
@@ -78,7 +78,7 @@ class SparseSystem:
                 if (target := across[j][member][k]) < self.n and target not in rules:
                     rules[target] = j, side, member
                     break
-        read = [{side: shape.read(side) for side in shape.told} for shape in telling]
+        read = [{side: _read(shape.sides[1 - side]) for side in shape.told} for shape in telling]
         needed = {
             target: [i for k in read[j][side] if (i := across[j][member][k]) in rules]
             for target, (j, side, member) in rules.items()
@@ -116,16 +116,15 @@ class _Shape:
         self.sides = shape.left, shape.right
         self.form = subtract(*self.sides)
         self.arguments = [f"#{k}" for k in range(len(places))]
-        self.told = {k: int(side.name[1:]) for k, side in enumerate(self.sides) if _is_name(side)}
+        alone = {k: _read(side) for k, side in enumerate(self.sides) if isinstance(side, Name)}
+        self.told = {k: read[0] for k, read in alone.items() if read}
         self.arguments += [f"#.{k}" for k in range(len(self.numbers))]
         self.moving = [(k, places[k] < n) for k in range(len(places)) if (places[k] < n).any()]
+        self._compiled = partial(compile_expressions, arguments=self.arguments, arrays=True)
         self._residual = self._compiled([self.form])
         self._partials = self._compiled([differentiate(self.form, f"#{k}") for k, _ in self.moving])
         self.slope_rows = np.concatenate([self.rows[m] for _, m in self.moving])
         self.slope_columns = np.concatenate([places[k][m] for k, m in self.moving])
-
-    def _compiled(self, forms: Sequence[Expression]) -> Callable[..., Any]:
-        return compile_arrays(forms, self.arguments)
 
     def residual(self, everything: Array) -> Any:
         with np.errstate(all="ignore"):
@@ -141,16 +140,12 @@ class _Shape:
         """The other side, as a function."""
         return self._compiled([self.sides[1 - side]])
 
-    def read(self, side: int) -> list[int]:
-        """The names that the other side reads, by their order."""
-        return [k for name in dict.fromkeys(names(self.sides[1 - side])) if (k := _order(name)) is not None]
-
     @cached_property
     def _divisors(self) -> list[tuple[list[int], Callable[..., Any]]]:
         """What is divided by, with its slopes by the names in it."""
         found = []
         for divisor in dict.fromkeys(divisors(self.form)):
-            read = [k for name in dict.fromkeys(names(divisor)) if (k := _order(name)) is not None]
+            read = _read(divisor)
             slopes = [differentiate(divisor, f"#{k}") for k in read]
             if read:
                 found.append((read, self._compiled([divisor, *slopes])))
@@ -167,13 +162,9 @@ class _Shape:
         return False
 
 
-def _is_name(side: Expression) -> TypeGuard[Name]:
-    return isinstance(side, Name) and _order(side.name) is not None
-
-
-def _order(name: str) -> int | None:
-    """The place of a name of a template, where it stands for no number."""
-    return None if name.startswith("#.") else int(name[1:])
+def _read(expression: Expression) -> list[int]:
+    """The places of the names of a template that stand for no numbers, in the order in which they occur."""
+    return [int(name[1:]) for name in dict.fromkeys(names(expression)) if not name.startswith("#.")]
 
 
 def divisors(expression: Expression) -> Iterator[Expression]:
@@ -184,12 +175,10 @@ def divisors(expression: Expression) -> Iterator[Expression]:
         match node:
             case Quotient(_, divisor) if any(names(divisor)):
                 yield divisor
-            case Power(base, exponent) if any(names(base)) and not _is_positive(exponent):
+            case Power(_, Number(exponent)) if exponent > 0.0:
+                pass
+            case Power(base, _) if any(names(base)):
                 yield base
             case Call("tan" | "tand" as function, arguments):
                 yield Call(function.replace("tan", "cos"), arguments)
         stack.extend(children(node))
-
-
-def _is_positive(exponent: Expression) -> bool:
-    return isinstance(exponent, Number) and exponent.value > 0.0

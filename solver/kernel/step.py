@@ -11,18 +11,21 @@ from bisect import bisect
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from rulesheets.evaluate import Undefined, extended, rounded_derivatives, value
+from rulesheets.evaluate import Undefined, extended, rounded_derivatives
 from rulesheets.evaluate.digits import context
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient
 from solver.accuracy.digits import Unresolved
-from solver.accuracy.rule_check import check_rule, gross, sides
+from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
-from solver.kernel.preimages import SAMPLES, Preimages, Refused
+from solver.kernel.preimages import Preimages, Refused
 from solver.numerics.tolerances import CANCELLED, DELICATE, EPS, SPARE
 from solver.path.graph import ModelGraph, within_half_turns
 from solver.path.isolate import Isolation, Stage
+
+OTHERWISE = "another value of"
+"""What a rule needs on which its unknown has no influence."""
 
 
 class StepOutcome(NamedTuple):
@@ -44,26 +47,26 @@ class StepSolver(Preimages):
 
     def outcome(self) -> StepOutcome:
         """All values of the unknown of the isolation that satisfy the equation at the known values."""
-        found = self._outcome()
-        if found.values or self.proven:
-            return found
-        fact = NoRoot((self.index,), (self.isolation.unknown,), proven=False)
-        return StepOutcome(fact=fact, complete=False, delicate=found.delicate)
-
-    def _outcome(self) -> StepOutcome:
         unknown = self.isolation.unknown
         try:
             found = self.preimages()
         except Refused as refused:
-            return StepOutcome(fact=refused.fact, delicate=self.delicate)
+            outcome = StepOutcome(fact=refused.fact, delicate=self.delicate)
         except Undefined as undefined:
-            if undefined.overflow:
-                return StepOutcome(fact=BeyondFloats(self.index, unknown), delicate=True)
-            delicate = self.delicate or self._on_the_edge(undefined)
-            return StepOutcome(fact=NoValue(self.index, unknown, str(undefined)), delicate=delicate)
-        if len(found) == 1 and isinstance(found[0], str):
-            return StepOutcome((found[0],))
-        return self._kept([self._wrapped(v) for v in found if not isinstance(v, str)])
+            fact = BeyondFloats(self.index, unknown) if undefined.overflow else None
+            delicate = undefined.overflow or self.delicate or self._on_the_edge(undefined)
+            outcome = StepOutcome(
+                fact=fact or NoValue(self.index, unknown, str(undefined)), delicate=delicate
+            )
+        else:
+            if len(found) == 1 and isinstance(found[0], str):
+                return StepOutcome((found[0],))
+            outcome = self._kept([self._wrapped(v) for v in found if not isinstance(v, str)])
+        return outcome if outcome.values or self.proven else self._unproven(outcome.delicate)
+
+    def _unproven(self, delicate: bool) -> StepOutcome:
+        fact = NoRoot((self.index,), (self.isolation.unknown,), proven=False)
+        return StepOutcome(fact=fact, complete=False, delicate=delicate)
 
     def _on_the_edge(self, undefined: Undefined) -> bool:
         """Whether rounding may have led an operation out of its domain: to a pole, beyond an end."""
@@ -112,7 +115,8 @@ class StepSolver(Preimages):
                 outside = float(number)
             elif self._holds(number):
                 place = bisect(ordered, number)
-                if not any(self._same(number, other) for other in ordered[max(place - 1, 0) : place + 1]):
+                beside, near = ordered[max(place - 1, 0) : place + 1], self._near(8 * EPS)
+                if all(abs(number - v) > near * max(abs(number), abs(v)) for v in beside):
                     kept.append(number)
                     ordered.insert(place, number)
         if kept:
@@ -128,10 +132,9 @@ class StepSolver(Preimages):
         if lost or any(map(self._coarse, numbers)):
             return StepOutcome(fact=BeyondFloats(self.index, unknown), delicate=True)
         if not self.complete:
-            fact = NoRoot((self.index,), (unknown,), proven=False)
-            return StepOutcome(fact=fact, complete=False, delicate=self.delicate)
-        last = self.isolation.stages[0].operation if self.isolation.stages else "equation"
-        reading = f"{last} to come out otherwise"
+            return self._unproven(self.delicate)
+        others = [name for name in self.equation.names if name != unknown]
+        reading = f"{OTHERWISE} {' or '.join(others)}" if others else "other numbers"
         return StepOutcome(fact=NoValue(self.index, unknown, reading), delicate=self.delicate)
 
     def _coarse(self, number: float) -> bool:
@@ -151,31 +154,13 @@ class StepSolver(Preimages):
         """The values in floats, with that of the unknown."""
         return {**self.floats, self.isolation.unknown: float(number)}
 
-    def _indifferent(self) -> bool:
-        """Whether the equation holds to rounding wherever it is tried: its unknown cancels."""
-        unknown, tried = self.isolation.unknown, 0
-        for number in SAMPLES:
-            at = {**self.floats, unknown: number}
-            try:
-                miss = value(self.equation.left, at) - value(self.equation.right, at)
-            except Undefined:
-                continue
-            if not abs(miss) <= 8 * EPS * gross(self.equation, at):
-                return False
-            tried += 1
-        return tried >= 2
-
     def _double(self, number: float) -> DoubleRoot | None:
         """Where two preimages coincide, the equation does not change to first order. (A kink does.)"""
-        if any(stage.operation == "abs" for stage in self.isolation.stages):
+        kinks = any(stage.operation == "abs" for stage in self.isolation.stages)
+        if kinks or self._slope(number)[1] != 0.0:
             return None
         unknown = self.isolation.unknown
-        if self._slope(number)[1] != 0.0:
-            return None
         return DoubleRoot((self.index,), (unknown,), {unknown: 1.0})
-
-    def _same(self, a: float, b: float) -> bool:
-        return abs(a - b) <= self._near(8 * EPS) * max(abs(a), abs(b))
 
     def _holds(self, number: float) -> bool:
         if not (self.isolation.verify or self.clamped):

@@ -21,9 +21,9 @@ from rulesheets.functions.intervals import Interval
 from rulesheets.syntax.nodes import Expression
 from solver.accuracy.rule_check import with_named_numbers
 from solver.kernel.block import BlockKernel
-from solver.kernel.candidates import Answer, BlockOutcome, Candidates, Stretch
+from solver.kernel.candidates import BlockOutcome, Candidates, Stretch, left_free
 from solver.kernel.chain import Chain, followed
-from solver.kernel.question import Budget, Question, rank_loss
+from solver.kernel.question import Budget, Question
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
 from solver.numerics.tolerances import BACKWARD, NOTHING
 
@@ -148,15 +148,13 @@ class TearSearch:
         if not holes:
             return partial(enclosure.ranges, known=known)
 
-        def is_empty(low: float, high: float) -> bool:
-            near = [x for x in holes if max(abs(low - x), abs(high - x)) <= BESIDE * turn]
-            return low < high and self._is_monotone(place, near, low, high)
-
         def enclose(boxes: Sequence[Interval]) -> Sequence[Interval]:
-            return [
-                (math.nan, math.nan) if below <= 0.0 <= above and is_empty(*box) else (below, above)
-                for box, (below, above) in zip(boxes, enclosure.ranges(boxes, known), strict=True)
-            ]
+            found = list(enclosure.ranges(boxes, known))
+            for number, ((low, high), (below, above)) in enumerate(zip(boxes, found, strict=True)):
+                near = [x for x in holes if max(abs(low - x), abs(high - x)) <= BESIDE * turn]
+                if below <= 0.0 <= above and low < high and self._is_monotone(place, near, low, high):
+                    found[number] = math.nan, math.nan
+            return found
 
         return enclose
 
@@ -166,9 +164,7 @@ class TearSearch:
         Where its numerator is 0 and monotone on a box, it is 0 nowhere else in it; and at such a point a
         rule divides by 0.
         """
-        if search.complete or not search.unresolved:
-            return search
-        if self.kernel.enclosure(place).cleared is None:
+        if search.complete or not search.unresolved or self.kernel.enclosure(place).cleared is None:
             return search
         holes = [x for x in dict.fromkeys(map(_short, search.unresolved)) if self._is_hole(place, x)]
         left = tuple(box for box in search.unresolved if not self._is_monotone(place, holes, *box))
@@ -191,9 +187,16 @@ class TearSearch:
         for item in items:
             with suppress(Inexact):
                 values[item.name] = exactly(item.expression, values)
-        if not _is_zero(residual.expression, values):
+
+        def is_zero(expression: Expression) -> bool:
+            try:
+                return exactly(expression, values) == 0
+            except Inexact:
+                return False
+
+        if not is_zero(residual.expression):
             return False
-        if any(_is_zero(divisor, values) for divisor in self.question.kernel.divisors):
+        if any(map(is_zero, self.question.kernel.divisors)):
             return True
         box = {n: (v, v) for n, v in self.question.here.items() if isinstance(v, float)}
         box |= {**dict.fromkeys(self.question.unknowns, (-math.inf, math.inf)), self.tear: (x, x)}
@@ -204,18 +207,15 @@ class TearSearch:
         """Whether a chain has no value anywhere it is tried, for dividing by 0: it leads through a rule that
         does not determine what it is asked for at these numbers (``0*y``), and proves nothing of others."""
         for place in range(len(self.kernel.chains)):
-            function, divided = self.kernel.chain_function(place), False
-            for x in self._samples():
+            function, errors = self.kernel.chain_function(place), list[Exception]()
+            for x in (samples := self._samples()):
                 try:
                     function(x, *self.question.known)
                     break
-                except ZeroDivisionError:
-                    divided = True
-                except (ArithmeticError, ValueError):
-                    continue
-            else:
-                if divided:
-                    return True
+                except (ArithmeticError, ValueError) as error:
+                    errors.append(error)
+            if len(errors) == len(samples) and any(isinstance(e, ZeroDivisionError) for e in errors):
+                return True
         return False
 
     def freedom(self) -> BlockOutcome | None:
@@ -251,11 +251,10 @@ class TearSearch:
 
     def _free(self, first: dict[str, float], second: dict[str, float]) -> BlockOutcome:
         span = second[self.tear] - first[self.tear]
-        direction = {name: (second[name] - first[name]) / span for name in first}
-        fixed = {n: v for n, v in first.items() if v == second[n]}
-        fact = rank_loss(self.question, first, direction)
-        free = tuple(name for name in first if name not in fixed)
-        return BlockOutcome((Answer(fixed),), complete=True, facts=(fact,), free=free)
+        direction = {name: (second[name] - v) / span for name, v in first.items()}
+        return left_free(
+            self.question, first, direction, tuple(n for n, v in first.items() if v != second[n])
+        )
 
     def _samples(self) -> list[float]:
         low, high = self.question.domain(self.tear)
@@ -287,10 +286,3 @@ def _short(box: tuple[float, float]) -> float:
     reach = max(high - low, 1e-9 * max(1.0, abs(middle)))
     numbers = (round(middle, digits) for digits in range(10))
     return next((number for number in numbers if abs(number - middle) <= reach), middle)
-
-
-def _is_zero(expression: Expression, values: Mapping[str, Fraction]) -> bool:
-    try:
-        return exactly(expression, values) == 0
-    except Inexact:
-        return False

@@ -22,9 +22,10 @@ from rulesheets.syntax import nodes
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import AsksNothing, DoubleRoot, Filled, Fixed, NoRoot, NoValue, RankLoss, Status
+from solver.kernel.step import OTHERWISE
 from solver.leaves import Asked, Exploration, Leaf, Patience, indeterminacy
 from solver.numerics.linear_algebra import null_direction
-from solver.numerics.tolerances import SAME_VALUE
+from solver.numerics.tolerances import BACKWARD, SAME_VALUE
 from solver.path.cases import activity
 from solver.solution.explore import explore
 from solver.solution.refinement import answers_between, explore_refined, explore_required, with_limits
@@ -191,9 +192,7 @@ def fixed_otherwise(asked: Asked, verdict: Verdict) -> Verdict | None:
         match fact:
             case NoRoot(equations=equations, unknowns=unknowns):
                 pass
-            case NoValue(equation=e, unknown=u, reading=reading, pole=pole) if pole or reading.startswith(
-                "product"
-            ):
+            case NoValue(e, u, reading, pole) if pole or reading.startswith(OTHERWISE):
                 equations, unknowns = (e,), (u,)
             case _:
                 continue
@@ -220,15 +219,17 @@ def _fixed(
     free = sorted((n for n in unknowns if n in read), key=lambda name: (own[name] is None, name in alone))
     for unknown in free[:MOST]:
         for name in given[:MOST]:
-            value, number = _whatever(asked, name, unknown, patience), inputs[name]
-            if value is None or not isinstance(number, float):
+            ends, number = _whatever(asked, name, unknown, patience), inputs[name]
+            if ends is None or not isinstance(number, float):
                 continue
-            if abs(value - number) > SAME_VALUE * max(abs(value), abs(number)):
-                yield Fixed(name, value, number, unknown, tuple(rule.index for rule in rules))
+            slack = BACKWARD * max(map(abs, (*ends, number)))
+            if not ends[0] - slack <= number <= ends[1] + slack:
+                yield Fixed(name, ends[0], number, unknown, tuple(rule.index for rule in rules))
 
 
-def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> float | None:
-    """The one value that the rules give to a variable at any trial of an unknown; None if there is none."""
+def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> tuple[float, float] | None:
+    """The ends of the one value, but for rounding, that the rules give to a variable at any trial of an
+    unknown; None if there is none."""
     rest = {n: v for n, v in asked.inputs.items() if n != name}
     sizes = [abs(v) for v in rest.values() if isinstance(v, float) and v]
     size = math.exp(sum(map(math.log, sizes)) / len(sizes)) if sizes else 1.0
@@ -246,7 +247,7 @@ def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> floa
             return None
         found.add(value)
     low, high = min(found), max(found)
-    return low if high - low <= SAME_VALUE * max(abs(low), abs(high)) else None
+    return (low, high) if high - low <= SAME_VALUE * max(abs(low), abs(high)) else None
 
 
 # --- blocks without an answer whose equations are 0/0 where there would be one ---

@@ -164,9 +164,12 @@ class _Explanation:
                 where = format_condition(case[0] if len(case) == 1 else And(case))
                 return self._note("S597", f"no rule determines {listed(free)} where {where}", (), free)
             case facts.Fixed(name, value, given, unknown, equations):
-                message = f"{name} is {value:.10g} whatever {unknown} is, and {number_text(given)} is given"
-                cure = f"leave out {name}: the other inputs make it {value:.10g}"
-                other = f"to have {name} = {number_text(given)}, free an input that {name} depends on"
+                made, asked = f"{value:.10g}", number_text(given)
+                if made == asked:
+                    made, asked = repr(value), repr(given)
+                message = f"{name} is {made} whatever {unknown} is, and {asked} is given"
+                cure = f"leave out {name}: the other inputs make it {made}"
+                other = f"to have {name} = {asked}, free an input that {name} depends on"
                 return self._error("S521", message, equations, (name, unknown), cure, other)
             case facts.Unmet():
                 return self._unmet(fact)

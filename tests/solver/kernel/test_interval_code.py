@@ -45,7 +45,7 @@ Ends = tuple[float, float]
 def on_arrays(tree: Expression, x: Ends, y: Ends, k: float) -> Ends:
     emitter = IntervalEmitter(["x", "y"], ["k"], ARRAYS)
     low, high = emitter.of(tree)
-    function = emitter.function(f"{low}, {high}")
+    function = emitter.function([low, high])
     with np.errstate(all="ignore"):
         ends = function(*(np.array([end]) for end in (*x, *y)), np.float64(k))
     return tuple(float(np.broadcast_to(end, (1,))[0]) for end in ends)  # type: ignore[return-value]
@@ -54,7 +54,7 @@ def on_arrays(tree: Expression, x: Ends, y: Ends, k: float) -> Ends:
 def on_floats(tree: Expression, x: Ends, y: Ends, k: float) -> Ends:
     emitter = IntervalEmitter(["x", "y"], ["k"], FLOATS)
     low, high = emitter.of(tree)
-    ends: Ends = emitter.function(f"{low}, {high}")(*x, *y, k)
+    ends: Ends = emitter.function([low, high])(*x, *y, k)
     assert all(type(end) is float for end in ends)
     return ends
 

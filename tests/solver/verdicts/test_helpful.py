@@ -14,6 +14,10 @@ GEARS = "n2 = n1*z1/z2\nn3 = n2*z3/z4\ni = n1/n3\n"
 TEETH = {"z1": 20.0, "z2": 60.0, "z3": 25.0, "z4": 80.0}
 
 
+SERIES = "Ceq = Ca*Va/(Va + Va*Ca/Cb)"
+"""Two capacitors in series; the voltage of one cancels."""
+
+
 @pytest.mark.parametrize(
     ("text", "inputs", "message"),
     [
@@ -25,6 +29,11 @@ TEETH = {"z1": 20.0, "z2": 60.0, "z3": 25.0, "z4": 80.0}
         ),
         ("y = (x + 1)^2 - x^2 - 2*x", {"y": 4.0}, "y is 1 whatever x is, and 4 is given"),
         ("y = sin(x)^2 + cos(x)^2", {"y": 2.0}, "y is 1 whatever x is, and 2 is given"),
+        (
+            SERIES,
+            {"Ca": 0.3, "Cb": 0.7, "Ceq": 0.2100000000003},
+            "Ceq is 0.21 whatever Va is, and 0.2100000000003 is given",
+        ),
     ],
 )
 def test_what_does_not_depend_on_the_freed_input_is_inconsistent(
@@ -35,6 +44,17 @@ def test_what_does_not_depend_on_the_freed_input_is_inconsistent(
     (diagnosis,) = result.diagnoses
     assert (diagnosis.code, diagnosis.message) == ("S521", message)
     assert not any("e-1" in note for note in diagnosis.notes)
+
+
+@pytest.mark.parametrize("ulps", [-2, -1, 0, 1, 2])
+def test_what_cancels_is_free_where_the_rule_holds_but_for_rounding(ulps: int) -> None:
+    equivalent = 1.0 / (1.0 / 0.3 + 1.0 / 0.7)
+    given = equivalent + ulps * math.ulp(equivalent)
+    result = solver.solve(rulesheets.loads(SERIES), {"Ca": 0.3, "Cb": 0.7, "Ceq": given})
+    assert str(result.status) == "singular"
+    assert [diagnosis.message for diagnosis in result.diagnoses] == [
+        "Va is not determined here: this rule holds whatever Va is"
+    ]
 
 
 @pytest.mark.parametrize(
