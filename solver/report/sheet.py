@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from decimal import Context, Decimal
@@ -155,6 +154,8 @@ def result_csv(result: Result, *, every: bool = False) -> str:
     Numbers read back as the same floats. Read as a variable sheet, the text of the primary answer gives the
     same inputs and guesses again: outputs are not inputs.
     """
+    import csv  # which a table on the screen need not wait for
+
     rows = sheet_rows(result, every=every)
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
