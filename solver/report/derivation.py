@@ -260,7 +260,7 @@ def why_markdown(derivation: Derivation) -> str:
 def why_latex(derivation: Derivation) -> str:
     """Rows of an ``align*`` environment, the places of the rules in comments."""
     page, rows = Page(derivation, Tex()), []
-    given = [page.value_line(known) for known in (*derivation.inputs, *derivation.assumed)]
+    given = [page.line(known) for known in (*derivation.inputs, *derivation.assumed)]
     for line in (*given, *(line for link in derivation.links for line in page.lines(link))):
         row = f"  {line.left} &= {' = '.join(line.chain)}"
         if unit := line.unit.strip().translate(ESCAPED):
@@ -327,24 +327,24 @@ class Page:
     def lines(self, link: Link) -> Iterator[Line]:
         """The equations of a step: of a block what follows from tears, what closes it, and what it gave."""
         for one in (link,) if isinstance(link, Direct) else link.order:
-            chain = [self.notation.value(one.found.value)]
-            if one.form is not None:  # the form, the form with numbers, the value; each said once
-                filled = self.notation.filled(one.form, one.numbers)
-                chain = [self.notation.expression(one.form), filled, *chain]
-            yield self._line(one.found, tuple(dict.fromkeys(chain)), one.equation, one.guards)
+            yield self.line(one.found, one.form, one.numbers, one.equation, one.guards)
         if isinstance(link, Direct):
             return
         for equation, guards in link.closing:
             left, right = map(self.notation.expression, (equation.left, equation.right))
             yield Line(left, (right,), "", equation, guards, closing=True)
         explicit = {inner.found.name for inner in link.order}
-        yield from (self.value_line(known) for known in link.found if known.name not in explicit)
+        yield from (self.line(known) for known in link.found if known.name not in explicit)
 
-    def value_line(self, known: Known) -> Line:
-        return self._line(known, (self.notation.value(known.value),))
-
-    def _line(self, known: Known, chain: tuple[str, ...], *rule: Any) -> Line:
-        return Line(self.notation.expression(Name(known.name)), chain, self.unit(known), *rule)
+    def line(
+        self, known: Known, form: Expression | None = None, numbers: Mapping[str, Value] = {}, *rule: Any
+    ) -> Line:
+        """The form, the form with numbers, the value; each said once."""
+        chain = [self.notation.value(known.value)]
+        if form is not None:
+            chain = [self.notation.expression(form), self.notation.filled(form, numbers), *chain]
+        name = self.notation.expression(Name(known.name))
+        return Line(name, tuple(dict.fromkeys(chain)), self.unit(known), *rule)
 
     def guards(
         self, guards: Sequence[Guard], notation: Notation | None = None
@@ -385,7 +385,7 @@ class Page:
     def known(self, known: Known) -> str:
         """``AO = 3 mm``, in Markdown between dollars, else as in a sheet."""
         if self.markdown:
-            return self._formula(self.value_line(known))
+            return self._formula(self.line(known))
         return f"{known.name} = {Plain().value(known.value)}{self.unit(known)}"
 
     def _table(self, knowns: Iterable[Known]) -> str:
