@@ -70,7 +70,12 @@ class Server(LanguageServer):
         if solve and "wrong" not in reply:
             answer = await self.solved(document)
             found += answer.get("diagnoses", ())
-        shown = [_diagnostic(document, one) for one in found]
+        name, shown = document.path or document.uri, []
+        for one in found:  # at its first place here; in the first line what is about another file
+            place = next((p for p in one["places"] if p["file"] == name), {"start": 0, "end": 0})
+            lines = [one["message"], *(f"help: {note}" for note in one["notes"])]
+            where, severity = stretch(document, place["start"], place["end"]), SEVERITIES[one["severity"]]
+            shown.append(lsp.Diagnostic(where, "\n".join(lines), severity, one["code"], source="backsolve"))
         self.text_document_publish_diagnostics(
             lsp.PublishDiagnosticsParams(uri, shown, version=document.version)
         )
@@ -90,30 +95,10 @@ class Server(LanguageServer):
                 return answer
         return {}
 
-    async def derivation(self, document: TextDocument, name: str) -> str:
-        """Why a variable has its value, as text; nothing where it has none."""
-        if self.loaded != document.uri or document.uri not in self.answers:
-            return ""
-        return str((await self.slow.ask({"do": "why", "name": name})).get("text", ""))
-
 
 def _sheet(document: TextDocument, text: str) -> Json:
     path = document.path or ""
     return {"text": text, "name": path or document.uri, "base": os.path.dirname(path), "within": None}
-
-
-def _diagnostic(document: TextDocument, complaint: Json) -> lsp.Diagnostic:
-    """At its first place in this document, with the notes; the first line where it is about another file."""
-    name = document.path or document.uri
-    place = next((one for one in complaint["places"] if one["file"] == name), {"start": 0, "end": 0})
-    lines = [complaint["message"], *(f"help: {note}" for note in complaint["notes"])]
-    return lsp.Diagnostic(
-        stretch(document, place["start"], place["end"]),
-        "\n".join(lines),
-        severity=SEVERITIES[complaint["severity"]],
-        code=complaint["code"],
-        source="backsolve",
-    )
 
 
 def stretch(document: TextDocument, start: int, end: int) -> lsp.Range:
@@ -196,8 +181,9 @@ async def explained(server: Server, document: TextDocument, word: Word) -> str:
         given = " (input)" if named.name in answer["inputs"] else ""
         unit = row.get("unit", "")
         lines.append(f"`{named.name} = {readable(values[named.name])}{unit and f' {unit}'}`{given}")
-        if not given and (text := await server.derivation(document, named.name)):
-            lines.append(f"```text\n{text}\n```")
+        if not given and server.loaded == document.uri:
+            told = await server.slow.ask({"do": "why", "name": named.name})
+            lines += [f"```text\n{told['text']}\n```"] if told.get("text") else []
     return "\n\n".join(filter(None, lines))
 
 
