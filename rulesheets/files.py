@@ -118,8 +118,9 @@ def find_sheet(path: str) -> str:
     if os.path.isfile(os.path.join(path, MAIN_SHEET)):
         return os.path.join(path, MAIN_SHEET)
     bare = path.rstrip("/")
-    if bare in shipped_models():
-        return shipped_model(bare)
+    shipped = shipped_model(bare)
+    if os.path.basename(bare) == bare and os.path.isfile(shipped):
+        return shipped
     if os.path.exists(path) or os.path.dirname(bare) or bare.endswith(".tk"):
         return path
     here = sorted(name for name in os.listdir() if name.endswith(".tk"))
