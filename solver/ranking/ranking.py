@@ -7,20 +7,29 @@ inputs suggest, within half a decade of the nearest; angles nearest to 0; the ne
 still alike, the variables one by one, in the order of their names. Answers with a number of unlikely size
 come after all others. Nothing depends on the order of rules or variables.
 
-It is written once, over numbers or arrays of them.
+The sign of an angle says nothing, nor that of what follows from angles alone, nor of a kind of quantity that
+has negative values anyhow: where a crank turns clockwise, its pin has a negative velocity, and that of the
+slider may have either sign. Variables are angles by their unit or by the functions that they stand in.
+
+The rule is written once, over numbers or arrays of them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from rulesheets.functions import TABLE
+from rulesheets.library import ANGLE
 from rulesheets.model import Model, Value
+from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Product, Quotient, Sum
+from rulesheets.syntax.program import walk
+from solver.path.graph import shape_of
 from solver.path.planner import planner
-from solver.ranking.signs import signs_of
-from solver.ranking.sizes import FLOATS, LEAST, Arithmetic
+from solver.ranking.sizes import FLOATS, LEAST, MANY, Arithmetic, Scalings, Suggestions
 
 UNLIKELY = 9.0
 """Decades from the suggested size beyond which a number is of unlikely size."""
@@ -35,17 +44,129 @@ SLACK = 0.5
 """Decades by which sizes may be farther from the suggested ones than the best are, and count alike."""
 SIZE = 5
 """The place of the size in a key."""
+DIGITS = 6
+"""Decimals of the exponents by which a kind of quantity is known."""
+ABSOLUTE = frozenset({"bar", "mbar", "atm", "psia", "torr", "Torr", "mmHg", "inHg"})
+"""Units of pressure in which no stress is given."""
 
-Number = Any
+Figure = Any
 """A float, or an array (rows,) of floats."""
 Key = list[Any]
 _Suggested = tuple[Sequence[Any], Sequence[Any]]
 
 
+class Signs:
+    """What the signs of the variables of a model say: ``angles``, and those whose signs do not count,
+    ``aside``; the sizes that it suggests are kept here as well, by the names known and asked for."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.angles = _angles(model)
+        self.suggestions: dict[tuple[Sequence[str], Sequence[str]], Suggestions] = {}
+        found = set(self.angles)  # and what rules tell from them alone
+        rules = [names for e in model.equations if len(names := frozenset(e.names)) > 1] if found else []
+        before = -1
+        while len(found) > before:
+            before = len(found)
+            for names in rules:
+                if len(names - found) == 1:
+                    found |= names
+        ranged = (
+            n for n, v in model.variables.items() if v.low < 0.0 and (v.low > -np.inf or v.high < np.inf)
+        )
+        self.aside = frozenset(found.union(ranged))
+
+    @cached_property
+    def kinds(self) -> Mapping[str, int]:
+        """Quantities that the rules scale alike have one number; dimensionless ones have none."""
+        names = list(self.model.variables)
+        if len(names) > MANY:
+            return {}
+        exponents = np.round(Scalings(self.model.equations, names).exponents, DIGITS) + 0.0
+        number: dict[bytes, int] = {}
+        return {
+            name: number.setdefault(row.tobytes(), len(number))
+            for name, row in zip(names, exponents, strict=True)
+            if row.any()
+        }
+
+    @cached_property
+    def differences(self) -> frozenset[str]:
+        """Names that a rule gives as a difference: one below 0 says nothing of others of its kind."""
+        return frozenset(
+            side.name
+            for rule in self.model.equations
+            for side, other in ((rule.left, rule.right), (rule.right, rule.left))
+            if isinstance(side, Name) and isinstance(other, Sum)
+            if 0 < sum(isinstance(term, Negative) for term in other.terms) < len(other.terms)
+        )
+
+    def floor(self, name: str) -> float:
+        """The least reading of an absolute temperature, a mass or an absolute pressure; else minus infinity.
+
+        Pa and its multiples measure stresses as well, which have either sign.
+        """
+        variable = self.model.variables[name]
+        unit = variable.measure
+        if unit is None or variable.difference:
+            return -np.inf
+        bounded = unit.offset or unit.bases in ({"K": 1}, {"kg": 1}) or variable.unit in ABSOLUTE
+        return float(-unit.offset / unit.factor) if bounded else -np.inf
+
+
+def _angles(model: Model) -> frozenset[str]:
+    """Variables in degrees or radians, arguments of sines, results of their inverses, and what is
+    added to any of these.
+    """
+    found = {n for n, v in model.variables.items() if v.measure is not None and v.measure.bases == {ANGLE: 1}}
+    told: dict[Any, bool] = {}  # whether rules of a shape call functions of angles
+    for equation in model.equations:
+        shape, _ = shape_of(equation)
+        if told.get(shape) is False:
+            continue
+        sides = equation.left, equation.right
+        calls = [node for side in sides for node in walk(side) if isinstance(node, Call)]
+        told[shape] = any(TABLE[call.function].turn or TABLE[call.function].angle for call in calls)
+        for call in calls:
+            if TABLE[call.function].turn:
+                found |= _terms(call.arguments[0])
+        terms = [term for side in sides for term in _added(side)]
+        if any(isinstance(term, Call) and TABLE[term.function].angle for term in terms):
+            found |= _terms(*sides)
+    sums = [_terms(equation.left, equation.right) for equation in model.equations] if found else []
+    before = -1
+    while len(found) > before:
+        before = len(found)
+        for names in sums:
+            if not names.isdisjoint(found):
+                found |= names
+    return frozenset(found)
+
+
+def _terms(*sides: Expression) -> set[str]:
+    """The variables that are terms of sums by themselves."""
+    return {term.name for side in sides for term in _added(side) if isinstance(term, Name)}
+
+
+def _added(node: Expression) -> Iterator[Expression]:
+    """The terms of a sum, without signs and numerical factors."""
+    match node:
+        case Sum(terms):
+            for term in terms:
+                yield from _added(term)
+        case (
+            Negative(inner) | Product(Number(), inner) | Product(inner, Number()) | Quotient(inner, Number())
+        ):
+            yield from _added(inner)
+        case _:
+            yield node
+
+
 class Ranking:
     """The rule for one model and one set of ``known`` names; it holds at any values of these.
 
-    ``read`` are the names that an answer is given by: unknowns ``among`` those it has (None: all).
+    ``read`` are the names that an answer is given by: unknowns ``among`` those it has (None: all), those of
+    the sheet before those of its subsheets.
     """
 
     def __init__(
@@ -55,37 +176,59 @@ class Ranking:
         among: Collection[str] | None = None,
         guesses: Mapping[str, float] | None = None,
     ) -> None:
-        self.model, self.signs = model, signs_of(model)
+        self.graph = planner(model).graph
+        if "_signs" not in model.__dict__:
+            model.__dict__["_signs"] = Signs(model)
+        signs: Signs = model.__dict__["_signs"]
         self.known = tuple(sorted(name for name in known if name in model.variables))
         there = model.variables if among is None else among
-        self.read = tuple(sorted((name for name in there if name not in known), key=_own_first))
+        self.read = tuple(sorted((n for n in there if n not in known), key=lambda name: ("." in name, name)))
         self.names = tuple(name for name in self.read if "." not in name)
         self.guesses = {n: guess for n, guess in (guesses or {}).items() if n in self.read}
-        self._suggestions = self.signs.suggestions(self.known, self.names)
-        graph = planner(model).graph
-        self._kinds = [self.signs.kinds.get(name) for name in (*self.read, *self.known)]
-        self._differences = [name in self.signs.differences for name in (*self.read, *self.known)]
-        self._aside = [name in self.signs.aside for name in self.names]
-        self.angles = [name in self.signs.angles for name in self.names]
-        self._right = [(graph.single_turn(name) or 360.0) / 4.0 for name in self.names]
-        self._floors = [self.signs.floor(name) for name in self.names]
+        pattern = self.known, self.names
+        if pattern not in signs.suggestions:
+            signs.suggestions[pattern] = Suggestions(model, *pattern)
+        self._suggestions = signs.suggestions[pattern]
+        every = (*self.read, *self.known)
+        self._kinds = [None if name in signs.differences else signs.kinds.get(name) for name in every]
+        self._own_kinds = [signs.kinds.get(name) for name in self.names]
+        self._aside = [name in signs.aside for name in self.names]
+        self.angles = [name in signs.angles for name in self.names]
+        self._right = [(self.graph.single_turn(name) or 360.0) / 4.0 for name in self.names]
+        self._floors = [signs.floor(name) for name in self.names]
 
     def order(self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]) -> list[int]:
         """The places of the answers, the first one first. ``given`` are the values of the known names."""
-        return self.order_of_rows([self._row(answer) for answer in answers], self._given(given))
+        if len(answers) < 2:
+            return list(range(len(answers)))
+        rows = [_numbers(answer, self.read) for answer in answers]
+        return sorted(range(len(rows)), key=self.keys_of_rows(rows, _numbers(given, self.known)).__getitem__)
 
-    def order_of_rows(self, rows: Sequence[Sequence[float]], given: Sequence[float]) -> list[int]:
-        """The same for tuples of the numbers of ``read``, and a tuple of those of ``known``.
+    def keys_of_rows(self, rows: Sequence[Sequence[float]], given: Sequence[float]) -> list[Key]:
+        """The keys of tuples of the numbers of ``read``, with a tuple of those of ``known``.
 
         nan stands for a symbol, and for a number that is not there.
         """
-        if len(rows) < 2:
-            return list(range(len(rows)))
-        return sorted(range(len(rows)), key=self.keys_of_rows(rows, given).__getitem__)
+        return self.keys_on(FLOATS, rows, given, tuple([number == 0.0 for number in given]))
 
-    def keys_of_rows(self, rows: Sequence[Sequence[float]], given: Sequence[float]) -> list[Key]:
-        """The keys that such tuples are sorted by."""
-        return self._keys(rows, given, self._suggested(given), FLOATS)
+    def keys_on(
+        self,
+        on: Arithmetic,
+        answers: Sequence[Sequence[Figure]],
+        given: Sequence[Figure],
+        zero: tuple[bool, ...],
+    ) -> list[Key]:
+        """The key that each answer is sorted by, in any arithmetic; ``zero`` tells the known numbers that are
+        0."""
+        tops = [on.largest([on.there(n, -np.inf) for n in column]) for column in zip(*answers, strict=True)]
+        rows = [[on.there(number, 0.0) for number in answer] for answer in answers]
+        most = [on.largest([LEAST, *map(abs, column)]) for column in zip(*rows, strict=True)]
+        weights, sizes = self._weights(tops, most, given), self._suggested(on, given, zero)
+        keys = [self._key(row, most, tops, weights, sizes, on) for row in rows]
+        least = -on.largest([-key[SIZE] for key in keys])
+        for key in keys:  # what is within half a decade of the best is of the same size
+            key[SIZE] = on.rounded(GRAIN * on.largest([key[SIZE] - least - SLACK, 0.0]))
+        return keys
 
     def unlikely(
         self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]
@@ -95,80 +238,44 @@ class Ranking:
         A single answer, or where they all are, has such a name only if its size follows from the inputs and
         is exceeded: a small number may be a difference of large ones.
         """
-        sizes = self._suggested(self._given(given))
-        rows = [self._row(answer) for answer in answers]
-        apart = [self._apart([FLOATS.there(number, 0.0) for number in row], sizes, FLOATS) for row in rows]
-        far = [[_away(d, fixed) > UNLIKELY for d, fixed in zip(one, sizes[1], strict=True)] for one in apart]
+        numbers = _numbers(given, self.known)
+        sizes = self._suggested(FLOATS, numbers, tuple([number == 0.0 for number in numbers]))
+        rows = [[FLOATS.there(n, 0.0) for n in _numbers(answer, self.read)] for answer in answers]
+        apart = [list(zip(self._apart(row, sizes, FLOATS), sizes[1], strict=True)) for row in rows]
+        far = [[_away(d, determined) > UNLIKELY for d, determined in one] for one in apart]
         if all(map(any, far)):
-            far = [[fixed and d > UNLIKELY for d, fixed in zip(one, sizes[1], strict=True)] for one in apart]
+            far = [[determined and d > UNLIKELY for d, determined in one] for one in apart]
         return [tuple(n for n, mark in zip(self.names, marks, strict=True) if mark) for marks in far]
-
-    def _row(self, answer: Mapping[str, Value]) -> tuple[float, ...]:
-        return tuple(_number(answer.get(name)) for name in self.read)
-
-    def _given(self, given: Mapping[str, Value]) -> tuple[float, ...]:
-        return tuple(_number(given.get(name)) for name in self.known)
-
-    def keys_on(
-        self,
-        on: Arithmetic,
-        answers: Sequence[Sequence[Number]],
-        given: Sequence[Number],
-        zero: tuple[bool, ...],
-    ) -> list[Key]:
-        """The keys of answers in another arithmetic; ``zero`` tells the known numbers that are 0."""
-        sizes = self._suggestions.over(on, given, zero)
-        return self._keys(answers, given, (self._guessed_sizes(sizes[0]), sizes[1]), on)
 
     # --- keys ---
 
-    def _keys(
-        self,
-        answers: Sequence[Sequence[Number]],
-        given: Sequence[Number],
-        sizes: _Suggested,
-        on: Arithmetic,
-    ) -> list[Key]:
-        """The key that each answer is sorted by, numbers or arrays."""
-        tops = [on.largest([on.there(n, -np.inf) for n in column]) for column in zip(*answers, strict=True)]
-        rows = [[on.there(number, 0.0) for number in answer] for answer in answers]
-        most = [on.largest([LEAST, *map(abs, column)]) for column in zip(*rows, strict=True)]
-        weights = self._weights(tops, most, given)
-        keys = [self._key(row, most, tops, weights, sizes, on) for row in rows]
-        least = -on.largest([-key[SIZE] for key in keys])
-        for key in keys:  # what is within half a decade of the best is of the same size
-            key[SIZE] = on.rounded(GRAIN * on.largest([key[SIZE] - least - SLACK, 0.0]))
-        return keys
-
     def _weights(
-        self, tops: Sequence[Number], most: Sequence[Number], given: Sequence[Number]
-    ) -> list[Number]:
+        self, tops: Sequence[Figure], most: Sequence[Figure], given: Sequence[Figure]
+    ) -> list[Figure]:
         """What a negative value of each name counts: nothing where its kind has negative values anyhow.
 
         ``tops`` are the largest values among the answers, ``most`` the largest magnitudes.
         """
-        positive = dict[int | None, Number]()
+        positive = dict[int | None, Figure]()
         found = [(top + ZERO * size < 0.0) & (top > -np.inf) for top, size in zip(tops, most, strict=True)]
         below = found + [number < 0.0 for number in given]
-        for kind, difference, negative in zip(self._kinds, self._differences, below, strict=True):
-            if kind is not None and not difference:
+        for kind, negative in zip(self._kinds, below, strict=True):
+            if kind is not None:
                 positive[kind] = positive.get(kind, 1.0) * (1.0 - negative)
-        return [
-            0.0 if aside else positive.get(kind, 1.0)
-            for kind, aside in zip(self._kinds, self._aside, strict=False)
-        ]
+        kinds = zip(self._own_kinds, self._aside, strict=True)
+        return [0.0 if aside else positive.get(kind, 1.0) for kind, aside in kinds]
 
     def _key(
         self,
-        row: Sequence[Number],
-        most: Sequence[Number],
-        tops: Sequence[Number],
-        weights: Sequence[Number],
+        row: Sequence[Figure],
+        most: Sequence[Figure],
+        tops: Sequence[Figure],
+        weights: Sequence[Figure],
         sizes: _Suggested,
         on: Arithmetic,
     ) -> Key:
         negatives, zeros, turned, wide, far, distance = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        signs: list[Number] = []
+        signs: list[Figure] = []
         apart = self._apart(row, sizes, on)
         for place, (angle, floor, right) in enumerate(
             zip(self.angles, self._floors, self._right, strict=True)
@@ -189,37 +296,38 @@ class Ranking:
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
         return [far, self._guessed(row, on), negatives + zeros, zeros, wide, distance, angle, size, *signs]
 
-    def _apart(self, row: Sequence[Number], sizes: _Suggested, on: Arithmetic) -> list[Number]:
+    def _apart(self, row: Sequence[Figure], sizes: _Suggested, on: Arithmetic) -> list[Figure]:
         """Decades from the suggested size, one a name; 0 of angles and of what is 0."""
         return [
             0.0 if angle else (on.decade(number) - decade) * (number != 0.0)
             for angle, number, decade in zip(self.angles, row, sizes[0], strict=False)
         ]
 
-    def _guessed(self, row: Sequence[Number], on: Arithmetic) -> Number:
+    def _guessed(self, row: Sequence[Figure], on: Arithmetic) -> Figure:
         """How far an answer is from the guesses, on a scale on which what is all but as far is as far."""
         if not self.guesses:
             return 0.0
-        graph, total = planner(self.model).graph, 0.0
+        total = 0.0
         for name, guess in self.guesses.items():
             apart = abs(row[self.read.index(name)] - guess)
-            if (turn := graph.turn(name)) is not None:
+            if (turn := self.graph.turn(name)) is not None:
                 apart = abs(apart - turn * on.rounded(apart / turn))
             share = apart / max(abs(guess), 1.0)
             total = total + share * share
         return on.rounded(GRAIN * on.decade(total))
 
-    def _suggested(self, given: Sequence[float]) -> _Suggested:
+    def _suggested(self, on: Arithmetic, given: Sequence[Figure], zero: tuple[bool, ...]) -> _Suggested:
         """The decade that is suggested for each name, and whether it follows from the inputs."""
-        decades, determined = self._suggestions.at(given)
-        return self._guessed_sizes(decades), determined
-
-    def _guessed_sizes(self, decades: Sequence[Number]) -> list[Number]:
-        guessed = [self.guesses.get(name) for name in self.names]
-        return [FLOATS.decade(g) if g else d for g, d in zip(guessed, decades, strict=True)]
+        decades, determined = self._suggestions.over(on, given, zero)
+        guesses = map(self.guesses.get, self.names)
+        return [FLOATS.decade(g) if g else d for g, d in zip(guesses, decades, strict=True)], determined
 
 
-def _away(apart: Number, determined: bool) -> Number:
+def _numbers(values: Mapping[str, Value], names: Sequence[str]) -> tuple[float, ...]:
+    return tuple([v if isinstance(v := values.get(name), float) else np.nan for name in names])
+
+
+def _away(apart: Figure, determined: bool) -> Figure:
     """How far a number is from the suggested size: a small one only from a size that follows."""
     return abs(apart) if determined else apart
 
@@ -227,15 +335,6 @@ def _away(apart: Number, determined: bool) -> Number:
 def is_measured(place: int) -> bool:
     """Whether a part of a key is a measure, and not a count or a sign."""
     return place in (1, SIZE, 6, 7) or (place > 7 and place % 2 == 1)
-
-
-def _own_first(name: str) -> tuple[bool, str]:
-    """Names of the sheet before those of its subsheets."""
-    return "." in name, name
-
-
-def _number(value: Value | None) -> float:
-    return value if isinstance(value, float) else np.nan
 
 
 SPAN = 1e9
@@ -249,14 +348,10 @@ def unlikely(
     guesses: Mapping[str, float],
 ) -> list[tuple[str, ...]]:
     """Of each answer the names whose numbers are of unlikely size; ``answers`` hold the inputs as well."""
-    if not answers or (len(answers) == 1 and not _spans(answers[0], guesses)):
-        return [()] * len(answers)
+    if len(answers) == 1:
+        numbers = (1.0, *answers[0].values(), *guesses.values())
+        sizes = [abs(number) for number in numbers if isinstance(number, float) and number]
+        if max(sizes) / SPAN <= min(sizes):
+            return [()]
     among = {name for values in answers for name in values}
-    return Ranking(model, inputs, among, guesses).unlikely(answers, inputs)
-
-
-def _spans(answer: Mapping[str, Value], guesses: Mapping[str, float]) -> bool:
-    """Whether the largest number exceeds the smallest, or 1, by more than ``SPAN``."""
-    numbers = [value for value in answer.values() if isinstance(value, float)]
-    sizes = [abs(number) for number in (1.0, *numbers, *guesses.values()) if number]
-    return max(sizes) / SPAN > min(sizes)
+    return Ranking(model, inputs, among, guesses).unlikely(answers, inputs) if answers else []

@@ -60,62 +60,41 @@ class Suggestions:
 
     def __init__(self, model: Model, known: Sequence[str], names: Sequence[str]) -> None:
         self.model, self.known, self.names = model, known, names
-        self._found: dict[tuple[bool, ...], _Sizes] = {}
-
-    def at(self, given: Sequence[float]) -> tuple[list[float], list[bool]]:
-        """The decades, and which of them follow from the numbers ``given``; nan is one that has no size."""
-        rule = self._where(tuple([number == 0.0 for number in given]))
-        sizes = [FLOATS.decade(number) if number == number else 0.0 for number in given]
-        return (rule.slopes @ np.array(sizes) + rule.constants).tolist(), rule.determined.tolist()
+        self._found: dict[tuple[bool, ...], tuple[list[list[float]], list[float], list[bool]]] = {}
 
     def over(
         self, on: Arithmetic, given: Sequence[Any], zero: tuple[bool, ...]
     ) -> tuple[list[Any], list[bool]]:
-        """The same in another arithmetic; ``zero`` tells the numbers that are 0."""
-        rule = self._where(zero)
+        """The decades, and which of them follow from the numbers ``given``; nan is one that has no size.
+        ``zero`` tells the numbers that are 0."""
+        if zero not in self._found:
+            self._found[zero] = self._where(zero)
+        slopes_of, constants, determined = self._found[zero]
         sizes = [on.decade(on.there(number, 1.0)) for number in given]
         decades = [
             sum((slope * size for slope, size in zip(slopes, sizes, strict=True) if slope), constant)
-            for slopes, constant in zip(rule.slopes.tolist(), rule.constants.tolist(), strict=True)
+            for slopes, constant in zip(slopes_of, constants, strict=True)
         ]
-        return decades, rule.determined.tolist()
+        return decades, determined
 
-    def _where(self, zero: tuple[bool, ...]) -> _Sizes:
-        if zero not in self._found:
-            vanishing = {name for name, none in zip(self.known, zero, strict=True) if none}
-            self._found[zero] = _Sizes(self.model, self.names, self.known, vanishing)
-        return self._found[zero]
+    def _where(self, zero: tuple[bool, ...]) -> tuple[list[list[float]], list[float], list[bool]]:
+        """The decades as slopes times those of the known numbers plus constants, and which are determined;
+        others are the nearest to 1 which the rules admit. Where a model is too large nothing is suggested.
 
-
-class _Sizes:
-    """Decades of ``names``: ``slopes`` times those of ``known`` numbers, plus ``constants``.
-
-    ``vanishing`` known numbers are 0, and with them the terms that they are factors of. ``determined`` (n,)
-    tells the names whose size follows; that of others is the nearest to 1 which the rules admit. Where a
-    model is too large nothing is suggested.
-    """
-
-    def __init__(
-        self,
-        model: Model,
-        names: Sequence[str],
-        known: Sequence[str],
-        vanishing: Collection[str],
-    ) -> None:
-        unknowns = sorted(set(model.variables).difference(known))
-        self.slopes: Vector = np.zeros((len(names), len(known)))
-        self.constants: Vector = np.zeros(len(names))
-        self.determined: NDArray[np.bool_] = np.zeros(len(names), dtype=bool)
+        Known numbers that are ``zero`` vanish, and with them the terms that they are factors of.
+        """
+        names, known = self.names, self.known
+        unknowns = sorted(set(self.model.variables).difference(known))
         if len(unknowns) > MANY or not names:
-            return
-        rows = _Rows((*unknowns, *known), vanishing)
-        for equation in model.equations:
+            return [[0.0] * len(known)] * len(names), [0.0] * len(names), [False] * len(names)
+        rows = _Rows((*unknowns, *known), {name for name, none in zip(known, zero, strict=True) if none})
+        for equation in self.model.equations:
             rows.read(equation)
         a, k, c = rows.parts(len(unknowns), len(known))
         inverse = np.linalg.pinv(a, rcond=RANK)
         places = [unknowns.index(name) for name in names]
-        self.slopes, self.constants = -(inverse[places] @ k), -(inverse[places] @ c)
-        self.determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - FREE
+        determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - FREE
+        return (-(inverse[places] @ k)).tolist(), (-(inverse[places] @ c)).tolist(), determined.tolist()
 
 
 def nearly_balanced(rules: Alike, unknowns: Sequence[str], known: Mapping[str, float]) -> NDArray[np.float64]:

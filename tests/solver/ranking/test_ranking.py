@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import random
+from collections.abc import Sequence
 
 import pytest
 from scipy.optimize import brentq
@@ -82,6 +83,11 @@ def test_a_temperature_above_absolute_zero_comes_first() -> None:
     assert first(SHIELD, "T3") == pytest.approx(brentq(balance, 293, 800), rel=1e-12)
 
 
+def placed(rule: Ranking, rows: Sequence[Sequence[float]], given: Sequence[float]) -> list[int]:
+    """The places of tuples of numbers, the first one first."""
+    return sorted(range(len(rows)), key=rule.keys_of_rows(rows, given).__getitem__)
+
+
 @pytest.mark.parametrize(
     ("unit", "zero"),
     [("degC", -273.15), ("degF", -459.67), ("K", 0.0), ("g", 0.0), ("mbar", 0.0), ("barg", -1.01325)],
@@ -96,7 +102,7 @@ def test_only_what_is_below_its_least_value_counts_double(unit: str, zero: float
         return [values.get(name, 1.0) for name in sorted(place, key=place.__getitem__)]
 
     cold, one, two = row(T=zero - 1), row(a=-1.0), row(a=-1.0, b=-1.0, c=-1.0)
-    assert rule.order_of_rows([two, cold, one], [2.0]) == [2, 1, 0]
+    assert placed(rule, [two, cold, one], [2.0]) == [2, 1, 0]
 
 
 def test_a_flash_has_fractions_between_0_and_1() -> None:
@@ -196,7 +202,7 @@ def test_the_order_of_rules_and_variables_makes_no_difference(sheet: str) -> Non
 
 def test_numbers_next_to_the_ends_of_floats_have_an_order() -> None:
     rule = Ranking(rulesheets.loads("variables\n  a [deg]\n  b\nrules\n  b = a + c\n"), ["c"])
-    assert rule.order_of_rows([(1e308, 1e308), (-1e308, 5e-324), (1.0, 2.0)], (1e-300,))[0] == 2
+    assert placed(rule, [(1e308, 1e308), (-1e308, 5e-324), (1.0, 2.0)], (1e-300,))[0] == 2
 
 
 def test_what_rounding_leaves_of_zero_has_no_sign() -> None:
