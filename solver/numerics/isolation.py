@@ -159,7 +159,11 @@ class _Search:
         self.roots = [bracketed_root(self.value, *box) for box in settled]
         valueless = [isnan(value_at(self.value, root)) for root in self.roots]
         blank = [box for box, nowhere in zip(settled, valueless, strict=True) if nowhere]
-        clusters = [cluster for cluster in merged(at_rounding, unsplit) if self._is_asked(cluster)]
+        clusters = []
+        for cluster in merged(at_rounding, unsplit):
+            tiny = cluster.low <= 0.0 <= cluster.high and max(-cluster.low, cluster.high) <= 1 / HORIZON
+            if not self._is_remote(cluster.low, cluster.high) and (not tiny or self._may_vanish(0.0)):
+                clusters.append(cluster)
         for number, cluster in enumerate(sorted(clusters, key=lambda cluster: cluster.rough)):
             if number < LOOKED_INTO and not (cluster.rough and len(self.roots) > MANY):
                 self._resolve(cluster)
@@ -227,7 +231,7 @@ class _Search:
         settled: Intervals = []
         at_rounding: Intervals = []
         unsplit: Intervals = []
-        front = _presplit(self.low, self.high, PRESPLIT)
+        front = _presplit(self.low, self.high)
         level = 0
         for level in range(limits.levels):
             expect_time()
@@ -250,7 +254,7 @@ class _Search:
                 opened = [section for section in opened if not self._is_remote(section.low, section.high)]
             work = self.evaluations + 2 * BOXES_ASKED * len(opened)
             if unsplit or 2 * len(opened) > limits.alive or work > limits.boxes:
-                opened.sort(key=_rise)
+                opened.sort(key=lambda s: max(map(abs, s.slope)) * (s.high - s.low) if s.smooth else inf)
                 unsplit += [(section.low, section.high) for section in opened[CALMEST:]]
                 del opened[CALMEST:]
             front = [half for s in opened for half in ((s.low, s.middle), (s.middle, s.high))]
@@ -259,14 +263,10 @@ class _Search:
 
     # -- what is left over ----------------------------------------------------------------------------------
 
-    def _is_asked(self, cluster: Cluster) -> bool:
-        """False for remote clusters, and for one that is tiny around 0 where f is not 0 at 0 itself."""
-        if self._is_remote(cluster.low, cluster.high):
-            return False
-        if not cluster.low <= 0.0 <= cluster.high or max(-cluster.low, cluster.high) > 1 / HORIZON:
-            return True
-        (at_zero,) = self._ranges([(0.0, 0.0)])
-        return at_zero is not None and at_zero[0] <= 0.0 <= at_zero[1]
+    def _may_vanish(self, x: float) -> bool:
+        """Whether f is defined at x, and 0 there to rounding."""
+        (at,) = self._ranges([(x, x)])
+        return at is not None and at[0] <= 0.0 <= at[1]
 
     def _resolve(self, cluster: Cluster) -> None:
         if self._enclose_slope is not None and self._prove(cluster):
@@ -296,7 +296,12 @@ class _Search:
                 return False
             signs = self._sign(low, self.low, cut.at_low), self._sign(high, self.high, cut.at_high)
             if not cut.smooth:
-                return _is_pole(cluster, cut, signs)
+                # A pole: f rises wherever it is defined and yet goes from + to - (or falls, from - to +)
+                # within a few floats. Then each piece that reaches an end keeps its sign. Pieces that reach
+                # neither would need two singularities between neighbouring floats; that is not expected.
+                direction = 1 if cut.slope[0] > 0.0 else -1
+                narrowest = POLE_ULPS * math.ulp(max(abs(cluster.low), abs(cluster.high)))
+                return cluster.high - cluster.low <= narrowest and signs == (direction, -direction)
             if 0 not in signs:
                 if signs[0] != signs[1] and not any(low <= x <= high for x in self.roots):
                     self.roots.append(bracketed_root(self.value, low, high))
@@ -339,27 +344,22 @@ class _Search:
         return sorted(roots)
 
     def _add_touching(self, cluster: Cluster) -> None:
-        """The extremum where f is 0 to rounding; failing that, the least |f|, if f is defined at all."""
-        low, high = self._inflated(cluster, 2.0)
-        lowest = lowest_point(self.value, low, high)
-        for x in (self._stationary_point(low, high), lowest):
-            if x is not None and not isnan(f := value_at(self.value, x)):
-                self.touching.append((x + 0.0, f + 0.0))
-                return
-
-    def _stationary_point(self, low: float, high: float) -> float | None:
         """Where the slope changes sign, if f is 0 to rounding there: for a double root far better
-        conditioned than the least |f|."""
+        conditioned than the least |f|. Failing that, the least |f|, if f is defined at all."""
 
         def slope(x: float) -> float:
             ((below, above),) = self._slopes([(x, x)])
             return (below + above) / 2
 
-        if not slope(low) * slope(high) < 0.0:  # nan where no slope is known
-            return None
-        x = bracketed_root(slope, low, high)
-        (at_x,) = self._ranges([(x, x)])
-        return x if at_x is None or at_x[0] <= 0.0 <= at_x[1] else None
+        low, high = self._inflated(cluster, 2.0)
+        points = [lowest_point(self.value, low, high)]
+        if slope(low) * slope(high) < 0.0:  # nan where no slope is known
+            points.insert(0, bracketed_root(slope, low, high))
+        for x in points:
+            f = value_at(self.value, x)
+            if not isnan(f) and (x == points[-1] or self._may_vanish(x)):
+                self.touching.append((x + 0.0, f + 0.0))
+                return
 
 
 def _widened(below: float, above: float) -> Interval:
@@ -371,18 +371,6 @@ def _agrees(left: Interval, right: Interval, slope: Interval, distance: float) -
     least, most = slope[0] * distance, slope[1] * distance
     slack = 1e-14 * (abs(left[0]) + abs(right[0]) + abs(least) + abs(most))
     return right[1] >= left[0] + least - slack and right[0] <= left[1] + most + slack
-
-
-def _is_pole(cluster: Cluster, cut: Section, signs: tuple[int, int]) -> bool:
-    """f rises wherever it is defined and yet goes from + to - (or falls, from - to +) within a few floats.
-
-    Then each piece that reaches an end keeps its sign. Pieces that reach neither would need two
-    singularities between neighbouring floats; that is taken not to happen.
-    """
-    direction = 1 if cut.slope[0] > 0.0 else -1
-    size = max(abs(cluster.low), abs(cluster.high))
-    narrow = cluster.high - cluster.low <= POLE_ULPS * math.ulp(size)
-    return narrow and signs == (direction, -direction)
 
 
 def _spread(low: float, high: float) -> list[float]:
@@ -398,26 +386,19 @@ def merged(at_rounding: Iterable[Interval], unsplit: Iterable[Interval] = ()) ->
     clusters: list[Cluster] = []
     for box in sorted(boxes, key=lambda b: (b.low, b.high)):
         expect_time()
-        if clusters and box.low - clusters[-1].high <= GAP * _width(box, clusters[-1]):
-            last = clusters.pop()
-            box = Cluster(last.low, max(last.high, box.high), last.rough or box.rough)
+        last = clusters[-1] if clusters else box
+        rough = box.rough or last.rough
+        width = 0.0 if rough else max(box.high - box.low, last.high - last.low)
+        if clusters and box.low - last.high <= GAP * width:
+            clusters.pop()
+            box = Cluster(last.low, max(last.high, box.high), rough)
         clusters.append(box)
     return clusters
 
 
-def _width(box: Cluster, last: Cluster) -> float:
-    return 0.0 if box.rough or last.rough else max(box.high - box.low, last.high - last.low)
-
-
-def _rise(section: Section) -> float:
-    """How much f may rise or fall in a box."""
-    return max(map(abs, section.slope)) * (section.high - section.low) if section.smooth else inf
-
-
-def _presplit(low: float, high: float, levels: int) -> Intervals:
+def _presplit(low: float, high: float) -> Intervals:
     boxes = [(low, high)]
-    for _ in range(levels if low < high else 0):
-        expect_time()
+    for _ in range(PRESPLIT if low < high else 0):
         cut = [(a, split_point(a, b), b) for a, b in boxes]
         boxes = [half for a, middle, b in cut for half in ((a, middle), (middle, b)) if half[0] < half[1]]
     return [(max(a, -MAX), min(b, MAX)) for a, b in boxes if a < MAX and b > -MAX]
