@@ -145,7 +145,7 @@ def _bound(node: Expression) -> tuple[str, int]:
     match node:
         case Number(value) if value >= 0:
             digits, mark, exponent = format_number(value).partition("e")
-            return (rf"{digits} \cdot 10^{{{exponent}}}", _PRODUCT) if mark else (digits, _ATOM)
+            return (rf"{digits} \cdot 10^{{{exponent}}}", _FACTOR) if mark else (digits, _ATOM)
         case Name(name):
             return latex_name(name), _ATOM
         case Symbol(name):
@@ -168,7 +168,9 @@ def _bound(node: Expression) -> tuple[str, int]:
             first, *others = map(_signed, terms)
             text = ("- " if first[0] else "") + expression_latex(first[1], _PRODUCT)
             for negative, term in others:
-                text += f" {'-' if negative else '+'} {expression_latex(term, _PRODUCT)}"
+                shown = expression_latex(term, _PRODUCT)
+                shown = rf"\left({shown}\right)" if shown.startswith("-") else shown
+                text += f" {'-' if negative else '+'} {shown}"
             return text, _SUM
         case Number() | Negative():
             negative, rest = _signed(node)
