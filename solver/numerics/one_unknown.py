@@ -26,7 +26,9 @@ LARGEST = 0x7FEF_FFFF_FFFF_FFFF
 def simple_part(polynomial: Coefficients) -> list[Fraction]:
     """The polynomial with the same roots, each of them once: p over the common divisor of p and p'."""
     whole = _integers(polynomial)
-    return list(map(Fraction, _quotient(whole, _sequence(whole)[-1]) if len(whole) > 1 else whole))
+    return list(
+        map(Fraction, _integers(_divided(whole, _sequence(whole)[-1])[0] if len(whole) > 1 else whole))
+    )
 
 
 def real_roots(
@@ -53,14 +55,14 @@ def real_roots(
 
 def _sequence(whole: list[int]) -> list[list[int]]:
     """Sturm's sequence; its last member is the greatest common divisor of the polynomial and its slope."""
-    found = [whole, _integers([Fraction(k * c) for k, c in enumerate(whole)][1:])]
+    found = [whole, _integers([k * c for k, c in enumerate(whole)][1:])]
     while found[-1]:
         expect_time()
-        found.append([-c for c in _remainder(found[-2], found[-1])])
+        found.append([-c for c in _integers(_divided(found[-2], found[-1])[1])])
     return found[:-1] or [[]]
 
 
-def _integers(polynomial: Coefficients) -> list[int]:
+def _integers(polynomial: Sequence[Fraction | int]) -> list[int]:
     """The polynomial times a positive number: integers without a common divisor, the last of them not 0."""
     common = math.lcm(*(c.denominator for c in polynomial))
     whole = [c.numerator * (common // c.denominator) for c in polynomial]
@@ -70,28 +72,16 @@ def _integers(polynomial: Coefficients) -> list[int]:
     return [c // divisor for c in whole]
 
 
-def _remainder(dividend: list[int], divisor: list[int]) -> list[int]:
-    """A positive multiple of the remainder."""
-    rest, lead = list(dividend), abs(divisor[-1])
+def _divided(dividend: list[int], divisor: list[int]) -> tuple[list[int], list[int]]:
+    """The quotient and the remainder of a positive multiple of the dividend."""
+    rest, found, lead = list(dividend), list[int](), abs(divisor[-1])
     while len(rest) >= len(divisor):
         factor, shift = rest[-1] * (1 if divisor[-1] > 0 else -1), len(rest) - len(divisor)
-        rest = [c * lead for c in rest]
+        rest, found = [c * lead for c in rest], [*(c * lead for c in found), factor]
         for k, c in enumerate(divisor):
             rest[shift + k] -= factor * c
         rest.pop()
-    return _integers([Fraction(c) for c in rest])
-
-
-def _quotient(dividend: list[int], divisor: list[int]) -> list[int]:
-    """Without its remainder, times a number."""
-    rest, found = [Fraction(c) for c in dividend], list[Fraction]()
-    while len(rest) >= len(divisor):
-        factor, shift = rest[-1] / divisor[-1], len(rest) - len(divisor)
-        for k, c in enumerate(divisor):
-            rest[shift + k] -= factor * c
-        rest.pop()
-        found.append(factor)
-    return _integers(found[::-1])
+    return found[::-1], rest
 
 
 def _sign(whole: list[int], place: float) -> int:
@@ -257,9 +247,6 @@ def lowest_point(function: ScalarFunction, low: float, high: float) -> float:
     """The point of least |f| among the ends, the middle, and 0."""
     middle = low + (high - low) / 2
     candidates = [low, middle, high, *([0.0] if low <= 0.0 <= high else [])]
-    return min(candidates, key=lambda x: (_magnitude(function, x), x != 0.0, abs(x - middle)))
-
-
-def _magnitude(function: ScalarFunction, x: float) -> float:
-    f = abs(value_at(function, x))
-    return math.inf if math.isnan(f) else f
+    sizes = {x: abs(value_at(function, x)) for x in candidates}
+    known = [x for x in candidates if not math.isnan(sizes[x])] or candidates
+    return min(known, key=lambda x: (sizes[x], x != 0.0, abs(x - middle)))

@@ -69,18 +69,15 @@ class SparseFactor:
     def spread(self, tolerance: Array, sizes: Array) -> float:
         """The largest of |J⁻¹|·t beside the ``sizes``: a norm, estimated as by N. J. Higham & F. Tisseur
         (SIAM J. Matrix Anal. Appl. 21 (2000) 1185–1201), from below and rarely off by a factor of 3."""
-        weight = tolerance / self.rows
-
-        def transposed(v: Array) -> Array:
-            return np.asarray(weight * self.lu.solve(np.ravel(v) / sizes, "T"))
-
-        def plain(v: Array) -> Array:
-            return np.asarray(self.lu.solve(weight * np.ravel(v)) / sizes)
-
-        shape = self.n, self.n
         from scipy.sparse import linalg
 
-        operator: Any = linalg.LinearOperator(shape, matvec=transposed, rmatvec=plain, dtype=float)
+        weight = tolerance / self.rows
+        operator: Any = linalg.LinearOperator(
+            (self.n, self.n),
+            matvec=lambda v: weight * self.lu.solve(np.ravel(v) / sizes, "T"),
+            rmatvec=lambda v: self.lu.solve(weight * np.ravel(v)) / sizes,
+            dtype=float,
+        )
         return float(linalg.onenormest(operator))
 
 

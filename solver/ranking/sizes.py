@@ -113,14 +113,19 @@ def nearly_balanced(rules: Alike, unknowns: Sequence[str], known: Mapping[str, f
         for pattern in np.unique(every == 0.0, axis=1).T:
             chosen = ((every == 0.0) == pattern[:, None]).all(axis=0)
             balance.add(family.first, mine[:, chosen], every[:, chosen], pattern)
-    return balance.sizes()
+    if not balance.entries:
+        return np.ones(n)
+    data, rows, mine = (np.concatenate(parts) for parts in zip(*balance.entries, strict=True))
+    shape = balance.rows, balance.width
+    found = sparse_least_squares((data, rows, mine), shape, np.concatenate(balance.rhs))[:n]
+    return np.asarray(10.0 ** np.clip(found, -50.0, 50.0))
 
 
 class _Balance:
     """The equations between decades of many rules, as triplets."""
 
     def __init__(self, n: int) -> None:
-        self.n, self.width, self.rows = n, n, 0
+        self.width, self.rows = n, 0
         self.entries: list[tuple[Vector, NDArray[np.intp], NDArray[np.intp]]] = []
         self.rhs: list[Vector] = []
 
@@ -144,27 +149,18 @@ class _Balance:
             for name, factor in term.factors.items():
                 share = weight * factor
                 if not isinstance(name, str):
-                    self._enter(np.full(count, share), rows, self.width + name * count + np.arange(count))
+                    free = self.width + name * count + np.arange(count)
+                    self.entries.append((np.full(count, share), rows, free))
                     continue
                 k = read.places[name]
                 unknown = columns[k] >= 0 if k < len(columns) else np.zeros(count, dtype=bool)
                 rhs -= np.where(unknown, 0.0, share * decades[k])
                 if unknown.any():
-                    self._enter(np.full(unknown.sum(), share), rows[unknown], columns[k][unknown])
+                    shares = np.full(unknown.sum(), share)
+                    self.entries.append((shares, rows[unknown], columns[k][unknown]))
             self.rhs.append(rhs)
             self.rows += count
         self.width += read.free * count
-
-    def _enter(self, data: Vector, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> None:
-        self.entries.append((data, rows, columns))
-
-    def sizes(self) -> Vector:
-        if not self.entries:
-            return np.ones(self.n)
-        data, rows, columns = (np.concatenate(parts) for parts in zip(*self.entries, strict=True))
-        shape = self.rows, self.width
-        found = sparse_least_squares((data, rows, columns), shape, np.concatenate(self.rhs))[: self.n]
-        return np.asarray(10.0 ** np.clip(found, -50.0, 50.0))
 
 
 class _Term:
@@ -178,9 +174,6 @@ class _Term:
         for name, factor in other.factors.items():
             factors[name] = factors.get(name, 0.0) + share * factor
         return _Term(factors, self.constant + share * other.constant, self.exact and other.exact)
-
-    def times(self, share: float) -> _Term:
-        return _Term({}, 0.0).plus(self, share)
 
 
 _ONE = _Term({})
@@ -248,21 +241,18 @@ class _Rows:
         ``numbers`` are left out where the others may be much larger: beside exponentials, under logarithms.
         """
         added = _added(node)
-        if not self.exact and (not numbers or any(map(_is_unbounded, added))):
+        unbounded = (isinstance(term, Call) and term.function in _UNBOUNDED for term in added)
+        if not self.exact and (not numbers or any(unbounded)):
             added = [term for term in added if not isinstance(term, Number)]
         whole = self._balance([t for n in added if (t := self._term(n)) is not None])
         cancels = _has_difference(node) if self.cancelling else not self.exact and _is_balance(node)
-        if whole is None or not cancels or _is_of_numbers(whole):
+        if whole is None or not cancels:
             return whole
+        if all(isinstance(name, str) and name.startswith("#.") for name in whole.factors):
+            return whole  # no variable of a shape is a factor, its numbers alone
         left = self._any()
         self.rows.append((left.plus(whole, -1.0), CANCELLING))
         return left
-
-    def _size_one(self, node: Expression) -> None:
-        """Ask an expression to be of size 1."""
-        term = self._term(node)
-        if term is not None:
-            self.rows.append((term, 1.0))
 
     def _any(self) -> _Term:
         """A number whose size nothing tells."""
@@ -290,7 +280,7 @@ class _Rows:
                 return self._product(left, right, -1.0)
             case Power(base, Number(exponent)):
                 inner = self._term(base)
-                return None if inner is None else inner.times(exponent)
+                return None if inner is None else _ONE.plus(inner, exponent)
             case Power(base, exponent):
                 return self._power(base, exponent)
             case Call(function, arguments):
@@ -305,11 +295,10 @@ class _Rows:
         return None if one is None or other is None else one.plus(other, sign)
 
     def _power(self, base: Expression, exponent: Expression) -> _Term:
-        self._size_one(exponent)
-        if self.exact:
-            self._size_one(base)
-        else:
-            self._term(base)
+        """The exponent is asked to be of size 1, and of a scaling the base as well."""
+        for term, asked in ((self._term(exponent), True), (self._term(base), self.exact)):
+            if asked and term is not None:
+                self.rows.append((term, 1.0))
         return self._any()
 
     def _call(self, function: str, arguments: Sequence[Expression]) -> _Term | None:
@@ -317,7 +306,7 @@ class _Rows:
         terms = [self._sum(a, numbers=False) if of_sum else self._term(a) for a in arguments]
         there = [term for term in terms if term is not None]
         if function == "sqrt":
-            return there[0].times(0.5) if there else None
+            return _ONE.plus(there[0], 0.5) if there else None
         if function in _ALIKE:
             return self._balance(there)
         if function in _DIRECTIONS:
@@ -345,15 +334,6 @@ def _levels(node: Expression, negative: bool = False) -> dict[Expression, bool]:
         case Sum(terms):
             return {name: sign for term in terms for name, sign in _levels(term, negative).items()}
     return {}
-
-
-def _is_unbounded(node: Expression) -> bool:
-    return isinstance(node, Call) and node.function in _UNBOUNDED
-
-
-def _is_of_numbers(term: _Term) -> bool:
-    """Whether no variable of a shape is a factor, its numbers alone."""
-    return all(isinstance(name, str) and name.startswith("#.") for name in term.factors)
 
 
 def _has_difference(node: Expression) -> bool:
@@ -406,7 +386,14 @@ class Scalings:
         for equation in equations:
             rows.read(equation)
         self.places = rows.places
-        self.exponents = _null_space(rows.parts(len(names), 0)[0])
+        matrix = rows.parts(len(names), 0)[0]
+        if len(matrix) > matrix.shape[1]:
+            matrix = np.asarray(np.linalg.qr(matrix, mode="r"))
+        self.exponents = np.eye(matrix.shape[1])  # an orthonormal basis of the null space
+        if len(matrix):
+            _, singular, right = np.linalg.svd(matrix)
+            rank = int((singular > RANK * max(singular[0], 1.0)).sum())
+            self.exponents = np.asarray(right[rank:].T, dtype=float)
 
     def sizes(self, known: Mapping[str, float]) -> Mapping[str, float]:
         """The size of every variable that fits the ``known`` numbers best (in the mean of logarithms)."""
@@ -415,13 +402,3 @@ class Scalings:
         scaling = np.linalg.lstsq(rows, np.array(list(given.values())), rcond=RANK)[0]
         exponents = np.clip(self.exponents @ scaling, -200.0, 200.0)
         return dict(zip(self.places, np.exp(exponents).tolist(), strict=True))
-
-
-def _null_space(matrix: NDArray[Any]) -> NDArray[np.float64]:
-    """Orthonormal columns that span {x: A x = 0}."""
-    if not len(matrix):
-        return np.eye(matrix.shape[1])
-    triangle = np.linalg.qr(matrix, mode="r") if len(matrix) > matrix.shape[1] else matrix
-    _, singular, right = np.linalg.svd(triangle)
-    rank = int((singular > RANK * max(singular[0], 1.0)).sum())
-    return np.asarray(right[rank:].T, dtype=float)
