@@ -48,24 +48,19 @@ def _complaints(program: Program) -> Iterator[Diagnosis]:
     functions = {name: Scope(program, function) for name, function in program.functions.items()}
     yield from check_rows(program)
     yield from check_ranges(sheet)
-    yield from _check_scope(sheet)
-    for function, scope in zip(program.functions.values(), functions.values(), strict=True):
-        yield from check_head(function)
-        yield from _check_scope(scope)
-    rings = tuple(check_recursion(functions))
-    yield from rings or check_size(sheet, functions)
-
-
-def _check_scope(scope: Scope) -> Iterator[Diagnosis]:
-    yield from check_names(scope)
-    yield from check_shapes(scope)
-    yield from check_nodes(scope)
-    for call in scope.calls:
-        function = scope.program.functions.get(call.function.lower())
-        if function is not None:
-            yield from _check_rule_function(call, function, scope)
-        else:
-            yield from check_builtin(call, scope.program.functions, scope.names)
+    for scope in (sheet, *functions.values()):
+        if scope.function is not None:
+            yield from check_head(scope.function)
+        yield from check_names(scope)
+        yield from check_shapes(scope)
+        yield from check_nodes(scope)
+        for call in scope.calls:
+            function = program.functions.get(call.function.lower())
+            if function is not None:
+                yield from _check_rule_function(call, function, scope)
+            else:
+                yield from check_builtin(call, program.functions, scope.names)
+    yield from check_nesting(sheet, functions)
 
 
 @dataclass(frozen=True)
@@ -238,27 +233,6 @@ def check_builtin(
             yield said("E204", message, call.span, f"write it in a rule: y = {call.function}(…)")
 
 
-def check_recursion(scopes: Mapping[str, Scope]) -> Iterator[Diagnosis]:
-    """A diagnosis for a ring of calls, if there is one; ``scopes`` are those of the functions."""
-    calls: dict[str, dict[str, Call | CallRule]] = {name: {} for name in scopes}
-    for name, scope in scopes.items():
-        for call, function in scope.callees():
-            calls[name].setdefault(function.name.lower(), call)
-    try:
-        TopologicalSorter(calls).prepare()
-    except CycleError as found:
-        ring = found.args[1][:0:-1]  # each is called by the one before it
-        order = list(scopes)
-        first = min(range(len(ring)), key=lambda k: order.index(ring[k]))
-        ring = [*ring[first:], *ring[: first + 1]]
-        names = [scopes[name].title for name in ring]
-        steps = zip(pairwise(ring), pairwise(names), strict=True)
-        places = [(calls[a][b].span, f"{caller} calls {target}") for (a, b), (caller, target) in steps]
-        message = f"{names[0]} calls itself" + (" through others" if len(names) > 2 else "")
-        note = f"the calls go round: {' → '.join(names)}; rules of a function cannot lead back to it"
-        yield error("E208", message, *labels(*places), notes=(note,))
-
-
 # --- size -----------------------------------------------------------------------
 
 MAX_EQUATIONS = 200_000
@@ -269,24 +243,40 @@ LONG = 300
 """Characters; a shorter expression cannot nest deeper than that."""
 
 
-def check_size(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diagnosis]:
-    """At most one diagnosis; the calls of the functions must not go round."""
+def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diagnosis]:
+    """A diagnosis for a ring of calls, if there is one, else for calls that are too many or too deep."""
     scopes = {**functions, "": sheet}
-    callees = {name: [called.name.lower() for _, called in scope.callees()] for name, scope in scopes.items()}
+    calls: dict[str, dict[str, list[Call | CallRule]]] = {name: {} for name in scopes}
+    for name, scope in scopes.items():
+        for call, function in scope.callees():
+            calls[name].setdefault(function.name.lower(), []).append(call)
+    try:
+        inner_first = tuple(TopologicalSorter(calls).static_order())
+    except CycleError as found:
+        ring = found.args[1][:0:-1]  # each is called by the one before it
+        order = list(scopes)
+        first = min(range(len(ring)), key=lambda k: order.index(ring[k]))
+        ring = [*ring[first:], *ring[: first + 1]]
+        names = [scopes[name].title for name in ring]
+        steps = zip(pairwise(ring), pairwise(names), strict=True)
+        places = [(calls[a][b][0].span, f"{caller} calls {target}") for (a, b), (caller, target) in steps]
+        message = f"{names[0]} calls itself" + (" through others" if len(names) > 2 else "")
+        note = f"the calls go round: {' → '.join(names)}; rules of a function cannot lead back to it"
+        yield error("E208", message, *labels(*places), notes=(note,))
+        return
     sizes: dict[str, tuple[int, int]] = {}  # equations of a scope with its calls, and how deep these nest
-    for name in TopologicalSorter(callees).static_order():
-        called = [sizes[callee] for callee in callees[name]]
-        own = sum(isinstance(part, Equality) for part in scopes[name].parts)
-        depth = max((1 + depth for _, depth in called), default=0)
-        sizes[name] = own + sum(equations for equations, _ in called), depth
+    for name in inner_first:
+        equations = sum(isinstance(part, Equality) for part in scopes[name].parts)
+        equations += sum(sizes[callee][0] * len(every) for callee, every in calls[name].items())
+        sizes[name] = equations, max((1 + sizes[callee][1] for callee in calls[name]), default=0)
     equations, depth = sizes[""]
-    place = next((call.span for call, _ in sheet.callees()), None)
     if depth > MAX_DEPTH:
         reason = f"calls nest {depth} deep; {MAX_DEPTH} is the limit"
     elif equations > MAX_EQUATIONS:
         reason = f"the model has more than {MAX_EQUATIONS:,} equations"
     else:
         return
+    place = next((call.span for call, _ in sheet.callees()), None)
     yield said("E216", reason, place, "call fewer functions in functions", label="called here")
 
 
@@ -295,7 +285,13 @@ def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
     for part in scope.unlike:
         for operand in children(part):
             span = operand.span
-            if span is not None and span.end - span.start > LONG and _nesting(operand) > MAX_NESTING:
+            if span is None or span.end - span.start <= LONG:
+                continue
+            level, depth = [operand], 0
+            while level:
+                level = [inner for item in level for inner in children(item)]
+                depth += 1
+            if depth > MAX_NESTING:
                 message = f"this expression nests more than {MAX_NESTING} levels deep"
                 label = "every factor of a long product is a level"
                 yield said("E217", message, span, "split it over several rules", label=label)
@@ -304,15 +300,6 @@ def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
             message = f"the two sides differ in length: {left} on the left, {right} on the right"
             note = "write as many expressions on either side, as in (a, b) = (c, d)"
             yield said("E213", message, part.span, note, label="one equation for each pair")
-
-
-def _nesting(node: Expression | Condition) -> int:
-    """How many levels a tree has."""
-    level, depth = [node], 0
-    while level:
-        level = [part for item in level for part in children(item)]
-        depth += 1
-    return depth
 
 
 # --- names ----------------------------------------------------------------------
