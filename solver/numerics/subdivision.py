@@ -216,77 +216,56 @@ class _Search:
 
     def _level(self, whole: Array) -> Array:
         """Treat every box once; the boxes of the next level."""
-        box = self._narrowed_by_rows(whole)
-        possible = ~(box[0] > box[1]).any(axis=1)
-        whole, box = whole[:, possible], box[:, possible]
-        self.boxes += box.shape[1]
-        below, above = self.enclose(*box)
-        kept = ~((below > 0) | (above < 0) | (np.isnan(below) & np.isnan(above))).any(axis=1)
-        whole, box = whole[:, kept], box[:, kept]
-        image = self._newton(box)
-        self._settle(box[:, image.unique])
-        covered = self._settle_inflated(box, image.regular & ~image.unique & ~image.empty)
-        rest = ~image.empty & ~image.unique & ~covered
-        return self._divide(whole[:, rest], image.box[:, rest])
-
-    def _narrowed_by_rows(self, box: Array) -> Array:
-        """The boxes narrowed for as long as that gains much; the ends of those without a root are crossed."""
-        box = box.copy()
+        box = whole.copy()
         live = np.arange(box.shape[1])
-        for _ in range(PASSES):
+        for _ in range(PASSES):  # the ends of boxes without a root are crossed
             new = np.stack(narrowed_by_rows(self.enclose, self.enclose_jacobian, *box[:, live]))
             gained = (_widths(new) < GAIN * _widths(box[:, live])).any(axis=1)
             box[:, live] = new
             live = live[gained & ~(new[0] > new[1]).any(axis=1)]
             if not len(live):
                 break
-        return box
-
-    def _newton(self, box: Array) -> NewtonImage:
-        return interval_newton(self.enclose, self.enclose_jacobian, box)
-
-    # -- proofs ------------------------------------------------------------------------------------------
+        possible = ~(box[0] > box[1]).any(axis=1)
+        whole, box = whole[:, possible], box[:, possible]
+        self.boxes += box.shape[1]
+        below, above = self.enclose(*box)
+        kept = ~((below > 0) | (above < 0) | (np.isnan(below) & np.isnan(above))).any(axis=1)
+        whole, box = whole[:, kept], box[:, kept]
+        image = interval_newton(self.enclose, self.enclose_jacobian, box)
+        self._settle(box[:, image.unique])
+        open_ = ~image.empty & ~image.unique
+        near = np.flatnonzero(open_ & image.regular)
+        if near.size:  # roots on faces and corners lie in a wider box with exactly one root
+            lo, hi = box[:, near]
+            pad = hi - lo + 8 * np.spacing(np.maximum(abs(lo), abs(hi)))
+            wide = np.stack([lo - pad, hi + pad])
+            unique = interval_newton(self.enclose, self.enclose_jacobian, wide).unique
+            self._settle(wide[:, unique])
+            open_[near[unique]] = False
+        return self._divide(whole[:, open_], image.box[:, open_])
 
     def _settle(self, boxes: Array) -> None:
         """Keep of each proved box the narrow box that its one root lies in."""
         for place in range(boxes.shape[1]):
             box = boxes[:, place : place + 1]
             for _ in range(30):
-                image = self._newton(box)
+                image = interval_newton(self.enclose, self.enclose_jacobian, box)
                 if image.empty[0] or not (_widths(image.box) < 0.9 * _widths(box)).any():
                     break
                 box = image.box
             self.proved.append(box[:, 0])
 
-    def _settle_inflated(self, box: Array, chosen: Mask) -> Mask:
-        """Prove the boxes that lie in a wider one with exactly one root: roots on faces and corners."""
-        covered = np.zeros(len(chosen), bool)
-        index = np.flatnonzero(chosen)
-        if index.size:
-            lo, hi = box[:, index]
-            pad = hi - lo + 8 * np.spacing(np.maximum(abs(lo), abs(hi)))
-            wide = np.stack([lo - pad, hi + pad])
-            unique = self._newton(wide).unique
-            self._settle(wide[:, unique])
-            covered[index[unique]] = True
-        return covered
-
-    # -- division ----------------------------------------------------------------------------------------
-
     def _divide(self, whole: Array, box: Array) -> Array:
-        """Boxes that shrank much go on as they are; others are cut, or left where too narrow to cut."""
+        """Boxes that shrank much go on as they are; others are left where they are too narrow, or cut across
+        the side of largest smear max_i |∂F_i/∂x_j| w_j, the widest where that is unbounded."""
         floor = np.maximum(NARROW * _widths(self.whole), 1e-300)
         wide = _widths(box) / np.maximum(abs(box).max(axis=0), floor) > NARROW
         shrunk = ((_widths(box) < 0.5 * _widths(whole)) & wide).any(axis=1)
-        narrow = ~wide.any(axis=1)
-        self.unresolved += int(narrow.sum())
-        kept, cut = shrunk & ~narrow, ~shrunk & ~narrow
-        return np.concatenate([box[:, kept], self._halves(box[:, cut], wide[cut])], axis=1)
-
-    def _halves(self, box: Array, wide: Mask) -> Array:
-        """Cut across the side of largest smear max_i |∂F_i/∂x_j| w_j, or the widest where unbounded."""
+        cuttable = wide.any(axis=1)
+        self.unresolved += int((~cuttable).sum())
+        kept, box, wide = box[:, shrunk], box[:, cuttable & ~shrunk], wide[cuttable & ~shrunk]
         if not len(wide):
-            return box
+            return kept
         slopes = abs(np.array(self.enclose_jacobian(*box))).max(axis=0)
         rows = slopes * _widths(box)[:, None, :]
         smear = (rows / np.maximum(rows.sum(axis=2, keepdims=True), 1e-300)).sum(axis=1)
@@ -296,7 +275,7 @@ class _Search:
         middle = [split_point(*ends) for ends in box[:, each, side].T.tolist()]
         left, right = box.copy(), box.copy()
         left[1, each, side] = right[0, each, side] = middle
-        return np.concatenate([left, right], axis=1)
+        return np.concatenate([kept, left, right], axis=1)
 
 
 def _widths(box: Array) -> Array:
