@@ -55,9 +55,8 @@ class Problem:
         whole = np.where(finite, self.turn, 1.0)
         return np.where(finite, there - whole * np.round((there - here) / whole), there)
 
-    def apart(self, there: Vector, here: Vector) -> Vector:
-        """The scaled difference, angles less their whole turns."""
-        return np.asarray((self.turned(there, here) - here) / self.scale)
+    def length(self, move: Vector) -> float:
+        return float(np.linalg.norm(move / self.scale))
 
 
 class CurvePoint(NamedTuple):
@@ -99,11 +98,8 @@ def point_at(problem: Problem, z: Vector, along: Vector, arc: float = 0.0) -> Cu
 
 def start(problem: Problem, z: Vector) -> CurvePoint | None:
     """The point of the curve at ``z``, directed so that the parameter grows."""
-    along = np.zeros(len(z))
-    along[-1] = 1.0
-    point = point_at(problem, z, along)
-    turning = point is not None and abs(point.tangent[-1]) <= TURNING
-    return point if point is None or not turning else point._replace(fold=True)
+    point = point_at(problem, z, np.eye(len(z))[-1])
+    return point and point._replace(fold=bool(abs(point.tangent[-1]) <= TURNING))
 
 
 CORRECTIONS = 8
@@ -147,8 +143,7 @@ def stepped(problem: Problem, here: CurvePoint, length: float) -> CurvePoint | N
             return None
         z = z + problem.scale * move
         if size <= grain:
-            chord = float(np.linalg.norm((z - here.z) / problem.scale))
-            return point_at(problem, z, here.tangent, here.arc + chord)
+            return point_at(problem, z, here.tangent, here.arc + problem.length(z - here.z))
         before = size
     return None
 
@@ -189,9 +184,13 @@ def where(
     return min(points.values(), key=lambda point: abs(level(point)))
 
 
+def _beyond(place: int, bound: float) -> Callable[[CurvePoint], float]:
+    return lambda point: float(point.z[place]) - bound
+
+
 def crossing(problem: Problem, here: CurvePoint, length: float, value: float) -> CurvePoint | None:
     """Where the parameter is ``value``, exactly, the other coordinates polished with it held."""
-    found = where(problem, here, length, lambda point: float(point.z[-1]) - value)
+    found = where(problem, here, length, _beyond(-1, value))
     if found is None:
         return None
     held, size = found.z.copy(), problem.scale[:-1]
@@ -297,8 +296,8 @@ class _Walk:
         self.obstacle = End.STALLED
         if there is None or float(here.tangent @ there.tangent) < TURNING_COSINE:
             return None
-        moved = (there.z - here.z) / self.problem.scale
-        if float(np.linalg.norm(moved - length * here.tangent)) > ASIDE * length:
+        aside = there.z - here.z - length * self.problem.scale * here.tangent
+        if self.problem.length(aside) > ASIDE * length:
             return None
         if there.orientation != here.orientation:
             self.obstacle = End.SINGULAR
@@ -331,8 +330,7 @@ class _Walk:
             turning = where(self.problem, here, reach, lambda point: float(point.tangent[-1]))
             if turning is not None:
                 self.points.append(turning._replace(fold=True))
-                chord = float(np.linalg.norm((last.z - turning.z) / self.problem.scale))
-                last = last._replace(arc=turning.arc + chord)
+                last = last._replace(arc=turning.arc + self.problem.length(last.z - turning.z))
         self.points.append(last)
 
     def _boundary(self, here: CurvePoint, there: CurvePoint, length: float) -> CurvePoint | None:
@@ -365,18 +363,13 @@ class _Walk:
         """The start, whole turns of angles later, where the curve closes within this step."""
         if here.arc - self.home.arc < 3 * FIRST:
             return None
-        apart = self.problem.apart(self.home.z, here.z)
-        ahead = float(apart @ here.tangent)
+        home = self.problem.turned(self.home.z, here.z)
+        ahead = float((home - here.z) / self.problem.scale @ here.tangent)
         if not 0.0 < ahead <= length or float(here.tangent @ self.home.tangent) < 0.9:
             return None
         point = attempted(self.problem, here, ahead)
         if point is None:
             return None
         size = 1.0 + float(np.abs(point.z / self.problem.scale).max())
-        if float(np.linalg.norm(self.problem.apart(point.z, self.home.z))) > HOME * size:
-            return None
-        return point._replace(z=self.problem.turned(self.home.z, here.z))
-
-
-def _beyond(place: int, bound: float) -> Callable[[CurvePoint], float]:
-    return lambda point: float(point.z[place]) - bound
+        back = self.problem.turned(point.z, self.home.z)
+        return None if self.problem.length(back - self.home.z) > HOME * size else point._replace(z=home)

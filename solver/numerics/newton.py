@@ -53,17 +53,9 @@ class Point(NamedTuple):
     factor: Factor
     step: Array
 
-    def correction(self, residual: Array) -> Array:
-        corrected: Array = -self.factor.solution(residual)
-        return corrected
-
     def norm(self, step: Array) -> float:
         """The largest |dx_j| / w_j."""
         return float((np.abs(step) / self.weight).max(initial=0.0))
-
-    def sizes(self) -> Array:
-        """Σ_j |J_ij| w_j for every rule."""
-        return row_sizes(self.jacobian, self.weight)
 
     def vanishes(self) -> bool:
         """Whether the backward error is at rounding level."""
@@ -72,8 +64,8 @@ class Point(NamedTuple):
     def explains(self) -> bool:
         """Whether the step accounts for the residual: F + J dx is small beside F, or beside the sizes of the
         rules. (Where rank is lost at a minimum of |F| it does not.)"""
-        left = np.abs(self.residual + self.jacobian @ self.step)
-        return bool((left <= np.maximum(0.5 * np.abs(self.residual), VANISHING * self.sizes())).all())
+        left, sizes = np.abs(self.residual + self.jacobian @ self.step), row_sizes(self.jacobian, self.weight)
+        return bool((left <= np.maximum(0.5 * np.abs(self.residual), VANISHING * sizes)).all())
 
 
 class System:
@@ -209,7 +201,7 @@ class _Search:
             if values is None:
                 damping /= 2
                 continue
-            simplified = p.correction(values)
+            simplified = -p.factor.solution(values)
             ahead = p.norm(simplified)
             if ahead <= (1 - damping / 4) * norm and (following := self.system.point(x, values)):
                 self.last, self.damping = (simplified, p.weight, norm), damping
@@ -245,7 +237,7 @@ class _Search:
         for _ in range(3):
             p = self.point
             following = self.system.point(p.x + p.step)
-            if following is None or not p.norm(p.correction(following.residual)) < p.norm(p.step):
+            if following is None or not p.norm(p.factor.solution(following.residual)) < p.norm(p.step):
                 break
             self._advance(following)
         regular = self.point.factor.rank == self.point.factor.columns and self.slow < SLOW
@@ -280,7 +272,9 @@ class _Search:
             p = self.point
             if p.norm(p.step) > DEGENERATE or not p.explains():
                 return False
-            if (np.abs(p.residual) <= VANISHING * p.sizes()).all():  # the rows themselves vanish with x
+            if (
+                np.abs(p.residual) <= VANISHING * row_sizes(p.jacobian, p.weight)
+            ).all():  # the rows themselves vanish with x
                 return True
             following = self.system.point(p.x + p.step)
             if following is None:
@@ -303,7 +297,7 @@ def _is_straight(p: Point, following: Point) -> bool:
     norm = p.norm(p.step)
     if norm > STAGNATION or p.factor.rank < p.factor.columns:
         return False
-    return p.norm(p.correction(following.jacobian @ p.step - p.jacobian @ p.step)) <= FAST * norm
+    return p.norm(p.factor.solution(following.jacobian @ p.step - p.jacobian @ p.step)) <= FAST * norm
 
 
 TRUST_REGIONS = ("lm", "hybr")
