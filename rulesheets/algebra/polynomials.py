@@ -158,7 +158,14 @@ class _Elimination(Arithmetic[Any]):
         return self._bounded(above / below)
 
     def raised(self, node: Power, base: Any, exponent: Any) -> Any:
-        return self._power(base, self._constant(exponent))
+        if not (exponent.numer.is_ground and exponent.denom.is_ground):
+            raise NotAlgebraic
+        number = exponent.numer.coeff(1) / exponent.denom.coeff(1)
+        exact = Fraction(int(number.numerator), int(number.denominator))
+        near = exact.limit_denominator(MAX_ROOT)
+        if float(near) != float(exact):
+            raise NotAlgebraic
+        return self._power(base, near)
 
     def applied(self, node: Call, arguments: list[Any]) -> Any:
         match node.function:
@@ -174,30 +181,17 @@ class _Elimination(Arithmetic[Any]):
     def symbol(self, node: Symbol) -> Any:
         raise NotAlgebraic
 
-    def _constant(self, exponent: Any) -> Fraction:
-        if not (exponent.numer.is_ground and exponent.denom.is_ground):
-            raise NotAlgebraic
-        number = exponent.numer.coeff(1) / exponent.denom.coeff(1)
-        exact = Fraction(int(number.numerator), int(number.denominator))
-        near = exact.limit_denominator(MAX_ROOT)
-        if float(near) != float(exact):
-            raise NotAlgebraic
-        return near
-
     def _power(self, base: Any, exponent: Fraction) -> Any:
         if exponent.denominator > 1:
-            base = self._radical(base, exponent.denominator)
+            key = base, exponent.denominator
+            if key not in self.relations:
+                if len(self.relations) == MAX_RADICALS:
+                    raise NotAlgebraic
+                self.relations[key] = self.radicals[len(self.relations)]
+            base = self.relations[key]
         if abs(exponent.numerator) > MAX_DEGREE or (exponent <= 0 and not base):
             raise NotAlgebraic
         return self._bounded(base**exponent.numerator)
-
-    def _radical(self, inside: Any, degree: int) -> Any:
-        key = inside, degree
-        if key not in self.relations:
-            if len(self.relations) == MAX_RADICALS:
-                raise NotAlgebraic
-            self.relations[key] = self.radicals[len(self.relations)]
-        return self.relations[key]
 
     def _bounded(self, found: Any) -> Any:
         expect_time()

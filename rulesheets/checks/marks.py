@@ -88,27 +88,21 @@ def check_figures(program: Program, variables: Collection[str]) -> Iterator[Diag
         if earlier is not figure:
             places = (one.span and one.span.part(0, len("figure")) for one in (figure, earlier))
             yield _twice("figure", figure.name, *places)
-        yield from _check_figure(figure, variables, program.functions)
-
-
-def _check_figure(
-    figure: Figure, variables: Collection[str], functions: Collection[str]
-) -> Iterator[Diagnosis]:
-    points: dict[str, Mark] = {}
-    for mark in marks_of(figure):
-        if mark.kind in PLACES and mark.name is not None:
-            earlier = points.setdefault(mark.name, mark)
-            if earlier is not mark:
-                yield _twice("point", mark.name, mark.span, earlier.span)
-    for mark in marks_of(figure):
-        named, reckoned = parts(mark)
-        for name in named:
-            if name.name not in points:
-                notes = suggestion(name.name, points) or (f"add point {name.name} = (x, y)",)
-                message = f"the figure {figure.name} has no point {name.name}"
-                yield said("E231", message, name.span, *notes)
-        for expression in reckoned:
-            yield from _check_expression(expression, variables, functions)
+        points: dict[str, Mark] = {}
+        for mark in marks_of(figure):
+            if mark.kind in PLACES and mark.name is not None:
+                before = points.setdefault(mark.name, mark)
+                if before is not mark:
+                    yield _twice("point", mark.name, mark.span, before.span)
+        for mark in marks_of(figure):
+            named, reckoned = parts(mark)
+            for name in named:
+                if name.name not in points:
+                    notes = suggestion(name.name, points) or (f"add point {name.name} = (x, y)",)
+                    message = f"the figure {figure.name} has no point {name.name}"
+                    yield said("E231", message, name.span, *notes)
+            for expression in reckoned:
+                yield from _check_expression(expression, variables, program.functions)
 
 
 def _check_expression(

@@ -55,6 +55,10 @@ class Problem:
         whole = np.where(finite, self.turn, 1.0)
         return np.where(finite, there - whole * np.round((there - here) / whole), there)
 
+    def apart(self, there: Vector, here: Vector) -> Vector:
+        """The scaled difference, angles less their whole turns."""
+        return np.asarray((self.turned(there, here) - here) / self.scale)
+
     def length(self, move: Vector) -> float:
         return float(np.linalg.norm(move / self.scale))
 
@@ -371,5 +375,5 @@ class _Walk:
         if point is None:
             return None
         size = 1.0 + float(np.abs(point.z / self.problem.scale).max())
-        back = self.problem.turned(point.z, self.home.z)
-        return None if self.problem.length(back - self.home.z) > HOME * size else point._replace(z=home)
+        off = float(np.linalg.norm(self.problem.apart(point.z, self.home.z)))
+        return None if off > HOME * size else point._replace(z=home)

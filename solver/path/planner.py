@@ -252,14 +252,14 @@ class _Building:
     def _awaited(self, equation: int) -> list[int]:
         """The conditions of a pending equation that can't be evaluated yet."""
         first = len(self.graph.occurs)
-        return [c for c in self.guards[equation] if self.frontier.missing(first + c)]
+        return [c for c in self.guards[equation] if self.frontier.missing[first + c]]
 
     def _decide(self) -> bool:
         """Ask for the outcome of conditions that can be evaluated and guard what is still open."""
         waiting = [
             condition
             for equation in self.pending
-            if self.frontier.missing(equation) and not self._awaited(equation)
+            if self.frontier.missing[equation] and not self._awaited(equation)
             for condition in self.guards[equation]
         ]
         if waiting:
@@ -270,7 +270,7 @@ class _Building:
         """Case by case, where a guarded rule could still say something about an unknown."""
         for equation in self.pending:
             useful = self._awaited(equation)
-            if not self.frontier.missing(equation):  # a condition may say what its unknown is
+            if not self.frontier.missing[equation]:  # a condition may say what its unknown is
                 useful = [c for c in useful if _value_said(self.graph.model.conditions[c])]
             if useful:
                 self.steps.append(Assume(useful[0]))
@@ -279,12 +279,12 @@ class _Building:
     # --- simultaneous blocks ---
 
     def _solve_blocks(self) -> bool:
-        remaining = [e for e in range(len(self.active)) if self.active[e] and self.frontier.missing(e)]
+        remaining = [e for e in range(len(self.active)) if self.active[e] and self.frontier.missing[e]]
         number: dict[int, int] = {}
-        occurs = [
-            tuple(sorted(number.setdefault(v, len(number)) for v in self.frontier.unknowns(equation)))
-            for equation in remaining
-        ]
+        occurs = []
+        for equation in remaining:
+            left = (v for v in self.graph.occurs[equation] if not self.frontier.known[v])
+            occurs.append(tuple(sorted(number.setdefault(v, len(number)) for v in left)))
         part, variables = Incidence(tuple(occurs), ({},) * len(occurs), len(number)), list(number)
         blocks = _blocks(part) if remaining else ()
         for block in blocks:
