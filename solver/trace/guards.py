@@ -260,15 +260,9 @@ class Guards:
 
     # --- requirements ---
 
-    def _check_requirements(self, state: State) -> None:
-        """Require what the sheet requires of answers; next to an edge a full solve has the word."""
-        for requirement in self.model.requirements:
-            active, meets = self._requirement(state, requirement)
-            with self.flow.only_if(active):
-                self.flow.require(meets)
-
     def _requirement(self, state: State, requirement: Requirement) -> tuple[int, int]:
-        """Whether a requirement is asked, and whether it is met. What is known too little is not asked."""
+        """Whether a requirement is asked, and whether it is met. What is known too little is not asked; next
+        to an edge a full solve has the word."""
         flow = self.flow
         if not all(name in state.values for name in requirement.names):
             if all(name in state.values or name in state.symbols for name in requirement.names):

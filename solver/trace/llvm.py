@@ -60,16 +60,12 @@ _LIBRARY = ("expm1", "log1p")
 _INTRINSICS = ("sqrt", "fabs", "rint", "sin", "cos", "exp", "log", "log10")
 
 
-def loop_module(flow: Flow, wanted: tuple[int, ...], inputs: list[int]) -> str:
-    """A module with the function ``rows(start, end, inputs…, outputs…)``, which fills the wanted nodes.
+class _Writer:
+    """Lines of the loop body, one value each. ``module`` is one with the function
+    ``rows(start, end, inputs…, outputs…)``, which fills the wanted nodes.
 
     Raises NotCompilable where the graph has a function that the loop cannot hold.
     """
-    return _Writer(flow, wanted, inputs).module()
-
-
-class _Writer:
-    """Lines of the loop body, one value each."""
 
     def __init__(self, flow: Flow, wanted: tuple[int, ...], inputs: list[int]) -> None:
         self.flow, self.wanted, self.inputs = flow, wanted, inputs
@@ -241,15 +237,6 @@ done:
         flat = self._line(f"fcmp oeq double {y}, {_constant(0.0)}")
         return self._select(flat, angle, signed)
 
-    def _negative(self, x: str) -> str:
-        return self._line(f"fneg double {x}")
-
-    def _not(self, x: str) -> str:
-        return self._line(f"xor i1 {x}, true")
-
-    def _finite(self, x: str) -> str:
-        return self._line(f"fcmp one double {self._call('fabs', x)}, {_constant(float('inf'))}")
-
     def _near(self, a: str, b: str) -> str:
         apart = self._call("fabs", self._op("fsub", a, b))
         one, other = self._call("fabs", a), self._call("fabs", b)
@@ -264,10 +251,10 @@ done:
 
 _HALF_PI = 1.5707963267948966
 _SPECIAL: dict[str, Callable[..., str]] = {
-    "neg": _Writer._negative,
+    "neg": lambda w, x: w._line(f"fneg double {x}"),
     "max": lambda w, a, b: w._select(w._line(f"fcmp ogt double {a}, {b}"), a, b),
-    "not": _Writer._not,
-    "finite": _Writer._finite,
+    "not": lambda w, x: w._line(f"xor i1 {x}, true"),
+    "finite": lambda w, x: w._line(f"fcmp one double {w._call('fabs', x)}, {_constant(float('inf'))}"),
     "near": _Writer._near,
     "direction": lambda w, y, x: w._direction(y, x, _HALF_PI, 1.0),
     "directiond": lambda w, y, x: w._direction(y, x, 90.0, DEGREE),
@@ -313,7 +300,7 @@ class NativeKernel:
     def __init__(self, flow: Flow, wanted: Sequence[int]) -> None:
         self.wanted = tuple(wanted)
         self.inputs = sorted(int(node[1]) for node in flow.nodes if node[0] == "input")
-        self.source = loop_module(flow, self.wanted, self.inputs)
+        self.source = _Writer(flow, self.wanted, self.inputs).module()
         self._engine, self._run = _compiled(self.source, len(self.inputs) + len(self.wanted))
 
     def __call__(self, columns: Sequence[Array], results: Sequence[Array], take: Take | None = None) -> None:
@@ -340,51 +327,31 @@ class NativeKernel:
             part.result()
 
 
-def _machine() -> Any:
-    """A code generator for this machine, one for each engine, which takes it over."""
-    import llvmlite.binding as llvm
-
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    target = llvm.Target.from_default_triple()
-    features = llvm.get_host_cpu_features().flatten()
-    return target.create_target_machine(
-        cpu=llvm.get_host_cpu_name(), features=features, opt=3, jit=True, codemodel="jitdefault"
-    )
-
-
 def _compiled(source: str, pointers: int) -> tuple[Any, Callable[..., None]]:
     """The engine (to keep) and the loop."""
     import llvmlite.binding as llvm
 
-    machine = _machine()
-    host = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten(), llvm.llvm_version_info
-    key = f"{host}\n{source}".encode()
-    kept = store.load("native", key)
-    module = llvm.parse_assembly(source if kept is None else _empty(source))
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+    key = f"{(cpu, features, llvm.llvm_version_info)}\n{source}".encode()
+    if (code := store.load("native", key)) is not None:  # its engine takes a module without the loop
+        source = "\n".join(line for line in source.splitlines() if line.startswith("target"))
+    machine = llvm.Target.from_default_triple().create_target_machine(
+        cpu=cpu, features=features, opt=3, jit=True, codemodel="jitdefault"
+    )
+    module = llvm.parse_assembly(source)
     engine = llvm.create_mcjit_compiler(module, machine)
-    if kept is None:
-        _optimize(llvm, machine, module)
+    if code is None:
+        tuning = llvm.create_pipeline_tuning_options(speed_level=3)
+        tuning.loop_vectorization = tuning.loop_interleaving = True
+        tuning.slp_vectorization = False
+        builder = llvm.create_pass_builder(machine, tuning)
+        builder.getModulePassManager().run(module, builder)
         code = machine.emit_object(module)
         store.save("native", key, code)
-    else:
-        code = kept
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
     address = engine.get_function_address("rows")
     signature = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * pointers)
     return engine, signature(address)
-
-
-def _empty(source: str) -> str:
-    """A module without the loop, for an engine that is given the code."""
-    return "\n".join(line for line in source.splitlines() if line.startswith("target"))
-
-
-def _optimize(llvm: Any, machine: Any, module: Any) -> None:
-    tuning = llvm.create_pipeline_tuning_options(speed_level=3)
-    tuning.loop_vectorization = True
-    tuning.loop_interleaving = True
-    tuning.slp_vectorization = False
-    builder = llvm.create_pass_builder(machine, tuning)
-    builder.getModulePassManager().run(module, builder)

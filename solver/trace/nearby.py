@@ -14,8 +14,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.model import Value
 from solver.ranking.ranking import GRAIN, SIZE, SLACK, ZERO, Key
-from solver.trace.order import RANGES, UNORDERED, Range, Ranked, before, keys_as_nodes, range_of, spread
-from solver.trace.program import Box, Ending, Program, lean
+from solver.trace.order import RANGES, UNORDERED, Range, before, keys_as_nodes, range_of, spread
+from solver.trace.program import Box, Program, lean
 from solver.trace.python import compile_scalar
 
 SHARES = (0.1, 0.03, 0.01, 3e-3, 1e-3)
@@ -54,7 +54,15 @@ class Nearby:
         """What tells the first answer of rows in the box."""
         self._alone: dict[tuple[int, tuple[int, ...]], tuple[Box, Callable[..., Any]]] = {}
         self._missed, self._price = 0, 1
-        self._values = compile_scalar(_reading(program, program.ranked), all_answers=True)
+        missing = program.flow.constant(math.nan)
+        read = ((*answer, *self.ranked.given) for answer in self.ranked.answers)
+        endings = tuple(
+            ending._replace(results=tuple(missing if node is None else node for node in nodes))
+            for nodes, ending in zip(read, program.endings, strict=True)
+        )
+        reading = program._replace(endings=endings, order=UNORDERED)
+        self._values = compile_scalar(reading, all_answers=True)
+        """What the rule reads of all answers, in place of what is wanted."""
         self._lay(sample)
 
     def move(self, numbers: Numbers) -> None:
@@ -178,17 +186,15 @@ class Nearby:
         unclear = [
             k for k in others if not before(told[place], told[k], [(key[place], key[k]) for key in keys])
         ]
-        there = {k for k in (place, *unclear) if _counts_whole(k, rows, ranking.angles)}
-        return unclear, {
-            k
-            for k in unclear
-            if {place, k} <= there
-            and keys[0][k][SIZE] - keys[0][place][SIZE] > GRAIN * SLACK
-            and all(
-                range_of(a).high <= range_of(b).low
-                for a, b in zip(told[place][:SIZE], told[k][:SIZE], strict=True)
-            )
-        }
+        whole = {k for k in (place, *unclear) if _counts_whole(k, rows, ranking.angles)}
+        comparable = set[int]()
+        for k in unclear:
+            parts = zip(told[place][:SIZE], told[k][:SIZE], strict=True)
+            alike = all(range_of(a).high <= range_of(b).low for a, b in parts)
+            nearer = keys[0][k][SIZE] - keys[0][place][SIZE] > GRAIN * SLACK
+            if alike and nearer and {place, k} <= whole:
+                comparable.add(k)
+        return unclear, comparable
 
 
 def _counts_whole(place: int, rows: Sequence[Sequence[Any]], angles: Sequence[bool]) -> bool:
@@ -204,18 +210,6 @@ def _counts_whole(place: int, rows: Sequence[Sequence[Any]], angles: Sequence[bo
 
 def _within(one: Range, other: Range) -> Range:
     return Range(max(one.low, other.low), min(one.high, other.high))
-
-
-def _reading(program: Program, ranked: Ranked) -> Program:
-    """What the rule reads of all answers, in place of what is wanted."""
-    missing = program.flow.constant(math.nan)
-    endings = (
-        Ending(
-            tuple(missing if n is None else n for n in (*answer, *ranked.given)), ending.holds, ending.finite
-        )
-        for answer, ending in zip(ranked.answers, program.endings, strict=True)
-    )
-    return program._replace(endings=tuple(endings), order=UNORDERED)
 
 
 def _around(*numbers: float) -> Any:

@@ -129,7 +129,8 @@ def compile_scalar(program: Program, all_answers: bool = False) -> Callable[...,
 def _namespace(program: Program) -> dict[str, Any]:
     """What the statements of a program call."""
     names = {node[1] for node in program.flow.nodes if node[0] == "call"}
-    namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS, "near": _near, "otherwise": _nothing}
+    namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS, "near": _near}
+    namespace["otherwise"] = lambda *numbers, **named: None
     namespace["box"] = program.box
     namespace.update(inf=math.inf, nan=math.nan)  # constants that have overflowed
     namespace.update({f"f_{name}": TABLE[str(name)].value for name in names})
@@ -163,10 +164,6 @@ def with_resort(function: Callable[..., Any], otherwise: Callable[..., Any]) -> 
     """A compiled function that hands numbers of which it does not tell to ``otherwise``."""
     known = {**function.__globals__, "otherwise": otherwise}
     return FunctionType(function.__code__, known, function.__name__, function.__defaults__)
-
-
-def _nothing(*numbers: Value, **named: Value) -> None:
-    return None
 
 
 def _near(a: float, b: float) -> bool:

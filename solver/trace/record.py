@@ -17,7 +17,7 @@ from itertools import compress
 from rulesheets.functions import named
 from rulesheets.model import Model, Variable
 from rulesheets.syntax.nodes import subtract
-from solver.facts import Beside, Conflict, Fact, NoValue, Unmet
+from solver.facts import Beside, Conflict, NoValue, Unmet
 from solver.kernel.block import kernel_of
 from solver.leaves import Leaf
 from solver.path import Decide, Evaluate, Select, SolveBlock, Step
@@ -121,7 +121,10 @@ class Recording(Inverses):
 
     def _followed(self, start: State, leaf: Leaf) -> State:
         state = self._steps(start.fork(), leaf)
-        self._check_requirements(state)
+        for requirement in self.model.requirements:
+            active, meets = self._requirement(state, requirement)
+            with self.flow.only_if(active):
+                self.flow.require(meets)
         for name, variable in self.model.variables.items():
             self._turned(state, name, variable)
         self._check_rules(state)
@@ -155,19 +158,16 @@ class Recording(Inverses):
         self._on(state)
         self._hold(state, (*self.branch.assumed, *sorted(state.used - state.decided.keys())))
         for fact in self.branch.void.values():
-            self._stays_a_pole(state, fact)
+            # A case of fixed numbers alone has no value: those are the same in every row.
+            if not isinstance(fact, NoValue) or not fact.pole:
+                raise NotCompilable
+            others = (n for n in self.model.equations[fact.equation].names if n != fact.unknown)
+            nodes = [state.values.get(name) for name in others]
+            if any(node is None or self.flow.value_of(node) is None for node in nodes):
+                raise NotCompilable
+            self.poles.add(fact.unknown)
         self._settle(state)
         return state
-
-    def _stays_a_pole(self, state: State, fact: Fact) -> None:
-        """An unknown has no value in a case of fixed numbers alone: those are the same in every row."""
-        if not isinstance(fact, NoValue) or not fact.pole:
-            raise NotCompilable
-        others = (n for n in self.model.equations[fact.equation].names if n != fact.unknown)
-        nodes = [state.values.get(name) for name in others]
-        if any(node is None or self.flow.value_of(node) is None for node in nodes):
-            raise NotCompilable
-        self.poles.add(fact.unknown)
 
     def _hold(self, state: State, conditions: Iterable[int]) -> None:
         """Require the outcomes that the sample had, of conditions that are known, or settled by what is."""
