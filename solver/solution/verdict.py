@@ -8,26 +8,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from rulesheets.model import Model, Value
-from solver.facts import (
-    AsksNothing,
-    Beside,
-    BeyondFloats,
-    Conflict,
-    DoubleRoot,
-    Fact,
-    Indeterminacy,
-    NoRoot,
-    NoValue,
-    OutOfRange,
-    RankLoss,
-    RestsOnRounding,
-    Status,
-    Truncated,
-    Uncovered,
-    Unfixed,
-    Unmet,
-    about,
-)
+from solver import facts
+from solver.facts import Fact, Status
 from solver.leaves import Asked, Casework, Exploration, Leaf, blocked, leaf_errors, within_one_turn
 from solver.numerics.tolerances import NEIGHBOURS, SAFETY, SAME_ANSWER
 from solver.path import Evaluate, SolveBlock, equations_of
@@ -70,8 +52,8 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
                 Status.SOLVED, tuple(solved), tuple(dict.fromkeys(beside)), _unknown(model, solved[0])
             )
         fixed, unfixed = zip(*(_fixed(model, leaf) for leaf in solved), strict=True)
-        facts = (*_unsettled(solved[0]), *unfixed[0])
-        return Verdict(Status.SINGULAR, fixed, facts, _unknown(model, fixed[0]))
+        why = (*_unsettled(solved[0]), *unfixed[0])
+        return Verdict(Status.SINGULAR, fixed, why, _unknown(model, fixed[0]))
     if found.leaves:
         leaves = _open(model, found.leaves, inputs)
         fewest = min(len(leaf.missing) for leaf in leaves)
@@ -88,26 +70,26 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
     return Verdict(status, ())
 
 
-def _curves(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> Iterator[Beside]:
+def _curves(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> Iterator[facts.Beside]:
     """The ways that end where the rules leave wanted variables free: answers, but no isolated ones."""
     for leaf in found.leaves:
-        facts = tuple(leaf.branch.void.values())
-        if leaf.missing and facts and all(isinstance(fact, AsksNothing | RankLoss) for fact in facts):
+        why = tuple(leaf.branch.void.values())
+        if leaf.missing and why and all(isinstance(fact, facts.AsksNothing | facts.RankLoss) for fact in why):
             values = leaf.branch.values.items()
             known = ((n, v) for n, v in values if isinstance(v, float) and n not in inputs)
             posted = tuple((n, v) for n, v in known if model.variables[n].posted)
-            yield Beside(about(facts[0]), leaf.missing, posted)
+            yield facts.Beside(facts.about(why[0]), leaf.missing, posted)
 
 
-def _uncovered(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> tuple[Uncovered, ...]:
+def _uncovered(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> tuple[facts.Uncovered, ...]:
     """The cases that nothing contradicts, and in which no rule determines what is wanted; none where a rule
     of such a case holds whatever that is: then there is a continuum of answers."""
     leaves = [leaf for leaf in found.adrift if not (leaf.loose or leaf.on_edge or blocked(leaf))]
-    facts = (fact for leaf in leaves for fact in leaf.branch.void.values())
-    if any(isinstance(fact, AsksNothing | RankLoss) for fact in facts):
+    why = (fact for leaf in leaves for fact in leaf.branch.void.values())
+    if any(isinstance(fact, facts.AsksNothing | facts.RankLoss) for fact in why):
         return ()
     told = Casework(model, inputs).told
-    return tuple(Uncovered(told(leaf.branch), leaf.missing) for leaf in leaves)
+    return tuple(facts.Uncovered(told(leaf.branch), leaf.missing) for leaf in leaves)
 
 
 def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> Sequence[Leaf]:
@@ -124,25 +106,27 @@ def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> 
     return free or leaves
 
 
-def _unsettled(leaf: Leaf) -> tuple[DoubleRoot | RestsOnRounding, ...]:
+def _unsettled(leaf: Leaf) -> tuple[facts.DoubleRoot | facts.RestsOnRounding, ...]:
     """Why values of a leaf are no isolated answer."""
-    return tuple(fact for fact in leaf.branch.facts if isinstance(fact, DoubleRoot | RestsOnRounding))
+    return tuple(
+        fact for fact in leaf.branch.facts if isinstance(fact, facts.DoubleRoot | facts.RestsOnRounding)
+    )
 
 
-def _fixed(model: Model, leaf: Leaf) -> tuple[Leaf, tuple[Unfixed, ...]]:
+def _fixed(model: Model, leaf: Leaf) -> tuple[Leaf, tuple[facts.Unfixed, ...]]:
     """A leaf at a double root without the numbers that the rules do not determine there."""
     why, branch = _unsettled(leaf), leaf.branch.fork()
-    resting = {fact.unknown for fact in why if isinstance(fact, RestsOnRounding)}
+    resting = {fact.unknown for fact in why if isinstance(fact, facts.RestsOnRounding)}
     branch.values = {name: value for name, value in branch.values.items() if name not in resting}
     leaf = replace(leaf, branch=branch)
-    doubles = [fact for fact in why if isinstance(fact, DoubleRoot)]
+    doubles = [fact for fact in why if isinstance(fact, facts.DoubleRoot)]
     if not doubles:
         return leaf, ()
     error = leaf_errors(model, leaf).error
     lost = tuple(n for n in branch.values if n in branch.origins and error.get(n) == math.inf)
     branch = branch.fork()
     branch.values = {name: value for name, value in branch.values.items() if name not in lost}
-    return replace(leaf, branch=branch), (Unfixed(lost, doubles[0]),) if lost else ()
+    return replace(leaf, branch=branch), (facts.Unfixed(lost, doubles[0]),) if lost else ()
 
 
 def _unknown(model: Model, leaf: Leaf) -> tuple[str, ...]:
@@ -158,38 +142,38 @@ def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -
     every = {id(fact): fact for fact in leaf.branch.void.values()}.values()
     way = planner(model).path(frozenset(inputs), leaf.branch.conditions, want=frozenset(leaf.missing))
     used = {equation for step in way.steps for equation in equations_of(step)}
-    facts = tuple([fact for fact in every if used.intersection(about(fact))] or every)
+    why = tuple([fact for fact in every if used.intersection(facts.about(fact))] or every)
     status = Status.PARTIAL
-    if len(structural) < len(leaf.missing) or (facts and not structural):
-        status = _worst(facts)
-    if status is Status.PARTIAL and any(isinstance(f, Truncated) for f in leaf.branch.facts):
+    if len(structural) < len(leaf.missing) or (why and not structural):
+        status = _worst(why)
+    if status is Status.PARTIAL and any(isinstance(f, facts.Truncated) for f in leaf.branch.facts):
         status = Status.FAILED
-    doubles = tuple(fact for fact in leaf.branch.facts if isinstance(fact, DoubleRoot))
+    doubles = tuple(fact for fact in leaf.branch.facts if isinstance(fact, facts.DoubleRoot))
     if status is Status.SINGULAR and doubles:
-        told = any(isinstance(fact, AsksNothing) for fact in facts)
-        facts = (*doubles, *facts, *(() if told else (Unfixed(leaf.missing, doubles[0]),)))
+        told = any(isinstance(fact, facts.AsksNothing) for fact in why)
+        why = (*doubles, *why, *(() if told else (facts.Unfixed(leaf.missing, doubles[0]),)))
     kept = tuple(leaves) if status in (Status.PARTIAL, Status.SINGULAR) else tuple(leaves[:1])
-    return Verdict(status, kept, facts, _unknown(model, leaf), structural)
+    return Verdict(status, kept, why, _unknown(model, leaf), structural)
 
 
 _SEVERITY: tuple[tuple[Status, type[object]], ...] = (
-    (Status.INCONSISTENT, Conflict),
-    (Status.SINGULAR, Indeterminacy),
-    (Status.INFEASIBLE, NoValue),
-    (Status.INFEASIBLE, OutOfRange),
-    (Status.FAILED, BeyondFloats),
+    (Status.INCONSISTENT, facts.Conflict),
+    (Status.SINGULAR, facts.Indeterminacy),
+    (Status.INFEASIBLE, facts.NoValue),
+    (Status.INFEASIBLE, facts.OutOfRange),
+    (Status.FAILED, facts.BeyondFloats),
 )
 
 
-def _worst(facts: Sequence[Fact]) -> Status:
+def _worst(why: Sequence[Fact]) -> Status:
     for status, kind in _SEVERITY:
-        if any(isinstance(fact, kind) for fact in facts):
+        if any(isinstance(fact, kind) for fact in why):
             return status
-    roots = [fact for fact in facts if isinstance(fact, NoRoot)]
+    roots = [fact for fact in why if isinstance(fact, facts.NoRoot)]
     if roots:
         return Status.INFEASIBLE if any(fact.proven for fact in roots) else Status.FAILED
-    lost = [fact for fact in facts if isinstance(fact, RankLoss)]
-    if any(isinstance(fact, AsksNothing) for fact in facts) or any(not f.everywhere for f in lost):
+    lost = [fact for fact in why if isinstance(fact, facts.RankLoss)]
+    if any(isinstance(fact, facts.AsksNothing) for fact in why) or any(not f.everywhere for f in lost):
         return Status.SINGULAR
     return Status.PARTIAL
 
@@ -197,27 +181,29 @@ def _worst(facts: Sequence[Fact]) -> Status:
 def _contradicted(found: Exploration) -> Verdict:
     """Every way ended at a rule that does not hold."""
     conclusive = _conclusive(found)
-    refused = [leaf for leaf in found.dead if all(isinstance(fact, Unmet) for fact in leaf.conflicts)]
+    refused = [leaf for leaf in found.dead if all(isinstance(fact, facts.Unmet) for fact in leaf.conflicts)]
     if refused:  # the one that breaks the fewest requirements, and these by least
-        misses = [[fact.miss for fact in leaf.conflicts if isinstance(fact, Unmet)] for leaf in refused]
+        misses = [[fact.miss for fact in leaf.conflicts if isinstance(fact, facts.Unmet)] for leaf in refused]
         worst = [(len(row), max(math.inf if miss is None else miss for miss in row)) for row in misses]
         leaf = refused[worst.index(min(worst))]
         return Verdict(Status.INFEASIBLE if conclusive else Status.FAILED, (leaf,), leaf.conflicts)
     for leaf in found.dead:
-        if all(isinstance(fact, Indeterminacy | Unmet) for fact in leaf.conflicts):
+        if all(isinstance(fact, facts.Indeterminacy | facts.Unmet) for fact in leaf.conflicts):
             return Verdict(Status.SINGULAR, (leaf,), leaf.conflicts)
     leaf = min(found.dead, key=lambda leaf: len(leaf.conflicts))
-    if len(leaf.conflicts) == 1 and isinstance(conflict := leaf.conflicts[0], Conflict):
+    if len(leaf.conflicts) == 1 and isinstance(conflict := leaf.conflicts[0], facts.Conflict):
         # a single rule that fails for the very unknown that it was solved for contradicts nothing
         for name, step in leaf.branch.origins.items():
             if isinstance(step, Evaluate) and (step.equation,) == conflict.equations:
-                return Verdict(Status.FAILED, (leaf,), (BeyondFloats(step.equation, name),))
+                return Verdict(Status.FAILED, (leaf,), (facts.BeyondFloats(step.equation, name),))
     if conclusive:
         return Verdict(Status.INCONSISTENT, (leaf,), leaf.conflicts)
     # blocks may have answers beside those that the leaf was led to, and contradicts rules with
     numbers = {name: value for name, value in leaf.branch.values.items() if isinstance(value, float)}
     open_ = tuple(
-        NoRoot(gap.equations, gap.unknowns, False, {n: numbers[n] for n in gap.unknowns if n in numbers})
+        facts.NoRoot(
+            gap.equations, gap.unknowns, False, {n: numbers[n] for n in gap.unknowns if n in numbers}
+        )
         for gap in found.gaps
         if gap.equations
     )
@@ -247,7 +233,7 @@ def _preferred(model: Model, leaves: list[Leaf]) -> list[Leaf]:
         leaf
         for leaf in leaves
         if not any(  # an auxiliary outside a domain (a pole is no violation: it has a limit)
-            isinstance(fact, NoValue | OutOfRange)
+            isinstance(fact, facts.NoValue | facts.OutOfRange)
             and fact.unknown not in leaf.branch.values
             and not getattr(fact, "pole", False)
             for fact in leaf.branch.void.values()
