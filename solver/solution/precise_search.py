@@ -132,23 +132,22 @@ class _PreciseSearch(Explorer):
         floats = {**found, **{name: float(number) for name, number in numbers.items()}}
         values, nothing = {**branch.values, **floats}, 10.0 ** (-self.digits // 2)
         for name, number in numbers.items():
-            if number and abs(number) <= nothing and self._is_rounding(step, values, name):
+            if number and abs(number) <= nothing and self._is_rounding(step, values, name, float(number)):
                 numbers[name], floats[name] = 0 * number, 0.0
         super()._learn(branch, step, floats)
         branch.precise.update(numbers)
 
-    def _is_rounding(self, step: Step, values: Mapping[str, Value], name: str) -> bool:
+    def _is_rounding(self, step: Step, values: Mapping[str, Value], name: str, number: float) -> bool:
         """Whether a number is no more than the rounding of the terms that it was solved from."""
-        number = values[name]
-        for equation in (self.model.equations[index] for index in equations_of(step)):
-            if name in equation.names and all(n in values for n in equation.names):
-                try:
-                    moved = abs(sides(equation, values).slopes.get(name, 0.0) * number)  # type: ignore[operator]
-                except Undefined:
-                    return False
-                if not moved <= 10.0 ** (SPARE - self.digits) * gross(equation, values) != 0.0:
-                    return False
-        return True
+        rules = [self.model.equations[index] for index in equations_of(step)]
+        readers = [rule for rule in rules if name in rule.names and values.keys() >= {*rule.names}]
+        share = 10.0 ** (SPARE - self.digits)
+        with suppress(Undefined):
+            return all(
+                abs(sides(rule, values).slopes.get(name, 0.0) * number) <= share * gross(rule, values) != 0.0
+                for rule in readers
+            )
+        return False
 
     def _settled(self, branch: Branch) -> dict[str, Value]:
         """Whole turns are taken off the digits that floats do not hold, too."""
