@@ -261,14 +261,17 @@ def _angles(equations: Iterable[Equation], conditions: Iterable[nodes.Condition]
     sums: dict[str, list[Equation]] = {}
     plainly: dict[Shape, bool] = {}
     for equation in equations:
-        sides, (shape, _) = (equation.left, equation.right), shape_of(equation)
+        shape, _ = shape_of(equation)
         if shape not in plainly:
-            calls = (node.function for side in sides for node in walk(side) if isinstance(node, Call))
+            sides = equation.left, equation.right
+            calls = (node.function for node in walk(*sides) if isinstance(node, Call))
             angular = any(TABLE[name].turn or TABLE[name].angle for name in calls)
             plainly[shape] = not (angular or all(map(is_angle_sum, sides)))
-        if plainly[shape]:  # rules that know nothing of angles, told shape by shape
+        if plainly[shape]:  # rules that know nothing of angles, told shape by shape, their sides unread
             plain.update(equation.names)
-        elif all(map(is_angle_sum, sides)):
+            continue
+        sides = equation.left, equation.right
+        if all(map(is_angle_sum, sides)):
             for name in equation.names:
                 sums.setdefault(name, []).append(equation)
         else:
