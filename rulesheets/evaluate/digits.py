@@ -236,7 +236,12 @@ def _indeterminate(expression: Expression, values: Mapping[str, float | str]) ->
             found = limit(part, values) if form or part is not chain[0] else None
             if form or found is not None:
                 return Indeterminate(part, form or ("1^∞" if isinstance(part, Power) else "0·∞"), found)
-            if above is None or not _may_compensate(above, part, values):
+            if isinstance(above, Product):  # a part that becomes infinite may have a limit in these
+                other = above.right if above.left is part else above.left
+                compensates = _read(other, values) and vanishes(other, values)
+            else:
+                compensates = isinstance(above, Quotient | Power | Call) and _read(above, values)
+            if not compensates:
                 break
     return None
 
@@ -276,14 +281,6 @@ def vanishes(part: Expression, values: Mapping[str, float | str]) -> bool:
         return not extended(part, values, 50) and not extended(part, values, 100)
     except Undefined:
         return False
-
-
-def _may_compensate(above: Expression, part: Expression, values: Mapping[str, float | str]) -> bool:
-    """Whether an expression may have a limit where a part of it becomes infinite."""
-    if isinstance(above, Product):
-        other = above.right if above.left is part else above.left
-        return _read(other, values) and vanishes(other, values)
-    return isinstance(above, Quotient | Power | Call) and _read(above, values)
 
 
 def limit(expression: Expression, values: Mapping[str, float | str]) -> float | None:

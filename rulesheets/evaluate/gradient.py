@@ -230,7 +230,9 @@ class TracedFloats(Traced[float]):
             one, other = parts
             lost = one.value == 0.0 == other.value and _lost(one) and _lost(other)
             return SMALLEST if lost else _rounded(result, one.value != 0.0 != other.value)
-        size = abs(_finite(result, node))
+        size = abs(result)
+        if result - result != 0.0:
+            raise Undefined("overflow", (result,), node)
         if isinstance(node, Call):
             row = TABLE[node.function]
             if size < SMALLEST and (size or _below_floats(row, parts) or any(map(_lost, parts))):
@@ -238,12 +240,6 @@ class TracedFloats(Traced[float]):
             return row.ulps * (math.inf if node.function in CHOOSING and _tied(parts) else size)
         lost = result == 0.0 == parts[0].value and isinstance(node, Power) and _lost(parts[0])
         return SMALLEST if lost else _rounded(result, parts[0].value != 0.0)
-
-
-def _finite(result: float, node: Expression) -> float:
-    if result - result != 0.0:
-        raise Undefined("overflow", (result,), node)
-    return result
 
 
 def _rounded(result: float, some: bool) -> float:

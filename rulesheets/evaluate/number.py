@@ -8,6 +8,7 @@ from contextlib import suppress
 from fractions import Fraction
 from functools import reduce
 from math import isfinite, isqrt
+from operator import ge, gt, le, lt
 from sys import float_info
 from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
 
@@ -297,29 +298,23 @@ def _any(
     return False
 
 
-def _operand(expression: Expression, values: Values) -> float | str:
-    if isinstance(expression, Name):
-        return values[expression.name]
-    return expression.name if isinstance(expression, Symbol) else value(expression, values)
-
-
 def _compare(comparison: Comparison, values: Values, same: Same) -> bool:
-    left, right = _operand(comparison.left, values), _operand(comparison.right, values)
+    sides: list[float | str] = []
+    for side in (comparison.left, comparison.right):
+        if isinstance(side, Name):
+            sides.append(values[side.name])
+        else:
+            sides.append(side.name if isinstance(side, Symbol) else value(side, values))
+    left, right = sides
     if isinstance(left, str) or isinstance(right, str):
         return (left == right) is (comparison.operator == "=") and comparison.operator in ("=", "<>")
-    match comparison.operator:
-        case "=":
-            return same(comparison, left, right)
-        case "<>":
-            return not same(comparison, left, right)
-        case "<":
-            return left < right
-        case "<=":
-            return left <= right
-        case ">":
-            return left > right
-        case _:
-            return left >= right
+    if comparison.operator in ("=", "<>"):
+        return same(comparison, left, right) == (comparison.operator == "=")
+    order: bool = _ORDERS[comparison.operator](left, right)
+    return order
+
+
+_ORDERS = {"<": lt, "<=": le, ">": gt, ">=": ge}
 
 
 def enclose(expression: Expression, box: Mapping[str, Interval]) -> Interval:
@@ -412,17 +407,13 @@ class Rationals(Arithmetic[Fraction]):
         for one, other in ((node.left, node.right), (node.right, node.left)):
             with suppress(Inexact):
                 factors.append(self.of(one))
-                if not factors[-1] and self._is_number(other):
-                    return Fraction(0)
+                if not factors[-1]:
+                    with suppress(Undefined, KeyError, OverflowError):
+                        if isfinite(value(other, {name: float(v) for name, v in self.numbers.items()})):
+                            return Fraction(0)
         if len(factors) < 2:
             raise Inexact("*")
         return factors[0] * factors[1]
-
-    def _is_number(self, expression: Expression) -> bool:
-        try:
-            return isfinite(value(expression, {name: float(v) for name, v in self.numbers.items()}))
-        except (Undefined, KeyError, OverflowError):
-            return False
 
     def divided(self, node: Quotient, above: Fraction, below: Fraction) -> Fraction:
         if not below:

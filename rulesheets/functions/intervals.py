@@ -59,12 +59,6 @@ def greatest(a: float, b: float) -> float:
     return a if a > b or isnan(a) else b
 
 
-def clipped(low: float, high: float, domain: tuple[float, float]) -> Interval:
-    """The part within ``domain``; empty where there is none."""
-    low, high = greatest(low, domain[0]), least(high, domain[1])
-    return EMPTY if low > high else (low, high)
-
-
 def add(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
     """Sum. A float sum that is 0 is exact (it cannot underflow) and stays 0, and so do exact sums of numbers:
     exponents may be whole ones."""
@@ -244,7 +238,9 @@ class Monotone(NamedTuple):
     falling: bool = False
 
     def __call__(self, low: float, high: float) -> Interval:
-        low, high = clipped(low, high, self.domain)
+        low, high = greatest(low, self.domain[0]), least(high, self.domain[1])
+        if low > high:
+            return EMPTY
         first, last = (high, low) if self.falling else (low, high)
         below, above = down(self._at(first), self.ulps), up(self._at(last), self.ulps)
         return greatest(below, self.image[0]), least(above, self.image[1])
@@ -312,20 +308,15 @@ def tand(low: float, high: float) -> Interval:
         return EMPTY
     if not (abs(low) <= _LARGEST_ANGLE and abs(high) <= _LARGEST_ANGLE):
         return LINE
-    start = _branch_start(low)
+    start = 180.0 * floor((low + 90.0) / 180.0) - 90.0  # the last pole at or before it
+    start = start - 180.0 if start > low else start
+    start = start + 180.0 if start + 180.0 <= low else start
     if low == high == start:
         return EMPTY
     if high > start + 180.0:
         return LINE
     below = -inf if low == start else down(floats.tand(low), ULPS)
     return below, inf if high == start + 180.0 else up(floats.tand(high), ULPS)
-
-
-def _branch_start(angle: float) -> float:
-    """The last pole of tand at or before an angle."""
-    start = 180.0 * floor((angle + 90.0) / 180.0) - 90.0
-    start = start - 180.0 if start > angle else start
-    return start + 180.0 if start + 180.0 <= angle else start
 
 
 class Direction(NamedTuple):

@@ -284,10 +284,23 @@ class Weights:
             if rule.holds(self.differences):
                 offset = self.units[scaled[0]].offset
                 other = next((n for n in points if self.units[n].offset != offset), None)
-                if other is not None:
-                    yield rule.equation, self._zeros(rule.equation, scaled[0], other)
-            elif not (self._candidates(rule) or self._may_mean(rule, sure)):
-                yield rule.equation, self._absolute(rule.equation, scaled[0])
+                if other is None:
+                    continue
+                one, two = (self.model.variables[name].unit for name in (scaled[0], other))
+                apart = abs(float(offset - self.units[other].offset))
+                message = f"{scaled[0]} is in {one}, {other} in {two}: their zeros are {apart:.6g} K apart"
+                note = "give both in one unit, or write the number between them"
+            elif self._candidates(rule) or self._may_mean(rule, sure):
+                continue
+            else:
+                unit, measure = self.model.variables[scaled[0]].unit, self.units[scaled[0]]
+                zero = float(measure.offset / measure.factor)  # below that of the scale, in its degrees
+                needed = "an absolute temperature or a difference"
+                message = f"{scaled[0]} is in {unit}, and this rule needs {needed}"
+                advice = f"write {scaled[0]} + {zero:.6g}, or give it in K"
+                note = f"{advice}; a difference of temperatures is in K, too"
+            label = Label(rule.equation.rule)
+            yield rule.equation, Diagnosis("W603", Severity.WARNING, message, (label,), (note,))
 
     def _open(self, equation: Equation) -> bool:
         """Whether something else is added to a temperature: ``T + 273.15`` and ``T + C`` may be absolute."""
@@ -324,20 +337,6 @@ class Weights:
                 return self._degree(left)
             case _:
                 return 0 if self.units.keys().isdisjoint(names(node)) else 9
-
-    def _absolute(self, equation: Equation, name: str) -> Diagnosis:
-        unit, measure = self.model.variables[name].unit, self.units[name]
-        zero = float(measure.offset / measure.factor)  # below that of the scale, in its degrees
-        message = f"{name} is in {unit}, and this rule needs an absolute temperature or a difference"
-        note = f"write {name} + {zero:.6g}, or give it in K; a difference of temperatures is in K, too"
-        return Diagnosis("W603", Severity.WARNING, message, (Label(equation.rule),), (note,))
-
-    def _zeros(self, equation: Equation, name: str, other: str) -> Diagnosis:
-        one, two = (self.model.variables[n].unit for n in (name, other))
-        apart = abs(float(self.units[name].offset - self.units[other].offset))
-        message = f"{name} is in {one}, {other} in {two}: their zeros are {apart:.6g} K apart"
-        note = "give both in one unit, or write the number between them"
-        return Diagnosis("W603", Severity.WARNING, message, (Label(equation.rule),), (note,))
 
 
 def differences(model: Model) -> frozenset[str]:

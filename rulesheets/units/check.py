@@ -94,30 +94,20 @@ def inference(model: Model) -> Dimensions | None:
         return None
     values = {n: v.value for n, v in model.variables.items() if isinstance(v.value, float)}
     dimensions = Dimensions(units, values, model.units)
-    dimensions.infer([one for one in _statements(model) if not _unchecked(one.place)])
-    return dimensions
-
-
-def _statements(model: Model) -> Iterator[Statement]:
-    """Everything that must have one unit: rules, what is compared, and coordinates of figures."""
-    for equation in model.equations:
-        yield Statement(equation.rule, equation.left, equation.right)
-    for requirement in model.requirements:
-        yield from _compared(requirement.comparison, requirement.rule)
-    for condition in model.conditions:
-        yield from _compared(condition, None)
+    statements = [Statement(equation.rule, equation.left, equation.right) for equation in model.equations]
+    compared: list[tuple[Condition, Span | None]] = [(r.comparison, r.rule) for r in model.requirements]
+    for condition, place in (*compared, *((condition, None) for condition in model.conditions)):
+        for node in walk(condition):
+            span = place or node.span
+            if isinstance(node, Comparison) and span is not None:
+                statements.append(Statement(span, node.left, node.right))
     for figure in model.figures:
-        for mark in marks_of(figure):
+        for mark in marks_of(figure):  # coordinates
             if figure.unit and mark.kind in PLACES and mark.span is not None:
                 unit = Number(1.0, unit=figure.unit)
-                yield from (Statement(mark.span, part, unit) for part in mark.arguments)
-
-
-def _compared(condition: Condition, place: Span | None) -> Iterator[Statement]:
-    for node in walk(condition):
-        span = place or node.span
-        if isinstance(node, Comparison) and span is not None:
-            yield Statement(span, node.left, node.right)
+                statements += [Statement(mark.span, part, unit) for part in mark.arguments]
+    dimensions.infer([statement for statement in statements if not _unchecked(statement.place)])
+    return dimensions
 
 
 def _unchecked(place: Span) -> bool:
