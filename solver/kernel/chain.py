@@ -108,9 +108,7 @@ def exhaustive(graph: ModelGraph, block: SolveBlock) -> bool:
     for step in block.order:
         isolation = graph.isolation(step.equation, graph.number[step.unknown])
         assert isolation is not None
-        if not isolation.proven:
-            return False
-        if isolation.period and not _covers_turns(graph, isolation):
+        if not isolation.proven or (isolation.period and not _covers_turns(graph, isolation)):
             return False
     return math.prod(map(len, _alternatives(graph, block))) <= MAX_CHAINS
 

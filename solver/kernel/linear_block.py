@@ -100,6 +100,9 @@ WITNESSED = 128.0
 """Half units of a last place by which the rule check lets numbers differ: how far those may be that say the
 same where it would be refused, or nothing of an unknown be left, for less."""
 
+FAR = 1.7
+"""How far a second point is taken from a first, in sizes of that."""
+
 Blur = Callable[[], Mapping[str, float]]
 """How far each known number may be off, worked out when it is asked for."""
 
@@ -153,7 +156,10 @@ def _undetermined(
     directions = [question.named(z) for z in lost]
     if not moved.holds(point):
         return near.contradiction(question, len(lost))
-    if not all(moved.holds(far_along(point, direction)) for direction in directions):
+    # a second point, further from the first than that is large: at just its size, unknowns that are each
+    # other's negatives would become 0, where nothing of a rule is left to go by
+    reach = FAR * max(1.0, *map(abs, point.values()))
+    if not all(moved.holds({n: v + reach * z[n] for n, v in point.items()}) for z in directions):
         return None
     free = tuple(n for n in question.unknowns if any(abs(d[n]) > STILL for d in directions))
     return left_free(question, point, directions[0], free)
@@ -229,10 +235,6 @@ class _Nearly:
         return BlockOutcome(complete=True, facts=(Conflict(rows, miss, dict(question.values)),))
 
 
-FAR = 1.7
-"""How far a second point is taken from a first, in sizes of that."""
-
-
 def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
     """The outcome of a block that is linear in its unknowns; None where numbers are not finite.
 
@@ -302,11 +304,3 @@ def _regular(question: Question, point: dict[str, float]) -> BlockOutcome | None
     if outside is not None:
         return BlockOutcome.out_of_range(question.equations, outside, point[outside])
     return BlockOutcome((Answer(point),), complete=True)
-
-
-def far_along(point: Mapping[str, float], direction: Mapping[str, float]) -> dict[str, float]:
-    """A second point, further from the first than that is large: at just its size, unknowns that are each
-    other's negatives would become 0, where nothing of a rule is left to go by."""
-    size = max(1.0, *(abs(v) for v in point.values()))
-    reach = FAR * size / max(abs(d) for d in direction.values())
-    return {n: v + (reach * direction[n] if math.isfinite(reach) else 0.0) for n, v in point.items()}

@@ -95,7 +95,8 @@ class SparseSystem:
             for (j, side), targets in groups.items():
                 shape, mine = telling[j], [rules[target][2] for target in targets]
                 told = np.array(targets, dtype=np.intp)
-                found.append((shape.other(side), told, shape.places[:, mine], shape.numbers[:, mine]))
+                other = shape.compiled([shape.sides[1 - side]])
+                found.append((other, told, shape.places[:, mine], shape.numbers[:, mine]))
             order.done(*ready)
         return found
 
@@ -120,9 +121,9 @@ class _Shape:
         self.told = {k: read[0] for k, read in alone.items() if read}
         self.arguments += [f"#.{k}" for k in range(len(self.numbers))]
         self.moving = [(k, places[k] < n) for k in range(len(places)) if (places[k] < n).any()]
-        self._compiled = partial(compile_expressions, arguments=self.arguments, arrays=True)
-        self._residual = self._compiled([self.form])
-        self._partials = self._compiled([differentiate(self.form, f"#{k}") for k, _ in self.moving])
+        self.compiled = partial(compile_expressions, arguments=self.arguments, arrays=True)
+        self._residual = self.compiled([self.form])
+        self._partials = self.compiled([differentiate(self.form, f"#{k}") for k, _ in self.moving])
         self.slope_rows = np.concatenate([self.rows[m] for _, m in self.moving])
         self.slope_columns = np.concatenate([places[k][m] for k, m in self.moving])
 
@@ -136,10 +137,6 @@ class _Shape:
         every = zip(columns, self.moving, strict=True)
         return np.concatenate([np.broadcast_to(column, len(m))[m] for column, (_, m) in every])
 
-    def other(self, side: int) -> Callable[..., Any]:
-        """The other side, as a function."""
-        return self._compiled([self.sides[1 - side]])
-
     @cached_property
     def _divisors(self) -> list[tuple[list[int], Callable[..., Any]]]:
         """What is divided by, with its slopes by the names in it."""
@@ -148,7 +145,7 @@ class _Shape:
             read = _read(divisor)
             slopes = [differentiate(divisor, f"#{k}") for k in read]
             if read:
-                found.append((read, self._compiled([divisor, *slopes])))
+                found.append((read, self.compiled([divisor, *slopes])))
         return found
 
     def divides_by_nothing(self, everything: Array, off: Array, n: int) -> bool:
