@@ -76,7 +76,7 @@ class _Source(Arithmetic[T]):
 
     def function(self, results: Iterable[str]) -> Callable[..., Any]:
         """A function of the arguments, in their order, that returns the values of these tokens."""
-        body = "\n    ".join([*self.lines, f"return {''.join(f'{token}, ' for token in results)}"])
+        body = "\n    ".join([*self.lines, f"return ({''.join(f'{token}, ' for token in results)})"])
         namespace = dict(self.globals)
         exec(_compiled(f"def kernel({self._header}):\n    {body}\n"), namespace)
         return namespace["kernel"]  # type: ignore[no-any-return]
