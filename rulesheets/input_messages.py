@@ -11,60 +11,42 @@ from rulesheets.syntax import Span
 
 
 def not_finite(reason: str, place: Span | None) -> Diagnosis:
-    return said(
-        "E402",
-        f"this input has no finite value: {reason}",
-        place,
-        "give a finite number, or leave the value out to have it solved",
-    )
+    note = "give a finite number, or leave the value out to have it solved"
+    return said("E402", f"this input has no finite value: {reason}", place, note)
+
+
+def not_finite_number(number: float, variable: Variable) -> Diagnosis:
+    return said("E402", f"{variable.name} = {number} is not finite", None, "give a finite number")
 
 
 def outside_range(number: float, variable: Variable, place: Span | None) -> Diagnosis:
-    return said(
-        "E403",
-        f"{variable.name} = {number:.10g} lies outside its range {range_text(variable)}",
-        place,
-        "change the value, or the range in the variables section",
-    )
+    message = f"{variable.name} = {number:.10g} lies outside its range {range_text(variable)}"
+    return said("E403", message, place, "change the value, or the range in the variables section")
 
 
 def symbol_for_number(symbol: str, variable: Variable, model: Model, place: Span | None = None) -> Diagnosis:
     ranged = math.isfinite(variable.low) or math.isfinite(variable.high)
-    kind = f"in [{variable.unit}]" if variable.unit else "that rules compute with"
-    kind = f"that is {range_text(variable)}" if ranged and not variable.unit else kind
+    kind = f"that is {range_text(variable)}" if ranged else "that rules compute with"
+    kind = f"in [{variable.unit}]" if variable.unit else kind
+    message = f"{variable.name} is a number {kind}, and '{symbol} is a symbol"
     tied = ("to tie two variables together write a rule",) if symbol in model.variables else ()
-    return said(
-        "E406",
-        f"{variable.name} is a number {kind}, and '{symbol} is a symbol",
-        place,
-        "give a number, or clear the input to have it solved",
-        *tied,
-    )
+    return said("E406", message, place, "give a number, or clear the input to have it solved", *tied)
 
 
 def symbol_as_guess(symbol: str, place: Span | None) -> Diagnosis:
-    return said(
-        "E404",
-        f"a guess is a number, and '{symbol} is a symbol",
-        place,
-        f"to give the symbol as an input write = '{symbol}",
-    )
+    message, note = f"a guess is a number, and '{symbol} is a symbol", "to give the symbol as an input write"
+    return said("E404", message, place, f"{note} = '{symbol}")
 
 
 def no_tolerance(symbol: bool, place: Span | None) -> Diagnosis:
     """A tolerance of a symbol, or one that is not a number from 0 on."""
-    return said(
-        "E405",
-        "a symbol has no tolerance" if symbol else "a tolerance is a number that is not negative",
-        place,
-        "write it as in = 3 ± 0.01, or = 3 ± 1%",
-    )
+    message = "a symbol has no tolerance" if symbol else "a tolerance is a number that is not negative"
+    return said("E405", message, place, "write it as in = 3 ± 0.01, or = 3 ± 1%")
 
 
 def guess_with_tolerance(place: Span | None) -> Diagnosis:
-    return said(
-        "E405", "a guess has no tolerance", place, "write the guess alone, or clear the G to make it an input"
-    )
+    note = "write the guess alone, or clear the G to make it an input"
+    return said("E405", "a guess has no tolerance", place, note)
 
 
 def range_text(variable: Variable) -> str:
@@ -78,20 +60,14 @@ def range_text(variable: Variable) -> str:
 
 
 def not_a_value(text: str, place: Span, reason: str = "") -> Diagnosis:
-    help_ = "a value is a number (3, 1e-3), an expression of numbers (2*3), or a symbol ('open)"
-    return said(
-        "E406", f"{text or 'nothing'} is not a value" + (f": {reason}" if reason else ""), place, help_
-    )
+    message = f"{text or 'nothing'} is not a value" + (f": {reason}" if reason else "")
+    note = "a value is a number (3, 1e-3), an expression of numbers (2*3), or a symbol ('open)"
+    return said("E406", message, place, note)
 
 
 def unknown_variable(name: str, model: Model, place: Span | None = None) -> Diagnosis:
     """The complaint about a name that the model does not have, with the name that may be meant."""
-    notes = meant(name, model.variables)
-    return said("E407", f"{model.name} has no variable {name}", place, *notes)
-
-
-def not_finite_number(number: float, variable: Variable) -> Diagnosis:
-    return error("E402", f"{variable.name} = {number} is not finite", notes=("give a finite number",))
+    return said("E407", f"{model.name} has no variable {name}", place, *meant(name, model.variables))
 
 
 def unwritable(path: str, failure: OSError) -> Diagnosis:
@@ -101,10 +77,9 @@ def unwritable(path: str, failure: OSError) -> Diagnosis:
 def expect_regular(name: str) -> None:
     """Raise RuleSheetError (E304) for a pipe or a device: reading it may never end."""
     if os.path.exists(name) and not (os.path.isfile(name) or os.path.isdir(name)):
-        notes = ("a dash in place of the sheet reads it from standard input",)
-        raise RuleSheetError(
-            error("E304", f"{name} cannot be read: it is a pipe or a device, not a file", notes=notes)
-        )
+        message = f"{name} cannot be read: it is a pipe or a device, not a file"
+        note = "a dash in place of the sheet reads it from standard input"
+        raise RuleSheetError(said("E304", message, None, note))
 
 
 def empty_range(span: Span | None) -> Diagnosis:

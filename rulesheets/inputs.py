@@ -26,18 +26,7 @@ from rulesheets.library import Library
 from rulesheets.model import Model, Tolerance, Value, Variable, expect_model
 from rulesheets.parse import parse
 from rulesheets.syntax import Source, Span, nodes
-from rulesheets.syntax.nodes import (
-    Comparison,
-    Equality,
-    Expression,
-    Name,
-    Range,
-    Symbol,
-    VariableRow,
-    measured,
-    names,
-    units_of,
-)
+from rulesheets.syntax.nodes import measured, names, units_of
 from rulesheets.syntax.program import rules_of, walk
 from rulesheets.units import (
     cannot_show,
@@ -49,13 +38,13 @@ from rulesheets.units import (
 )
 
 
-def constant(expression: Expression) -> Value:
+def constant(expression: nodes.Expression) -> Value:
     """The value of an input as written: a symbol, or an expression of numbers evaluated once.
 
     Raises RuleSheetError where it names a variable (E401), has no finite value (E402) or
     breaks the rules of calls and symbols.
     """
-    if isinstance(expression, Symbol):
+    if isinstance(expression, nodes.Symbol):
         return expression.name
     if (name := next(names(expression), None)) is not None:
         message = f"an input is a number or a symbol, and {name} is a variable"
@@ -75,7 +64,7 @@ def constant(expression: Expression) -> Value:
     return _finite(number, expression.span)
 
 
-def declared(rows: tuple[VariableRow, ...], units: Library) -> dict[str, Variable]:
+def declared(rows: tuple[nodes.VariableRow, ...], units: Library) -> dict[str, Variable]:
     """The variables of the rows, in their order, with the ``units`` of their sheet.
 
     Raises RuleSheetError with everything that is wrong with units, values, guesses and ranges.
@@ -84,70 +73,28 @@ def declared(rows: tuple[VariableRow, ...], units: Library) -> dict[str, Variabl
     complaints: list[Diagnosis] = []
     for row in rows:
         try:
-            variables[row.name] = _variable(row, units)
+            texts = [text for text in (row.unit, row.display_unit) if text]
+            meant = [unit_named(text, _place_of(text, row), units) for text in texts]
+            if len(meant) == 2 and meant[0].bases != meant[1].bases:
+                place = _place_of(row.display_unit, row)
+                raise RuleSheetError(cannot_show(row.name, row.unit, row.display_unit, place))
+            bare = Variable(
+                row.name,
+                unit=row.unit,
+                display_unit=row.display_unit,
+                comment=row.comment,
+                posted=True,
+                span=row.span,
+                units=units,
+            )
+            variables[row.name] = valued(bare, row)
         except RuleSheetError as wrong:
             complaints.extend(wrong.diagnoses)
     refuse(complaints)
     return variables
 
 
-def _variable(row: VariableRow, library: Library) -> Variable:
-    units = [unit_named(text, _place_of(text, row), library) for text in (row.unit, row.display_unit) if text]
-    if len(units) == 2 and units[0].bases != units[1].bases:
-        raise RuleSheetError(
-            cannot_show(row.name, row.unit, row.display_unit, _place_of(row.display_unit, row))
-        )
-    bare = Variable(
-        row.name,
-        None,
-        None,
-        row.unit,
-        row.display_unit,
-        comment=row.comment,
-        posted=True,
-        span=row.span,
-        units=library,
-    )
-    return valued(bare, row)
-
-
-def valued(bare: Variable, row: VariableRow) -> Variable:
-    """A variable with the value, guess, tolerance and range of its row, converted to its unit."""
-    bounds = row.range or Range()
-    low, high = _end(bounds.low, bounds.lower, bare), _end(bounds.high, bounds.upper, bare)
-    if low > high:
-        raise RuleSheetError(empty_range(bounds.span))
-    variable = replace(
-        bare,
-        value=None if row.value is None else _given(row.value, bare),
-        guess=None if row.guess is None else _guess(row.guess, bare),
-        low=low,
-        high=high,
-        low_open=bounds.low_open,
-        high_open=bounds.high_open,
-        tolerance=None if row.tolerance is None else _tolerance(row.tolerance, row, bare),
-    )
-    if row.value is not None and isinstance(variable.value, float) and not variable.admits(variable.value):
-        raise RuleSheetError(outside_range(variable.value, variable, row.value.span))
-    return variable
-
-
-def _given(expression: Expression, variable: Variable, difference: bool = False) -> Value:
-    """The value of an input; ``3[in]`` in the unit of its variable."""
-    found = measured(expression)
-    if found is None:
-        return constant(expression)
-    return converted([found[0]], found[1], variable, expression.span, difference)[0]
-
-
-def _end(number: float, written: Expression | None, variable: Variable) -> float:
-    """An end of a range; one that names variables is a requirement, and none here."""
-    if written is None or (found := measured(written)) is None:
-        return number
-    return converted([found[0]], found[1], variable, written.span)[0]
-
-
-def _place_of(unit: str | None, row: VariableRow) -> Span | None:
+def _place_of(unit: str | None, row: nodes.VariableRow) -> Span | None:
     """Where the unit of a row stands in its text."""
     if row.span is None or unit is None:
         return row.span
@@ -156,18 +103,48 @@ def _place_of(unit: str | None, row: VariableRow) -> Span | None:
     return row.span if start < 0 else Span(row.span.source, start, start + len(unit))
 
 
-def _tolerance(written: nodes.Tolerance, row: VariableRow, variable: Variable) -> Tolerance:
-    size = _given(written.size, variable, difference=not written.percent)
-    if isinstance(row.value, Symbol) or isinstance(size, str) or size < 0.0:
-        raise RuleSheetError(no_tolerance(isinstance(row.value, Symbol), written.span))
-    return Tolerance(size, written.percent)
-
-
-def _guess(expression: Expression, variable: Variable) -> float:
-    guess = _given(expression, variable)
+def valued(bare: Variable, row: nodes.VariableRow) -> Variable:
+    """A variable with the value, guess, tolerance and range of its row, converted to its unit."""
+    bounds = row.range or nodes.Range()
+    ends = (bounds.low, bounds.lower), (bounds.high, bounds.upper)
+    # an end that names variables is a requirement, and none here
+    low, high = (
+        end if written is None or measured(written) is None else float(_given(written, bare))
+        for end, written in ends
+    )
+    if low > high:
+        raise RuleSheetError(empty_range(bounds.span))
+    value = None if row.value is None else _given(row.value, bare)
+    guess = None if row.guess is None else _given(row.guess, bare)
     if isinstance(guess, str):
-        raise RuleSheetError(symbol_as_guess(guess, expression.span))
-    return guess
+        raise RuleSheetError(symbol_as_guess(guess, row.guess.span if row.guess else None))
+    tolerance = None
+    if (written := row.tolerance) is not None:
+        size = _given(written.size, bare, difference=not written.percent)
+        if isinstance(row.value, nodes.Symbol) or isinstance(size, str) or size < 0.0:
+            raise RuleSheetError(no_tolerance(isinstance(row.value, nodes.Symbol), written.span))
+        tolerance = Tolerance(size, written.percent)
+    variable = replace(
+        bare,
+        value=value,
+        guess=guess,
+        low=low,
+        high=high,
+        low_open=bounds.low_open,
+        high_open=bounds.high_open,
+        tolerance=tolerance,
+    )
+    if row.value is not None and isinstance(value, float) and not variable.admits(value):
+        raise RuleSheetError(outside_range(value, variable, row.value.span))
+    return variable
+
+
+def _given(expression: nodes.Expression, variable: Variable, difference: bool = False) -> Value:
+    """The value of an input; ``3[in]`` in the unit of its variable."""
+    found = measured(expression)
+    if found is None:
+        return constant(expression)
+    return converted([found[0]], found[1], variable, expression.span, difference)[0]
 
 
 def symbolic(model: Model) -> frozenset[str]:
@@ -175,10 +152,10 @@ def symbolic(model: Model) -> frozenset[str]:
     found = {name for name, variable in model.variables.items() if isinstance(variable.value, str)}
     nodes_ = (node for condition in model.conditions for node in walk(condition))
     pairs = [(equation.left, equation.right) for equation in model.equations]
-    pairs += ((node.left, node.right) for node in nodes_ if isinstance(node, Comparison))
+    pairs += ((node.left, node.right) for node in nodes_ if isinstance(node, nodes.Comparison))
     for pair in pairs:
-        if any(isinstance(side, Symbol) for side in pair):
-            found.update(side.name for side in pair if isinstance(side, Name))
+        if any(isinstance(side, nodes.Symbol) for side in pair):
+            found.update(side.name for side in pair if isinstance(side, nodes.Name))
     return _tied(found, pairs)
 
 
@@ -193,17 +170,19 @@ def quantities(model: Model) -> frozenset[str]:
         variables = model.variables.values()
         given = (v.name for v in variables if v.unit or math.isfinite(v.low) or math.isfinite(v.high))
         pairs = [(equation.left, equation.right) for equation in model.equations]
-        sides = (side for pair in pairs for side in pair if not isinstance(side, Name))
+        sides = (side for pair in pairs for side in pair if not isinstance(side, nodes.Name))
         computed = _tied({name for side in sides for name in names(side)}, pairs)
         known = model.__dict__["_quantities"] = frozenset(given) | (computed - symbolic(model))
     return known
 
 
-def _tied(found: Collection[str], pairs: Collection[tuple[Expression, Expression]]) -> frozenset[str]:
+def _tied(
+    found: Collection[str], pairs: Collection[tuple[nodes.Expression, nodes.Expression]]
+) -> frozenset[str]:
     """These variables, and those that rules set equal to one of them, one after another."""
     neighbours: dict[str, list[str]] = {}
     for left, right in pairs:
-        if isinstance(left, Name) and isinstance(right, Name):
+        if isinstance(left, nodes.Name) and isinstance(right, nodes.Name):
             neighbours.setdefault(left.name, []).append(right.name)
             neighbours.setdefault(right.name, []).append(left.name)
     reached, waiting = set(found), list(found)
@@ -249,7 +228,7 @@ def parse_value(text: str, place: Span | None = None) -> Value:
     except RuleSheetError as wrong:
         raise RuleSheetError(not_a_value(text, place, wrong.diagnoses[0].message)) from None
     rule = next(rules_of(sheet)).body
-    if not isinstance(rule, Equality) or len(rule.right) != 1:
+    if not isinstance(rule, nodes.Equality) or len(rule.right) != 1:
         raise RuleSheetError(not_a_value(text, place))
     try:
         return constant(rule.right[0])

@@ -190,7 +190,6 @@ SHORTEST = 4
 MONEY = frozenset({"USD", "EUR", "GBP", "JPY", "CHF", "$", "€", "£", "¥"})
 
 _FILE = os.path.join(os.path.dirname(__file__), "units", "units.txt")
-_NAMES = re.compile(r"~?[^\W\d_](?:\w*[^\W\d])?|[^\w\s\[\]()^*/·⋅=+-]+\w*")
 _NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?(?:/\d+)?"
 _MEANING = re.compile(rf"({_NUMBER})?\s*\*?\s*(pi\b)?\s*(.*?)\s*(/pi)?(?:\s([+-])\s*({_NUMBER})\s*(.*))?")
 

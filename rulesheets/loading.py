@@ -10,8 +10,7 @@ import gc
 import os
 import pickle
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from functools import cache
 from importlib.machinery import PathFinder
 from io import BytesIO
@@ -76,11 +75,18 @@ def loads(
 def _model(
     source: Source, folder: str, file: str | None, name: str, within: str | None, python: bool
 ) -> Model:
-    """The model, kept or made. Functions of one's own decide on what a sheet says, and are no part of it."""
+    """The model, kept or made.
+
+    The garbage collector rests: a large sheet has a million nodes, which all stay, and to look for garbage
+    among them takes longer than to make them.
+    """
+    # functions of one's own decide on what a sheet says, and are no part of it
     own = next(reversed(TABLE.values())).source is not None
     keeps = file is not None and not own and len(source.text) <= LONGEST_KEPT
     key = _stamp() + repr((file, name)).encode() + source.text.encode() if keeps else b""
-    with _no_collection():
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
         kept = store.load("model", key) if keeps else None
         if kept is not None and (model := _read(kept, source, within)) is not None:
             return model
@@ -94,19 +100,6 @@ def _model(
                 _ = model.unit_warnings  # which commands ask for
                 store.save("model", key, _written(model, source, program))
         return model
-
-
-@contextmanager
-def _no_collection() -> Iterator[None]:
-    """The garbage collector rests.
-
-    A large sheet has a million nodes, which all stay: to look for garbage among them takes longer
-    than to make them.
-    """
-    collecting = gc.isenabled()
-    gc.disable()
-    try:
-        yield
     finally:
         if collecting:
             gc.enable()

@@ -7,8 +7,7 @@ import math
 import os
 import re
 import runpy
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from contextvars import ContextVar
 from math import inf
 from typing import Any
@@ -151,18 +150,14 @@ def _in_floats(name: str, value: Value) -> Callable[..., float]:
         except (ArithmeticError, ValueError):
             raise
         except Exception as wrong:
-            raise RuleSheetError(_failed(name, arguments, wrong)) from wrong
+            called = f"{name}({', '.join(f'{argument:.6g}' for argument in arguments)})"
+            notes = (f"it raised {type(wrong).__name__}: {wrong}", *_line_of(wrong))
+            raise RuleSheetError(error("E315", f"{called} failed in Python", notes=notes)) from wrong
         if not math.isfinite(number):
             raise ValueError(f"{name} has no value there")
         return number
 
     return at
-
-
-def _failed(name: str, arguments: tuple[float, ...], wrong: Exception) -> Any:
-    called = f"{name}({', '.join(f'{argument:.6g}' for argument in arguments)})"
-    note = f"it raised {type(wrong).__name__}: {wrong}"
-    return error("E315", f"{called} failed in Python", notes=(note, *_line_of(wrong)))
 
 
 def _line_of(wrong: BaseException) -> tuple[str, ...]:
@@ -192,16 +187,15 @@ def _polished(value: Value, slope: Value, inverse: Value) -> Value:
 
 
 def _slope(value: Callable[..., float], slopes: Sequence[Value | None], place: int) -> Value:
+    def by_differences(*arguments: float) -> float:
+        slope, wrong = slope_by_differences(value, place, arguments)
+        scale = abs(value(*arguments)) / (abs(arguments[place]) or 1.0)
+        if not wrong <= TOLD * max(abs(slope), scale):
+            raise ValueError("differences do not tell the slope there")
+        return slope
+
     own = slopes[place] if place < len(slopes) else None
-    return own if own is not None else lambda *arguments: _told(value, place, arguments)
-
-
-def _told(value: Callable[..., float], place: int, arguments: tuple[float, ...]) -> float:
-    slope, wrong = slope_by_differences(value, place, arguments)
-    scale = abs(value(*arguments)) / (abs(arguments[place]) or 1.0)
-    if not wrong <= TOLD * max(abs(slope), scale):
-        raise ValueError("differences do not tell the slope there")
-    return slope
+    return by_differences if own is None else own
 
 
 def slope_by_differences(
@@ -247,18 +241,11 @@ def in_memory(expressions: Iterable[Expression]) -> bool:
 
 def run_python(path: str) -> None:
     """Run a Python file that registers functions. Raises RuleSheetError (E314) where it fails."""
-    with _registering(os.path.realpath(path)):
-        try:
-            runpy.run_path(path)
-        except (Exception, SystemExit) as wrong:
-            notes = (f"{type(wrong).__name__}: {wrong}", *_line_of(wrong))
-            raise RuleSheetError(error("E314", f"{path} failed", notes=notes)) from wrong
-
-
-@contextmanager
-def _registering(source: str) -> Iterator[None]:
-    token = _source.set(source)
+    registering = _source.set(os.path.realpath(path))
     try:
-        yield
+        runpy.run_path(path)
+    except (Exception, SystemExit) as wrong:
+        notes = (f"{type(wrong).__name__}: {wrong}", *_line_of(wrong))
+        raise RuleSheetError(error("E314", f"{path} failed", notes=notes)) from wrong
     finally:
-        _source.reset(token)
+        _source.reset(registering)

@@ -28,7 +28,7 @@ _SUFFIX = ".entry"
 
 def load(kind: str, key: bytes) -> bytes | None:
     """What was saved under this key, byte by byte; None where there is nothing to trust."""
-    path = _path(kind, key)
+    path = place(_name(kind, key))
     if path is None:
         return None
     try:
@@ -47,12 +47,11 @@ def load(kind: str, key: bytes) -> bytes | None:
 
 def save(kind: str, key: bytes, data: bytes) -> None:
     """Keep ``data`` under a key. Where that is not possible nothing happens."""
-    path = _path(kind, key)
+    path = place(_name(kind, key))
     if path is None or len(data) > MAX_BYTES // 4:
         return
     content = _head(kind, key) + data
     try:
-        _make_folder(os.path.dirname(path))
         write_beside(path, _MAGIC + _sum(content) + content, 0o600)
         if crc32(content) % EVICTING == 0:
             _evict(os.path.dirname(path))
@@ -77,12 +76,14 @@ def folder() -> str | None:
 
 
 def place(name: str) -> str | None:
-    """The file of that name for a library that keeps its own entry; None where nothing is to be kept."""
+    """The file of an entry of that name; None where nothing is to be kept. Its folder is made."""
     base = folder()
     if base is None or not trusted(base):
         return None
     try:
-        _make_folder(base)
+        if not os.path.isdir(base):
+            os.makedirs(os.path.dirname(base), exist_ok=True)
+            os.makedirs(base, mode=0o700, exist_ok=True)
     except OSError:
         return None
     return os.path.join(base, name + _SUFFIX)
@@ -105,12 +106,8 @@ def clear() -> int:
 # --- one entry --------------------------------------------------------------------------
 
 
-def _path(kind: str, key: bytes) -> str | None:
-    """Where an entry is kept; None where no folder is to be trusted with it."""
-    base = folder()
-    if base is None or not trusted(base):
-        return None
-    return os.path.join(base, f"{kind}-{crc32(key):08x}{adler32(key):08x}{len(key):x}{_SUFFIX}")
+def _name(kind: str, key: bytes) -> str:
+    return f"{kind}-{crc32(key):08x}{adler32(key):08x}{len(key):x}"
 
 
 def _head(kind: str, key: bytes) -> bytes:
@@ -138,12 +135,6 @@ def trusted(base: str) -> bool:
         return True
     except OSError:
         return False
-
-
-def _make_folder(base: str) -> None:
-    if not os.path.isdir(base):
-        os.makedirs(os.path.dirname(base), exist_ok=True)
-        os.makedirs(base, mode=0o700, exist_ok=True)
 
 
 # --- all entries --------------------------------------------------------------------------
