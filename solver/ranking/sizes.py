@@ -10,6 +10,7 @@ doubled, or omega and v.
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from math import log10, pi
@@ -30,6 +31,8 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
+    children,
+    names,
     subtract,
 )
 from solver.numerics.sparse_newton import sparse_least_squares
@@ -88,6 +91,7 @@ class Suggestions:
         if len(unknowns) > MANY or not names:
             return [[0.0] * len(known)] * len(names), [0.0] * len(names), [False] * len(names)
         rows = _Rows((*unknowns, *known), {name for name, none in zip(known, zero, strict=True) if none})
+        rows.nodes = _nodes(self.model.equations)
         for equation in self.model.equations:
             rows.read(equation)
         a, k, c = rows.parts(len(unknowns), len(known))
@@ -191,6 +195,8 @@ class _Rows:
     ) -> None:
         self.vanishing, self.exact, self.cancelling = vanishing, exact, cancelling
         self.places = {name: i for i, name in enumerate(names)}
+        self.nodes = frozenset[str]()
+        """The names of which differences with several others are taken: the levels of a network."""
         self.rows: list[tuple[_Term, float]] = []
         self.free = 0
 
@@ -245,7 +251,8 @@ class _Rows:
         if not self.exact and (not numbers or any(unbounded)):
             added = [term for term in added if not isinstance(term, Number)]
         whole = self._balance([t for n in added if (t := self._term(n)) is not None])
-        cancels = _has_difference(node) if self.cancelling else not self.exact and _is_balance(node)
+        between_nodes = _is_balance(node) and not self.nodes.isdisjoint(names(node))
+        cancels = _has_difference(node) if self.cancelling else between_nodes
         if whole is None or not cancels:
             return whole
         if all(isinstance(name, str) and name.startswith("#.") for name in whole.factors):
@@ -319,6 +326,19 @@ class _Rows:
         return self._any() if function in _UNBOUNDED else _ONE
 
 
+def _nodes(equations: Sequence[Equation]) -> frozenset[str]:
+    neighbours = defaultdict[str, set[str]](set)
+    waiting: list[Expression] = [side for equation in equations for side in (equation.left, equation.right)]
+    while waiting:
+        node = waiting.pop()
+        waiting += children(node)
+        if _is_balance(node):
+            met = set(names(node))
+            for name in met:
+                neighbours[name] |= met - {name}
+    return frozenset(name for name, others in neighbours.items() if len(others) > 1)
+
+
 def _is_balance(node: Expression) -> bool:
     """Whether names are subtracted from names."""
     return set(_levels(node).values()) == {False, True}
@@ -327,7 +347,7 @@ def _is_balance(node: Expression) -> bool:
 def _levels(node: Expression, negative: bool = False) -> dict[Expression, bool]:
     """The names that are added up, and whether they are subtracted."""
     match node:
-        case Name():
+        case Name() | Product(Number(), Name()) | Product(Name(), Number()):
             return {node: negative}
         case Negative(operand):
             return _levels(operand, not negative)
