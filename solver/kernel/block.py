@@ -202,7 +202,16 @@ class BlockKernel:
             flat = self._flat(*x, *known)
             return [flat[i : i + n] for i in range(0, len(flat), n)]
 
-        return rows if self.smooth else _differences(self.residual(known), n)
+        def differences(x: Sequence[float]) -> list[Sequence[float]]:
+            """Central ones, for the few functions whose derivative has no formula."""
+            columns = []
+            for j in range(n):
+                h = 6e-6 * max(abs(x[j]), 1e-3)
+                up, down = (self._residual(*x[:j], x[j] + step, *x[j + 1 :], *known) for step in (h, -h))
+                columns.append([(a - b) / (2 * h) for a, b in zip(up, down, strict=True)])
+            return [list(row) for row in zip(*columns, strict=True)]
+
+        return rows if self.smooth else differences
 
     def at_zero(self, values: Mapping[str, Value]) -> tuple[list[float], list[list[float]]]:
         """Residual and Jacobian where every unknown is 0, by one sweep of each equation, uncompiled.
@@ -212,23 +221,6 @@ class BlockKernel:
         point = {**values, **dict.fromkeys(self.unknowns, 0.0)}
         swept = [derivatives(form, point) for form in self.forms]
         return [r for r, _ in swept], [[slopes.get(u, 0.0) for u in self.unknowns] for _, slopes in swept]
-
-
-def _differences(
-    residual: Callable[[Sequence[float]], Sequence[float]], n: int
-) -> Callable[[Sequence[float]], list[Sequence[float]]]:
-    """Central differences, for the few functions whose derivative has no formula."""
-
-    def rows(x: Sequence[float]) -> list[Sequence[float]]:
-        columns = []
-        for j in range(n):
-            h = 6e-6 * max(abs(x[j]), 1e-3)
-            up, down = list(x), list(x)
-            up[j], down[j] = x[j] + h, x[j] - h
-            columns.append([(a - b) / (2 * h) for a, b in zip(residual(up), residual(down), strict=True)])
-        return [list(row) for row in zip(*columns, strict=True)]
-
-    return rows
 
 
 def kernel_of(graph: ModelGraph, block: SolveBlock) -> BlockKernel:
@@ -261,14 +253,13 @@ class BlockArrays:
         self._partials = compile_expressions(list(partials.values()), self.names, arrays=True)
         self.scalings = Scalings(kernel.equations, self.names)
         every = kernel.chains
-        self.chains = [self._followed(chain) for chain in every[:: -(-len(every) // MAX_CHAINS)]]
-
-    def _followed(self, chain: Chain) -> Callable[..., Sequence[Any]]:
-        emitter = Emitter((*chain.tears, *self.kernel.known), ARRAYS, np.power)
-        for assignment in chain.assignments[: len(chain.assignments) - len(chain.residuals)]:
-            emitter.assign(assignment.name, emitter.of(assignment.expression))
-            emitter.clamp(assignment.name, assignment.low, assignment.high)
-        return emitter.function(emitter.names[name] for name in self.kernel.unknowns)
+        self.chains: list[Callable[..., Sequence[Any]]] = []
+        for chain in every[:: -(-len(every) // MAX_CHAINS)]:
+            emitter = Emitter((*chain.tears, *kernel.known), ARRAYS, np.power)
+            for item in chain.assignments[: len(chain.assignments) - len(chain.residuals)]:
+                emitter.assign(item.name, emitter.of(item.expression))
+                emitter.clamp(item.name, item.low, item.high)
+            self.chains.append(emitter.function(emitter.names[name] for name in kernel.unknowns))
 
     def residual(self, known: Sequence[float], x: Array) -> Array:
         return self._stacked(self._forms(*x.T, *known), len(x))

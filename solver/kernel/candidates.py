@@ -11,14 +11,13 @@ import numpy as np
 from solver.accuracy.rule_check import gross
 from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange, RankLoss
 from solver.kernel.chain import Chain
-from solver.kernel.question import Question, stays_deficient
+from solver.kernel.question import MANY, Question, stays_deficient
 from solver.kernel.root_check import (
     RootCheck,
     Uncertainty,
     astray,
     check_root,
     is_beside_pole,
-    is_ordinary,
     root_beside,
     sharp_root,
     uncertainty,
@@ -33,6 +32,7 @@ from solver.numerics.tolerances import (
     MEANINGLESS,
     MULTIPLE,
     NEARLY,
+    ORDINARY,
     ROUNDED,
     SAME_VALUE,
     SIMPLE,
@@ -150,7 +150,14 @@ class Candidates:
     def stands(self, point: dict[str, float], found: Uncertainty) -> bool:
         """Whether a root of the block lies within the error bars of a point at which its rules hold. One that
         is too near to a division by 0 for floats is remembered for more digits."""
-        if is_ordinary(point, found) and not is_beside_pole(self.question, point, found):
+        small = ORDINARY * EPS  # rules and block so well-conditioned that a root is near if the rules hold
+        if found.relative is None:
+            sized = zip(found.errors, point.values(), strict=True)
+            ordinary = all(error <= small * abs(v) for error, v in sized if v)
+        else:
+            ordinary = found.relative <= small
+        ordinary = ordinary and found.steepness <= ORDINARY
+        if ordinary and not is_beside_pole(self.question, point, found):
             return True
         verdict, root = check_root(self.question, point, found)
         finite = [error if math.isfinite(error) else 0.0 for error in found.errors]
@@ -167,15 +174,22 @@ class Candidates:
             self.refused.append(root)
 
     def _add(self, found: Answer, blur: Sequence[float]) -> None:
-        """Add an answer, unless it is one that is there already."""
+        """Add an answer, unless it is one that is there already: nearer to it than what rounding leaves open,
+        or joined to it by points that hold."""
         point = found.values
         for index, answer in enumerate(self.answers):
-            here = self.question.beside(point, answer.values)
-            if self._same(here, answer.values, blur):
-                alike = _near(here, answer.values, SAME_VALUE, [0.0] * len(here))
-                if found.double and not answer.double and not alike:
-                    self.answers[index] = found  # the other one is what rounding makes of it
-                return
+            other = answer.values
+            here = self.question.beside(point, other)
+            if not self._near(here, other, BLUR):
+                continue
+            if not (self._near(here, other, ROUNDED) or _within(here, other, blur)):
+                shares = (0.25, 0.5, 0.75)  # joined by points that hold?
+                between = ({n: v + share * (other[n] - v) for n, v in here.items()} for share in shares)
+                if not all(map(self.question.holds, between)):
+                    continue
+            if found.double and not answer.double and not self._near(here, other, SAME_VALUE, 0.0):
+                self.answers[index] = found  # the other one is what rounding makes of it
+            return
         self.answers.append(found)
 
     def _open(self, point: Mapping[str, float], blur: Sequence[float], share: float) -> bool:
@@ -253,22 +267,36 @@ class Candidates:
         return all(abs(miss) <= NEARLY * size for miss, size in zip(misses, sizes, strict=True))
 
     def note(self, point: dict[str, float]) -> None:
-        """Remember the nearest miss inside the ranges."""
-        size = self.question.size_of_residual(point)
-        if size < self.miss and self.question.outside(point) is None:
+        """Remember the nearest miss inside the ranges, by the largest miss of a rule."""
+        question, x = self.question, list(point.values())
+        try:
+            if len(x) > MANY and question.sparse is not None:
+                size = float(np.abs(question.sparse[0](np.array(x))).max())
+            else:
+                size = max(abs(r) for r in question.residual(x))
+        except (ArithmeticError, ValueError):
+            return
+        if size < self.miss and question.outside(point) is None:
             self.miss, self.nearest = size, point
 
-    def _same(self, one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
-        """Nearer than what rounding leaves open; or joined by points that hold."""
-        if not self._near(one, other, BLUR):
-            return False
-        if self._near(one, other, ROUNDED) or _within(one, other, blur):
-            return True
-        between = ({n: v + share * (other[n] - v) for n, v in one.items()} for share in (0.25, 0.5, 0.75))
-        return all(map(self.question.holds, between))
-
-    def _near(self, one: Mapping[str, float], other: Mapping[str, float], tolerance: float) -> bool:
-        return _near(one, other, tolerance, self.question.scale)
+    def _near(
+        self, one: Mapping[str, float], other: Mapping[str, float], tolerance: float, least: float = 0.01
+    ) -> bool:
+        """Equal to so large a share of their own sizes, or of so much of their usual ones: of the largest
+        number in either, where no unknown comes near the usual size."""
+        scales = self.question.scale
+        for (name, v), scale in zip(
+            one.items(), scales, strict=True
+        ):  # asked of every pair: most part at once
+            w = other[name]
+            apart = abs(v - w)
+            if not apart <= tolerance * max(abs(v), abs(w), least * scale):
+                return False
+            if least and scale > 1.0 and apart > tolerance * max(abs(v), abs(w)):
+                largest = max(1.0, *map(abs, one.values()), *map(abs, other.values()))
+                if apart > tolerance * least * largest:
+                    return False
+        return True
 
     def _double(self, point: dict[str, float]) -> DoubleRoot:
         numbers = list(point.values())
@@ -283,23 +311,6 @@ class Candidates:
 def _within(one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
     """Whether two points are nearer than what rounding leaves open."""
     return all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), blur, strict=True))
-
-
-def _near(
-    one: Mapping[str, float], other: Mapping[str, float], tolerance: float, scales: Sequence[float]
-) -> bool:
-    """Equal to so large a share of their own sizes, or of a hundredth of their usual ones: of the largest
-    number in either, where no unknown comes near the usual size."""
-    for (name, v), scale in zip(one.items(), scales, strict=True):  # asked of every pair: most part at once
-        w = other[name]
-        apart = abs(v - w)
-        if not apart <= tolerance * max(abs(v), abs(w), 0.01 * scale):
-            return False
-        if scale > 1.0 and apart > tolerance * max(abs(v), abs(w)):
-            largest = max(1.0, *map(abs, one.values()), *map(abs, other.values()))
-            if apart > tolerance * 0.01 * largest:
-                return False
-    return True
 
 
 class Stretch(NamedTuple):

@@ -108,21 +108,19 @@ def exhaustive(graph: ModelGraph, block: SolveBlock) -> bool:
     for step in block.order:
         isolation = graph.isolation(step.equation, graph.number[step.unknown])
         assert isolation is not None
-        if not isolation.proven or (isolation.period and not _covers_turns(graph, isolation)):
+        if not isolation.proven:
             return False
+        if isolation.period:  # every whole turn is covered where the unknown, or its negative, is the angle
+            operations = [stage.operation for stage in isolation.stages]
+            periodic = [place for place, stage in enumerate(isolation.stages) if stage.period]
+            if len(periodic) > 1 or any(each != "negative" for each in operations[periodic[0] + 1 :]):
+                return False
+            variable = graph.model.variables[isolation.unknown]
+            reach = max(abs(variable.low), abs(variable.high))
+            free = variable.low == -inf and variable.high == inf
+            if reach > isolation.period and not (free and graph.turn(variable.name) is not None):
+                return False
     return math.prod(map(len, _alternatives(graph, block))) <= MAX_CHAINS
-
-
-def _covers_turns(graph: ModelGraph, isolation: Isolation) -> bool:
-    """Whether the forms cover every whole turn: the unknown itself, or its negative, is the one angle."""
-    operations = [stage.operation for stage in isolation.stages]
-    periodic = [place for place, stage in enumerate(isolation.stages) if stage.period]
-    if len(periodic) > 1 or any(operation != "negative" for operation in operations[periodic[0] + 1 :]):
-        return False
-    variable = graph.model.variables[isolation.unknown]
-    if variable.low == -inf and variable.high == inf:
-        return graph.turn(variable.name) is not None
-    return max(abs(variable.low), abs(variable.high)) <= (isolation.period or 0.0)
 
 
 def through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[tuple[Assignment, ...]]:
@@ -377,23 +375,18 @@ def sides(chain: Chain) -> tuple[Chain, ...]:
     calls = dict.fromkeys(call for item in chain.assignments for call in directions(item.expression))
     if not 0 < len(calls) <= MOST_DIRECTIONS:
         return ()
-    return tuple(
-        _beside(chain, dict(zip(calls, upper, strict=True)))
-        for upper in itertools.product((True, False), repeat=len(calls))
-    )
-
-
-def _beside(chain: Chain, upper: Mapping[Call, bool]) -> Chain:
-    """The chain with directions on the upper side of their cut, or on the lower one."""
-    assignments: list[Assignment] = []
-    for item in chain.assignments:
-        expression = item.expression
-        for number, call in enumerate(upper):
-            if call in directions(expression):
-                y, x = call.arguments
-                name = f"#side {number}"
-                assignments.append(Assignment(name, y if upper[call] else negative(y), low=0.0))
-                turned = Call(call.function, (Name(name), x))
-                expression = exchange(expression, call, turned if upper[call] else negative(turned))
-        assignments.append(item._replace(expression=expression))
-    return Chain(chain.tears, tuple(assignments), chain.residuals)
+    found = []
+    for upper in itertools.product((True, False), repeat=len(calls)):
+        assignments: list[Assignment] = []
+        for item in chain.assignments:
+            expression = item.expression
+            for number, (call, above) in enumerate(zip(calls, upper, strict=True)):
+                if call in directions(expression):
+                    y, x = call.arguments
+                    name = f"#side {number}"
+                    assignments.append(Assignment(name, y if above else negative(y), low=0.0))
+                    turned = Call(call.function, (Name(name), x))
+                    expression = exchange(expression, call, turned if above else negative(turned))
+            assignments.append(item._replace(expression=expression))
+        found.append(Chain(chain.tears, tuple(assignments), chain.residuals))
+    return tuple(found)

@@ -18,8 +18,9 @@ derivatives know nothing.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import partial
 from itertools import combinations_with_replacement
 from typing import Any, NamedTuple
 
@@ -38,7 +39,7 @@ from rulesheets.evaluate.balls import (
     solved,
 )
 from rulesheets.evaluate.number import Inexact, exactly
-from rulesheets.syntax.nodes import Expression, Name, Number, add, is_number, multiply, subtract
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, add, is_number, multiply, subtract
 from rulesheets.syntax.program import walk
 from solver.kernel.emitter import ROUNDED
 from solver.numerics.linear_algebra import eliminate, null_direction
@@ -65,6 +66,9 @@ class Square(NamedTuple):
     def jacobian(self, at: Mapping[str, Ball]) -> list[Sequence[Ball]]:
         return self.rows([enclosing_ball(partial, at, derivative=True) for partial in self.partials])
 
+    def residual(self, at: Mapping[str, Ball]) -> list[Ball]:
+        return [enclosing_ball(form, at) for form in self.forms]
+
 
 def proved_root(square: Square, known: Mapping[str, Ball], middle: Sequence[Ball]) -> dict[str, Ball] | None:
     """Balls around ``middle`` with exactly one root, for any ``known`` numbers in theirs; None: no proof."""
@@ -77,78 +81,73 @@ def only_root(
 ) -> tuple[dict[str, Ball], list[float]] | None:
     """Balls that hold the root, for any ``known`` numbers in theirs, and the radii around ``middle`` within
     which it is the only one, for each of these: the given ones or larger; None: no proof."""
+    names, image = square.unknowns, partial(_image, square, known, jumps(square.forms, square.unknowns))
     try:
-        return _Proof(square, known).run(list(middle), list(radii))
+        proved = _inflated(image, list(middle), radii)
+        if proved is None:
+            return None
+        box, inner, wide = proved
+        # the numbers of the root, where they are short: the box has no other root, for any known numbers
+        for point in (middle, [ball(float(m)) for m in middle]):
+            inside = all(x.contains(p) for x, p in zip(box, point, strict=True))
+            root = dict(zip(names, point, strict=True))
+            if inside and all(r.is_exact() and r.is_zero() for r in square.residual({**known, **root})):
+                return root, wide
+        for _ in range(TIGHTENINGS):  # the image of the image, and so on: each holds the root
+            expect_time()
+            if all(float(x.rad()) <= TIGHT * float(x.abs_upper()) for x in inner):
+                break
+            again = image([x.mid() for x in inner], inner)
+            if again is None or not any(k.rad() < 0.5 * x.rad() for k, x in zip(again, inner, strict=True)):
+                break
+            inner = [x.intersection(k) for x, k in zip(inner, again, strict=True)]
+        return dict(zip(names, inner, strict=True)), wide
     except (Undefined, OverflowError):
         return None
 
 
-class _Proof:
-    def __init__(self, square: Square, known: Mapping[str, Ball]) -> None:
-        self.square, self.known = square, known
-        self.jumps = jumps(square.forms, square.unknowns)
-
-    def run(self, middle: list[Ball], radii: list[float]) -> tuple[dict[str, Ball], list[float]] | None:
-        """Inflate until the image lies inside; then tighten."""
-        size = max(float(m.abs_upper()) for m in middle) or 1.0
-        least = [max(float(m.abs_upper()), 1e-30 * size) * 2.0**-200 for m in middle]
-        most, radii = (WIDENINGS, radii) if radii else (INFLATIONS, least)
-        for _ in range(most):
-            expect_time()
-            box = [around(m, r) for m, r in zip(middle, radii, strict=True)]
-            image = self._image(middle, box)
-            if image is None:
-                return None
-            if all(x.contains_interior(k) for x, k in zip(box, image, strict=True)):
-                found = self._exact(middle, box) or self._tightened(image)
-                return dict(zip(self.square.unknowns, found, strict=True)), radii
-            reach = [1.5 * float((k - m).abs_upper()) for m, k in zip(middle, image, strict=True)]
-            radii = [max(r, far + tiny) for r, far, tiny in zip(radii, reach, least, strict=True)]
+def _image(
+    square: Square,
+    known: Mapping[str, Ball],
+    kinks: Sequence[Call],
+    middle: Sequence[Ball],
+    box: Sequence[Ball],
+) -> list[Ball] | None:
+    """K(X) of a ``box`` X around its ``middle`` m; None where F may jump, or F' be singular."""
+    inside, centre = ({**known, **dict(zip(square.unknowns, point, strict=True))} for point in (box, middle))
+    if not continuous(kinks, inside):
         return None
-
-    def _exact(self, middle: list[Ball], box: list[Ball]) -> list[Ball] | None:
-        """The numbers of the root, where they are short: the middle, or floats, that satisfy F = 0 exactly.
-
-        The box has exactly one root, so that it is this one, for any known numbers.
-        """
-        for point in (middle, [ball(float(m)) for m in middle]):
-            inside = all(x.contains(p) for x, p in zip(box, point, strict=True))
-            if inside and all(r.is_exact() and r.is_zero() for r in self._residual(point)):
-                return point
+    found = preconditioned(square.jacobian(inside), square.jacobian(centre), square.residual(centre))
+    if found is None:
         return None
+    rest, shift = found
+    apart = [x - m for x, m in zip(box, middle, strict=True)]
+    return [
+        m - s + sum((a * d for a, d in zip(row, apart, strict=True)), ball(0))
+        for m, s, row in zip(middle, shift, rest, strict=True)
+    ]
 
-    def _tightened(self, box: list[Ball]) -> list[Ball]:
-        """The image of the image, and so on: each holds the root."""
-        for _ in range(TIGHTENINGS):
-            expect_time()
-            if all(float(x.rad()) <= TIGHT * float(x.abs_upper()) for x in box):
-                break
-            image = self._image([x.mid() for x in box], box)
-            if image is None or not any(k.rad() < 0.5 * x.rad() for k, x in zip(image, box, strict=True)):
-                break
-            box = [x.intersection(k) for x, k in zip(box, image, strict=True)]
-        return box
 
-    def _image(self, middle: Sequence[Ball], box: Sequence[Ball]) -> list[Ball] | None:
-        at = self._at(box)
-        if not continuous(self.jumps, at):
-            return None
-        jacobian, centre = self.square.jacobian(at), self.square.jacobian(self._at(middle))
-        found = preconditioned(jacobian, centre, self._residual(middle))
+def _inflated(
+    image: Callable[[Sequence[Ball], Sequence[Ball]], list[Ball] | None],
+    middle: list[Ball],
+    radii: Sequence[float],
+) -> tuple[list[Ball], list[Ball], list[float]] | None:
+    """A box whose image lies inside it, the image, and the radii of the box."""
+    size = max(float(m.abs_upper()) for m in middle) or 1.0
+    least = [max(float(m.abs_upper()), 1e-30 * size) * 2.0**-200 for m in middle]
+    most, wide = (WIDENINGS, list(radii)) if radii else (INFLATIONS, least)
+    for _ in range(most):
+        expect_time()
+        box = [around(m, r) for m, r in zip(middle, wide, strict=True)]
+        found = image(middle, box)
         if found is None:
             return None
-        rest, shift = found
-        apart = [x - m for x, m in zip(box, middle, strict=True)]
-        return [
-            m - s + sum((a * d for a, d in zip(row, apart, strict=True)), ball(0))
-            for m, s, row in zip(middle, shift, rest, strict=True)
-        ]
-
-    def _at(self, point: Sequence[Ball]) -> dict[str, Ball]:
-        return {**self.known, **dict(zip(self.square.unknowns, point, strict=True))}
-
-    def _residual(self, point: Sequence[Ball]) -> list[Ball]:
-        return [enclosing_ball(form, self._at(point)) for form in self.square.forms]
+        if all(x.contains_interior(k) for x, k in zip(box, found, strict=True)):
+            return box, found, wide
+        reach = [1.5 * float((k - m).abs_upper()) for m, k in zip(middle, found, strict=True)]
+        wide = [max(r, far + tiny) for r, far, tiny in zip(wide, reach, least, strict=True)]
+    return None
 
 
 DENOMINATORS = (1, 10**3, 10**7)
@@ -267,7 +266,15 @@ class _Curve:
         forms.append(subtract(add(*offsets), Name(PLACE)))
         partials = [differentiate(form, name) for form in forms for name in (*names, MU)]
         self.bordered = Square(forms, partials, (*names, MU))
-        self.second = [self._curved(row) for row in square.rows(square.partials)]
+        # second derivatives by pairs of unknowns, mixed ones doubled
+        self.second = [
+            {
+                (j, k): bend if j == k else multiply(Number(2.0), bend)
+                for j, k in combinations_with_replacement(range(self.n), 2)
+                if not is_number(bend := differentiate(slopes[j], names[k]), 0.0)
+            }
+            for slopes in square.rows(square.partials)
+        ]
         self.kinks = jumps(square.partials, names)
 
     def unfolded(self) -> tuple[Mapping[str, Ball], ...] | None:
@@ -324,16 +331,14 @@ class _Curve:
                 for name, slope in zip(self.square.unknowns, tangent, strict=False)
             ]
             root = proved_root(self.square, self.known, near)
-            if root is None or not self._along(root, stretch):
+            if root is None or not stretch.holds(root):
+                return None
+            t = enclosing_ball(self.bordered.forms[-1], {**self.known, **root, PLACE: ball(0)})
+            if not abs(t - stretch.place) <= stretch.reach:  # a zero of μ from elsewhere
                 return None
             roots.append(root)
         one, other = roots
         return (one, other) if any(not one[name].overlaps(other[name]) for name in one) else None
-
-    def _along(self, root: Mapping[str, Ball], stretch: Stretch) -> bool:
-        """Whether a root is one of the zeros of μ along the stretch, and not one from elsewhere."""
-        t = enclosing_ball(self.bordered.forms[-1], {**self.known, **root, PLACE: ball(0)})
-        return stretch.holds(root) and bool(abs(t - stretch.place) <= stretch.reach)
 
     def _extreme(self) -> tuple[Ball, dict[str, Ball]]:
         """Next to where μ′ vanishes: the place t, a number, and x and μ there."""
@@ -359,19 +364,10 @@ class _Curve:
         curved = []
         for row in self.second:
             total = ball(0)
-            for (j, k), partial in row.items():
-                total += enclosing_ball(partial, at, derivative=True) * tangent[j] * tangent[k]
+            for (j, k), bend in row.items():
+                total += enclosing_ball(bend, at, derivative=True) * tangent[j] * tangent[k]
             curved.append(-total)
         return solved(self.bordered.jacobian({**self.known, **point}), [*curved, ball(0)])[self.n]
-
-    def _curved(self, slopes: Sequence[Expression]) -> dict[tuple[int, int], Expression]:
-        """The second derivatives of a form by pairs of unknowns, mixed ones doubled."""
-        found = {}
-        for j, k in combinations_with_replacement(range(self.n), 2):
-            partial = differentiate(slopes[j], self.square.unknowns[k])
-            if not is_number(partial, 0.0):
-                found[j, k] = partial if j == k else multiply(Number(2.0), partial)
-        return found
 
 
 def _opposite(one: Ball, other: Ball) -> bool:

@@ -19,8 +19,6 @@ import numpy as np
 from rulesheets.deadline import expect_time, limited
 from rulesheets.evaluate import derivatives
 from rulesheets.model import Value
-from rulesheets.syntax.nodes import Number
-from rulesheets.syntax.program import walk
 from solver.accuracy.alike import note_checks
 from solver.accuracy.rule_check import check_rule
 from solver.kernel.block import BlockKernel
@@ -95,8 +93,6 @@ class Budget:
 
 MANY = 30
 """Unknowns of a block beyond which its rules are checked at once and its Jacobian is a sparse matrix."""
-REMOTE = 1e50
-"""Half way, in decades, to where a search over an infinite range ends."""
 
 
 Values = TypeVar("Values")
@@ -135,14 +131,6 @@ class Question:
         self.equations = kernel.block.equations
         self.symbolic = any(isinstance(values[name], str) for name in kernel.known)
         self.known = [v for name in kernel.known if isinstance(v := values[name], float)]
-
-    @property
-    def remote(self) -> bool:
-        """Whether some number is so large or small that answers may lie where no search looks."""
-        constants = (
-            part.value for form in self.kernel.forms for part in walk(form) if isinstance(part, Number)
-        )
-        return any(v and not 1 / REMOTE <= abs(v) <= REMOTE for v in (*self.known, *constants))
 
     @cached_property
     def residual(self) -> Callable[[Sequence[float]], Sequence[float]]:
@@ -189,16 +177,6 @@ class Question:
         """
         moved = {v.name: v.nearest(point[v.name]) for v in self.variables}
         return moved if moved != point and self.holds(moved) else point
-
-    def size_of_residual(self, point: Mapping[str, float]) -> float:
-        """The largest miss of a rule; infinite where one has no value."""
-        try:
-            if len(self.unknowns) > MANY and self.sparse is not None:
-                found = float(np.abs(self.sparse[0](np.array(list(point.values())))).max())
-                return found if found == found else math.inf
-            return max(abs(r) for r in self.residual(list(point.values())))
-        except (ArithmeticError, ValueError):
-            return math.inf
 
     @cached_property
     def _free_turns(self) -> dict[str, float]:

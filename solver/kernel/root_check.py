@@ -51,9 +51,7 @@ def uncertainty(question: Question, point: Mapping[str, float]) -> Uncertainty:
         jacobian = question.jacobian(list(point.values()))
     except (ArithmeticError, ValueError):  # a slope is infinite there: nothing speaks for a multiple root
         return Uncertainty([0.0] * len(point))
-    sizes = _sizes_of_rules(question, point)
-    steepness = max((moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0)
-    return Uncertainty(_blur(jacobian, sizes), steepness)
+    return _forward_error(question, point, jacobian)
 
 
 def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, float]) -> Uncertainty:
@@ -83,16 +81,6 @@ def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, 
     return Uncertainty((relative * weight).tolist(), steepness, relative)
 
 
-def is_ordinary(point: Mapping[str, float], found: Uncertainty) -> bool:
-    """Whether rules and block are so well-conditioned at a point that it is near a root if the rules hold."""
-    if found.relative is None:
-        errors = zip(found.errors, point.values(), strict=True)
-        small = all(error <= ORDINARY * EPS * abs(v) for error, v in errors if v)
-    else:
-        small = found.relative <= ORDINARY * EPS
-    return small and found.steepness <= ORDINARY
-
-
 def astray(question: Question, point: Mapping[str, float], share: float = ASTRAY) -> bool:
     """Whether a point that was computed is plainly no answer: an equation misses by more than a share
     of its terms, and than what rounding of the point itself explains. A number that cancellation has left
@@ -108,27 +96,25 @@ def astray(question: Question, point: Mapping[str, float], share: float = ASTRAY
         jacobian = question.jacobian(x)
     except (ArithmeticError, ValueError):
         return False
-    off = _blur(jacobian, _sizes_of_rules(question, point))
+    off = _forward_error(question, point, jacobian).errors
     explained = [sum(abs(s) * e for s, e in zip(row, off, strict=True) if s) for row in jacobian]
     return any(is_far and abs(m) > e for is_far, m, e in zip(far, misses, explained, strict=True))
 
 
-def _sizes_of_rules(question: Question, point: Mapping[str, float]) -> list[tuple[float, float]]:
-    """How far each rule moves with its variables, and the size of its terms."""
+def _forward_error(
+    question: Question, point: Mapping[str, float], jacobian: Sequence[Sequence[float]]
+) -> Uncertainty:
+    """|J⁻¹|·t for a Jacobian (n, n) and the backward errors t of rules; infinite where it is singular."""
     everything = {**question.here, **point}
-    return [(size(rule, everything), gross(rule, everything)) for rule in question.kernel.equations]
-
-
-def _blur(jacobian: Sequence[Sequence[float]], sizes: Sequence[tuple[float, float]]) -> list[float]:
-    """|J⁻¹|·t (n,) for a Jacobian (n, n) and backward errors t of rules; infinite where it is singular."""
+    sizes = [(size(rule, everything), gross(rule, everything)) for rule in question.kernel.equations]
+    steepness = max((moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0)
     inverted = inverse(jacobian)
     if inverted is None:
-        return [math.inf] * len(sizes)
+        return Uncertainty([math.inf] * len(sizes), steepness)
     tolerances = [max(BACKWARD * moves, EPS * terms) for moves, terms in sizes]
     with np.errstate(all="ignore"):
         errors = np.abs(inverted) @ np.array(tolerances)
-    blurred: list[float] = np.where(np.isfinite(errors), errors, math.inf).tolist()
-    return blurred
+    return Uncertainty(np.where(np.isfinite(errors), errors, math.inf).tolist(), steepness)
 
 
 REFINED_DIGITS = 60
@@ -184,9 +170,17 @@ def check_root(
 ) -> tuple[RootCheck, dict[str, float]]:
     """Solve on from a point at which every rule holds to rounding, and which that leaves so uncertain: what
     that comes to, and where it ends."""
-    if found.relative is not None:
-        return _check_large(question, point, found)
     start = list(point.values())
+    if found.relative is not None:  # a large block: its slopes stay those of floats
+        there = dict(point)
+        if found.relative > ORDINARY * EPS:
+            sharp = _settled(question, start, found) or sharp_root(question, start, _sizes(question, start))
+            if sharp is None or not _within(start, sharp, found.errors, SAFETY):
+                return RootCheck.NO_ROOT, there
+            there = question.named(sharp)
+        # a rule that is steep because differences cancel in it is none the worse
+        beside = is_beside_pole(question, there, found)
+        return (RootCheck.BESIDE_POLE if beside else RootCheck.STANDS), there
     bars = [min(bar, NEAR * size) for bar, size in zip(found.errors, _sizes(question, start), strict=True)]
     try:
         end = _solved_on(question, start, bars)
@@ -226,21 +220,6 @@ def is_beside_pole(question: Question, point: Mapping[str, float], found: Uncert
 
 ROUNDS, CONTRACTION = 5, 0.1
 """Steps in extended precision, and the share of one that the next may be; the last, of the error bar 1e-5."""
-
-
-def _check_large(
-    question: Question, point: Mapping[str, float], found: Uncertainty
-) -> tuple[RootCheck, dict[str, float]]:
-    """The same of a large block, its slopes staying those of floats. A rule that is steep because differences
-    cancel in it is none the worse; one that divides by next to nothing is."""
-    start, root = list(point.values()), dict(point)
-    if found.relative is None or found.relative > ORDINARY * EPS:
-        sharp = _settled(question, start, found) or sharp_root(question, start, _sizes(question, start))
-        if sharp is None or not _within(start, sharp, found.errors, SAFETY):
-            return RootCheck.NO_ROOT, root
-        root = question.named(sharp)
-    beside = is_beside_pole(question, root, found)
-    return (RootCheck.BESIDE_POLE if beside else RootCheck.STANDS), root
 
 
 def _settled(question: Question, start: Sequence[float], found: Uncertainty) -> list[float] | None:

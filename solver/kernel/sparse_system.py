@@ -104,7 +104,15 @@ class SparseSystem:
         """Whether a rule divides by what may be 0, or nearly, as the unknowns are off by their error bars."""
         everything = np.array([*x, *known], dtype=float)
         off = np.array([*bars, *[0.0] * len(known)])
-        return any(shape.divides_by_nothing(everything, off, self.n) for shape in self.shapes)
+        for shape in self.shapes:
+            for read, function in shape.divisors:
+                with np.errstate(all="ignore"):
+                    at, *slopes = function(*everything[shape.places], *shape.numbers)
+                    moves = sum(np.abs(s) * off[shape.places[k]] for k, s in zip(read, slopes, strict=True))
+                    near = ~np.less(moves, BESIDE * np.abs(at))
+                if (near & (shape.places[read] < self.n).any(axis=0)).any():
+                    return True
+        return False
 
 
 class _Shape:
@@ -138,7 +146,7 @@ class _Shape:
         return np.concatenate([np.broadcast_to(column, len(m))[m] for column, (_, m) in every])
 
     @cached_property
-    def _divisors(self) -> list[tuple[list[int], Callable[..., Any]]]:
+    def divisors(self) -> list[tuple[list[int], Callable[..., Any]]]:
         """What is divided by, with its slopes by the names in it."""
         found = []
         for divisor in dict.fromkeys(divisors(self.form)):
@@ -147,16 +155,6 @@ class _Shape:
             if read:
                 found.append((read, self.compiled([divisor, *slopes])))
         return found
-
-    def divides_by_nothing(self, everything: Array, off: Array, n: int) -> bool:
-        for read, function in self._divisors:
-            with np.errstate(all="ignore"):
-                at, *slopes = function(*everything[self.places], *self.numbers)
-                moves = sum(np.abs(s) * off[self.places[k]] for k, s in zip(read, slopes, strict=True))
-                near = ~np.less(moves, BESIDE * np.abs(at))
-            if (near & (self.places[read] < n).any(axis=0)).any():
-                return True
-        return False
 
 
 def _read(expression: Expression) -> list[int]:

@@ -119,29 +119,36 @@ class StepSolver(Preimages):
                 if all(abs(number - v) > near * max(abs(number), abs(v)) for v in beside):
                     kept.append(number)
                     ordered.insert(place, number)
-        if kept:
-            double = self._double(kept[0]) if len(kept) == 1 < self.isolation.branches else None
-            complete, delicate = self.complete and not lost, self.delicate or double is not None
-            return StepOutcome(tuple(kept), None, complete, double, delicate)
-        unknown = self.isolation.unknown
+        if not kept:
+            return self._refused(numbers, outside, lost)
+        double: DoubleRoot | None = None
+        kinks = any(stage.operation == "abs" for stage in self.isolation.stages)
+        if len(kept) == 1 < self.isolation.branches and not kinks and self._slope(kept[0])[1] == 0.0:
+            # where two preimages coincide, the equation does not change to first order
+            unknown = self.isolation.unknown
+            double = DoubleRoot((self.index,), (unknown,), {unknown: 1.0})
+        complete, delicate = self.complete and not lost, self.delicate or double is not None
+        return StepOutcome(tuple(kept), None, complete, double, delicate)
+
+    def _refused(self, numbers: list[float], outside: float | None, lost: bool) -> StepOutcome:
+        """Why none of these preimages is an answer."""
+        unknown, delicate = self.isolation.unknown, self.delicate
         if outside is not None:
             lost = not check_rule(self.equation, self._floats(outside)).holds  # beside a larger number
-            return StepOutcome(fact=OutOfRange(self.index, unknown, outside), delicate=self.delicate or lost)
+            return StepOutcome(fact=OutOfRange(self.index, unknown, outside), delicate=delicate or lost)
         if self.isolation.verify and self._indifferent():
             return StepOutcome(fact=AsksNothing(self.index, unknown))
-        if lost or any(map(self._coarse, numbers)):
+        for number in numbers:
+            miss, slope = (None, 0.0) if lost else self._slope(number)
+            # between two floats it may well hold, where one last place moves it farther than it misses by
+            lost = lost or (miss is not None and abs(miss) <= abs(slope) * math.ulp(float(number)))
+        if lost:
             return StepOutcome(fact=BeyondFloats(self.index, unknown), delicate=True)
         if not self.complete:
-            return self._unproven(self.delicate)
+            return self._unproven(delicate)
         others = [name for name in self.equation.names if name != unknown]
         reading = f"{OTHERWISE} {' or '.join(others)}" if others else "other numbers"
-        return StepOutcome(fact=NoValue(self.index, unknown, reading), delicate=self.delicate)
-
-    def _coarse(self, number: float) -> bool:
-        """Whether one last place of a preimage moves the equation farther than it misses by there, so that it
-        may well hold between two floats."""
-        miss, slope = self._slope(number)
-        return miss is not None and abs(miss) <= abs(slope) * math.ulp(float(number))
+        return StepOutcome(fact=NoValue(self.index, unknown, reading), delicate=delicate)
 
     def _inside(self, number: float) -> float:
         """The number; where rounding alone has led it beyond an end of its range, that end."""
@@ -153,14 +160,6 @@ class StepSolver(Preimages):
     def _floats(self, number: float) -> dict[str, Value]:
         """The values in floats, with that of the unknown."""
         return {**self.floats, self.isolation.unknown: float(number)}
-
-    def _double(self, number: float) -> DoubleRoot | None:
-        """Where two preimages coincide, the equation does not change to first order. (A kink does.)"""
-        kinks = any(stage.operation == "abs" for stage in self.isolation.stages)
-        if kinks or self._slope(number)[1] != 0.0:
-            return None
-        unknown = self.isolation.unknown
-        return DoubleRoot((self.index,), (unknown,), {unknown: 1.0})
 
     def _holds(self, number: float) -> bool:
         if not (self.isolation.verify or self.clamped):

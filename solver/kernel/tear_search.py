@@ -18,7 +18,8 @@ from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context
 from rulesheets.evaluate.number import Inexact, enclose, exactly
 from rulesheets.functions.intervals import Interval
-from rulesheets.syntax.nodes import Expression
+from rulesheets.syntax.nodes import Expression, Number
+from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import with_named_numbers
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import BlockOutcome, Candidates, Stretch, left_free
@@ -66,6 +67,8 @@ FAINT = 1e-30
 """Size of samples beside which rules may well have nothing to say, whether or not their unknown is free."""
 BESIDE = 1e-2
 """Share of a turn, or of 4, within which boxes are next to a point."""
+REMOTE = 1e50
+"""Half way, in decades, to where a search over an infinite range ends."""
 MIN_SAMPLES = 3
 MAX_SUSPECTS = 8
 """Points of a search that are looked at more closely, where it could not settle all."""
@@ -89,7 +92,7 @@ class TearSearch:
     def run(self) -> bool:
         """Find the roots along every chain. True where they are proven to be all."""
         every = self.kernel.chains
-        self.doubts = self.question.remote or self._divides_by_nothing()
+        self.doubts = self._is_doubtful()
         work = USUAL_LEVELS * sum(OPERATIONS * len(chain.assignments) for chain in every)
         if len(every) > MOST_CHAINS or work > self.budget.of_block:
             return False
@@ -203,9 +206,14 @@ class TearSearch:
         ranges = (enclose(form, box) for form in self.question.kernel.forms)
         return any(low > 0.0 or high < 0.0 for low, high in ranges)
 
-    def _divides_by_nothing(self) -> bool:
-        """Whether a chain has no value anywhere it is tried, for dividing by 0: it leads through a rule that
-        does not determine what it is asked for at these numbers (``0*y``), and proves nothing of others."""
+    def _is_doubtful(self) -> bool:
+        """Whether a search proves nothing: some number is so large or small that answers may lie where it
+        does not look; or a chain has no value anywhere it is tried, for dividing by 0: it leads through a
+        rule that does not determine what it is asked for at these numbers (``0*y``)."""
+        parts = (part for form in self.question.kernel.forms for part in walk(form))
+        numbers = (*self.question.known, *(part.value for part in parts if isinstance(part, Number)))
+        if any(v and not 1 / REMOTE <= abs(v) <= REMOTE for v in numbers):
+            return True
         for place in range(len(self.kernel.chains)):
             function, errors = self.kernel.chain_function(place), list[Exception]()
             for x in (samples := self._samples()):
