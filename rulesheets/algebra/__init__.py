@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 import sympy
@@ -35,21 +34,10 @@ Form: TypeAlias = Callable[..., Any]
 
 
 def _form(row: Function) -> Form:
-    match row.sympy:
-        case None if row.definition is not None:
-            return partial(_by_definition, row)
-        case None:
-            return lambda *arguments: sympy.Function(row.name)(*arguments)
-        case str() as name:
-            form: Form = getattr(sympy, name)
-            return form
-        case form:
-            return partial(form, sympy)
+    def defined(template: Expression, places: Mapping[str, Any]) -> Any:
+        return expression_in_sympy(template).subs(places, simultaneous=True)
 
-
-def _by_definition(row: Function, *arguments: Any) -> Any:
-    template, places = row.defined(arguments)
-    return expression_in_sympy(template).subs(places, simultaneous=True)
+    return row.form("sympy", sympy, defined) or (lambda *arguments: sympy.Function(row.name)(*arguments))
 
 
 FORMS = Forms(TABLE, _form)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from fractions import Fraction
-from functools import partial
 from typing import Any, TypeAlias
 
 from flint import arb, arb_mat, ctx
@@ -88,23 +87,13 @@ def solved(matrix: Sequence[Sequence[Ball]], rhs: Sequence[Ball]) -> list[Ball]:
 
 
 def _form(row: Function) -> Callable[..., Ball]:
-    match row.ball:
-        case None if row.definition is not None:
-            return partial(_by_definition, row)
-        case None:
-            return lambda *arguments: arb(0, "inf")
-        case str() as name:
-            function: Callable[..., Ball] = getattr(arb, name)
-            return function
-        case form:
-            return partial(form, arb)
+    def defined(template: Expression, places: Mapping[str, Ball]) -> Ball:
+        try:
+            return enclosing_ball(template, places)
+        except Undefined:
+            return arb(0, "inf")
 
-
-def _by_definition(row: Function, *arguments: Ball) -> Ball:
-    try:
-        return enclosing_ball(*row.defined(arguments))
-    except Undefined:
-        return arb(0, "inf")
+    return row.form("ball", arb, defined) or (lambda *arguments: arb(0, "inf"))
 
 
 FUNCTIONS = Forms(TABLE, _form)

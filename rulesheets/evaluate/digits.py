@@ -49,16 +49,15 @@ def _functions(thread: int, digits: int) -> Mapping[str, Callable[..., Extended]
 
 def _over_reals(mp: Any, row: Function) -> Callable[..., Extended]:
     """The function over the reals: complex and infinite answers are refused."""
-    function: Callable[..., Any] | None
-    match row.digits:
-        case None if row.definition is not None:
-            function = partial(_defined, row, mp.dps)
-        case None:
-            function = None
-        case str() as name:
-            function = getattr(mp, name)
-        case form:
-            function = partial(form, mp)
+    digits = mp.dps
+
+    def defined(template: Expression, places: ExtendedValues) -> Extended:
+        try:
+            return Digits(places, digits).of(template)
+        except Undefined as undefined:
+            raise ValueError(f"{row.name} has no value: {undefined}") from undefined
+
+    function = row.form("digits", mp, defined)
 
     def value(*arguments: Extended) -> Extended:
         if function is None:
@@ -72,14 +71,6 @@ def _over_reals(mp: Any, row: Function) -> Callable[..., Extended]:
         return mp.mpf(result)
 
     return value
-
-
-def _defined(row: Function, digits: int, *arguments: Extended) -> Extended:
-    template, places = row.defined(arguments)
-    try:
-        return Digits(places, digits).of(template)
-    except Undefined as undefined:
-        raise ValueError(f"{row.name} has no value: {undefined}") from undefined
 
 
 ExtendedValues: TypeAlias = Mapping[str, Any]

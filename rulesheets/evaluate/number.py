@@ -387,8 +387,12 @@ def exactly(
 
 
 class Rationals(Arithmetic[Fraction]):
-    def __init__(self, numbers: Mapping[str, Fraction], constants: Mapping[float, Fraction]) -> None:
-        self.numbers, self.constants = numbers, constants
+    """Rational numbers; ``pi``: what stands for π."""
+
+    def __init__(
+        self, numbers: Mapping[str, Fraction], constants: Mapping[float, Fraction], pi: Fraction | None = None
+    ) -> None:
+        self.numbers, self.constants, self.pi = numbers, constants, pi
 
     def number(self, node: Number) -> Fraction:
         return self.constants[node.value] if node.value in self.constants else Fraction(node.value)
@@ -431,6 +435,8 @@ class Rationals(Arithmetic[Fraction]):
 
     def applied(self, node: Call, arguments: list[Fraction]) -> Fraction:
         match node.function, arguments:
+            case "pi", [] if self.pi is not None:
+                return self.pi
             case "abs", [number]:
                 return abs(number)
             case "sqrt", [number]:
@@ -482,7 +488,7 @@ def with_round_values(expression: Expression) -> Expression:
     if isinstance(expression, Call) and expression.function in ("sin", "cos", "tan"):
         try:
             # q where the angle is written as q·π: the same share of either stand-in for π
-            shares = {_WithPi({}, pi).of(expression.arguments[0]) / pi for pi in _STAND_INS}
+            shares = {Rationals({}, {}, pi).of(expression.arguments[0]) / pi for pi in _STAND_INS}
             if len(shares) == 1:
                 number = known(f"{expression.function}d", 180 * shares.pop())
                 return Number(float(number), expression.span)
@@ -493,14 +499,3 @@ def with_round_values(expression: Expression) -> Expression:
 
 _STAND_INS = Fraction(355, 113), Fraction(10**9 + 7, 17)
 """Numbers in place of π: what is proportional to both is proportional to π."""
-
-
-class _WithPi(Rationals):
-    def __init__(self, numbers: Mapping[str, Fraction], pi: Fraction) -> None:
-        super().__init__(numbers, {})
-        self.pi = pi
-
-    def applied(self, node: Call, arguments: list[Fraction]) -> Fraction:
-        if node.function != "pi":
-            raise Inexact(node.function)
-        return self.pi

@@ -19,11 +19,8 @@ from rulesheets.functions.intervals import (
     POSITIVE,
     SPECIAL_ULPS,
     UNIT,
-    Direction,
     Even,
     Monotone,
-    Slow,
-    Valley,
     Wave,
     each_end,
     magnitudes,
@@ -38,14 +35,6 @@ def _by(name: str) -> Branches:
 
 def _both_signs(name: str) -> Branches:
     return lambda t: (call(name, t), -call(name, t))
-
-
-def _supplement(name: str, half_turn: Expression) -> Branches:
-    return lambda t: (call(name, t), half_turn - call(name, t))
-
-
-def _opposite(name: str, half_turn: Expression) -> Branches:
-    return lambda t: (call(name, t), call(name, t) + half_turn)
 
 
 def _row(name: str, meaning: str, example: str, **facets: Any) -> Function:
@@ -227,113 +216,92 @@ _EXPONENTIAL = (
 )
 
 
-def _named(name: str) -> dict[str, Any]:
-    """The forms that the libraries have themselves, numpy under its own names."""
-    return {"array": {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}.get(name, name)}
-
-
-def _of_degrees(name: str) -> dict[str, Any]:
-    """The forms of a function of an angle in degrees."""
-    return {
-        "digits": getattr(digits, f"{name}d"),
-        "ball": lambda arb, x: getattr(x / 180, f"{name}_pi")(),
-        "definition": lambda x: call(name, call("pi") * x / 180.0),
-    }
-
-
-def _in_degrees(name: str) -> dict[str, Any]:
-    """What a function whose result is an angle in degrees is."""
-    return {"definition": lambda *x: call(name, *x) / call("pi") * 180.0}
-
-
 def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Function, ...]:
     """The functions of angles in a unit, whose names have this ``end``; ``half`` a turn as it is written."""
     degrees = end == "d"
-    takes, gives = (_of_degrees, _in_degrees) if degrees else (_named, _named)
-    radian = row.DEGREE if degrees else ONE
-    per_unit = row.RADIAN if degrees else ONE
-    sin, cos, tan, asin, acos, atan = (
-        getattr(floats, name + end) for name in ("sin", "cos", "tan", "asin", "acos", "atan")
+    radian, per_unit = (row.DEGREE, row.RADIAN) if degrees else (ONE, ONE)
+    straight, right = ("180", "90") if degrees else ("pi", "pi/2")
+    sin, cos, tan, asin, acos, atan, atan2 = (
+        f"{name}{end}" for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2")
     )
-    direction = (
-        {"digits": digits.atan2d, "ball": digits.ball_direction} if degrees else {"digits": digits.atan2}
-    )
+
+    def takes(name: str, word: str, example: str, **facets: Any) -> Function:
+        """A function of an angle."""
+        if degrees:
+            facets["digits"] = getattr(digits, f"{name}d")
+            facets["ball"] = lambda arb, x: getattr(x / 180, f"{name}_pi")()
+            facets["definition"] = lambda x: call(name, call("pi") * x / 180.0)
+        value = getattr(floats, name + end)
+        return _row(name + end, f"{word} of x {unit}", example, value=value, turn=turn, **facets)
+
+    def gives(name: str, meaning: str, example: str, **facets: Any) -> Function:
+        """A function whose result is an angle."""
+        if degrees:
+            facets["definition"] = lambda *x: call(name, *x) / call("pi") * 180.0
+        elif name != "atan2":
+            facets["array"] = f"arc{name[1:]}"
+        value = getattr(floats, name + end)
+        return _row(name + end, meaning, example, value=value, angle=turn, **facets)
+
     return (
-        _row(
-            *(f"sin{end}", f"sine of x {unit}", "sind(30) = 0.5" if degrees else "sin(pi/6) = 0.5"),
-            value=sin,
-            slopes=lambda x: per_unit * call(f"cos{end}", x),
-            inverse=Inverse(_supplement(f"asin{end}", half), -1.0, 1.0, period=turn),
-            interval=Wave(sin, turn, 0.25),
-            turn=turn,
-            **takes("sin"),
+        takes(
+            *("sin", "sine", "sind(30) = 0.5" if degrees else "sin(pi/6) = 0.5"),
+            slopes=lambda x: per_unit * call(cos, x),
+            inverse=Inverse(lambda t: (call(asin, t), half - call(asin, t)), -1.0, 1.0, period=turn),
+            interval=Wave(getattr(floats, sin), turn, 0.25),
         ),
-        _row(
-            *(f"cos{end}", f"cosine of x {unit}", "cosd(90) = 0" if degrees else "cos(pi/3) = 0.5"),
-            value=cos,
-            slopes=lambda x: per_unit * -call(f"sin{end}", x),
-            inverse=Inverse(_both_signs(f"acos{end}"), -1.0, 1.0, period=turn),
-            interval=Wave(cos, turn, 0.0),
-            turn=turn,
-            **takes("cos"),
+        takes(
+            *("cos", "cosine", "cosd(90) = 0" if degrees else "cos(pi/3) = 0.5"),
+            slopes=lambda x: per_unit * -call(sin, x),
+            inverse=Inverse(_both_signs(acos), -1.0, 1.0, period=turn),
+            interval=Wave(getattr(floats, cos), turn, 0.0),
         ),
-        _row(
-            *(f"tan{end}", f"tangent of x {unit}", "tand(45) = 1" if degrees else "tan(pi/4) = 1"),
-            value=tan,
-            slopes=lambda x: per_unit * (1.0 + call(f"tan{end}", x) ** 2.0),
-            inverse=Inverse(_opposite(f"atan{end}", half), period=turn),
-            interval=intervals.tand if degrees else intervals.tan,
-            turn=turn,
+        takes(
+            *("tan", "tangent", "tand(45) = 1" if degrees else "tan(pi/4) = 1"),
+            slopes=lambda x: per_unit * (1.0 + call(tan, x) ** 2.0),
+            inverse=Inverse(lambda t: (call(atan, t), call(atan, t) + half), period=turn),
+            interval=getattr(intervals, tan),
             half_turn=True,
-            **takes("tan"),
         ),
-        _row(
-            f"asin{end}",
-            f"inverse sine, in {unit} from {'-90 to 90' if degrees else '-pi/2 to pi/2'}",
+        gives(
+            *("asin", f"inverse sine, in {unit} from -{right} to {right}"),
             "asind(0.5) = 30" if degrees else "asin(1) = pi/2",
-            value=asin,
             slopes=lambda x: radian * row.arc_sine(x),
-            inverse=Inverse(_by(f"sin{end}"), -turn / 4, turn / 4),
-            interval=Monotone(asin, UNIT, (-90.0, 90.0) if degrees else LINE),
+            inverse=Inverse(_by(sin), -turn / 4, turn / 4),
+            interval=Monotone(getattr(floats, asin), UNIT, (-90.0, 90.0) if degrees else LINE),
             domain=UNIT,
-            angle=turn,
-            **gives("asin"),
         ),
-        _row(
-            f"acos{end}",
-            f"inverse cosine, in {unit} from 0 to {'180' if degrees else 'pi'}",
+        gives(
+            *("acos", f"inverse cosine, in {unit} from 0 to {straight}"),
             "acosd(0.5) = 60" if degrees else "acos(-1) = pi",
-            value=acos,
             slopes=lambda x: radian * -row.arc_sine(x),
-            inverse=Inverse(_by(f"cos{end}"), 0.0, turn / 2),
-            interval=Monotone(acos, UNIT, (0.0, 180.0) if degrees else POSITIVE, falling=True),
+            inverse=Inverse(_by(cos), 0.0, turn / 2),
+            interval=Monotone(
+                getattr(floats, acos), UNIT, (0.0, 180.0) if degrees else POSITIVE, falling=True
+            ),
             domain=UNIT,
-            angle=turn,
-            **gives("acos"),
         ),
-        _row(
-            f"atan{end}",
-            f"inverse tangent, in {unit} from {'-90 to 90' if degrees else '-pi/2 to pi/2'}",
+        gives(
+            *("atan", f"inverse tangent, in {unit} from -{right} to {right}"),
             "atand(1) = 45" if degrees else "atan(1) = pi/4",
-            value=atan,
             slopes=lambda x: radian * (1.0 / (1.0 + x**2.0)),
-            inverse=Inverse(_by(f"tan{end}"), -turn / 4, turn / 4, True, True),
-            interval=Monotone(atan, image=(-90.0, 90.0) if degrees else LINE),
-            angle=turn,
-            **gives("atan"),
+            inverse=Inverse(_by(tan), -turn / 4, turn / 4, True, True),
+            interval=Monotone(getattr(floats, atan), image=(-90.0, 90.0) if degrees else LINE),
         ),
-        _row(
-            f"atan2{end}",
-            f"angle of the point (x, y) in {unit}, to {'180' if degrees else 'pi'}",
+        gives(
+            *("atan2", f"angle of the point (x, y) in {unit}, to {straight}"),
             "atan2d(1, -1) = 135" if degrees else "atan2(1, -1) = 3*pi/4",
             arguments="y, x",
-            value=floats.atan2d if degrees else floats.atan2,
             slopes=row.direction(radian),
-            interval=Direction(180.0, 180.0 / pi) if degrees else Direction(math.nextafter(pi, inf), 1.0),
-            angle=turn,
+            interval=(
+                intervals.direction(180.0, 180.0 / pi)
+                if degrees
+                else intervals.direction(math.nextafter(pi, inf), 1.0)
+            ),
             steady=digits.on_one_side,
             alike=True,
-            **gives("atan2") | direction,
+            digits=getattr(digits, atan2),
+            ball=digits.ball_direction if degrees else "atan2",
         ),
     )
 
@@ -397,7 +365,7 @@ _SPECIAL = (
         value=math.gamma,
         array="special.gamma",
         slopes=lambda x: call("gamma", x) * call("digamma", x),
-        interval=Valley(math.gamma, intervals.GAMMA_LEAST),
+        interval=intervals.valley(math.gamma, intervals.GAMMA_LEAST),
         nonzero=True,
     ),
     _special(
@@ -405,7 +373,7 @@ _SPECIAL = (
         value=math.lgamma,
         array="special.gammaln",
         slopes=of("digamma"),
-        interval=Valley(math.lgamma, intervals.LGAMMA_LEAST),
+        interval=intervals.valley(math.lgamma, intervals.LGAMMA_LEAST),
         digits=digits.lgamma,
         ball=lambda arb, x: x.lgamma() if x > 0 else abs(x.gamma()).log(),
         definition=lambda x: call("ln", call("abs", call("gamma", x))),
@@ -487,12 +455,12 @@ _BESSEL = (
     _bessel(
         *("j", 0, "j0(0) = 1"),
         slopes=lambda x: -call("j1", x),
-        interval=Slow(floats.j0, 0.5819, (-0.4028, 1.0)),
+        interval=intervals.slow(floats.j0, 0.5819, (-0.4028, 1.0)),
     ),
     _bessel(
         *("j", 1, "j1(1) = 0.4400505857449335"),
         slopes=row.first_order("j"),
-        interval=Slow(floats.j1, 0.5, (-0.5819, 0.5819)),
+        interval=intervals.slow(floats.j1, 0.5, (-0.5819, 0.5819)),
     ),
     _bessel_n("j", "jn(2, 1) = 2*j1(1) - j0(1)"),
     _bessel(

@@ -115,25 +115,23 @@ def _reduced(degrees: Array) -> tuple[NDArray[np.int64], Array]:
     return np.where(np.isnan(rest), 0.0, quarters).astype(np.int64) & 3, rest
 
 
-def _sine_and_cosine(rest: Array) -> tuple[Array, Array]:
+def _sine(degrees: Array, ahead: int) -> Array:
+    """Sine of angles and ``ahead`` right angles."""
+    quarters, rest = _reduced(np.asarray(degrees, dtype=float))
+    quarters = quarters + ahead
     high, low = _scaled(rest, *floats.RADIAN)
     sine, cosine = np.sin(high), np.cos(high)
-    exact = np.abs(rest) == 30.0
-    return np.where(exact, np.copysign(0.5, rest), sine + low * cosine), cosine - low * sine
-
-
-def sind(degrees: Array) -> Array:
-    quarters, rest = _reduced(np.asarray(degrees, dtype=float))
-    sine, cosine = _sine_and_cosine(rest)
-    value = np.where(quarters & 1, cosine, sine)
+    exact = np.where(np.abs(rest) == 30.0, np.copysign(0.5, rest), sine + low * cosine)
+    value = np.where(quarters & 1, cosine - low * sine, exact)
     return np.where(quarters & 2, 0.0 - value, value)
 
 
+def sind(degrees: Array) -> Array:
+    return _sine(degrees, 0)
+
+
 def cosd(degrees: Array) -> Array:
-    quarters, rest = _reduced(np.asarray(degrees, dtype=float))
-    sine, cosine = _sine_and_cosine(rest)
-    value = np.where(quarters & 1, sine, cosine)
-    return np.where((quarters + 1) & 2, 0.0 - value, value + 0.0)
+    return _sine(degrees, 1) + 0.0
 
 
 def tand(degrees: Array) -> Array:
@@ -211,25 +209,21 @@ def add(a_low: Array, a_high: Array, b_low: Array, b_high: Array) -> Interval:
     return np.where(low == 0.0, 0.0, down(low)), np.where(high == 0.0, 0.0, up(high))
 
 
-def _hull(corners: tuple[Array, Array, Array, Array]) -> Interval:
-    """Least and greatest of four corners; an indeterminate one (0*inf, 0/0, inf/inf) counts as 0."""
+def _hull(corners: tuple[Array, ...], a: Interval, b: Interval) -> Interval:
+    """Least and greatest of four corners, rounded outward, but not across 0 where the signs of a and b
+    exclude that; an indeterminate corner (0*inf, 0/0, inf/inf) counts as 0."""
     first, second, third, fourth = (np.where(np.isnan(corner), 0.0, corner) for corner in corners)
-    low = np.minimum(np.minimum(first, second), np.minimum(third, fourth))
-    return low, np.maximum(np.maximum(first, second), np.maximum(third, fourth))
-
-
-def _signed(low: Array, high: Array, a: Interval, b: Interval) -> Interval:
-    """Bounds rounded outward, but not across 0 where the signs of a and b exclude that."""
+    low = down(np.minimum(np.minimum(first, second), np.minimum(third, fourth)))
+    high = up(np.maximum(np.maximum(first, second), np.maximum(third, fourth)))
     alike = (a[0] >= 0.0) & (b[0] >= 0.0) | (a[1] <= 0.0) & (b[1] <= 0.0)
     opposed = (a[0] >= 0.0) & (b[1] <= 0.0) | (a[1] <= 0.0) & (b[0] >= 0.0)
-    low, high = down(low), up(high)
     return np.where(alike, np.maximum(low, 0.0), low), np.where(opposed, np.minimum(high, 0.0), high)
 
 
 def multiply(a_low: Array, a_high: Array, b_low: Array, b_high: Array) -> Interval:
     """Product; 0 times an unbounded interval is 0."""
-    low, high = _hull((a_low * b_low, a_low * b_high, a_high * b_low, a_high * b_high))
-    low, high = _signed(low, high, (a_low, a_high), (b_low, b_high))
+    corners = a_low * b_low, a_low * b_high, a_high * b_low, a_high * b_high
+    low, high = _hull(corners, (a_low, a_high), (b_low, b_high))
     return where_not(np.isnan(a_low) | np.isnan(b_low), low, high)
 
 
@@ -237,8 +231,8 @@ def divide(a_low: Array, a_high: Array, b_low: Array, b_high: Array) -> Interval
     """Quotient over the divisors that are not 0: a half line where 0 is an end of the divisor."""
     b_low = np.where(b_low == 0.0, 0.0, b_low)
     b_high = np.where(b_high == 0.0, -0.0, b_high)
-    low, high = _hull((a_low / b_low, a_low / b_high, a_high / b_low, a_high / b_high))
-    low, high = _signed(low, high, (a_low, a_high), (b_low, b_high))
+    corners = a_low / b_low, a_low / b_high, a_high / b_low, a_high / b_high
+    low, high = _hull(corners, (a_low, a_high), (b_low, b_high))
     nothing = (a_low == 0.0) & (a_high == 0.0)
     across = (b_low < 0.0) & (b_high > 0.0) & ~nothing
     low, high = np.where(across, -np.inf, low), np.where(across, np.inf, high)

@@ -116,54 +116,40 @@ def scaled(x: float, head: float, tail: float) -> tuple[float, float]:
     return high, rest - (high - product)
 
 
-def _sine(degrees: float) -> float:
-    """Sine for angles up to 45 degrees either way."""
-    if degrees == 30.0 or degrees == -30.0:
-        return copysign(0.5, degrees)
-    high, low = scaled(degrees, *RADIAN)
-    return sin(high) + low * cos(high)
-
-
-def _cosine(degrees: float) -> float:
-    """Cosine for angles up to 45 degrees either way."""
-    high, low = scaled(degrees, *RADIAN)
-    return cos(high) - low * sin(high)
-
-
-def _tangent(degrees: float) -> float:
-    """Tangent for angles up to 45 degrees either way."""
-    if degrees == 45.0 or degrees == -45.0:
-        return copysign(1.0, degrees)
-    high, low = scaled(degrees, *RADIAN)
-    tangent = tan(high)
-    return tangent + low * (1.0 + tangent * tangent)
-
-
-def _reduced(degrees: float) -> tuple[int, float]:
-    """Number of right angles (to the nearest) and what is left, both exact."""
+def _wave(degrees: float, ahead: int) -> float:
+    """Sine of an angle and ``ahead`` right angles; what is left to the nearest right angle is exact."""
     turn = fmod(degrees, 360.0)
-    quarters = round(turn / 90.0)
-    return quarters, turn - 90.0 * quarters
+    nearest = round(turn / 90.0)
+    rest, quarters = turn - 90.0 * nearest, nearest + ahead
+    if not quarters & 1 and (rest == 30.0 or rest == -30.0):
+        value = copysign(0.5, rest)
+    else:
+        high, low = scaled(rest, *RADIAN)
+        value = cos(high) - low * sin(high) if quarters & 1 else sin(high) + low * cos(high)
+    return 0.0 - value if quarters & 2 else value
 
 
 def sind(degrees: float) -> float:
     """Sine of an angle in degrees."""
-    quarters, rest = _reduced(degrees)
-    sine = _cosine(rest) if quarters & 1 else _sine(rest)
-    return 0.0 - sine if quarters & 2 else sine
+    return _wave(degrees, 0)
 
 
 def cosd(degrees: float) -> float:
     """Cosine of an angle in degrees; zero comes out as +0.0."""
-    quarters, rest = _reduced(degrees)
-    cosine = _sine(rest) if quarters & 1 else _cosine(rest)
-    return 0.0 - cosine if (quarters + 1) & 2 else cosine + 0.0
+    return _wave(degrees, 1) + 0.0
 
 
 def tand(degrees: float) -> float:
     """Tangent of an angle in degrees. Raises ZeroDivisionError at its poles."""
-    quarters, rest = _reduced(degrees)
-    tangent = _tangent(rest)
+    turn = fmod(degrees, 360.0)
+    quarters = round(turn / 90.0)
+    rest = turn - 90.0 * quarters
+    if rest == 45.0 or rest == -45.0:
+        tangent = copysign(1.0, rest)
+    else:
+        high, low = scaled(rest, *RADIAN)
+        tangent = tan(high)
+        tangent += low * (1.0 + tangent * tangent)
     return -1.0 / tangent if quarters & 1 else tangent
 
 

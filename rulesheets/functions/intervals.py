@@ -319,30 +319,23 @@ def tand(low: float, high: float) -> Interval:
     return below, inf if high == start + 180.0 else up(floats.tand(high), ULPS)
 
 
-class Direction(NamedTuple):
+def direction(half_turn: float, unit: float) -> Callable[[float, float, float, float], Interval]:
     """Range of atan2(y, x), in (-half turn, half turn], ``unit`` to a radian.
 
     Away from the cut (y = 0, x < 0) the direction of a box is bounded by its corners; a box
     across the cut has directions up to the half turn both ways.
     """
 
-    half_turn: float
-    unit: float
-
-    def __call__(self, y_low: float, y_high: float, x_low: float, x_high: float) -> Interval:
+    def enclosure(y_low: float, y_high: float, x_low: float, x_high: float) -> Interval:
         if isnan(y_low) or isnan(x_low):
             return EMPTY
         if isnan(y_high) or isnan(x_high) or (y_low < 0.0 <= y_high and x_low < 0.0):
-            return -self.half_turn, self.half_turn
-        corners = [
-            radians_of(y, x) * self.unit
-            for y in (y_low + 0.0, y_high + 0.0)
-            for x in (x_low + 0.0, x_high + 0.0)
-            if y or x
-        ]
-        if not corners:
-            return EMPTY
-        return down(min(corners), ULPS), up(max(corners), ULPS)
+            return -half_turn, half_turn
+        ys, xs = (y_low + 0.0, y_high + 0.0), (x_low + 0.0, x_high + 0.0)
+        corners = [radians_of(y, x) * unit for y in ys for x in xs if y or x]
+        return (down(min(corners), ULPS), up(max(corners), ULPS)) if corners else EMPTY
+
+    return enclosure
 
 
 def cut(y_low: float, y_high: float, x_low: float, _: float) -> bool:
@@ -396,67 +389,51 @@ def mod(x_low: float, x_high: float, y_low: float, y_high: float) -> Interval:
 # --- special functions ----------------------------------------------------------
 
 
-def _below(value: Callable[[float], float], x: float) -> float:
-    """Below the value by the error of the library; -inf where it has none."""
+def _reached(value: Callable[[float], float], x: float, otherwise: float) -> float:
+    """The value; ``otherwise`` where it is beyond floats, or a pole."""
     try:
-        return down(value(x), SPECIAL_ULPS) - TINY
+        return value(x)
     except (OverflowError, ValueError):
-        return -inf
+        return otherwise
 
 
-def _above(value: Callable[[float], float], x: float) -> float:
-    try:
-        return up(value(x), SPECIAL_ULPS) + TINY
-    except (OverflowError, ValueError):
-        return inf
-
-
-class Valley(NamedTuple):
+def valley(value: Callable[[float], float], lowest: float) -> Callable[[float, float], Interval]:
     """Range of gamma or lgamma, whose least value is ``lowest``: known for positive arguments."""
 
-    value: Callable[[float], float]
-    lowest: float
-
-    def __call__(self, low: float, high: float) -> Interval:
-        if isnan(low):
-            return EMPTY
+    def enclosure(low: float, high: float) -> Interval:
         if not 0.0 < low <= high:
-            return LINE
-        at_low, at_high = self._at(low), self._at(high)
+            return EMPTY if isnan(low) else LINE
+        ends = _reached(value, low, inf), _reached(value, high, inf)
         around = low <= _GAMMA_VALLEY + 1e-6 and high >= _GAMMA_VALLEY - 1e-6
-        below = self.lowest if around else min(at_low, at_high)
-        return down(below, SPECIAL_ULPS) - TINY, up(max(at_low, at_high), SPECIAL_ULPS) + TINY
+        below = lowest if around else min(ends)
+        return down(below, SPECIAL_ULPS) - TINY, up(max(ends), SPECIAL_ULPS) + TINY
 
-    def _at(self, x: float) -> float:
-        try:
-            return self.value(x)
-        except OverflowError:
-            return inf
+    return enclosure
 
 
 def digamma(low: float, high: float) -> Interval:
     """Rising for positive arguments; elsewhere the whole line."""
-    if isnan(low):
-        return EMPTY
-    return (_below(floats.digamma, low), _above(floats.digamma, high)) if low > 0.0 else LINE
+    if not low > 0.0:
+        return EMPTY if isnan(low) else LINE
+    below, above = _reached(floats.digamma, low, -inf), _reached(floats.digamma, high, inf)
+    return down(below, SPECIAL_ULPS) - TINY, up(above, SPECIAL_ULPS) + TINY
 
 
-class Slow(NamedTuple):
+def slow(
+    value: Callable[[float], float], slope: float, image: Interval
+) -> Callable[[float, float], Interval]:
     """Range from the middle and a bound on the slope, within the known extremes."""
 
-    value: Callable[[float], float]
-    slope: float
-    image: tuple[float, float]
-
-    def __call__(self, low: float, high: float) -> Interval:
+    def enclosure(low: float, high: float) -> Interval:
         if isnan(low):
             return EMPTY
         if not (isfinite(low) and isfinite(high)):
-            return self.image
+            return image
         middle = 0.5 * low + 0.5 * high
-        reach = self.slope * up(max(high - middle, middle - low)) + TINY + 1e-15 * abs(middle)
-        try:
-            at_middle = self.value(middle)
-        except (OverflowError, ValueError):
-            return self.image
-        return max(at_middle - reach, self.image[0]), min(at_middle + reach, self.image[1])
+        at_middle = _reached(value, middle, nan)
+        if isnan(at_middle):
+            return image
+        reach = slope * up(max(high - middle, middle - low)) + TINY + 1e-15 * abs(middle)
+        return max(at_middle - reach, image[0]), min(at_middle + reach, image[1])
+
+    return enclosure

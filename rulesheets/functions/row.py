@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from math import inf
 from typing import Any, NamedTuple, TypeAlias
 
@@ -135,11 +136,25 @@ class Function:
         least, most = self.arity
         return least <= count and (most is None or count <= most)
 
-    def defined(self, arguments: tuple[Any, ...]) -> tuple[Expression, dict[str, Any]]:
-        """Its definition by the places of its arguments, as names, and the arguments by these."""
-        assert self.definition is not None
-        places = {str(place): argument for place, argument in enumerate(arguments)}
-        return self.definition(*map(Name, places)), places
+    def form(
+        self, facet: str, library: Any, evaluate: Callable[[Expression, dict[str, Any]], Any]
+    ) -> Callable[..., Any] | None:
+        """The form of a library, or what ``evaluate`` makes of the definition over the arguments, which are
+        named by their places there; None where there is neither."""
+
+        def defined(*arguments: Any) -> Any:
+            assert self.definition is not None
+            places = {str(place): argument for place, argument in enumerate(arguments)}
+            return evaluate(self.definition(*map(Name, places)), places)
+
+        match getattr(self, facet):
+            case None:
+                return None if self.definition is None else defined
+            case str() as name:
+                found: Callable[..., Any] = getattr(library, name)
+                return found
+            case form:
+                return partial(form, library)
 
     def partials(self, arguments: tuple[Expression, ...]) -> tuple[Expression | None, ...]:
         """The partial derivatives by every argument, None where there is no formula."""

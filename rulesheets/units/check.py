@@ -62,7 +62,7 @@ def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
         statement = dimensions.statements[found.statement]
         place = statement.place.file, statement.place.start, statement.place.end
         curable = sure and found.factor is None and _curable(found, statement)
-        said.setdefault(place, None if curable else _Message(model, dimensions, found).diagnosis())
+        said.setdefault(place, None if curable else _diagnosis(model, dimensions, found))
     warm = any((unit := variable.measure) and unit.offset for variable in model.variables.values())
     for equation, warning in Weights(model).warnings(sure) if warm else ():
         if not _unchecked(equation.rule):
@@ -141,103 +141,78 @@ def _curable(found: Mismatch, statement: Statement) -> bool:
 # --- messages ---------------------------------------------------------------------------
 
 
-class _Message:
+def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnosis:
     """What is said of a mismatch."""
-
-    def __init__(self, model: Model, dimensions: Dimensions, found: Mismatch) -> None:
-        self.model, self.dimensions, self.found = model, dimensions, found
-        self.statement = dimensions.statements[found.statement]
-
-    def diagnosis(self) -> Diagnosis:
-        found = self.found
-        chain = sorted(index for index in found.why if index != found.statement)
-        rules = dict.fromkeys(self.dimensions.statements[index].place.text for index in chain)
-        rules.pop(self.statement.place.text, None)
-        notes = tuple(f"from {' '.join(rule.split())}" for rule in list(rules)[:4])
-        code, place = "W601", self.statement.place
-        if found.call is not None and found.factor is not None:
-            code, place = "W602", found.call.span or place
-            message, cures = self._angle(found.call, found.factor)
-        elif found.factor is not None:
-            message, cures = self._factor(found.factor)
+    statement = dimensions.statements[found.statement]
+    chain = dict.fromkeys(dimensions.statements[index].place.text for index in sorted(found.why))
+    rules = [" ".join(rule.split()) for rule in chain if rule != statement.place.text]
+    nodes = (found.left,) if found.right is None else (found.left, found.right)
+    texts, units = [_shown(node) for node in nodes], []
+    for node, form in zip(nodes, found.forms, strict=False):
+        units.append(_written(node, model) or unit_text(form.known if found.factor else form.sure))
+    code, place = "W601", statement.place
+    if found.factor is None:
+        if found.right is not None:
+            message = f"the units do not fit: {texts[0]} is in {units[0]}, {texts[1]} in {units[1]}"
+        elif found.call is not None:
+            message = f"{found.call.function} takes a number, and {texts[0]} is in {units[0]}"
         else:
-            message, cures = self._kinds()
-        return Diagnosis(code, Severity.WARNING, message, (Label(place),), (*cures, *notes))
-
-    def _kinds(self) -> tuple[str, tuple[str, ...]]:
-        found = self.found
-        left = self.unit(found.left, found.forms[0])
-        if found.right is None:
-            message = f"{_shown(found.left)} must be a number, and its unit is {left}"
-            if found.call is not None:
-                message = f"{found.call.function} takes a number, and {_shown(found.left)} is in {left}"
-        else:
-            right = self.unit(found.right, found.forms[1])
-            message = (
-                f"the units do not fit: {_shown(found.left)} is in {left}, {_shown(found.right)} in {right}"
-            )
-        cure = (
-            'correct the rule or a unit; " unchecked behind it excludes a formula that holds in its own units'
-        )
-        return message, (*self._constant(), cure)
-
-    def _factor(self, factor: float) -> tuple[str, tuple[str, ...]]:
-        found = self.found
-        assert found.right is not None
-        sides = [(found.left, found.forms[0]), (found.right, found.forms[1])]
-        (one, large), (other, small) = sides if factor > 1 else sides[::-1]
-        share = f"{max(factor, 1 / factor):.6g}"
-        message = (
-            f"{_shown(one)} is in {self.unit(one, large)}, {_shown(other)} in {self.unit(other, small)}: "
-            f"a factor of {share} is missing"
-        )
-        shown = _shown(one) if isinstance(one, Name) else f"({_shown(one)})"
+            message = f"{texts[0]} must be a number, and its unit is {units[0]}"
+        excluded = '" unchecked behind it excludes a formula that holds in its own units'
+        cures = [*_constant(found, statement), f"correct the rule or a unit; {excluded}"]
+    elif found.call is not None:
+        code, place = "W602", found.call.span or place
+        message, cures = _of_angle(found.call, found.factor, texts[0], units[0])
+    else:
+        large, small = (0, 1) if found.factor > 1 else (1, 0)
+        share = f"{max(found.factor, 1 / found.factor):.6g}"
+        each = f"{texts[large]} is in {units[large]}, {texts[small]} in {units[small]}"
+        message = f"{each}: a factor of {share} is missing"
+        shown = texts[large] if isinstance(nodes[large], Name) else f"({texts[large]})"
         cures = [f"write {share}*{shown}, or change a unit"]
-        for side in (found.left, found.right):
+        for side in nodes:
             if isinstance(side, Call) and (twin := in_other_unit(side.function)):
                 cures = [f"write {twin} instead of {side.function}"]
-        return message, tuple(cures)
+    notes = [f"from {rule}" for rule in rules[:4]]
+    return Diagnosis(code, Severity.WARNING, message, (Label(place),), (*cures, *notes))
 
-    def _angle(self, call: Call, factor: float) -> tuple[str, tuple[str, ...]]:
-        wanted = "deg" if TABLE[call.function].in_degrees else "rad"
-        argument, unit = _shown(self.found.left), self.unit(self.found.left, self.found.forms[0])
-        message = f"{call.function} takes an angle in {wanted}, and {argument} is in {unit}"
-        if math.isclose(max(factor, 1 / factor), 180 / math.pi, rel_tol=1e-9):
-            return message, (f"write {in_other_unit(call.function)}({argument}), or give it in {wanted}",)
-        return message, (f"multiply it by {factor:.6g}, or give it in {wanted}",)
 
-    def _constant(self) -> tuple[str, ...]:
-        """The unit that would make the mismatch go away, if a constant of the rule had it."""
-        found = self.found
-        if found.right is None:
-            return ()
-        one, other = (Form(form.dimension) for form in found.forms)
-        for side, missing in ((found.left, other.plus(one, -1)), (found.right, one.plus(other, -1))):
-            for number, power in _factors_of(side):
-                if number.unit is None and number.value in _constants(self.statement):
-                    shown, unit = _shown(number), unit_text(missing.times(1 / power).known)
-                    return (f"if {shown} is a constant with a unit, write it: {shown}[{unit}]",)
-        return ()
+def _of_angle(call: Call, factor: float, argument: str, unit: str) -> tuple[str, list[str]]:
+    wanted = "deg" if TABLE[call.function].in_degrees else "rad"
+    message = f"{call.function} takes an angle in {wanted}, and {argument} is in {unit}"
+    if math.isclose(max(factor, 1 / factor), 180 / math.pi, rel_tol=1e-9):
+        return message, [f"write {in_other_unit(call.function)}({argument}), or give it in {wanted}"]
+    return message, [f"multiply it by {factor:.6g}, or give it in {wanted}"]
 
-    def unit(self, node: Expression, form: Form) -> str:
-        """The unit of an expression, as its variables write theirs where that is short."""
-        written = self._written(node)
-        return written if written else unit_text(form.known if self.found.factor else form.sure)
 
-    def _written(self, node: Expression) -> str | None:
-        match node:
-            case Name(name):
-                return self.model.variables[name].unit
-            case Number(unit=str(unit)):
-                return unit
-            case Product(Number(unit=None), inner) | Quotient(inner, Number(unit=None)) | Negative(inner):
-                return self._written(inner)
-            case Product(left, right):
-                parts = self._written(left), self._written(right)
-                plain = all(part is not None and "/" not in part for part in parts)
-                return f"{parts[0]}·{parts[1]}" if plain and parts[0] != parts[1] else None
-            case _:
-                return None
+def _constant(found: Mismatch, statement: Statement) -> list[str]:
+    """The unit that would make the mismatch go away, if a constant of the rule had it."""
+    if found.right is None:
+        return []
+    one, other = (Form(form.dimension) for form in found.forms)
+    for side, missing in ((found.left, other.plus(one, -1)), (found.right, one.plus(other, -1))):
+        for number, power in _factors_of(side):
+            if number.unit is None and number.value in _constants(statement):
+                shown, unit = _shown(number), unit_text(missing.times(1 / power).known)
+                return [f"if {shown} is a constant with a unit, write it: {shown}[{unit}]"]
+    return []
+
+
+def _written(node: Expression, model: Model) -> str | None:
+    """The unit of an expression, as its variables write theirs where that is short."""
+    match node:
+        case Name(name):
+            return model.variables[name].unit
+        case Number(unit=str(unit)):
+            return unit
+        case Product(Number(unit=None), inner) | Quotient(inner, Number(unit=None)) | Negative(inner):
+            return _written(inner, model)
+        case Product(left, right):
+            parts = _written(left, model), _written(right, model)
+            plain = all(part is not None and "/" not in part for part in parts)
+            return f"{parts[0]}·{parts[1]}" if plain and parts[0] != parts[1] else None
+        case _:
+            return None
 
 
 def _factors_of(node: Expression, power: Fraction = Fraction(1)) -> Iterator[tuple[Number, Fraction]]:

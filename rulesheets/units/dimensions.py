@@ -259,8 +259,7 @@ class Dimensions:
         if form.any:
             return
         if form.open or form.dimension:
-            rest = {b: e for b, e in form.known.items() if b not in ASIDE}
-            wanted = Form({**rest, SIZE: math.nan}, form.open, form.why)
+            wanted = Form({**form.dimension, SIZE: math.nan}, form.open, form.why)
             self._meet(wanted, Mismatch(index, node, None, (form, Form()), call=call))
         elif call is not None and form.known.get(ANGLE) == 1 and (angle := angle_of(call.function)):
             wanted = Form(angle)
