@@ -22,16 +22,7 @@ from rulesheets.syntax.program import walk
 def context(digits: int) -> Any:
     """The context that works with ``digits`` decimal digits, one of each thread: mpmath changes the
     precision of a context while it computes."""
-    return _context(get_ident(), digits)
-
-
-@cache
-def _context(thread: int, digits: int) -> Any:
-    from mpmath import MPContext  # many solves need no more digits than floats have
-
-    made = MPContext()
-    made.dps = digits
-    return made
+    return _of_thread(get_ident(), digits)[0]
 
 
 def functions(digits: int) -> Mapping[str, Callable[..., Extended]]:
@@ -39,12 +30,16 @@ def functions(digits: int) -> Mapping[str, Callable[..., Extended]]:
 
     Outside its domain, or without a form in many digits, one raises ValueError or ZeroDivisionError.
     """
-    return _functions(get_ident(), digits)
+    return _of_thread(get_ident(), digits)[1]
 
 
 @cache
-def _functions(thread: int, digits: int) -> Mapping[str, Callable[..., Extended]]:
-    return Forms(TABLE, partial(_over_reals, context(digits)))
+def _of_thread(thread: int, digits: int) -> tuple[Any, Mapping[str, Callable[..., Extended]]]:
+    from mpmath import MPContext  # many solves need no more digits than floats have
+
+    made = MPContext()
+    made.dps = digits
+    return made, Forms(TABLE, partial(_over_reals, made))
 
 
 def _over_reals(mp: Any, row: Function) -> Callable[..., Extended]:

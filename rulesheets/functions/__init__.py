@@ -146,7 +146,7 @@ _PARTS = (
     _jumping(
         *("mod", "remainder of x/y, with the sign of x", "mod(-30, 360) = -30"),
         arguments="x, y",
-        value=floats.mod,
+        value=math.fmod,
         array="fmod",
         slopes=lambda x, y: (ONE, -call("int", x / y)),
         interval=intervals.mod,

@@ -39,11 +39,6 @@ def round_(x: float) -> float:
     return float(whole)
 
 
-def mod(x: float, y: float) -> float:
-    """``x - y*int(x/y)``, exact; it has the sign of x. Raises ValueError where y is 0."""
-    return math.fmod(x, y)
-
-
 def atan2(y: float, x: float) -> float:
     """Direction of the point (x, y) in radians, in (-pi, pi]. Raises ValueError at the origin."""
     if x == 0.0 and y == 0.0:
@@ -64,11 +59,14 @@ def _scipy(name: str) -> Callable[..., float]:
     return function
 
 
-def _finite(name: str, *arguments: float) -> float:
-    result = float(_scipy(name)(*arguments))
-    if not math.isfinite(result):
-        raise ValueError(f"{name} is not defined there")
-    return result
+def _of_scipy(name: str) -> Callable[..., float]:
+    def value(*arguments: float) -> float:
+        result = float(_scipy(name)(*arguments))
+        if not math.isfinite(result):
+            raise ValueError(f"{name} is not defined there")
+        return result
+
+    return value
 
 
 def _whole(order: float) -> int:
@@ -77,16 +75,15 @@ def _whole(order: float) -> int:
     return int(order)
 
 
-def _of_scipy(name: str) -> Callable[..., float]:
-    return lambda *arguments: _finite(name, *arguments)
+_jv, _yv = map(_of_scipy, ("jv", "yv"))
 
 
 def jn(order: float, x: float) -> float:
-    return _finite("jv", _whole(order), x)
+    return _jv(_whole(order), x)
 
 
 def yn(order: float, x: float) -> float:
-    return _finite("yv", _whole(order), x)
+    return _yv(_whole(order), x)
 
 
 beta, digamma = _of_scipy("beta"), _of_scipy("digamma")
@@ -99,11 +96,6 @@ _SPLITTER = 134217729.0  # 2**27 + 1, Veltkamp's constant for 53 bits
 # pi/180 and 180/pi as sums: 26 leading bits (so that products with 27 bits are exact), then the rest.
 RADIAN = 0.01745329238474369, 1.3519960527851425e-10
 _DEGREE = 57.29577922821045, 2.8487187165804814e-07
-
-
-_ASIND = {0.5: 30.0, -0.5: -30.0, 1.0: 90.0, -1.0: -90.0}
-_ACOSD = {1.0: 0.0, 0.5: 60.0, 0.0: 90.0, -0.5: 120.0, -1.0: 180.0}
-_ATAND = {1.0: 45.0, -1.0: -45.0}
 
 
 def scaled(x: float, head: float, tail: float) -> tuple[float, float]:
@@ -158,22 +150,19 @@ def in_degrees(radians: float) -> float:
     return high + low
 
 
-def asind(x: float) -> float:
-    """Arc sine in degrees, from -90 to 90."""
-    exact = _ASIND.get(x)
-    return in_degrees(asin(x)) if exact is None else exact
+def _inverse(radians: Callable[[float], float], known: dict[float, float]) -> Callable[[float], float]:
+    """An inverse function in degrees; ``known``: where the answer is a float."""
+
+    def degrees(x: float) -> float:
+        exact = known.get(x)
+        return in_degrees(radians(x)) if exact is None else exact
+
+    return degrees
 
 
-def acosd(x: float) -> float:
-    """Arc cosine in degrees, from 0 to 180."""
-    exact = _ACOSD.get(x)
-    return in_degrees(acos(x)) if exact is None else exact
-
-
-def atand(x: float) -> float:
-    """Arc tangent in degrees, from -90 to 90."""
-    exact = _ATAND.get(x)
-    return in_degrees(atan(x)) if exact is None else exact
+asind = _inverse(asin, {0.5: 30.0, -0.5: -30.0, 1.0: 90.0, -1.0: -90.0})
+acosd = _inverse(acos, {1.0: 0.0, 0.5: 60.0, 0.0: 90.0, -0.5: 120.0, -1.0: 180.0})
+atand = _inverse(atan, {1.0: 45.0, -1.0: -45.0})
 
 
 def atan2d(y: float, x: float) -> float:

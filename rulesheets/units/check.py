@@ -75,10 +75,9 @@ def inferred(model: Model) -> dict[str, str]:
     dimensions = inference(model)
     if dimensions is None:
         return {}
-    open_ = (name for name, variable in model.variables.items() if variable.posted and not variable.unit)
-    found = {name: dimensions.known(name) for name in open_ if name in dimensions.forms}
     units = {}
-    for name, form in found.items():
+    for name, variable in model.variables.items():
+        form = None if variable.unit or not variable.posted else dimensions.known(name)
         if form is not None:
             # numbers in a rule may be factors between units: then only the kind is known
             blurred = math.isnan(form.sure.get(SIZE, 0.0)) and len(form.sure) > 1

@@ -152,7 +152,7 @@ def _by_slopes(emitter: IntervalEmitter, chain: Chain) -> Iterator[Pair]:
         used = {*nodes.names(quotient)}
         if tear not in used or used & assigned:
             continue
-        at_zero = _AtZero({tear: Fraction(0)}, {})
+        at_zero = AtZero({tear: Fraction(0)}, {})
         try:
             if at_zero.of(quotient.left) or at_zero.of(quotient.right):
                 continue
@@ -166,10 +166,10 @@ def _by_slopes(emitter: IntervalEmitter, chain: Chain) -> Iterator[Pair]:
         yield emitter.of(exchange(residual, quotient, Name(bounded)))
 
 
-class _AtZero(Rationals):
+class AtZero(Rationals):
     """Exact values where the tear is 0, whatever the other numbers are."""
 
-    def _is_number(self, expression: Expression) -> bool:
+    def is_number(self, expression: Expression) -> bool:
         return True
 
     def power(self, node: Power) -> Fraction:
