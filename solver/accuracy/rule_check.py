@@ -85,9 +85,13 @@ class Sides(NamedTuple):
     noise: float
 
 
+LATEST = 4
+"""Points at which an equation stays known: several answers are checked before their error bars are asked for."""
+
+
 @dataclass
 class Remembered:
-    """What is known of an equation at the values it was last asked about: several ask of one answer."""
+    """What is known of an equation at some values: several ask of one answer."""
 
     at: tuple[Value, ...]
     sides: Sides | None = None
@@ -96,9 +100,12 @@ class Remembered:
 
 def remembered(equation: Equation, values: Mapping[str, Value]) -> Remembered:
     at = tuple([values[name] for name in equation.names])
-    kept: Remembered | None = equation.__dict__.get("_last")
-    if kept is None or kept.at != at or (0.0 in at and str(kept.at) != str(at)):  # zeros have signs
-        kept = equation.__dict__["_last"] = Remembered(at)
+    latest: list[Remembered] = equation.__dict__.setdefault("_latest", [])
+    for kept in latest:
+        if kept.at == at and not (0.0 in at and str(kept.at) != str(at)):  # zeros have signs
+            return kept
+    kept = Remembered(at)
+    latest[:] = [kept, *latest[: LATEST - 1]]
     return kept
 
 
