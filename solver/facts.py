@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple, TypeAlias
@@ -56,9 +56,9 @@ class Unsolved(Exception):
 class UnknownName(KeyError):
     """A name that is not there. ``str`` is a sentence with the name that may be meant."""
 
-    def __init__(self, name: object, known: Iterable[str]) -> None:
+    def __init__(self, name: object, known: Collection[str]) -> None:
         super().__init__(name)
-        self.known = tuple(known)
+        self.known = known  # as it is: a table asks for many names that have no value
 
     def __str__(self) -> str:
         name = self.args[0]

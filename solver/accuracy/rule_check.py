@@ -86,7 +86,7 @@ class Sides(NamedTuple):
 
 
 LATEST = 4
-"""Points at which an equation stays known: several answers are checked before their error bars are asked for."""
+"""Points at which an equation stays known: error bars are asked for when all answers are checked."""
 
 
 @dataclass

@@ -347,7 +347,7 @@ def closed_form(
     if len(equations) > MAX_EQUATIONS:
         return None
     try:
-        system = System(equations, Letters(unknowns, turning))
+        system = System(equations, Letters(frozenset(unknowns), turning))
         angles = system.letters.angles
         if any(name not in system.open and name not in angles for name in unknowns):
             return None

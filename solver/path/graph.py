@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cache
 from itertools import chain
 from math import gcd, lcm
@@ -34,12 +35,13 @@ from solver.path.isolate import Isolation, isolate, plainly_resolvable
 Array: TypeAlias = NDArray[np.float64]
 
 
+@dataclass(eq=False)
 class Shape:
     """Both sides of rules that differ in names and numbers only: names told by their order (``#0``) and
     numbers by theirs (``#.0``), but for exponents. Equal shapes are the same object."""
 
-    def __init__(self, left: Expression, right: Expression) -> None:
-        self.left, self.right = left, right
+    left: Expression
+    right: Expression
 
 
 MOST = 10_000

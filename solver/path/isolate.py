@@ -119,12 +119,6 @@ class Stage(NamedTuple):
             is_number(self.divisor, 0.0) or not isinstance(self.divisor, Number)
         )
 
-    @property
-    def proven(self) -> bool:
-        """Whether there are no other preimages: of a registered function its author says which there are."""
-        row = TABLE.get(self.operation)
-        return row is None or row.source is None
-
 
 class Quadratic(NamedTuple):
     """``c + b*x + a*x^2 = 0`` with coefficients free of the unknown, for an unknown that occurs twice."""
@@ -163,8 +157,9 @@ class Isolation(NamedTuple):
 
     @property
     def proven(self) -> bool:
-        """Whether there are no other preimages than those of the formulas."""
-        return all(stage.proven for stage in self.stages)
+        """Whether there are no other preimages: of a registered function its author says which there are."""
+        rows = (TABLE.get(stage.operation) for stage in self.stages)
+        return all(row is None or row.source is None for row in rows)
 
     def forms(self) -> tuple[Expression, ...]:
         """Explicit forms of the unknown, principal first; the quadratic by its formula."""

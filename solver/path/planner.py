@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
@@ -155,7 +155,13 @@ class _Building:
         self.frontier.activate(len(graph.occurs) + condition for condition in waiting)
 
     def run(self) -> Path:
-        while self._advance():
+        while (  # the cheapest way forward first
+            self._direct()
+            or self._select(cost=1)
+            or self._fork()
+            or self._select(cost=ANY_COST)
+            or (not self._decide() and self._solve_blocks())
+        ):
             expect_time()
         if not (self.steps and isinstance(self.steps[-1], Decide)):
             self._assume()
@@ -171,16 +177,6 @@ class _Building:
                 if all(isinstance(step, Evaluate) and step.branches == 1 for step in more):
                     want |= new
         return Path(tuple(needed_steps(graph, steps, want, free)), free)
-
-    def _advance(self) -> bool:
-        """One way forward, the cheapest first; False at the end."""
-        return (
-            self._direct()
-            or self._select(cost=1)
-            or self._fork()
-            or self._select(cost=ANY_COST)
-            or (not self._decide() and self._solve_blocks())
-        )
 
     def _take(self, *steps: Step) -> None:
         """More steps: what they find is known, and what they use checks nothing; what is spent now, does."""
@@ -307,12 +303,12 @@ Key: TypeAlias = tuple[
 """What a path answers to: known variables, outcomes of conditions, void equations, wanted variables."""
 
 
+@dataclass(eq=False)
 class Planner:
     """Paths of one model, kept by the pattern that they answer to."""
 
-    def __init__(self, model: Model) -> None:
-        self.graph = ModelGraph(model)
-        self._paths: dict[Key, Path] = {}
+    graph: ModelGraph
+    _paths: dict[Key, Path] = field(default_factory=dict)
 
     def path(
         self,
@@ -340,7 +336,7 @@ def planner(model: Model) -> Planner:
     """The planner of a model, with every path that it has found so far."""
     found = model.__dict__.get("_planner")
     if found is None:
-        found = Planner(model)
+        found = Planner(ModelGraph(model))
         model.__dict__["_planner"] = found
     return found
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -153,17 +154,18 @@ _CIRCULAR = {"sind": "d", "cosd": "d", "sin": "", "cos": ""}
 _QUARTER = {"d": 90.0, "": math.pi / 2}
 
 
+@dataclass
 class Letters:
     """What the letters stand for."""
 
-    def __init__(self, unknowns: Collection[str], turning: Collection[str]) -> None:
-        self.unknowns, self.turning = frozenset(unknowns), frozenset(turning)
-        self.meaning: dict[str, Expression] = {}
-        self.pairs: dict[str, str] = {}
-        self.angles: dict[str, tuple[str, str, str]] = {}
-        self.open: set[str] = set()
-        self.roots: list[str] = []
-        self.extra: list[Polynomial] = []
+    unknowns: frozenset[str]
+    turning: Collection[str]
+    meaning: dict[str, Expression] = field(default_factory=dict)
+    pairs: dict[str, str] = field(default_factory=dict)
+    angles: dict[str, tuple[str, str, str]] = field(default_factory=dict)
+    open: set[str] = field(default_factory=set)
+    roots: list[str] = field(default_factory=list)
+    extra: list[Polynomial] = field(default_factory=list)
 
     def polynomial(self, node: Expression) -> Polynomial:
         """Of a part without unknowns: opened as far as it is a polynomial, a letter of its own beyond.

@@ -223,7 +223,16 @@ class Ranking:
         tops = [on.largest([on.there(n, -np.inf) for n in column]) for column in zip(*answers, strict=True)]
         rows = [[on.there(number, 0.0) for number in answer] for answer in answers]
         most = [on.largest([LEAST, *map(abs, column)]) for column in zip(*rows, strict=True)]
-        weights, sizes = self._weights(tops, most, given), self._suggested(on, given, zero)
+        # what a negative value of each name counts: nothing where its kind has negative values anyhow
+        positive = dict[int | None, Figure]()
+        found = [(top + ZERO * size < 0.0) & (top > -np.inf) for top, size in zip(tops, most, strict=True)]
+        below = found + [number < 0.0 for number in given]
+        for kind, negative in zip(self._kinds, below, strict=True):
+            if kind is not None:
+                positive[kind] = positive.get(kind, 1.0) * (1.0 - negative)
+        kinds = zip(self._own_kinds, self._aside, strict=True)
+        weights = [0.0 if aside else positive.get(kind, 1.0) for kind, aside in kinds]
+        sizes = self._suggested(on, given, zero)
         keys = [self._key(row, most, tops, weights, sizes, on) for row in rows]
         least = -on.largest([-key[SIZE] for key in keys])
         for key in keys:  # what is within half a decade of the best is of the same size
@@ -248,22 +257,6 @@ class Ranking:
         return [tuple(n for n, mark in zip(self.names, marks, strict=True) if mark) for marks in far]
 
     # --- keys ---
-
-    def _weights(
-        self, tops: Sequence[Figure], most: Sequence[Figure], given: Sequence[Figure]
-    ) -> list[Figure]:
-        """What a negative value of each name counts: nothing where its kind has negative values anyhow.
-
-        ``tops`` are the largest values among the answers, ``most`` the largest magnitudes.
-        """
-        positive = dict[int | None, Figure]()
-        found = [(top + ZERO * size < 0.0) & (top > -np.inf) for top, size in zip(tops, most, strict=True)]
-        below = found + [number < 0.0 for number in given]
-        for kind, negative in zip(self._kinds, below, strict=True):
-            if kind is not None:
-                positive[kind] = positive.get(kind, 1.0) * (1.0 - negative)
-        kinds = zip(self._own_kinds, self._aside, strict=True)
-        return [0.0 if aside else positive.get(kind, 1.0) for kind, aside in kinds]
 
     def _key(
         self,

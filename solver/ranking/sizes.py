@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from math import log10, pi
 from typing import Any, NamedTuple
 
@@ -58,12 +58,16 @@ _UNBOUNDED = frozenset({"exp", "sinh", "cosh"})
 _LOGARITHMS = frozenset({"ln", "log", "log10", "log2", "log1p"})
 
 
+@dataclass(eq=False)
 class Suggestions:
     """Decades of unknowns of a model, by ``names``, at values of the ``known`` ones."""
 
-    def __init__(self, model: Model, known: Sequence[str], names: Sequence[str]) -> None:
-        self.model, self.known, self.names = model, known, names
-        self._found: dict[tuple[bool, ...], tuple[list[list[float]], list[float], list[bool]]] = {}
+    model: Model
+    known: Sequence[str]
+    names: Sequence[str]
+    _found: dict[tuple[bool, ...], tuple[list[list[float]], list[float], list[bool]]] = field(
+        default_factory=dict
+    )
 
     def over(
         self, on: Arithmetic, given: Sequence[Any], zero: tuple[bool, ...]
@@ -167,11 +171,13 @@ class _Balance:
         self.width += read.free * count
 
 
+@dataclass(slots=True, eq=False)
 class _Term:
     """The decade of an expression: a linear function of those of its variables."""
 
-    def __init__(self, factors: Mapping[str | int, float], constant: float = 0.0, exact: bool = True) -> None:
-        self.factors, self.constant, self.exact = factors, constant, exact
+    factors: Mapping[str | int, float]
+    constant: float = 0.0
+    exact: bool = True
 
     def plus(self, other: _Term, share: float) -> _Term:
         factors = dict(self.factors)
@@ -281,10 +287,12 @@ class _Rows:
                 return self._term(operand)
             case Sum():
                 return self._sum(node)
-            case Product(left, right):
-                return self._product(left, right, 1.0)
-            case Quotient(left, right):
-                return self._product(left, right, -1.0)
+            case Product(left, right) | Quotient(left, right):
+                one, other = self._term(left), self._term(right)
+                divides = isinstance(node, Quotient)
+                if other is None and divides:
+                    return self._any()
+                return None if one is None or other is None else one.plus(other, -1.0 if divides else 1.0)
             case Power(base, Number(exponent)):
                 inner = self._term(base)
                 return None if inner is None else _ONE.plus(inner, exponent)
@@ -294,12 +302,6 @@ class _Rows:
                 return self._call(function, arguments)
             case _:
                 return _ONE
-
-    def _product(self, left: Expression, right: Expression, sign: float) -> _Term | None:
-        one, other = self._term(left), self._term(right)
-        if other is None and sign < 0.0:
-            return self._any()
-        return None if one is None or other is None else one.plus(other, sign)
 
     def _power(self, base: Expression, exponent: Expression) -> _Term:
         """The exponent is asked to be of size 1, and of a scaling the base as well."""
