@@ -176,11 +176,11 @@ class Model:
 
     def _repr_html_(self) -> str:
         # by name: what shows a model stands above it
-        html: str = import_module("rulesheets.printing").model_html(self)
+        html: str = import_module("rulesheets.algebra").model_html(self)
         return html
 
     def _repr_latex_(self) -> str:
-        latex: str = import_module("rulesheets.printing").listing(self, latex=True)
+        latex: str = import_module("rulesheets.algebra").listing(self, latex=True)
         return latex
 
     @cached_property

@@ -20,7 +20,6 @@ from rulesheets.format import format_sheet
 from rulesheets.inputs import override, variable_named
 from rulesheets.loading import load
 from rulesheets.model import Model
-from rulesheets.printing import listing
 from rulesheets.syntax import escaped
 from solver.commands.inputs import Option, add_input_options, add_sheet_options, load_sheet, read_request
 from solver.commands.running import Command
@@ -188,6 +187,8 @@ def _check(arguments: Namespace) -> int:
         more = {"inferred": units} if units else {}
         print(json.dumps({"status": "ok", "diagnoses": found, **more}, ensure_ascii=False))
     elif arguments.equations or arguments.latex:
+        from rulesheets.algebra import listing
+
         print(listing(model, latex=arguments.latex))
     else:
         warnings = check_units(model)

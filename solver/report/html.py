@@ -7,9 +7,9 @@ from functools import singledispatch
 from html import escape
 from typing import Any, NamedTuple
 
+from rulesheets.algebra import ROWS, html_table, more
 from rulesheets.diagnosis import Diagnosis, plural, render
 from rulesheets.format import readable
-from rulesheets.printing import ROWS, html_table, more
 from rulesheets.syntax.nodes import Name
 from rulesheets.units import shown
 from solver.derivatives import Band, Sensitivities, ToleranceBands

@@ -7,7 +7,6 @@ from typing import TypeAlias
 
 from rulesheets.format import DIGITS, format_condition, format_expression, readable
 from rulesheets.model import Equation, Model, Premise, Requirement, Value
-from rulesheets.printing import condition_latex, expression_latex
 from rulesheets.syntax import Span, escaped, nodes
 from rulesheets.syntax.nodes import Condition, Expression, children, names, rebuilt, substitute
 from solver.facts import Method
@@ -41,6 +40,8 @@ class Tex:
     """LaTeX for mathematics mode."""
 
     def expression(self, node: Expression) -> str:
+        from rulesheets.algebra import expression_latex
+
         return expression_latex(node)
 
     def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
@@ -50,6 +51,8 @@ class Tex:
         return self.expression(_rounded(value))
 
     def conditions(self, outcomes: Iterable[tuple[Condition, bool]]) -> str:
+        from rulesheets.algebra import condition_latex
+
         return condition_latex(_joined(outcomes))
 
 

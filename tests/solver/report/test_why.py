@@ -9,7 +9,6 @@ import pytest
 
 import rulesheets
 import solver
-from rulesheets.printing import listing
 from solver.__main__ import main
 from solver.report.derivation import Derivation, why, why_latex, why_markdown, why_text
 
@@ -103,6 +102,8 @@ def test_latex_escapes_units() -> None:
     ],
 )
 def test_quotients_are_fractions(rule: str, latex: str) -> None:
+    from rulesheets.algebra import listing
+
     assert latex in listing(rulesheets.loads(rule), latex=True)
 
 
