@@ -54,11 +54,29 @@ class Undefined(ArithmeticError):
     def __init__(
         self, operation: str, arguments: tuple[float, ...], expression: Expression, overflow: bool = False
     ) -> None:
-        super().__init__(_reading(operation, arguments))
+        super().__init__(operation, arguments, expression)
         self.overflow = overflow or operation == "overflow"
         self.operation = operation
         self.arguments = arguments
         self.expression = expression
+
+    def __str__(self) -> str:
+        """The text, which few of them need: searches meet thousands."""
+        arguments, texts = self.arguments, [number_text(argument) for argument in self.arguments]
+        match self.operation:
+            case "/":
+                return f"division by {texts[0]}"
+            case "^":
+                rooted = arguments[0] < 0.0 and arguments[1] != int(arguments[1])
+                return f"({texts[0]})^{texts[1]}" if rooted else f"{texts[0]}^{texts[1]}"
+            case "overflow":
+                return "a number too large to hold"
+            case "symbol":
+                return "arithmetic with a symbol"
+            case function:
+                return (
+                    f"{function} of {texts[0]}" if len(texts) == 1 else f"{function} of ({', '.join(texts)})"
+                )
 
     @property
     def hole(self) -> bool:
@@ -70,22 +88,6 @@ class Undefined(ArithmeticError):
             or (self.operation == "^" and self.arguments[0] == 0.0)
             or (self.operation in TABLE and TABLE[self.operation].direction)
         )
-
-
-def _reading(operation: str, arguments: tuple[float, ...]) -> str:
-    texts = [number_text(argument) for argument in arguments]
-    match operation:
-        case "/":
-            return f"division by {texts[0]}"
-        case "^":
-            base = f"({texts[0]})" if arguments[0] < 0.0 and arguments[1] != int(arguments[1]) else texts[0]
-            return f"{base}^{texts[1]}"
-        case "overflow":
-            return "a number too large to hold"
-        case "symbol":
-            return "arithmetic with a symbol"
-        case _:
-            return f"{operation} of {texts[0]}" if len(texts) == 1 else f"{operation} of ({', '.join(texts)})"
 
 
 T = TypeVar("T")

@@ -261,10 +261,8 @@ class Weights:
 
     def _of_differences(self, rule: Rule) -> bool:
         """``LMTD = (a - b)/ln(a/b)``: what is computed from differences alone is one."""
-        for side, other in (
-            (rule.equation.left, rule.equation.right),
-            (rule.equation.right, rule.equation.left),
-        ):
+        left, right = rule.equation.left, rule.equation.right
+        for side, other in ((left, right), (right, left)):
             rest = set(names(other)) & self.units.keys()
             plain = isinstance(side, Name) and rule.points(self.differences) == [side.name]
             if plain and rest and rest <= self.differences and not isinstance(other, Sum):
