@@ -263,3 +263,11 @@ PROPERTIES = tuple(_PROPERTIES.split())
 """Functions of EES that give a property of a substance."""
 
 WRITE_IN_PYTHON = 'write the function in Python, and name its file by use python "properties.py"'
+
+
+def empty_range(span: Span | None) -> Diagnosis:
+    return wrong_range("this range is empty: its lower end is not below its upper end", span)
+
+
+def wrong_range(message: str, span: Span | None) -> Diagnosis:
+    return said("E121", message, span, "write a range as in [0, 5], or as > 0, < 5")

@@ -80,11 +80,3 @@ def expect_regular(name: str) -> None:
         message = f"{name} cannot be read: it is a pipe or a device, not a file"
         note = "a dash in place of the sheet reads it from standard input"
         raise RuleSheetError(said("E304", message, None, note))
-
-
-def empty_range(span: Span | None) -> Diagnosis:
-    return wrong_range("this range is empty: its lower end is not below its upper end", span)
-
-
-def wrong_range(message: str, span: Span | None) -> Diagnosis:
-    return said("E121", message, span, "write a range as in [0, 5], or as > 0, < 5")

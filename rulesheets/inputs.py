@@ -8,11 +8,10 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, SupportsFloat
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, refuse, said
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, empty_range, refuse, said
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.number import with_round_values
 from rulesheets.input_messages import (
-    empty_range,
     no_tolerance,
     not_a_value,
     not_finite,

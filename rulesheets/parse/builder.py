@@ -11,9 +11,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 from lark import Token
 
-from rulesheets.diagnosis import RuleSheetError, said
+from rulesheets.diagnosis import RuleSheetError, empty_range, said, wrong_range
 from rulesheets.evaluate import Undefined, value
-from rulesheets.input_messages import empty_range, wrong_range
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import Expression, Range, measured, names, units_of
 
