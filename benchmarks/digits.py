@@ -1,6 +1,7 @@
 """Newton's method in fifty digits on rules as they are written, by mpmath alone.
 
-It shares no code with the solver: the rules are read by ``expressions.py``, and slopes are differences.
+It shares no code with the solver: the rules are read by ``expressions.py``, and slopes are differences. Steps
+are computed in three times as many digits, so that an unknown of 1e-50 beside others has its slope.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ def newton(rules: Sequence[str], start: Mapping[str, Any], unknowns: Sequence[st
     """The root that Newton's method reaches, halving steps that leave a domain; None if there is none."""
     at = {name: mpmath.mpf(value) for name, value in start.items()}
     try:
-        with mpmath.workdps(DIGITS):
+        with mpmath.workdps(3 * DIGITS):
             for _ in range(MOST):
                 misses, rows = linearized(rules, at, unknowns)
                 step = _solve(rows, misses)
@@ -36,7 +37,7 @@ def newton(rules: Sequence[str], start: Mapping[str, Any], unknowns: Sequence[st
 
 def condition(rules: Sequence[str], at: Mapping[str, Any], unknowns: Sequence[str]) -> float:
     """The largest relative change of an unknown for a relative change of the terms of one rule."""
-    with mpmath.workdps(DIGITS):
+    with mpmath.workdps(3 * DIGITS):
         try:
             _, rows = linearized(rules, at, unknowns)
             sizes = [sum(abs(a * at[n]) for a, n in zip(row, unknowns, strict=True)) for row in rows]
