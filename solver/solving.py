@@ -18,8 +18,8 @@ from solver.path import Path
 from solver.path.planner import planner
 from solver.ranking.ranking import unlikely
 from solver.result import Result, Solution
-from solver.solution.conclusion import at_a_limit, fixed_otherwise, look_behind, require_proof
-from solver.solution.refinement import explore_required, with_limits
+from solver.solution.conclusion import conclude, require_proof
+from solver.solution.refinement import explore_required
 from solver.solution.verdict import Verdict, judge
 
 CUT = "S593"
@@ -79,30 +79,6 @@ def solve(
             return replace(result, gaps=gaps, diagnoses=(*result.diagnoses, *cut))
     except TimeIsUp as up:
         return _cut_off(asked, up if isinstance(up, CutOff) else CutOff(Exploration((), False, ()), given))
-
-
-def conclude(
-    asked: Asked, *, prove: bool = False, limits: bool = False
-) -> tuple[Verdict, Exploration, Model]:
-    """The verdict on these inputs, what it rests on, and the model as it was read for it.
-
-    When the time is up after the first verdict, that is the last. Raises TimeIsUp before there is one.
-    """
-    found = explore_required(asked, always=prove)
-    verdict, by = judge(asked, found), asked.model
-    if verdict.status in (Status.SINGULAR, Status.PARTIAL):
-        with suppress(TimeIsUp):
-            behind = look_behind(asked, found, verdict, always=prove)
-            by, found, verdict = behind or (by, found, verdict)
-    with suppress(TimeIsUp):
-        if limits:
-            by, found = with_limits(asked, found)
-            verdict = judge(asked._replace(model=by), found)._replace(reread=by is not asked.model)
-        elif verdict.status is Status.FAILED:
-            verdict = at_a_limit(asked, verdict) or verdict
-        if verdict.status in (Status.FAILED, Status.INFEASIBLE):
-            verdict = fixed_otherwise(asked, verdict) or verdict
-    return verdict, found, by
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""What more can be said of a verdict that leaves something open.
+"""One question to its verdict: explored, judged, and judged again where more can be said.
 
 Where rules lose an unknown (at a dead centre, above all), they are read again without what vanishes. Where a
 block has no answer, its equations may be 0/0 where there would be one, or fix a given number otherwise.
@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from importlib.util import find_spec
 
+from rulesheets.deadline import TimeIsUp
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.evaluate.digits import vanishes
@@ -26,7 +28,7 @@ from solver.numerics.linear_algebra import null_direction
 from solver.numerics.tolerances import BACKWARD, SAME_VALUE
 from solver.path.cases import activity
 from solver.solution.explore import explore
-from solver.solution.refinement import answers_between, explore_refined
+from solver.solution.refinement import answers_between, explore_refined, explore_required, with_limits
 from solver.solution.verdict import Verdict, judge
 
 # --- rules that lose an unknown ---
@@ -37,7 +39,7 @@ from solver.solution.verdict import Verdict, judge
 # The same goes for rules of a block that say the same thing at these values: one of them is left out.
 
 
-def look_behind(
+def _look_behind(
     asked: Asked, found: Exploration, verdict: Verdict, always: bool = False
 ) -> tuple[Model, Exploration, Verdict] | None:
     """The rules without products that vanish, and what comes of them; None where that is no more.
@@ -284,7 +286,7 @@ def _small(part: nodes.Expression, values: Mapping[str, Value]) -> bool:
     )
 
 
-# --- what a proof needs ---
+# --- the verdict ---
 
 
 def can_prove() -> bool:
@@ -297,3 +299,27 @@ def require_proof() -> None:
     if not can_prove():
         notes = ("pip install 'backsolve[proof]'",)
         raise RuleSheetError(error("E449", "proof needs python-flint", notes=notes))
+
+
+def conclude(
+    asked: Asked, *, prove: bool = False, limits: bool = False
+) -> tuple[Verdict, Exploration, Model]:
+    """The verdict on these inputs, what it rests on, and the model as it was read for it.
+
+    When the time is up after the first verdict, that is the last. Raises TimeIsUp before there is one.
+    """
+    found = explore_required(asked, always=prove)
+    verdict, by = judge(asked, found), asked.model
+    if verdict.status in (Status.SINGULAR, Status.PARTIAL):
+        with suppress(TimeIsUp):
+            behind = _look_behind(asked, found, verdict, always=prove)
+            by, found, verdict = behind or (by, found, verdict)
+    with suppress(TimeIsUp):
+        if limits:
+            by, found = with_limits(asked, found)
+            verdict = judge(asked._replace(model=by), found)._replace(reread=by is not asked.model)
+        elif verdict.status is Status.FAILED:
+            verdict = at_a_limit(asked, verdict) or verdict
+        if verdict.status in (Status.FAILED, Status.INFEASIBLE):
+            verdict = fixed_otherwise(asked, verdict) or verdict
+    return verdict, found, by
