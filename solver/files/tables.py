@@ -191,8 +191,12 @@ class ParquetFile:
     """
 
     def __init__(self, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
-        self._arrow, self._parquet = _pyarrow()
         self._file = Replacement(path)
+        try:
+            self._arrow, self._parquet = _pyarrow()
+        except RuleSheetError:
+            self._file.discard()
+            raise
         self._path, self._names, self._symbols = path, tuple(names), frozenset(symbols)
         self._status = free_name("status", names)
         text, number = self._arrow.string(), self._arrow.float64()
