@@ -236,20 +236,6 @@ class Preimages:
         made_of = sum(abs(slope * v) for n, slope in slopes.items() if isinstance(v := at[n], float))
         return result != 0.0 and abs(result) <= CANCELLED * made_of
 
-    def _dividend(self, stage: Stage, target: float) -> float:
-        """What a vanishing divisor divides: where it is 0 too, the equation holds whatever the unknown is.
-
-        Not a number where that is not asked: more digits tell a divisor that is below floats from 0 then.
-        """
-        form = stage.forms[0]
-        if stage.operation == "quotient" and stage.divisor != TARGET:
-            return math.nan
-        if stage.operation == "power":
-            return target - 1.0
-        if isinstance(form, Quotient):
-            return self.evaluate(form.left, {**self.values, TARGET.name: target})
-        return 0.0
-
     def _whole_exponent(self, stage: Stage, target: float) -> float | None:
         """The only exponent that may take a negative base to a target: real powers of it have whole ones.
         None where the base has a logarithm."""

@@ -94,8 +94,8 @@ class Suggestions:
         unknowns = sorted(set(self.model.variables).difference(known))
         if len(unknowns) > MANY or not names:
             return [[0.0] * len(known)] * len(names), [0.0] * len(names), [False] * len(names)
-        rows = _Rows((*unknowns, *known), {name for name, none in zip(known, zero, strict=True) if none})
-        rows.nodes = _nodes(self.model.equations)
+        vanishing = {name for name, none in zip(known, zero, strict=True) if none}
+        rows = _Rows((*unknowns, *known), vanishing, nodes=_nodes(self.model.equations))
         for equation in self.model.equations:
             rows.read(equation)
         a, k, c = rows.parts(len(unknowns), len(known))
@@ -197,26 +197,29 @@ class _Rows:
     """
 
     def __init__(
-        self, names: Sequence[str], vanishing: Collection[str], exact: bool = False, cancelling: bool = False
+        self,
+        names: Sequence[str],
+        vanishing: Collection[str],
+        exact: bool = False,
+        cancelling: bool = False,
+        nodes: frozenset[str] = frozenset(),
     ) -> None:
-        self.vanishing, self.exact, self.cancelling = vanishing, exact, cancelling
+        self.vanishing, self.exact, self.cancelling, self.nodes = vanishing, exact, cancelling, nodes
         self.places = {name: i for i, name in enumerate(names)}
-        self.nodes = frozenset[str]()
-        """The names of which differences with several others are taken: the levels of a network."""
         self.rows: list[tuple[_Term, float]] = []
         self.free = 0
 
     def read(self, equation: Equation) -> None:
-        sides: Sequence[Expression] = (equation.left, equation.right)
-        if not self.cancelling or not any(map(_has_difference, sides)):
-            sides = (*_added(equation.left), *_added(equation.right))
-        found = [(side, term) for side in sides if (term := self._term(side)) is not None]
-        terms = [term for _, term in found]
-        exact = len(terms) == 2 and all(term.exact for term in terms)
-        whole = subtract(equation.left, equation.right)
-        levels, drops = _levels(whole), DROP if _is_balance(whole) else 1.0
-        shares = [1.0 if side in levels else drops for side, _ in found]
-        self._balance(terms, EXACT if exact else 1.0, shares)
+        sides = (equation.left, equation.right)
+        if self.cancelling and any(map(_has_difference, sides)):
+            self._balance([term for side in sides if (term := self._term(side)) is not None])
+            return
+        added = _added(subtract(*sides))
+        drops = DROP if _is_balance(added) else 1.0
+        found = [(part, term) for part, _ in added if (term := self._term(part)) is not None]
+        exact = len(found) == 2 and all(term.exact for _, term in found)
+        shares = [1.0 if _is_level(part) else drops for part, _ in found]
+        self._balance([term for _, term in found], EXACT if exact else 1.0, shares)
 
     def parts(self, unknowns: int, known: int) -> tuple[Vector, Vector, Vector]:
         """The matrix of the unknowns (and of free numbers), that of known numbers, and the constants."""
@@ -253,11 +256,12 @@ class _Rows:
         ``numbers`` are left out where the others may be much larger: beside exponentials, under logarithms.
         """
         added = _added(node)
-        unbounded = (isinstance(term, Call) and term.function in _UNBOUNDED for term in added)
+        parts = [part for part, _ in added]
+        unbounded = (isinstance(part, Call) and part.function in _UNBOUNDED for part in parts)
         if not self.exact and (not numbers or any(unbounded)):
-            added = [term for term in added if not isinstance(term, Number)]
-        whole = self._balance([t for n in added if (t := self._term(n)) is not None])
-        between_nodes = _is_balance(node) and not self.nodes.isdisjoint(names(node))
+            parts = [part for part in parts if not isinstance(part, Number)]
+        whole = self._balance([term for part in parts if (term := self._term(part)) is not None])
+        between_nodes = _is_balance(added) and not self.nodes.isdisjoint(names(node))
         cancels = _has_difference(node) if self.cancelling else between_nodes
         if whole is None or not cancels:
             return whole
@@ -329,33 +333,30 @@ class _Rows:
 
 
 def _nodes(equations: Sequence[Equation]) -> frozenset[str]:
+    """The names of which differences with several others are taken: the levels of a network."""
     neighbours = defaultdict[str, set[str]](set)
     waiting: list[Expression] = [side for equation in equations for side in (equation.left, equation.right)]
     while waiting:
         node = waiting.pop()
         waiting += children(node)
-        if _is_balance(node):
+        if _is_balance(_added(node)):
             met = set(names(node))
             for name in met:
                 neighbours[name] |= met - {name}
     return frozenset(name for name, others in neighbours.items() if len(others) > 1)
 
 
-def _is_balance(node: Expression) -> bool:
+def _is_balance(added: Sequence[tuple[Expression, bool]]) -> bool:
     """Whether names are subtracted from names."""
-    return set(_levels(node).values()) == {False, True}
+    return {negative for part, negative in added if _is_level(part)} == {False, True}
 
 
-def _levels(node: Expression, negative: bool = False) -> dict[Expression, bool]:
-    """The names that are added up, and whether they are subtracted."""
-    match node:
+def _is_level(part: Expression) -> bool:
+    """Whether a term of a sum is a name, or a number of times one."""
+    match part:
         case Name() | Product(Number(), Name()) | Product(Name(), Number()):
-            return {node: negative}
-        case Negative(operand):
-            return _levels(operand, not negative)
-        case Sum(terms):
-            return {name: sign for term in terms for name, sign in _levels(term, negative).items()}
-    return {}
+            return True
+    return False
 
 
 def _has_difference(node: Expression) -> bool:
@@ -373,10 +374,14 @@ def _may_be_negative(term: Expression) -> bool:
             return _has_difference(term)
 
 
-def _added(node: Expression) -> list[Expression]:
-    if isinstance(node, Sum):
-        return [inner for term in node.terms for inner in _added(term)]
-    return _added(node.operand) if isinstance(node, Negative) else [node]
+def _added(node: Expression, negative: bool = False) -> list[tuple[Expression, bool]]:
+    """The terms of nested sums, and whether each is subtracted."""
+    match node:
+        case Sum(terms):
+            return [part for term in terms for part in _added(term, negative)]
+        case Negative(operand):
+            return _added(operand, not negative)
+    return [(node, negative)]
 
 
 LEAST = 1e-300
