@@ -267,10 +267,11 @@ class _Sides:
 def note_checks(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> None:
     """Check all rules at once, so that asking for the check of each finds that it holds. Rules that do not
     are not marked: what is known of them is found out one by one."""
-    equations = [equation for equation in equations if remembered(equation, values).check is None]
-    found = evaluated(model, equations, values)
+    known = [remembered(equation, values) for equation in equations]
+    waiting = [place for place, one in enumerate(known) if one.check is None]
+    found = evaluated(model, [equations[place] for place in waiting], values)
     scaled = np.abs(found.miss) / np.where(found.moves > 0.0, found.moves, 1.0)
     numbers = zip(found.miss.tolist(), scaled.tolist(), found.holds.tolist(), strict=True)
-    for equation, (miss, share, holds) in zip(equations, numbers, strict=True):
+    for place, (miss, share, holds) in zip(waiting, numbers, strict=True):
         if holds:
-            remembered(equation, values).check = RuleCheck(True, miss, share)
+            known[place].check = RuleCheck(True, miss, share)

@@ -10,7 +10,7 @@ counts (small-sample condition estimation: C. S. Kenney & A. J. Laub, SIAM J. Sc
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, NamedTuple, TypeAlias
@@ -109,12 +109,13 @@ class _Propagation:
                     case SolveBlock(equations=equations, unknowns=unknowns):
                         self._block([self.model.equations[i] for i in equations], unknowns)
             # the largest error over the signs, and what rounding the value itself adds
-            error: dict[str, float] = {}
+            rows = np.reshape([*self.errors.values()], (-1, SAMPLES))
+            worst = dict(zip(self.errors, np.abs(rows).max(axis=1).tolist(), strict=True))
+            error = dict[str, float]()
             for name, number in self.values.items():
                 if not isinstance(number, str):
-                    errors = self.errors.get(name)
-                    worst = 0.0 if errors is None else float(np.abs(errors).max())
-                    error[name] = worst + UNIT_ROUNDOFF * abs(number) if worst and self.rounds else worst
+                    off = worst.get(name, 0.0)
+                    error[name] = off + UNIT_ROUNDOFF * abs(number) if off and self.rounds else off
         return ForwardErrors(error, self.blocks, self.cancelled)
 
     def _direct(self, equation: Equation, unknown: str) -> None:
@@ -178,7 +179,7 @@ class _Propagation:
         """The Jacobian (n, n) of a large block, and by how much its rules may be off (n, samples)."""
         found = evaluated(self.model, equations, self.values)
         n, place = len(unknowns), {name: place for place, name in enumerate(unknowns)}
-        off = np.stack([_signs(e.index) for e in equations]) * (found.noise + np.abs(found.miss))[:, None]
+        off = _signs_of([e.index for e in equations]) * (found.noise + np.abs(found.miss))[:, None]
         columns = np.array([place.get(name, -1) for name in found.names], dtype=np.intp)[found.columns]
         inside = columns >= 0
         for share, row, column in zip(
@@ -215,10 +216,18 @@ class _Propagation:
 
 @lru_cache(maxsize=4096)
 def _signs(index: int) -> Errors:
-    """Sixteen signs that depend on a number alone (the bits of a multiplicative hash, D. Knuth)."""
-    bits = (index + 1) % 2**64 * 0x9E3779B97F4A7C15
-    bits = ((bits ^ (bits >> 29)) * 0xBF58476D1CE4E5B9) >> 24
-    return np.array([1.0 if bits >> k & 1 else -1.0 for k in range(SAMPLES)])
+    signs: Errors = _signs_of([index])[0]
+    return signs
+
+
+def _signs_of(indices: Iterable[int]) -> Errors:
+    """Sixteen signs (n, 16) that depend on a number alone (the bits of a multiplicative hash, D. Knuth)."""
+    words = list[int]()
+    for index in indices:
+        bits = (index + 1) % 2**64 * 0x9E3779B97F4A7C15
+        words.append((bits ^ (bits >> 29)) * 0xBF58476D1CE4E5B9 >> 24 & 0xFFFF)
+    bits_of = np.array(words, dtype=np.int64)[:, None] >> np.arange(SAMPLES)
+    return np.where(bits_of & 1, 1.0, -1.0)
 
 
 def _finite(errors: Errors) -> Errors:
