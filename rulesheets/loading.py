@@ -28,6 +28,7 @@ LONGEST_KEPT = 2**20
 """Characters of a text beyond which its model is made every time."""
 
 _CODE = os.path.dirname(os.path.abspath(__file__))
+_ENDINGS = (".py", ".lark", ".toml", ".txt")
 
 
 def load(
@@ -83,7 +84,8 @@ def _model(
     # functions of one's own decide on what a sheet says, and are no part of it
     own = next(reversed(TABLE.values())).source is not None
     keeps = file is not None and not own and len(source.text) <= LONGEST_KEPT
-    key = _stamp() + repr((file, name)).encode() + source.text.encode() if keeps else b""
+    paths = (file, os.path.abspath(file)) if file is not None else ()  # by the first, messages call it
+    key = _stamp() + repr((paths, name)).encode() + source.text.encode() if keeps else b""
     collecting = gc.isenabled()
     gc.disable()
     try:
@@ -93,8 +95,8 @@ def _model(
         from rulesheets.build import build, gather  # with them comes lark
 
         program = gather(source, folder, file, within, python)
-        paths = (*filter(None, [file]), *(used.name for used in program.texts))
-        model = build(program, name, tuple(map(os.path.abspath, paths)))
+        files = (*paths[1:], *(os.path.abspath(used.name) for used in program.texts))
+        model = build(program, name, files)
         if keeps and not program.python:
             with suppress(RecursionError):  # a product of hundreds of factors
                 _ = model.unit_warnings  # which commands ask for
@@ -109,7 +111,7 @@ def _model(
 def _stamp() -> bytes:
     """What tells this code, and the units of pint, from any other that makes models."""
     folders = [_CODE, *(entry.path for entry in os.scandir(_CODE) if entry.is_dir())]
-    files = [file for folder in folders for file in os.scandir(folder) if file.is_file()]
+    files = [file for folder in folders for file in os.scandir(folder) if file.name.endswith(_ENDINGS)]
     found = sorted((file.path, file.stat().st_mtime_ns, file.stat().st_size) for file in files)
     pint = PathFinder.find_spec("pint")
     about = pint and pint.origin and (pint.origin, os.stat(pint.origin).st_mtime_ns)

@@ -10,7 +10,7 @@ from unittest.mock import patch
 import pytest
 
 import rulesheets
-from rulesheets import RuleSheetError, load, loads
+from rulesheets import RuleSheetError, load, loading, loads
 from rulesheets.files import find_sheet, shipped_models
 from rulesheets.functions import TABLE
 from rulesheets.parse import parse
@@ -172,6 +172,27 @@ def test_a_kept_model_lies_where_its_files_lie(crank, parses, monkeypatch):
     with pytest.raises(RuleSheetError) as caught:
         load("model.tk", within=".")
     assert codes(caught) == ["E311", "E311"]
+
+
+def test_a_sheet_of_the_same_name_and_text_is_another_file(tmp_path, parses, monkeypatch):
+    for folder in (tmp_path / "one", tmp_path / "other"):
+        folder.mkdir()
+        (folder / "sheet.tk").write_text("y = 2*x\n")
+        monkeypatch.chdir(folder)
+        assert load("sheet.tk").files == (str(folder / "sheet.tk"),)
+
+
+def test_code_is_told_from_other_code_by_what_is_written(tmp_path, monkeypatch):
+    """What Python compiles at the first start does not make the kept models those of other code."""
+    (tmp_path / "room").mkdir()
+    (tmp_path / "room" / "thing.py").write_text("x = 1\n")
+    monkeypatch.setattr(loading, "_CODE", str(tmp_path))
+    first = loading._stamp.__wrapped__()
+    (tmp_path / "__pycache__").mkdir()
+    (tmp_path / "__pycache__" / "thing.pyc").write_bytes(b"compiled")
+    assert loading._stamp.__wrapped__() == first
+    (tmp_path / "room" / "thing.py").write_text("x = 20\n")
+    assert loading._stamp.__wrapped__() != first
 
 
 def test_a_wrong_sheet_is_wrong_every_time(tmp_path, parses):
