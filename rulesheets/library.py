@@ -206,7 +206,12 @@ class Library:
         self._units: dict[str, Unit | None] = {}
 
     def __reduce__(self) -> tuple[object, ...]:
-        return _library, (self.own, self._units)
+        """With the units that were found: those need not be read again."""
+        known = {text: unit for text, unit in self._units.copy().items() if unit is not None}
+        return library, (self.own,), known
+
+    def __setstate__(self, known: Mapping[str, Unit]) -> None:
+        self._units.update(known)
 
     @cached_property
     def _definitions(self) -> dict[str, tuple[str, str, bool]]:
@@ -310,14 +315,9 @@ def _registry() -> Any:
     return UnitRegistry(non_int_type=Fraction)
 
 
-@cache
 def library(own: tuple[str, ...] = ()) -> Library:
     """The units of a sheet: those that every sheet has, and its ``own`` definitions."""
-    return Library(own)
+    return _library(own)
 
 
-def _library(own: tuple[str, ...], units: dict[str, Unit | None]) -> Library:
-    """The units of a sheet, some of which need not be read again."""
-    found = library(own) if own else library()
-    found._units.update(units)
-    return found
+_library = cache(Library)

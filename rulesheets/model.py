@@ -115,6 +115,11 @@ class Equation:
         self.__dict__.update(left=body.left[0], right=body.right[0])
         return self.left if name == "left" else self.right
 
+    def __getstate__(self) -> dict[str, object]:
+        """Pickled without what solves have found out about it, and without sides that are made when asked."""
+        made = ("left", "right") if "body" in self.__dict__ else ()
+        return {k: v for k, v in self.__dict__.items() if not k.startswith("_") and k not in made}
+
     @property
     def like(self) -> Like | None:
         """What it shares with others, where it is known."""

@@ -1,6 +1,7 @@
 """Files, folders, shipped names and the functions that sheets use."""
 
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import rulesheets
 from rulesheets import RuleSheetError, load, loading, loads
 from rulesheets.files import find_sheet, shipped_models
 from rulesheets.functions import TABLE
+from rulesheets.library import library
 from rulesheets.parse import parse
 from rulesheets.syntax.nodes import Name
 
@@ -193,6 +195,28 @@ def test_code_is_told_from_other_code_by_what_is_written(tmp_path, monkeypatch):
     assert loading._stamp.__wrapped__() == first
     (tmp_path / "room" / "thing.py").write_text("x = 20\n")
     assert loading._stamp.__wrapped__() != first
+
+
+def test_a_model_is_written_without_what_was_found_out_about_it():
+    model = loads("x + 1.5*y = 2\ny + 2.5*z = 3\nz = x*y\n")
+    size = len(pickle.dumps(model))
+    for equation in model.equations:
+        assert equation.left != equation.right
+        equation.__dict__["_found"] = object
+    assert len(pickle.dumps(model)) == size
+    assert pickle.loads(pickle.dumps(model)) == model
+
+
+def test_units_are_written_while_others_are_read():
+    """There are no units of sheets but one; threads read into it at any time."""
+    assert library() is library(()) is loads("x = 2*y").units
+    units = loads("units\n  cup = 0.25 L\nvariables\n  x = 1 [cup]\nrules\n  y = x").units
+    _, _, known = units.__reduce__()
+    assert known["cup"] == units.unit("cup")
+    assert known is not units._units
+    units._units["\0gill"] = None  # by a thread that is about to find out
+    assert "\0gill" not in units.__reduce__()[2]
+    del units._units["\0gill"]
 
 
 def test_a_wrong_sheet_is_wrong_every_time(tmp_path, parses):
