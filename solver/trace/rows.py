@@ -465,9 +465,10 @@ class AnswerSweeper:
 
     def _kept(self, program: Program, made: Callable[[], Any]) -> Any:
         if id(program.flow) not in self._kernels:
-            self._kernels[id(program.flow)] = program, None
+            kernel = None
             with suppress(NotCompilable):
-                self._kernels[id(program.flow)] = program, made()
+                kernel = made()
+            self._kernels[id(program.flow)] = program, kernel
         return self._kernels[id(program.flow)][1]
 
     def _not_refused(self, program: Program, columns: Sequence[Array], left: Array, keep: Keep) -> Array:

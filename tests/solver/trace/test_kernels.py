@@ -252,3 +252,11 @@ def test_rows_beside_the_record_take_as_many_steps_as_they_need() -> None:
     for row in (0, 500, 999):
         answers = sorted(one for (one,) in plan.all(float(column[row])))
         assert sorted(found[:, row]) == pytest.approx(answers, rel=1e-12)
+
+
+def test_a_missing_extra_is_told_at_every_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("solver.trace.llvm.available", lambda: False)
+    plan = solver.prepare(solver.loads("variables\nx\nk\nrules\nx^2 + k*x = 3\n"), ["k"], ["x"])
+    for _ in range(2):
+        with pytest.raises(ImportError, match="llvmlite"):
+            plan.sweep(np.linspace(1.0, 5.0, 40), jit=True)
