@@ -181,7 +181,8 @@ class Nearby:
             for nodes, some in zip(self.ranked.answers, ranges, strict=True)
         ]
         given = ranges[0][count:]
-        told = ranking.keys_on(RANGES, rows, given, tuple(around == Range(0.0, 0.0) for around in given))
+        zero = tuple(r.low == r.high == 0.0 for r in map(range_of, given))
+        told = ranking.keys_on(RANGES, rows, given, zero)
         others = [other for other in range(len(rows)) if other != place]
         unclear = [
             k for k in others if not before(told[place], told[k], [(key[place], key[k]) for key in keys])

@@ -10,6 +10,8 @@ import pytest
 
 import solver
 from benchmarks.redistribution import linkage_question
+from solver.ranking.ranking import Ranking
+from solver.trace.order import RANGES
 from tests.everyday.corpus import sheets
 
 ANGLES = "variables\nx in [0, 60]\nk = 5\nrules\nsin(x) + x/k = 1.2\ny = x^2\n"
@@ -51,6 +53,23 @@ def test_numbers_far_away_come_to_a_box_of_their_own() -> None:
         plan(6.0)
     low, high = near.box.ends
     assert low <= 6.0 <= high
+
+
+def test_a_given_zero_is_one_for_the_rule_over_a_box_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked, keys_on = set[tuple[bool, ...]](), Ranking.keys_on
+
+    def noted(self: Ranking, on: Any, answers: Any, given: Any, zero: tuple[bool, ...]) -> Any:
+        if on is RANGES:
+            asked.add(zero)
+        return keys_on(self, on, answers, given, zero)
+
+    monkeypatch.setattr(Ranking, "keys_on", noted)
+    sheet = ANGLES.replace("k = 5", "k = 5\noff = 0").replace("= 1.2", "= 1.2 - off*x")
+    plan: Any = solver.prepare(solver.loads(sheet), ["k", "off"], ["x"])
+    plan(5.0, 0.0)
+    asked.clear()
+    plan(5.001, 0.0)
+    assert asked == {(False, True)}
 
 
 def test_what_is_no_number_is_told_as_ever() -> None:
