@@ -224,11 +224,14 @@ ROUNDS, CONTRACTION = 5, 0.1
 
 def _settled(question: Question, start: Sequence[float], found: Uncertainty) -> list[float] | None:
     """Where steps with residuals in extended precision, slopes staying as they are, shrink to nothing beside
-    the error bars; None where they do not, or a function has no such values."""
+    the error bars; None where they do not, a function has no such values, or the Jacobian is singular: beside
+    infinite bars every step is nothing."""
     assert question.sparse is not None
     bars, before = np.array(found.errors), math.inf
     x: Any = np.array(start, dtype=np.longdouble)
     factor = question.factor(start, _sizes(question, start))
+    if factor.rank < factor.columns or not np.isfinite(bars).all():
+        return None
     for _ in range(ROUNDS):
         try:
             miss = question.sparse[0](x).astype(float)

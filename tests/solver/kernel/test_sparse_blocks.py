@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 import rulesheets
 import solver
 from benchmarks.networks import Network, bratu, direct_current, gas, load_flow, pipes, plate, radiation
+from solver.kernel.block import BlockKernel
+from solver.kernel.question import Question
+from solver.kernel.root_check import RootCheck, check_root, uncertainty
+from solver.path import SolveBlock
+from solver.path.planner import planner
 
 NETWORKS = [pipes(5), radiation(60), plate(7), plate(7, 0.02), plate(19), bratu(120)]
 NETWORKS += [gas(3), gas(5), direct_current(15), direct_current(40)]
@@ -54,6 +61,19 @@ def test_a_large_singular_linear_block_is_not_solved() -> None:
     rules = [f"x{i} - x{(i + 1) % n} + 0*x{(i + 7) % n} = 0" for i in range(n)]
     result = solver.solve(rulesheets.loads("\n".join(rules) + "\n"), timeout=5.0)
     assert str(result.status) != "solved"
+
+
+def test_a_singular_jacobian_proves_no_root_of_a_large_block() -> None:
+    """Differences round a ring say nothing at 1, where each rule misses by 1e-17: there is no root."""
+    n = 40
+    rules = [f"x{(i + 1) % n} = x{i} + (x{i} - 1)^2 + 1e-17" for i in range(n)]
+    graph = planner(rulesheets.loads("\n".join(rules) + "\n")).graph
+    kernel = BlockKernel(graph, SolveBlock(tuple(range(n)), tuple(f"x{i}" for i in range(n)), ()))
+    question, point = Question(kernel, {}, {}), {f"x{i}": 1.0 for i in range(n)}
+    found = uncertainty(question, point)
+    assert question.holds(point)
+    assert not any(map(math.isfinite, found.errors))
+    assert check_root(question, point, found)[0] is RootCheck.NO_ROOT
 
 
 def test_a_large_block_may_call_a_function_without_arguments() -> None:
