@@ -70,7 +70,7 @@ def arguments(
 def _value(model: Model, name: str, given: Any) -> Value:
     number: float | None = None
     kind = getattr(getattr(given, "dtype", None), "kind", "")
-    if not isinstance(given, complex | bytes | bytearray) and kind != "c":
+    if not (isinstance(given, complex | bytes | bytearray) or kind == "c" or getattr(given, "ndim", 0)):
         with suppress(TypeError, ValueError, OverflowError):
             number = float(given)
     if isinstance(given, str):
@@ -82,7 +82,7 @@ def _value(model: Model, name: str, given: Any) -> Value:
         if name in quantities(model):
             raise TypeError(f"{name} is a number, and {given!r} a symbol")
         return given.removeprefix("'")
-    if number is not None and not getattr(given, "ndim", 0):
+    if number is not None:
         return number
     hint = "; for columns of values call sweep" if hasattr(given, "__len__") else ""
     hint = "; to have it solved give nan" if given is None else hint

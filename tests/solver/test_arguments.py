@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,19 @@ import solver
 MODEL = rulesheets.loads(
     "variables\n  x [deg]\n  y\n  mode\n  z\nrules\n  if mode = 'open then z = x + y else z = x - y\n"
 )
+
+
+class Cell:
+    """A column of one number, as numpy before 2.4 has it: a number of it is deprecated."""
+
+    ndim = 1
+
+    def __len__(self) -> int:
+        return 1
+
+    def __float__(self) -> float:
+        warnings.warn("a column is no number", DeprecationWarning, stacklevel=2)
+        return 1.0
 
 
 @pytest.fixture(params=[0, 3], ids=["at first", "once it is compiled"])
@@ -53,6 +67,7 @@ def test_numbers_by_place_and_by_name(plan: Any, given: tuple[Any, ...], named: 
         ((None, 2.0), {}, "to have it solved give nan"),
         (([1.0], 2.0), {}, "x takes a number (or a symbol), not list; for columns of values call sweep"),
         ((np.array([1.0]), 2.0), {}, "not ndarray; for columns of values call sweep"),
+        ((Cell(), 2.0), {}, "not Cell"),
         ((1j, 2.0), {}, "not complex"),
     ],
 )
