@@ -256,7 +256,9 @@ def _solver(packed: bytes, expected: str) -> Solver:
 
 def _unusable(reason: str, *details: str) -> RuleSheetError:
     notes = ("workers are started with `dask worker ADDRESS --nthreads 1`, where Backsolve is installed",)
-    return RuleSheetError(error("E444", f"the cluster cannot be used: {reason}", notes=(*details, *notes)))
+    return RuleSheetError(
+        error("E444", f"the cluster cannot be used: {reason}", notes=(*filter(None, details), *notes))
+    )
 
 
 WORTH = 2.0
