@@ -25,7 +25,6 @@ from solver.kernel.root_check import (
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
 from solver.numerics.tolerances import (
-    ASTRAY,
     BLUR,
     COVERED,
     EPS,
@@ -197,12 +196,12 @@ class Candidates:
         sizes = (max(abs(v), scale) for v, scale in zip(point.values(), self.question.scale, strict=True))
         return any(error > share * size for error, size in zip(blur, sizes, strict=True))
 
-    def settles(self, point: dict[str, float], share: float = ASTRAY) -> bool:
+    def settles(self, point: dict[str, float]) -> bool:
         """Whether it is plain that a point is next to an answer, or to a root out of range (which are kept),
         or that it is none."""
         count, outside = len(self.answers), self.outside
         self.refine(list(point.values()))
-        return len(self.answers) > count or self.outside is not outside or astray(self.question, point, share)
+        return len(self.answers) > count or self.outside is not outside or astray(self.question, point)
 
     def proven(self, point: dict[str, float]) -> None:
         """Try a point next to a root that is proven to be; remember it if floats find no answer there,
@@ -285,9 +284,7 @@ class Candidates:
         """Equal to so large a share of their own sizes, or of so much of their usual ones: of the largest
         number in either, where no unknown comes near the usual size."""
         scales = self.question.scale
-        for (name, v), scale in zip(
-            one.items(), scales, strict=True
-        ):  # asked of every pair: most part at once
+        for (name, v), scale in zip(one.items(), scales, strict=True):  # of every pair: most part at once
             w = other[name]
             apart = abs(v - w)
             if not apart <= tolerance * max(abs(v), abs(w), least * scale):

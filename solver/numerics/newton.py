@@ -272,9 +272,8 @@ class _Search:
             p = self.point
             if p.norm(p.step) > DEGENERATE or not p.explains():
                 return False
-            if (
-                np.abs(p.residual) <= VANISHING * row_sizes(p.jacobian, p.weight)
-            ).all():  # the rows themselves vanish with x
+            sizes = row_sizes(p.jacobian, p.weight)
+            if (np.abs(p.residual) <= VANISHING * sizes).all():  # the rows themselves vanish with x
                 return True
             following = self.system.point(p.x + p.step)
             if following is None:
