@@ -50,14 +50,14 @@ def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axi
         number, unit = measured
         numbers = _axis(option, variable, f"{head}:{number}", model)[:].tolist()
         return column_of(converted(numbers, unit, variable, option.place(unit)), variable.name)
+    if stretch.count(":") != 2:
+        raise RuleSheetError(_no_range(option))
     exact = []
     for part in map(str.strip, stretch.split(":")):  # decimals as they are written, else as floats
         value = Fraction(part) if _DECIMAL.fullmatch(part) else parse_value(part, option.place(part))
         if isinstance(value, str):
             raise RuleSheetError(_no_range(option))
         exact.append(Fraction(value))
-    if len(exact) != 3:
-        raise RuleSheetError(_no_range(option))
     start, stop, step = exact
     if step == 0 or (stop - start) / step < 0:
         message = "this step never leads from the start to the stop"
