@@ -10,9 +10,11 @@ import cmath
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from io import BytesIO
+from itertools import accumulate, pairwise
 from typing import Any, NamedTuple, TypeAlias
 
 import matplotlib
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -21,34 +23,16 @@ from PIL import Image
 
 from rulesheets.checks.marks import ARROWS
 from rulesheets.format import readable
-from solver.pictures import (
-    FONT,
-    MARGIN,
-    SLOT,
-    Diagram,
-    Panel,
-    Place,
-    Stroke,
-    View,
-    Window,
-    bar,
-    scale,
-    window,
-)
+from solver.pictures import FONT, Diagram, Place, Stroke, View, Window, Wish, bar, place, scale, window
 
 GAP, HEAD, FOOT, TITLE, EDGE, ROW = 5.0, 6.0, 8.0, 7.0, 4.0, 4.5
 """Millimetres between panels, above one, below one, above a column, around the page, of a row of legend."""
 
+MARGIN = 9.0
+"""Millimetres around the points for symbols and labels."""
+
 CAPTION, BOLD, LEGEND = 8.5, 9.0, 7.0
 """Sizes of captions, of titles and of what stands below a panel, in points."""
-
-ARROW_NAMES = {
-    "vector": "absolute",
-    "normal": "normal",
-    "tangential": "tangential",
-    "sliding": "sliding",
-    "coriolis": "Coriolis",
-}
 
 _ROOM = (58.0, 50.0)
 """Millimetres that the points of a diagram may take up: three diagrams fit A4 across, twice three upright."""
@@ -62,32 +46,31 @@ _NARROW = 48.0
 _ACROSS = 3
 """Figures that stand in one row at most."""
 
-
-class Extent(NamedTuple):
-    """How one figure of the sheet is seen in every view: its scale, and the size of its window in units."""
-
-    scale: float
-    width: float
-    height: float
-
-
 Cell: TypeAlias = tuple[int, int]
 """A figure (row) of a view (column)."""
 
 
-class Layout(NamedTuple):
-    """A page of panels, one for each cell, in millimetres from its lower left corner.
+class Room(NamedTuple):
+    """Where a figure of a view is drawn: a rectangle of the page, caption and scale included, in millimetres.
 
-    ``travel`` has the two farthest places of every slider of a cell, by the number of its stroke. ``places``
-    are the rectangles that cells have, caption and scale included; ``middles`` are those of the views.
-    ``legend`` has rows of kinds of arrows.
+    It is seen through a ``window`` at ``scale`` units a millimetre. ``travel`` has the two farthest places
+    of every slider, by the number of its stroke.
+    """
+
+    place: Window
+    window: Window
+    scale: float
+    travel: Mapping[int, tuple[Place, Place]]
+
+
+class Layout(NamedTuple):
+    """A page of rooms by cell, in millimetres from its lower left corner.
+
+    ``middles`` are those of the views, ``legend`` has rows of kinds of arrows.
     """
 
     size: Place
-    extents: tuple[Extent, ...]
-    windows: Mapping[Cell, Window]
-    travel: Mapping[Cell, Mapping[int, tuple[Place, Place]]]
-    places: Mapping[Cell, Window]
+    rooms: Mapping[Cell, Room]
     middles: tuple[float, ...]
     legend: tuple[tuple[str, ...], ...]
 
@@ -100,38 +83,34 @@ def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> 
     count = max(map(len, frames))
     shown = [[v for views in frames if k < len(views) and (v := views[k])] for k in range(count)]
     views = [view for column in shown for view in column]
-    seen = {
-        (row, column): [diagram for view in shown[column] if (diagram := view.diagrams[row])]
-        for row in range(len(views[0].diagrams))
-        for column in range(count)
-    }
-    least = {cell: window(diagrams) for cell, diagrams in seen.items()}
-    extents = []
-    for row in range(len(views[0].diagrams)):
-        titles = [diagram.title for column in range(count) for diagram in seen[row, column]]
-        extents.append(_extent([least[row, column] for column in range(count)], titles))
+    rows = range(len(views[0].diagrams))
+    seen = [[[d for view in column if (d := view.diagrams[row])] for column in shown] for row in rows]
+    extents = list(map(_extent, seen))
     # figures below each other where there are several views; the figures of one view fill rows
-    wide = len(extents) if len(extents) <= _ACROSS else -(-len(extents) // 2)
-    cells = {cell: cell if count > 1 else divmod(cell[0], wide) for cell in seen}
+    wide = len(rows) if len(rows) <= _ACROSS else -(-len(rows) // 2)
+    cells = {(row, k): (row, k) if count > 1 else divmod(row, wide) for row in rows for k in range(count)}
     widths, heights = dict[int, float](), dict[int, float]()
     for (row, column), (y, x) in cells.items():
         units, width, height = extents[row]
-        title = max((text_width(view.title, BOLD) for view in shown[column] if count > 1), default=0.0)
-        widths[x] = max(widths.get(x, 0.0), width / units, title)
+        titles = [text_width(view.title, BOLD) for view in shown[column] if count > 1]
+        widths[x] = max(widths.get(x, 0.0), width / units, *titles)
         heights[y] = max(heights.get(y, 0.0), height / units + HEAD + FOOT)
-    across, up = _start(widths, len(widths)) - GAP + EDGE, _start(heights, len(heights)) - GAP + EDGE
+    lefts, tops = (
+        list(accumulate(sizes.values(), lambda at, size: at + size + GAP, initial=EDGE))
+        for sizes in (widths, heights)
+    )
+    across = lefts[-1] - GAP + EDGE
     legend = _legend(views, across - 2 * EDGE)
     above = TITLE * (any(view.title for view in views) + headed)
-    up += above + ROW * len(legend)
-    places = {}
-    for cell, (y, x) in cells.items():
-        left, top = _start(widths, x), up - above - _start(heights, y)
-        places[cell] = Window(left, top - heights[y], left + widths[x], top)
-    middles = [_start(widths, column) + widths[column] / 2 for column in range(count)]
-    windows = {cell: box.resized(*extents[cell[0]][1:]) for cell, box in least.items()}
-    travel = {cell: _travel(diagrams) for cell, diagrams in seen.items()}
-    middles = middles if count > 1 else [across / 2]
-    return Layout((across, up), tuple(extents), windows, travel, places, tuple(middles), legend)
+    up = tops[-1] - GAP + EDGE + above + ROW * len(legend)
+    rooms = {}
+    for (row, column), (y, x) in cells.items():
+        units, *size = extents[row]
+        top, diagrams = up - above - tops[y], seen[row][column]
+        box = Window(lefts[x], top - heights[y], lefts[x] + widths[x], top)
+        rooms[row, column] = Room(box, window(diagrams).resized(*size), units, _travel(diagrams))
+    middles = [left + width / 2 for left, width in zip(lefts, widths.values(), strict=False)]
+    return Layout((across, up), rooms, tuple(middles) if count > 1 else (across / 2,), legend)
 
 
 def text_width(text: str, points: float) -> float:
@@ -139,18 +118,16 @@ def text_width(text: str, points: float) -> float:
     return 0.215 * points * len(text)
 
 
-def legend_width(kind: str) -> float:
-    """Width of a kind of arrow in the legend."""
-    return 10.0 + text_width(ARROW_NAMES[kind], LEGEND)
-
-
-def _extent(windows: Sequence[Window], captions: Iterable[str]) -> Extent:
+def _extent(seen: Sequence[Sequence[Diagram]]) -> tuple[float, float, float]:
+    """How one figure of the sheet is seen in every view: its scale, and the size of its window in units."""
+    windows = [window(diagrams) for diagrams in seen]
     width, height = max(w.width for w in windows), max(w.height for w in windows)
-    reach = max(w.reach for w in windows)
+    reach = max(abs(coordinate) for window in windows for coordinate in window)
     least = reach * (_FINEST if max(width, height) > 0.0 else 1.0)
     units = scale(max(width, least), height, _ROOM)
-    narrow = max([_NARROW, *(text_width(f"(a) {caption}", CAPTION) for caption in captions)])
-    return Extent(units, max(width + 2 * MARGIN * units, narrow * units), height + 2 * MARGIN * units)
+    captions = {f"(a) {diagram.title}" for diagrams in seen for diagram in diagrams}
+    narrow = max([_NARROW, *(text_width(caption, CAPTION) for caption in captions)])
+    return units, max(width + 2 * MARGIN * units, narrow * units), height + 2 * MARGIN * units
 
 
 def _travel(seen: Sequence[Diagram]) -> dict[int, tuple[Place, Place]]:
@@ -162,11 +139,6 @@ def _travel(seen: Sequence[Diagram]) -> dict[int, tuple[Place, Place]]:
                 low, high = found.get(number, (place, place))
                 found[number] = min(low, place), max(high, place)
     return found
-
-
-def _start(tracks: Mapping[int, float], number: int) -> float:
-    """Where a column or row of the page begins, from its left or upper edge."""
-    return EDGE + sum(tracks[place] + GAP for place in range(number))
 
 
 def _legend(views: Sequence[View], width: float) -> tuple[tuple[str, ...], ...]:
@@ -185,88 +157,126 @@ def _legend(views: Sequence[View], width: float) -> tuple[tuple[str, ...], ...]:
 
 
 INK, SHADE, PAPER = "#222222", "#e4e4e4", "#ffffff"
-STYLES: dict[str, tuple[str, Any]] = {
-    "vector": ("#0072b2", "solid"),
-    "normal": ("#d55e00", (0, (4.0, 1.4))),
-    "tangential": ("#007a5a", (0, (7.0, 1.4, 1.4, 1.4))),
-    "sliding": ("#a0507c", (0, (1.4, 1.2))),
-    "coriolis": ("#6a3d9a", (0, (4.0, 1.2, 1.2, 1.2, 1.2, 1.2))),
+STYLES: dict[str, tuple[str, str, Any]] = {
+    "vector": ("absolute", "#0072b2", "solid"),
+    "normal": ("normal", "#d55e00", (0, (4.0, 1.4))),
+    "tangential": ("tangential", "#007a5a", (0, (7.0, 1.4, 1.4, 1.4))),
+    "sliding": ("sliding", "#a0507c", (0, (1.4, 1.2))),
+    "coriolis": ("Coriolis", "#6a3d9a", (0, (4.0, 1.2, 1.2, 1.2, 1.2, 1.2))),
 }
-"""Colour and stroke of each kind of arrow."""
+"""Name, colour and stroke of each kind of arrow."""
+
+SLOT = 3.2
+"""Width of a slotted link in millimetres."""
+
+_SAME = 0.7
+"""Millimetres within which points share one label."""
+
+_LEAST, _SHORT = 1.8, 6.0
+"""Millimetres that a stroke has at least if it has a label, and below which it may stand anywhere around."""
+
+
+def legend_width(kind: str) -> float:
+    """Width of a kind of arrow in the legend."""
+    return 10.0 + text_width(STYLES[kind][0], LEGEND)
 
 
 class Pen:
-    """Draws the signs of one panel. Places are complex, in millimetres from its lower left corner."""
+    """Draws the signs of one panel. Places are complex, in millimetres from its lower left corner.
 
-    def __init__(self, axes: Axes, panel: Panel) -> None:
-        self.axes, self.panel = axes, panel
+    Labels keep clear of the ``lines`` and of the ``joints`` that are drawn.
+    """
 
-    def draw(self, before: Mapping[str, Place] | None = None) -> dict[str, Place]:
+    def __init__(self, axes: Axes, diagram: Diagram, room: Room) -> None:
+        self.axes, self.diagram, self.room = axes, diagram, room
+        left, bottom, *_ = room.window
+        self.spots = {n: complex(x - left, y - bottom) / room.scale for n, (x, y) in diagram.places.items()}
+        self.lines: list[tuple[complex, complex]] = []
+        self.joints: list[tuple[float, float, float, float]] = []
+
+    def draw(self, before: Mapping[str, Place]) -> dict[str, Place]:
         """Everything; the offsets of the labels from their points, for the next frame of a film."""
-        panel, diagram = self.panel, self.panel.diagram
+        diagram, (_, window, scale, _) = self.diagram, self.room
         for number, stroke in enumerate(diagram.strokes):
-            self._stroke(stroke, panel.travel.get(number, (0.0, 0.0)))
+            self._stroke(number, stroke)
         for name, kind in sorted(diagram.kinds.items(), key=lambda item: item[1] == "pole"):
             if not name.startswith("_"):
-                self._point(complex(*panel.on_paper(diagram.places[name])), kind)
-        offsets, boxes = {}, panel.labels(before)
-        for wish in panel.wishes():
-            box = boxes[wish.key]
-            offsets[wish.key] = box.x - wish.point[0], box.y - wish.point[1]
-            sign, _, place = wish.key.partition(" ")
-            drawn = diagram.strokes[int(place)].kind if sign == "stroke" else ""
-            look: dict[str, Any] = {
-                "color": STYLES[drawn][0] if drawn in ARROWS else INK,
-                "style": "italic" if drawn else "normal",
-                "fontsize": FONT,
-                "ha": "center",
-                "va": "center",
-            }
-            (x,), (y,) = self._in_units([complex(box.x, box.y)])
-            self.axes.text(x, y, wish.text, zorder=8, parse_math=False, **look)
+                self._point(self.spots[name], kind)
+        lines = np.array(self.lines, complex).view(float).reshape(-1, 2, 2)
+        joints, size = np.array(self.joints).reshape(-1, 4), (window.width / scale, window.height / scale)
+        offsets, wishes = {}, self.wishes()
+        for key, box in place(wishes, lines, joints, size, before).items():
+            wish, (sign, _, number_of) = wishes[key], key.partition(" ")
+            drawn = diagram.strokes[int(number_of)].kind if sign == "stroke" else ""
+            offsets[key] = float(box[0] - wish.point[0]), float(box[1] - wish.point[1])
+            (x,), (y,) = self._in_units([complex(*box[:2])])
+            color, style = STYLES.get(drawn, ("", INK, ""))[1], "italic" if drawn else "normal"
+            look: dict[str, Any] = {"color": color, "style": style, "fontsize": FONT, "ha": "center"}
+            self.axes.text(x, y, wish.text, va="center", zorder=8, parse_math=False, **look)
         return offsets
+
+    def wishes(self) -> dict[str, Wish]:
+        """The labels, at points, which share one where they are at one place, and at strokes."""
+        groups: dict[str, list[str]] = {}
+        for name, at in self.spots.items():
+            if not name.startswith("_"):
+                near = (n for n in groups if abs(self.spots[n] - at) < _SAME)
+                groups.setdefault(next(near, name), []).append(name)
+        found = {f"point {n}": Wish(", ".join(all_), _pair(self.spots[n])) for n, all_ in groups.items()}
+        for number, stroke in enumerate(self.diagram.strokes):
+            start, end = (self.spots[stroke.points[place]] for place in (0, min(1, len(stroke.points) - 1)))
+            if stroke.label and abs(end - start) > _LEAST:
+                along = (_pair(start), _pair(end)) if abs(end - start) > _SHORT else None
+                found[f"stroke {number}"] = Wish(stroke.label, _pair((start + end) / 2), along)
+        return found
 
     # --- the elements, in millimetres ---
 
     def _in_units(self, places: Sequence[complex]) -> tuple[list[float], list[float]]:
-        window, scale = self.panel.window, self.panel.scale
-        return [window.left + p.real * scale for p in places], [
-            window.bottom + p.imag * scale for p in places
-        ]
+        (left, bottom, *_), scale = self.room.window, self.room.scale
+        return [left + at.real * scale for at in places], [bottom + at.imag * scale for at in places]
 
     def _line(
         self, places: Sequence[complex], width: float, layer: float, color: str = INK, **more: Any
     ) -> None:
+        self.lines += pairwise(places)
         more = {"solid_capstyle": "round", **more}
         self.axes.plot(*self._in_units(places), color=color, lw=width, zorder=layer, **more)
 
     def _area(self, places: Sequence[complex], fill: str, layer: float, width: float = 1.0) -> None:
+        self.lines += pairwise([*places, places[0]])
         look: dict[str, Any] = {"facecolor": fill, "edgecolor": INK, "joinstyle": "round"}
         self.axes.fill(*self._in_units(places), lw=width, zorder=layer, **look)
 
     # --- signs ---
 
-    def _stroke(self, stroke: Stroke, travel: tuple[float, float]) -> None:
-        path = [complex(*place) for place in self.panel.path(stroke)]
-        along = _direction(stroke.angle)
+    def _stroke(self, number: int, stroke: Stroke) -> None:
+        path = [self.spots[name] for name in stroke.points]
+        along = cmath.rect(1.0, math.radians(stroke.angle))
         match stroke.kind:
             case "line":
-                self._line(path, 0.8 if self.panel.diagram.polar else 2.2, 3)
+                self._line(path, 0.8 if self.diagram.polar else 2.2, 3)
             case "body":
                 self._area(path, SHADE, 2, 1.8)
             case "slot":
                 self._line(path, SLOT * 72 / 25.4, 2)
                 self._line(path, SLOT * 72 / 25.4 - 2.4, 2.1, PAPER)
+                length, angle = cmath.polar(path[1] - path[0])
+                edge = _box((path[0] + path[1]) / 2, cmath.rect(1.0, angle), length + SLOT, SLOT)
+                self.lines += pairwise([*edge, edge[0]])
             case "slider":  # a block on its guide, hatched on the side that is below or to the right
                 self._area(_box(path[0], along, 6.4, 4.0), PAPER, 2.5)
                 side = -2.0 if along.real >= -1e-9 else 2.0
-                self._ground(path[0], along, side, (travel[0] - 6.0, travel[1] + 6.0))
+                here = complex(*self.diagram.path(stroke)[0])
+                ends = ((complex(*end) - here) / along for end in self.room.travel[number])
+                low, high = sorted(end.real / self.room.scale for end in ends)
+                self._ground(path[0], along, side, (low - 6.0, high + 6.0))
             case "block":
                 self._area(_box(path[0], along, 5.6, 3.4), PAPER, 4)
             case "trunnion":  # two jaws beside the rod, on a pin in the ground
                 self._pin(path[0])
-                for side in (1.7, -1.7):
-                    self._area(_box(path[0] + side * 1j * along, along, 6.4, 1.3), SHADE, 3.5)
+                for off in (1.7, -1.7):
+                    self._area(_box(path[0] + off * 1j * along, along, 6.4, 1.3), SHADE, 3.5)
             case _:
                 self._arrow(stroke.kind, *path)
 
@@ -286,16 +296,17 @@ class Pen:
 
     def _point(self, at: complex, kind: str) -> None:
         look: dict[str, Any] = {"ms": 4.6, "mfc": PAPER, "zorder": 6}
-        if self.panel.diagram.polar:
+        if self.diagram.polar:
             pole = kind == "pole"
             look = {"ms": 4.4 if pole else 2.4, "mfc": PAPER if pole else INK, "zorder": 7}
         elif kind == "pin":
             self._pin(at)
+        self.joints.append((at.real, at.imag, 0.9, 0.9))
         self.axes.plot(*self._in_units([at]), "o", mec=INK, mew=1.0, **look)
 
     def _arrow(self, kind: str, start: complex, end: complex) -> None:
         """A shaft in the stroke of its kind and a head, smaller where the arrow is short."""
-        (color, dashes), length = STYLES[kind], abs(end - start)
+        (_, color, dashes), length = STYLES[kind], abs(end - start)
         if length < 0.05:
             return
         along = min(2.6, 0.6 * length) * (end - start) / length
@@ -304,9 +315,8 @@ class Pen:
         self.axes.fill(*self._in_units(head), color=color, lw=0, zorder=5.5)
 
 
-def _direction(angle: float) -> complex:
-    """The unit vector in a direction in degrees; times 1j the one to its left."""
-    return cmath.rect(1.0, math.radians(angle))
+def _pair(at: complex) -> Place:
+    return at.real, at.imag
 
 
 def _box(middle: complex, along: complex, length: float, width: float) -> list[complex]:
@@ -361,20 +371,13 @@ def draw_page(
         top -= TITLE
     placed: Placed = {}
     for column, view in enumerate(views):
-        if view is None:
-            continue
-        if view.title:
+        if view and view.title:
             sheet.text(plan.middles[column], top, view.title, BOLD, weight="bold")
-        for row, diagram in enumerate(view.diagrams):
+        for row, diagram in enumerate(view.diagrams if view else ()):
             if diagram is not None:
-                cell, units, travel = (row, column), plan.extents[row].scale, {}
-                for number, ends in plan.travel[cell].items():  # how far along its guide a slider gets, in mm
-                    along = _direction(diagram.strokes[number].angle).conjugate()
-                    at = complex(*diagram.path(diagram.strokes[number])[0])
-                    low, high = sorted(((complex(*end) - at) * along).real / units for end in ends)
-                    travel[number] = low, high
-                panel = Panel(diagram, plan.windows[cell], units, travel)
-                placed[cell] = sheet.panel(panel, cell, (before or {}).get(cell))
+                axes = sheet.panel(diagram, row, plan.rooms[row, column])
+                pen = Pen(axes, diagram, plan.rooms[row, column])
+                placed[row, column] = pen.draw((before or {}).get((row, column), {}))
     return placed
 
 
@@ -395,27 +398,27 @@ class _Sheet:
         line = Line2D(xs, ys, lw=width, color=color, ls=dashes, transform=self.figure.transFigure)
         self.figure.add_artist(line)
 
-    def panel(self, panel: Panel, cell: Cell, before: Mapping[str, Place] | None) -> dict[str, Place]:
-        """A panel in the middle of its cell, with its caption above and its scale below."""
-        room, (wide, high) = self.plan.places[cell], panel.size
-        middle, foot = (room.left + room.right) / 2, room.bottom + FOOT
-        left, bottom = middle - wide / 2, (foot + room.top - HEAD - high) / 2
+    def panel(self, diagram: Diagram, row: int, room: Room) -> Axes:
+        """The axes of a diagram in the middle of its room, with its caption above and its scale below."""
+        wide, high = room.window.width / room.scale, room.window.height / room.scale
+        middle, foot = (room.place.left + room.place.right) / 2, room.place.bottom + FOOT
+        left, bottom = middle - wide / 2, (foot + room.place.top - HEAD - high) / 2
         place = left / self.width, bottom / self.height, wide / self.width, high / self.height
-        axes = self.figure.add_axes(place, label=panel.diagram.name)
+        axes = self.figure.add_axes(place, label=diagram.name)
         axes.set_axis_off()
-        axes.set_xlim(panel.window.left, panel.window.right)
-        axes.set_ylim(panel.window.bottom, panel.window.top)
-        letter = chr(ord("a") + cell[0] % 26)
-        self.text(middle, room.top - HEAD / 2, f"({letter}) {panel.diagram.title}", CAPTION)
+        axes.set_xlim(room.window.left, room.window.right)
+        axes.set_ylim(room.window.bottom, room.window.top)
+        letter = chr(ord("a") + row % 26)
+        self.text(middle, room.place.top - HEAD / 2, f"({letter}) {diagram.title}", CAPTION)
         # the scale bar with its length, and the scale in words
-        length, unit = bar(panel.scale), panel.diagram.unit.replace("^2", "²").replace("^3", "³")
-        half, y = length / panel.scale / 2, foot - 2.0
+        length, unit = bar(room.scale), diagram.unit.replace("^2", "²").replace("^3", "³")
+        half, y = length / room.scale / 2, foot - 2.0
         self.line([(middle - half, y), (middle + half, y)], 1.2)
         for end in (middle - half, middle + half):
             self.line([(end, y - 0.8), (end, y + 0.8)], 1.2)
-        along, scale = (f"{readable(number)} {unit}".rstrip() for number in (length, panel.scale))
+        along, scale = (f"{readable(number)} {unit}".rstrip() for number in (length, room.scale))
         self.text(middle, y - 2.6, f"{along}   (1 mm : {scale})", LEGEND)
-        return Pen(axes, panel).draw(before)
+        return axes
 
     def legend(self) -> None:
         """The kinds of arrows side by side, at the foot of the page."""
@@ -423,8 +426,9 @@ class _Sheet:
             y = EDGE + ROW * (number + 0.5)
             x = (self.width - sum(map(legend_width, row))) / 2
             for kind in row:
-                self.line([(x, y), (x + 6.0, y)], 1.5, *STYLES[kind])
-                self.text(x + 7.0, y, ARROW_NAMES[kind], LEGEND, ha="left")
+                name, *style = STYLES[kind]
+                self.line([(x, y), (x + 6.0, y)], 1.5, *style)
+                self.text(x + 7.0, y, name, LEGEND, ha="left")
                 x += legend_width(kind)
 
 
@@ -455,7 +459,7 @@ def images(film: Sequence[Frame], dpi: float) -> Iterator[Image.Image]:
 def gif(pictures: Iterable[Image.Image]) -> bytes:
     """An endless GIF of the pictures, in the colours of a drawing and their shades up to that of paper, which
     smooth the edges of its lines."""
-    inks = [to_rgb(ink) for ink in (INK, *(color for color, _ in STYLES.values()))]
+    inks = [to_rgb(ink) for ink in (INK, *(color for _, color, _ in STYLES.values()))]
     shades = (part + (1 - part) * step / 16 for ink in inks for step in range(16) for part in ink)
     colors = Image.new("P", (1, 1))
     colors.putpalette([255, 255, 255, *(int(255 * shade) for shade in shades)])

@@ -7,33 +7,35 @@ from functools import cache
 from itertools import cycle, pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip("matplotlib")
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 
 import rulesheets
 import solver
 from rulesheets.checks.marks import ARROWS
 from rulesheets.diagnosis import RuleSheetError
 from solver.pictures import (
-    Box,
     Diagram,
-    Panel,
     Stroke,
     View,
     Window,
     Wish,
     bar,
     diagram,
+    inside,
     lacking,
+    overlaps,
     place,
     scale,
     variables,
     window,
 )
-from solver.pictures.page import Frame, compose, encode, gif, images, layout
+from solver.pictures.page import Frame, compose, draw_page, encode, gif, images, layout
 from tests.oracles.mechanisms import MECHANISMS, Mechanism
 
 MODELS = Path(__file__).parent.parent.parent.parent / "models"
@@ -196,47 +198,42 @@ def test_a_figure_without_extent_has_a_scale() -> None:
 # --- labels ---------------------------------------------------------------------
 
 coordinates = st.floats(-10, 10).map(lambda x: round(x, 3))
-boxes = st.builds(Box, coordinates, coordinates, st.floats(0.1, 5), st.floats(0.1, 5))
+boxes = st.tuples(coordinates, coordinates, st.floats(0.1, 5), st.floats(0.1, 5))
 
 
 @settings(max_examples=50)
 @given(boxes, st.tuples(coordinates, coordinates), st.tuples(coordinates, coordinates))
-def test_the_length_inside_a_box(box: Box, start, end) -> None:
+def test_the_length_inside_a_box(box, start, end) -> None:
     """Against a thousand points of the segment."""
     count = 1000
-    inside = 0
-    for step in range(count):
-        part = (step + 0.5) / count
-        x, y = start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1])
-        inside += abs(x - box.x) <= box.half_width and abs(y - box.y) <= box.half_height
+    points = np.linspace(start, end, 2 * count + 1)[1::2]
+    among = (np.abs(points - box[:2]) <= box[2:]).all(axis=1).sum()
     length = math.dist(start, end)
-    assert box.inside((start, end)) == pytest.approx(inside / count * length, abs=2.1 * length / count)
+    ((found,),) = inside(np.array([box]), np.array([(start, end)]))
+    assert found == pytest.approx(among / count * length, abs=2.1 * length / count)
 
 
 @given(boxes, boxes)
-def test_boxes_overlap_alike(one: Box, other: Box) -> None:
-    area = one.overlap(other)
-    assert area == other.overlap(one)
-    assert (area > 0) is (
-        abs(one.x - other.x) < one.half_width + other.half_width
-        and abs(one.y - other.y) < one.half_height + other.half_height
-    )
+def test_boxes_overlap_alike(one, other) -> None:
+    ((area,),) = overlaps(np.array([one]), np.array([other]))
+    assert area == overlaps(np.array([other]), np.array([one]))[0, 0]
+    assert (area > 0) == (np.abs(np.subtract(one[:2], other[:2])) < np.add(one[2:], other[2:])).all()
 
 
 def test_labels_keep_clear_of_lines_and_of_each_other() -> None:
-    wishes = [Wish(str(k), 3.0, 2.0, (20.0 + 4 * k, 20.0)) for k in range(4)]
-    line = ((0.0, 20.0), (50.0, 20.0))
-    placed = place(wishes, [line], [], (50.0, 40.0))
-    found = list(placed.values())
-    assert all(box.inside(line) == 0.0 for box in found)
-    assert all(a.overlap(b) == 0.0 for a in found for b in found if a is not b)
+    wishes = {str(k): Wish("wide", (20.0 + 4 * k, 20.0)) for k in range(4)}
+    line = np.array([((0.0, 20.0), (50.0, 20.0))])
+    found = np.array(list(place(wishes, line, np.empty((0, 4)), (50.0, 40.0), {}).values()))
+    assert not inside(found, line).any()
+    shared = overlaps(found, found)
+    assert not (shared - np.diag(shared.diagonal())).any()
 
 
 def test_points_at_one_place_share_a_label_and_hidden_ones_have_none() -> None:
     places = {"o": (0.0, 0.0), "g": (0.0, 0.01), "b": (5.0, 0.0), "_f": (9.0, 0.0)}
     one = Diagram("velocity", "", "", places, dict.fromkeys(places, "point"), ())
-    panel = Panel(one, Window(-10, -10, 20, 10), 0.5)
-    assert panel.groups() == {"o": "o, g", "b": "b"}
+    (axes,) = compose([View("", (one,))]).axes
+    assert [text.get_text() for text in axes.texts] == ["o, g", "b"]
 
 
 # --- pages and films ------------------------------------------------------------
@@ -308,13 +305,13 @@ def test_anything_can_be_drawn(places) -> None:
     """However large, small or close together: windows have an inside, labels a place."""
     view = View("", (figure_of(places),))
     plan = layout([[view]])
-    seen, extent = plan.windows[0, 0], plan.extents[0]
-    assert seen.left < seen.right and seen.bottom < seen.top
-    panel = Panel(view.diagrams[0], seen, extent.scale)
-    assert all(-1e-3 <= x <= panel.size[0] + 1e-3 for x, _ in map(panel.on_paper, places))
-    boxes = panel.labels()
-    assert set(boxes) == {wish.key for wish in panel.wishes()}
-    assert all(math.isfinite(box.x) and math.isfinite(box.y) for box in boxes.values())
+    room, page = plan.rooms[0, 0], Figure()
+    assert room.window.left < room.window.right and room.window.bottom < room.window.top
+    wide = room.window.width / room.scale
+    assert all(-1e-3 <= (x - room.window.left) / room.scale <= wide + 1e-3 for x, _ in places)
+    offsets = draw_page(page, [view], plan)[0, 0]
+    assert len(offsets) == len(page.axes[0].texts)
+    assert all(math.isfinite(x) and math.isfinite(y) for x, y in offsets.values())
 
 
 @pytest.mark.parametrize("places", [[(1e20, 5.0)], [(0.0, 0.0)], [(1e16, 0.0), (1e16 + 2, 0.0)]])
