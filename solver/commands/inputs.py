@@ -86,17 +86,18 @@ def load_sheet(arguments: Namespace) -> Model:
     return model
 
 
+def seconds(text: str) -> float:
+    """A time on the command line."""
+    try:
+        if (number := float(text)) > 0.0:
+            return number
+    except ValueError:
+        pass
+    raise ArgumentTypeError(f"{text} is no number of seconds")
+
+
 def add_input_options(parser: ArgumentParser, *, want: bool = True, units: bool = False) -> None:
     """The arguments of every command on a filled-in sheet; ``--want`` and display units where asked for."""
-
-    def seconds(text: str) -> float:
-        try:
-            if (number := float(text)) > 0.0:
-                return number
-        except ValueError:
-            pass
-        raise ArgumentTypeError(f"{text} is no number of seconds")
-
     add_sheet_options(parser)
     parser.add_argument("variables", metavar="VARIABLES.csv", nargs="?", help="a variable sheet to fill in")
     add = parser.add_argument

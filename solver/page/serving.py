@@ -7,15 +7,14 @@ import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.diagnosis import RuleSheetError
 from rulesheets.files import find_sheet, shipped_models
 from rulesheets.inputs import override
 from rulesheets.model import Model, Value, expect_model
-from solver.commands.inputs import add_input_options, read_request
+from solver.commands.inputs import add_input_options, read_request, seconds
 from solver.commands.over import read_axes
 from solver.commands.running import Command
 from solver.files import missing_extra, write_file
@@ -57,12 +56,18 @@ def interact(
     return Cell(model, sliders, given, {name: begin.guesses[name] for name in guesses or {}}, timeout)
 
 
+def _add_patience(parser: ArgumentParser) -> None:
+    """The limit of one solve. (As ``timeout`` it would be that of the whole command.)"""
+    said = "seconds that a solve may take; 10"
+    parser.add_argument("--timeout", metavar="S", dest="patience", type=seconds, default=10.0, help=said)
+
+
 def _open_arguments(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("sheet", metavar="SHEET", nargs="?", help="a rule sheet, or the name of a shipped one")
     add("--port", type=int, default=0, help="the port to serve on; any free one by default")
     add("--host", default="127.0.0.1", help="the address to serve on; this machine alone by default")
-    add("--timeout", metavar="S", type=float, default=10.0, help="seconds that a solve may take; 10")
+    _add_patience(parser)
     add("--no-browser", action="store_true", help="print the address, and open no browser")
 
 
@@ -70,19 +75,17 @@ def _open(arguments: Namespace) -> int:
     """Serve until interrupted; everything in the folder of the sheet can be opened."""
     if any(find_spec(name) is None for name in ("starlette", "uvicorn", "websockets")):
         raise RuleSheetError(missing_extra("the page needs", "starlette", "page"))
-    timeout, sheet = arguments.timeout, arguments.sheet
-    if not (isfinite(timeout) and timeout > 0):
-        raise RuleSheetError(error("E420", f"--timeout {timeout:g} is no number of seconds"))
     from solver.page.server import serve
 
-    folder, first = Path.cwd(), ""
+    folder, first, sheet = Path.cwd(), "", arguments.sheet
     if sheet is not None and not os.path.exists(sheet) and sheet in shipped_models():
         first = f"shipped:{sheet}"
     elif sheet is not None:
         file = Path(find_sheet(sheet)).resolve()
         folder, first = file.parent, file.name
     browse = not arguments.no_browser
-    serve(folder, first, host=arguments.host, port=arguments.port, timeout=timeout, browse=browse)
+    patience = arguments.patience
+    serve(folder, first, host=arguments.host, port=arguments.port, timeout=patience, browse=browse)
     return 0
 
 
@@ -116,7 +119,7 @@ def _export(arguments: Namespace) -> int:
 
 def _lsp_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--stdio", action="store_true", help="as editors ask for it; it is always so")
-    parser.add_argument("--timeout", metavar="S", type=float, default=10.0, help="seconds for a solve; 10")
+    _add_patience(parser)
 
 
 def _lsp(arguments: Namespace) -> int:
@@ -126,7 +129,7 @@ def _lsp(arguments: Namespace) -> int:
     from solver.editor.server import server
 
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as out:  # the server closes what it writes to
-        server(arguments.timeout).start_io(stdout=out)
+        server(arguments.patience).start_io(stdout=out)
     return 0
 
 

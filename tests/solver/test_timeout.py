@@ -224,8 +224,11 @@ def test_a_curve_that_takes_too_long_is_not_said_to_be_none(
 
 
 @pytest.mark.parametrize("text", ["0", "-1", "soon", "nan"])
-def test_a_limit_that_is_none_is_refused(text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(("solve", "offset_slider_crank", f"--timeout={text}")) == WRONG
+@pytest.mark.parametrize("words", [("solve", "offset_slider_crank"), ("open", "loan"), ("lsp",)])
+def test_a_limit_that_is_none_is_refused(
+    words: tuple[str, ...], text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main((*words, f"--timeout={text}")) == WRONG
     assert "no number of seconds" in capsys.readouterr().err
 
 
