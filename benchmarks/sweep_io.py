@@ -98,7 +98,7 @@ def by_hand(count: int) -> Iterator:
     from solver.sweeps.work import Solved
 
     for (theta,) in grid_chunks(rows(count)):
-        values = {"thetaAO": theta, **closed_form(theta)}
+        values = {"thetaAO": theta, **closed_form(theta), "answers": np.ones(len(theta), dtype=np.int64)}
         table = Table(values, np.zeros(len(theta), dtype=np.int8))
         counts = (len(theta),) + (0,) * (len(Status) - 1)
         yield Solved(counts, table)

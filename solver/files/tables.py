@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Sized
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Sized
 from functools import cache
 from importlib import import_module
 from io import StringIO
@@ -180,10 +180,12 @@ def _arrow_csv() -> Any:
 
 ROW_GROUP = 262_144
 """Rows of a row group; the same whatever the pieces in which the rows come."""
+BATCH = 65_536
+"""Rows that are encoded at once."""
 
 
 class ParquetFile:
-    """Row groups of Parquet, written as they fill up.
+    """Row groups of Parquet, each written when it is full, from the same memory as the one before.
 
     Numbers are doubles, symbols and the status are texts, and where a row has no value there is null.
     ``symbols`` names the columns that hold symbols. Raises RuleSheetError where pyarrow is missing
@@ -198,31 +200,31 @@ class ParquetFile:
             self._file.discard()
             raise
         self._path, self._names, self._symbols = path, tuple(names), frozenset(symbols)
-        self._status = free_name("status", names)
-        text, number = self._arrow.string(), self._arrow.float64()
-        kinds = {name: text if name in symbols else number for name in names}
-        self._waiting = [self._arrow.schema({**kinds, self._status: text}).empty_table()]
+        self._rooms: list[Array] = []
+        self._held = 0
         self._writer: Any = None
 
     def add(self, table: Table) -> None:
-        columns: dict[str, Any] = {}
-        for name, column in zip(self._names, table.values(), strict=True):
-            if name in self._symbols:
-                texts = [exact(value).removeprefix("'") or None for value in column.tolist()]
-                columns[name] = self._arrow.array(texts, self._arrow.string())
-            else:
-                kind = self._arrow.int32() if column.dtype.kind == "i" else self._arrow.float64()
-                columns[name] = self._arrow.array(column, kind, from_pandas=True)
-        words = self._arrow.array(WORDS).take(self._arrow.array(table.status))
-        new = self._arrow.table({**columns, self._status: words})
-        self._waiting = [*(one for one in self._waiting if len(one)), new]
-        if sum(map(len, self._waiting)) >= ROW_GROUP:
-            self._write(whole=False)
+        columns = (*table.values(), table.status)
+        if not self._rooms:
+            kinds = [self._kind(*pair) for pair in zip(self._names, table.values(), strict=True)]
+            self._rooms = [np.empty(ROW_GROUP, kind) for kind in (*kinds, np.int8)]
+        start, rows = 0, len(table.status)
+        while start < rows:
+            more = min(rows - start, ROW_GROUP - self._held)
+            for room, column in zip(self._rooms, columns, strict=True):
+                room[self._held : self._held + more] = column[start : start + more]
+            self._held, start = self._held + more, start + more
+            if self._held == ROW_GROUP:
+                self._write()
 
     def close(self) -> None:
         """Write the rows that wait, and the footer: after this the file can be read."""
         try:
-            self._write(whole=True)
+            if not self._rooms:
+                self.add(Table(dict.fromkeys(self._names, np.empty(0)), np.empty(0, np.int8)))
+            self._write()
+            self._guarded(self._writer.close)
         except BaseException:
             self.discard()
             raise
@@ -231,21 +233,38 @@ class ParquetFile:
     def discard(self) -> None:
         self._file.discard()
 
-    def _write(self, whole: bool) -> None:
-        """The row groups that are full; the last rows, too, and the footer of a ``whole`` file."""
-        rows = self._arrow.concat_tables(self._waiting).combine_chunks()
-        full = len(rows) if whole else len(rows) - len(rows) % ROW_GROUP
-        self._waiting = [rows.slice(full)]
+    def _kind(self, name: str, column: Array) -> type:
+        return object if name in self._symbols else np.int32 if column.dtype.kind == "i" else float
+
+    def _write(self) -> None:
+        """Write the rows that wait, if there are any, as a row group."""
+        *columns, codes = (room[: self._held] for room in self._rooms)
+        status = self._arrow.DictionaryArray.from_arrays(codes, self._arrow.array(WORDS))
+        names = [*self._names, free_name("status", self._names)]
+        rows = self._arrow.table([*map(self._array, columns), status], names=names)
+        if self._writer is None:
+            self._writer = self._parquet.ParquetWriter(
+                self._file.stream,
+                rows.schema,
+                use_dictionary=[field.name for field in rows.schema if field.type != self._arrow.float64()],
+                compression="none",
+                store_schema=False,  # a reader finds texts of the status, not its codes
+                write_batch_size=BATCH,
+            )
+        if self._held:
+            self._guarded(lambda: self._writer.write_table(rows, row_group_size=ROW_GROUP))
+        self._held = 0
+
+    def _array(self, column: Array) -> Any:
+        if column.dtype == object:
+            texts = [exact(value).removeprefix("'") or None for value in column.tolist()]
+            return self._arrow.array(texts, self._arrow.string())
+        gaps = column.dtype == float and bool(np.isnan(column).any())
+        return self._arrow.array(column, from_pandas=gaps)
+
+    def _guarded(self, write: Callable[[], object]) -> None:
         try:
-            if self._writer is None:
-                double = self._arrow.float64()
-                repeating = [field.name for field in rows.schema if field.type != double]
-                options = {"use_dictionary": repeating, "compression": "none"}
-                self._writer = self._parquet.ParquetWriter(self._file.stream, rows.schema, **options)
-            if full:
-                self._writer.write_table(rows.slice(0, full), row_group_size=ROW_GROUP)
-            if whole:
-                self._writer.close()
+            write()
         except OSError as failure:
             raise RuleSheetError(unwritable(self._path, failure)) from None
 

@@ -216,3 +216,66 @@ def test_the_next_run_removes_what_a_killed_one_left(folder: Path) -> None:
         assert [file.name[:9] for file in folder.glob(f"*{UNFINISHED}")] == ["other.csv"]
         living.write(b"x")
     assert not list(folder.glob(f"*{UNFINISHED}"))
+
+
+# --- long files -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("direct", [True, False])
+@pytest.mark.parametrize("sizes", [[0], [5], [4096], [9000, 1, 4096, 0, 3287], [3 * 4096, 70_000]])
+def test_the_bytes_of_a_long_file_come_in_order(
+    tmp_path: Path, monkeypatch: Patch, sizes: list[int], direct: bool
+) -> None:
+    monkeypatch.setattr(files, "BLOCK", 4096)
+    if not direct:
+        monkeypatch.setattr(files, "DIRECT", 0)
+    parts = [bytes([place + 1]) * size for place, size in enumerate(sizes)]
+    with Replacement(str(tmp_path / "table")) as file:
+        for part in parts:
+            file.write(part)
+    assert (tmp_path / "table").read_bytes() == b"".join(parts)
+
+
+def test_a_file_system_that_takes_no_blocks_directly_gets_every_byte(
+    tmp_path: Path, monkeypatch: Patch
+) -> None:
+    """Part of a block may be written before the refusal."""
+    monkeypatch.setattr(files, "BLOCK", 4096)
+    monkeypatch.setattr(files, "DIRECT", 8)
+    diverted, refused = [0], list[int]()
+    monkeypatch.setattr(files.LongFile, "_divert", lambda self, direct: diverted.append(direct))
+    plain = os.write
+
+    def write(handle: int, data: memoryview) -> int:
+        if diverted[-1] and len(data) < 4096:
+            refused.append(len(data))
+            raise OSError(errno.EINVAL, "Invalid argument")
+        return plain(handle, data[:1024])
+
+    monkeypatch.setattr(files.os, "write", write)
+    parts = [bytes([number]) * 4096 for number in range(8)]
+    with Replacement(str(tmp_path / "table")) as file:
+        for part in parts:
+            file.write(part)
+    assert (tmp_path / "table").read_bytes() == b"".join(parts)
+    assert refused == [3072]
+
+
+@pytest.mark.parametrize("more", [0, 100, 3 * 4096])
+def test_a_disk_that_fills_up_behind_the_writer_is_told_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: Patch, more: int
+) -> None:
+    monkeypatch.setattr(files, "BLOCK", 4096)
+    path = tmp_path / "table"
+    path.write_bytes(b"old")
+
+    def full(handle: int, data: memoryview) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    handles = len(os.listdir("/proc/self/fd")) if os.path.exists("/proc/self/fd") else 0
+    with pytest.raises(RuleSheetError, match="No space left"), Replacement(str(path)) as file:
+        monkeypatch.setattr(files.os, "write", full)
+        file.write(b"x" * 4096)
+        file.write(b"x" * more)
+    assert [found.read_bytes() for found in tmp_path.iterdir()] == [b"old"]
+    assert not handles or len(os.listdir("/proc/self/fd")) == handles
