@@ -85,10 +85,12 @@ def convert(number: float, source: Unit, target: Unit, difference: bool = False)
 _COMMENT = re.compile(r"\{[^}]*\}|\\\w+")
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _WORD = re.compile(
-    r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?:/\d+)?)|(?P<raise>\^|\*\*|(?=[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]))"
+    r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?:/0*[1-9]\d*)?)|(?P<raise>\^|\*\*|(?=[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]))"
     r"|(?P<sign>[-·⋅*/()])|(?P<name>(?:[^\W\d_]|[°%‰$€£¥'℃℉])(?:(?![⁰¹²³⁴⁵⁶⁷⁸⁹])[\w°%])*))"
 )
-_EXPONENT = re.compile(r"\s*(?:\(\s*(-?\d+(?:/\d+|\.\d+)?)\s*\)|(-?\d+(?:\.\d+)?)|([⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+))")
+_EXPONENT = re.compile(
+    r"\s*(?:\(\s*(-?\d+(?:/0*[1-9]\d*|\.\d+)?)\s*\)|(-?\d+(?:\.\d+)?)|([⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+))"
+)
 _TRAILING = re.compile(r"(\D*[^\W\d])(\d+)")
 
 
@@ -143,6 +145,8 @@ class _Reader:
         start, self.place = word.start(), word.end()
         if word["number"]:
             unit = Unit(Fraction(word["number"]))
+            if not unit.factor:
+                raise UnitError("a unit has no factor 0", start)
         elif word["sign"] == "(":
             unit = self.product()
             closing = _WORD.match(self.text, self.place)
@@ -190,7 +194,7 @@ SHORTEST = 4
 MONEY = frozenset({"USD", "EUR", "GBP", "JPY", "CHF", "$", "€", "£", "¥"})
 
 _FILE = os.path.join(os.path.dirname(__file__), "units", "units.txt")
-_NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?(?:/\d+)?"
+_NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?(?:/0*[1-9]\d*)?"
 _MEANING = re.compile(rf"({_NUMBER})?\s*\*?\s*(pi\b)?\s*(.*?)\s*(/pi)?(?:\s([+-])\s*({_NUMBER})\s*(.*))?")
 
 

@@ -237,10 +237,6 @@ def check_builtin(
 
 MAX_EQUATIONS = 200_000
 MAX_DEPTH = 100
-MAX_NESTING = 300
-"""Levels of an expression; what works on expressions recurses, one level by one."""
-LONG = 300
-"""Characters; a shorter expression cannot nest deeper than that."""
 
 
 def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diagnosis]:
@@ -281,20 +277,8 @@ def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diag
 
 
 def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
-    """Tuples of unlike length, and expressions too deep to work on: a product of a thousand factors."""
+    """Tuples of unlike length."""
     for part in scope.unlike:
-        for operand in children(part):
-            span = operand.span
-            if span is None or span.end - span.start <= LONG:
-                continue
-            level, depth = [operand], 0
-            while level:
-                level = [inner for item in level for inner in children(item)]
-                depth += 1
-            if depth > MAX_NESTING:
-                message = f"this expression nests more than {MAX_NESTING} levels deep"
-                label = "every factor of a long product is a level"
-                yield said("E217", message, span, "split it over several rules", label=label)
         if isinstance(part, Equality) and len(part.left) != len(part.right):
             left, right = len(part.left), len(part.right)
             message = f"the two sides differ in length: {left} on the left, {right} on the right"

@@ -13,6 +13,7 @@ from lark import Token
 
 from rulesheets.diagnosis import RuleSheetError, empty_range, said, wrong_range
 from rulesheets.evaluate import Undefined, value
+from rulesheets.parse.foreign import too_deep
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import Expression, Range, measured, names, units_of
 
@@ -266,6 +267,8 @@ def _limit(expression: Expression) -> float | Expression:
     if (unit := next(units_of(expression), None)) is not None:
         reason = f"a bound is one number with its unit, and {unit} stands in an expression"
         raise RuleSheetError(wrong_range(reason, expression.span))
+    if wrong := too_deep(expression):
+        raise RuleSheetError(wrong)
     if any(names(expression)):
         return expression
     try:

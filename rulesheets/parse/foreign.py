@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from rulesheets.diagnosis import PROPERTIES, WRITE_IN_PYTHON, Diagnosis, closest, said
 from rulesheets.parse.layout import LONGEST, NESTING, Line
 from rulesheets.parse.stop import Stop
 from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import Condition, Expression, IfRule, Product, Quotient, RuleBody, children
+
+_CHAIN = (Product, Quotient)
 
 _NAME = r"(?P<name>[^\W\d]\w*)"
 _INDEX = r"(?:\d+|[ijkn])(?:\s*[-+]\s*\d+)?"
@@ -215,6 +217,8 @@ def section_with_colon(stop: Stop) -> Diagnosis | None:
 
 DEEPEST = 200
 """Levels of a rule's tree: later stages walk trees by recursion, which must end in good time."""
+FACTORS = 300
+"""Factors of a product, each of which is a level for what recurses; they count as one above."""
 
 
 def wrong_shape(source: Source, line: Line) -> Diagnosis | None:
@@ -236,30 +240,28 @@ def wrong_shape(source: Source, line: Line) -> Diagnosis | None:
     return None
 
 
-def too_deep(rule: RuleBody) -> Diagnosis | None:
-    """Whether the tree of a rule has more than DEEPEST levels. Walks without recursion."""
-    level: list[RuleBody | Condition | Expression] = [rule]
-    for _ in range(DEEPEST):
-        level = [part for node in level for part in _parts(node)]
-        if not level:
-            return None
-    span = level[0].span
-    assert span is not None
-    return _nested(Span(span.source, span.start, span.start + 1), f"{DEEPEST} levels deep")
-
-
-def _parts(node: RuleBody | Condition | Expression) -> Iterable[RuleBody | Condition | Expression]:
-    """What a node consists of; a chain of products is one level however long."""
-    if isinstance(node, IfRule):
-        return filter(None, (node.condition, node.then, node.otherwise))
-    if not isinstance(node, Product | Quotient):
-        return children(node)
-    parts: list[Expression] = []
-    rest: Expression = node
-    while isinstance(rest, Product | Quotient):
-        parts.append(rest.right)
-        rest = rest.left
-    return (rest, *parts)
+def too_deep(tree: RuleBody | Condition | Expression) -> Diagnosis | None:
+    """Whether a tree has more than DEEPEST levels, or a product more than FACTORS, by a loop."""
+    if tree.span is None or tree.span.end - tree.span.start <= DEEPEST:
+        return None  # a tree has no more levels than its text has characters
+    stack = [(tree, 1, 1)]
+    while stack:
+        node, level, factors = stack.pop()
+        here = tree.span if node.span is None else node.span
+        if level > DEEPEST:
+            return _nested(here.part(0, 1), f"{DEEPEST} levels deep")
+        if factors > FACTORS:
+            message = f"this expression nests more than {FACTORS} levels deep"
+            label = "every factor of a long product is a level"
+            return said("E217", message, here.part(0, 1), "split it over several rules", label=label)
+        if isinstance(node, IfRule):
+            arms = filter(None, (node.condition, node.then, node.otherwise))
+            stack += ((arm, level + 1, 1) for arm in arms)
+            continue
+        for part in reversed(children(node)):
+            chained = isinstance(node, _CHAIN) and part is node.left and isinstance(part, _CHAIN)
+            stack.append((part, level if chained else level + 1, factors + 1))
+    return None
 
 
 def _nested(span: Span, label: str) -> Diagnosis:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
 
@@ -143,7 +143,6 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
 
 def _read(source: Source, line: Line, kind: str) -> Any:
     refuse(foreign.strange_characters(source, line))
-    wrong = None
     try:
         node = grammar().read(source, line, kind)
     except Unparsed as stopped:
@@ -152,8 +151,7 @@ def _read(source: Source, line: Line, kind: str) -> Any:
         stop = Stop(source, line, words, index)
         explain = mistakes.explain_line if kind in ("rule", "row", "mark") else foreign.explain_head
         raise RuleSheetError(explain(stop, kind)) from None
-    if line.end - line.start > foreign.DEEPEST:  # a tree has no more levels than its text has characters
-        wrong = next(filter(None, map(foreign.too_deep, _trees(node, kind))), None)
+    wrong = next(filter(None, map(foreign.too_deep, _trees(node, kind))), None)
     if wrong is None and kind == "mark":
         wrong = mistakes.wrong_mark(node)
     elif wrong is None and isinstance(node, Equality | Inequality):
@@ -163,14 +161,14 @@ def _read(source: Source, line: Line, kind: str) -> Any:
     return node
 
 
-def _trees(node: Any, kind: str) -> tuple[Any, ...]:
-    """What may be deep in a line."""
+def _trees(node: Any, kind: str) -> Iterable[Any]:
+    """What may be deep in a line, but for the ends of ranges, which are evaluated by now."""
     match kind:
         case "rule":
             return (node,)
         case "mark":
             return tuple(node.arguments)
-        case "row" if node.value is not None:
-            return (node.value,) if node.tolerance is None else (node.value, node.tolerance.size)
+        case "row":
+            return filter(None, (node.value, node.guess, node.tolerance and node.tolerance.size))
         case _:
             return ()

@@ -395,8 +395,14 @@ def test_a_sum_of_many_terms_is_one_node() -> None:
 
 
 def test_a_long_chain_of_products_is_read_and_printed() -> None:
-    text = "x = y" + "*y/z" * 2000
+    text = "x = y" + "*y/z" * 149
     assert format_sheet(read(text)) == f"rules\n  {text}\n"
+
+
+@pytest.mark.parametrize("row", ["x = {}", "x ~ {}", "x = 3 ± {}", "x in [0, {}]", "x < a*{}"])
+@pytest.mark.parametrize(("code", "deep"), [("E124", "-" * 5000 + "1"), ("E217", "1" + "*1" * 5000)])
+def test_no_number_of_a_row_is_too_deep(row: str, code: str, deep: str) -> None:
+    assert codes("variables\n" + row.format(deep) + "\nrules\ny = x*a") == [code]
 
 
 WORDS = "x y sqrt 2 1.5 1e . ( ) ( ) = = + - * / ^ < >= <> , ; [m] [ ] ~ ± { − : π given to"

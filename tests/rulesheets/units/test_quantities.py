@@ -58,6 +58,8 @@ def test_an_output_is_shown_in_its_display_unit() -> None:
     ("sheet", "code"),
     [
         ("variables\n x [smoot]", "E460"),
+        ("variables\n x = 3 [1/0]", "E460"),
+        ("variables\n x [m^(1/0)]", "E460"),
         ("variables\n x [m -> kg]", "E461"),
         ("variables\n x = 3 [m -> inn]", "E460"),
     ],
