@@ -1,15 +1,16 @@
 """What the grammar recognises, as nodes: one method for each rule of ``rules.lark``.
 
-The parser calls these as it reduces, so it never builds a tree of its own. Children are
+The parser calls these as it reduces, so it never builds a tree of its own. What they are called with are
 nodes, tuples of nodes, and tokens (strings that know ``start_pos`` and ``end_pos``)."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any, NamedTuple, TypeAlias
+from collections.abc import Callable, Sequence
+from itertools import starmap
+from typing import Any, NamedTuple
 
-from lark import Token
+from lark import Token, Transformer, v_args
 
 from rulesheets.diagnosis import RuleSheetError, empty_range, said, wrong_range
 from rulesheets.evaluate import Undefined, value
@@ -17,16 +18,13 @@ from rulesheets.parse.foreign import too_deep
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import Expression, Range, measured, names, units_of
 
-Children: TypeAlias = Sequence[Any]
-Expressions: TypeAlias = tuple[nodes.Expression, ...]
-
 _RELATIONS = {"≤": "<=", "≥": ">=", "≠": "<>"}
 
 
 class Side(NamedTuple):
     """One side of an equality with its place, parentheses of a tuple included."""
 
-    expressions: Expressions
+    expressions: tuple[Expression, ...]
     span: Span
 
 
@@ -44,10 +42,33 @@ class Misplaced(Exception):
         self.place = place
 
 
-class Builder:
+def _of_two(kind: Callable[..., Any]) -> Callable[..., Any]:
+    """What makes a node of its two parts."""
+    return lambda self, left, right: kind(left, right, self._span(left, right))
+
+
+def _of_many(kind: Callable[..., Any]) -> Callable[..., Any]:
+    """What makes a node of its terms."""
+    return lambda self, *terms: kind(terms, self._span(terms[0], terms[-1]))
+
+
+def _listed(kind: Callable[..., Any]) -> Callable[..., Any]:
+    """``and(a, b)``: a word, a parenthesis, terms with commas between them, a parenthesis."""
+
+    def made(self: Builder, *words: Any) -> nodes.Condition:
+        terms, span = words[2:-1:2], self._span(words[0], words[-1])
+        condition: nodes.Condition = kind(terms, span) if len(terms) > 1 else terms[0].but(span=span)
+        return condition
+
+    return made
+
+
+@v_args(inline=True)
+class Builder(Transformer[Any, Any]):
     """Callbacks of the parser, for the line that ``begin`` has named."""
 
     def __init__(self) -> None:
+        super().__init__()
         self.begin(Source("", ""), 0, "rule")
 
     def begin(self, source: Source, offset: int, kind: str) -> None:
@@ -63,8 +84,7 @@ class Builder:
 
     # --- expressions ---
 
-    def number(self, children: Children) -> nodes.Number:
-        token = children[0]
+    def number(self, token: Token) -> nodes.Number:
         value = float(token)
         if value == float("inf") or (value == 0.0 and token.lower().partition("e")[0].strip("0.")):
             label = "too large" if value else "too small"
@@ -73,121 +93,83 @@ class Builder:
             raise RuleSheetError(wrong)
         return nodes.Number(value, self._span(token))
 
-    def measure(self, children: Children) -> nodes.Number:
+    def measure(self, token: Token) -> nodes.Number:
         """``9.81[m/s^2]``"""
-        token = children[0]
         digits, _, unit = token.partition("[")
-        end = token.start_pos + len(digits)
-        number = self.number([Token("NUMBER", digits, token.start_pos, end_pos=end)])
+        end = (token.start_pos or 0) + len(digits)
+        number = self.number(Token("NUMBER", digits, token.start_pos, end_pos=end))
         return number.but(span=self._span(token), unit=unit[:-1].strip())
 
-    def symbol(self, children: Children) -> nodes.Symbol:
-        return nodes.Symbol(str(children[0])[1:], self._span(children[0]))
+    def symbol(self, token: Token) -> nodes.Symbol:
+        return nodes.Symbol(str(token)[1:], self._span(token))
 
-    def name(self, children: Children) -> nodes.Name | nodes.Call:
-        token = children[0]
+    def name(self, token: Token) -> nodes.Name | nodes.Call:
         if token.lower() == "pi":
             return nodes.Call("pi", (), self._span(token))
         return nodes.Name(str(token), self._span(token))
 
-    def local(self, children: Children) -> nodes.Name:
+    def local(self, token: Any) -> nodes.Name:
         """``position.yB``: the figures of a sheet see the locals of its calls, its rules do not."""
-        token = children[0]
         if self.kind != "mark":
             raise Misplaced(token.start_pos + min(token.find(sign) for sign in ".#" if sign in token))
         return nodes.Name(str(token), self._span(token))
 
-    def call(self, children: Children) -> nodes.Call:
-        name, arguments, closing = children
+    def call(self, name: Token, arguments: tuple[Expression, ...], closing: Token) -> nodes.Call:
         return nodes.Call(name.lower(), arguments, self._span(name, closing))
 
-    def group(self, children: Children) -> Any:
-        opening, inner, closing = children
+    def group(self, opening: Token, inner: Any, closing: Token) -> Any:
         return inner.but(span=self._span(opening, closing))
 
-    def expressions(self, children: Children) -> Expressions:
-        return tuple(child for child in children if child is not None)
+    def expressions(self, *found: Expression | None) -> tuple[Expression, ...]:
+        return tuple(one for one in found if one is not None)
 
-    def sum(self, children: Children) -> nodes.Sum:
-        return nodes.Sum(tuple(children), self._span(children[0], children[-1]))
-
-    def negative(self, children: Children) -> nodes.Negative:
-        minus, operand = children
+    def negative(self, minus: Token, operand: Expression) -> nodes.Negative:
         return nodes.Negative(operand, self._span(minus, operand))
 
     subtracted = negative
-
-    def times(self, children: Children) -> nodes.Product:
-        return nodes.Product(children[0], children[1], self._span(children[0], children[-1]))
-
-    def over(self, children: Children) -> nodes.Quotient:
-        return nodes.Quotient(children[0], children[1], self._span(children[0], children[-1]))
-
-    def power(self, children: Children) -> nodes.Power:
-        return nodes.Power(children[0], children[1], self._span(children[0], children[-1]))
+    sum, times, over, power = _of_many(nodes.Sum), *map(_of_two, (nodes.Product, nodes.Quotient, nodes.Power))
 
     # --- conditions ---
 
-    def comparison(self, children: Children) -> nodes.Comparison:
-        left, sign, right = children
-        operator = _RELATIONS.get(sign, str(sign))
-        return nodes.Comparison(operator, left, right, self._span(left, right))
+    def comparison(self, left: Expression, sign: Token, right: Expression) -> nodes.Comparison:
+        return nodes.Comparison(_RELATIONS.get(sign, str(sign)), left, right, self._span(left, right))
 
-    grouped = group
-
-    def conjunction(self, children: Children) -> nodes.Condition:
-        return nodes.And(tuple(children), self._span(children[0], children[-1]))
-
-    def disjunction(self, children: Children) -> nodes.Condition:
-        return nodes.Or(tuple(children), self._span(children[0], children[-1]))
-
-    def all_of(self, children: Children, kind: Any = nodes.And) -> nodes.Condition:
-        """``and(a, b)``: a word, a parenthesis, terms with commas between them, a parenthesis."""
-        terms, span = tuple(children[2:-1:2]), self._span(children[0], children[-1])
-        made: nodes.Condition = kind(terms, span) if len(terms) > 1 else terms[0].but(span=span)
-        return made
-
-    def any_of(self, children: Children) -> nodes.Condition:
-        return self.all_of(children, nodes.Or)
-
-    def negation(self, children: Children) -> nodes.Not:
-        word, term = children
+    def negation(self, word: Token, term: nodes.Condition) -> nodes.Not:
         return nodes.Not(term, self._span(word, term))
 
-    def given(self, children: Children) -> nodes.Given:
-        word, name, closing = children
+    def given(self, word: Token, name: Token, closing: Token) -> nodes.Given:
         return nodes.Given(str(name)[1:], self._span(word, closing))
+
+    grouped = group
+    conjunction, disjunction = map(_of_many, (nodes.And, nodes.Or))
+    all_of, any_of = map(_listed, (nodes.And, nodes.Or))
 
     # --- rules ---
 
-    def side(self, children: Children) -> Side:
-        expressions = children if len(children) == 1 else children[1:-1]
-        return Side(tuple(expressions), self._span(children[0], children[-1]))
+    def side(self, *parts: Any) -> Side:
+        return Side(parts if len(parts) == 1 else parts[1:-1], self._span(parts[0], parts[-1]))
 
-    def equality(self, children: Children) -> nodes.Equality:
-        left, right = children
+    def equality(self, left: Side, right: Side) -> nodes.Equality:
+        span = self._span(left, right)
         if len(right.expressions) > len(left.expressions) == 1:
             left, right = right, left
-        return nodes.Equality(left.expressions, right.expressions, self._span(*children))
+        return nodes.Equality(left.expressions, right.expressions, span)
 
-    def inequality(self, children: Children) -> nodes.Inequality:
-        sides, signs = children[::2], children[1::2]
-        pairs = zip(sides, signs, sides[1:], strict=False)
-        return nodes.Inequality(tuple(map(self.comparison, pairs)), self._span(children[0], children[-1]))
+    def inequality(self, *parts: Any) -> nodes.Inequality:
+        triples = zip(parts[::2], parts[1::2], parts[2::2], strict=False)
+        return nodes.Inequality(tuple(starmap(self.comparison, triples)), self._span(parts[0], parts[-1]))
 
-    def call_rule(self, children: Children) -> nodes.CallRule:
-        word, name, arguments, results, closing = children
-        span = self._span(word, closing)
-        return nodes.CallRule(name.lower(), arguments, results or (), span)
+    def call_rule(
+        self, word: Token, name: Token, arguments: Any, results: Any, closing: Token
+    ) -> nodes.CallRule:
+        return nodes.CallRule(name.lower(), arguments, results or (), self._span(word, closing))
 
-    def conditional(self, children: Children) -> nodes.IfRule:
-        word, condition, then, otherwise = children
+    def conditional(self, word: Token, condition: Any, then: Any, otherwise: Any) -> nodes.IfRule:
         return nodes.IfRule(condition, then, otherwise, self._span(word, otherwise or then))
 
     # --- the variables section ---
 
-    def row(self, children: Children) -> nodes.VariableRow:
-        name, assigned, *marks = children
+    def row(self, name: Token, assigned: Any, *marks: Any) -> nodes.VariableRow:
         sign, expression, tolerance = assigned or ("", None, None)
         units = [mark for mark in marks if isinstance(mark, str)]
         ranges = [bound for mark in marks if not isinstance(mark, str) for bound in mark]
@@ -206,49 +188,42 @@ class Builder:
             tolerance=tolerance,
         )
 
-    def value(self, children: Children) -> tuple[str, nodes.Expression, nodes.Tolerance | None]:
-        return "=", children[0], children[1]
+    def value(self, expression: Expression, tolerance: nodes.Tolerance | None) -> tuple[Any, ...]:
+        return "=", expression, tolerance
 
-    def guess(self, children: Children) -> tuple[str, nodes.Expression, None]:
-        return "~", children[0], None
+    def guess(self, expression: Expression) -> tuple[Any, ...]:
+        return "~", expression, None
 
-    def tolerance(self, children: Children) -> nodes.Tolerance:
-        sign, size, percent = children
+    def tolerance(self, sign: Token, size: Expression, percent: Token | None) -> nodes.Tolerance:
         span = self._span(sign, size if percent is None else percent)
         return nodes.Tolerance(size, percent is not None, span)
 
-    def bound(self, children: Children) -> tuple[Bound, ...]:
-        sign, expression = children
+    def bound(self, sign: Token, expression: Expression) -> tuple[Bound, ...]:
         operator = _RELATIONS.get(sign, str(sign))
-        span = self._span(sign, expression)
-        return (Bound(operator, _limit(expression), span),)
+        return (Bound(operator, _limit(expression), self._span(sign, expression)),)
 
-    def interval(self, children: Children) -> tuple[Bound, ...]:
-        word, low, high, closing = children
+    def interval(self, word: Token, low: Expression, high: Expression, closing: Token) -> tuple[Bound, ...]:
         span = self._span(word, closing)
         return Bound(">=", _limit(low), span), Bound("<=", _limit(high), span)
 
     # --- section heads ---
 
-    def names(self, children: Children) -> tuple[str, ...]:
-        return tuple(str(child) for child in children if child is not None)
+    def names(self, *found: Token | None) -> tuple[str, ...]:
+        return tuple(str(one) for one in found if one is not None)
 
     parameters = names
 
-    def use(self, children: Children) -> tuple[str, ...]:
-        return tuple(str(child)[1:-1] for child in children)
+    def use(self, *paths: Token) -> tuple[str, ...]:
+        return tuple(str(path)[1:-1] for path in paths)
 
-    def figure(self, children: Children) -> nodes.Figure:
-        _, name, unit = children
+    def figure(self, _: Token, name: Token, unit: Token | None) -> nodes.Figure:
         return nodes.Figure(str(name), None if unit is None else _unit(unit)[0], ())
 
-    def mark(self, children: Children) -> nodes.Mark:
-        kind, name, arguments, closing = children
+    def mark(self, kind: Token, name: Token | None, arguments: Any, closing: Token) -> nodes.Mark:
         span = self._span(kind, closing)
-        return nodes.Mark(str(kind).lower(), None if name is None else str(name), arguments, span=span)
+        return nodes.Mark(kind.lower(), None if name is None else str(name), arguments, span=span)
 
-    def head(self, children: Children) -> nodes.Function:
-        name, arguments, results = children
+    def head(self, name: Token, arguments: Any, results: Any) -> nodes.Function:
         return nodes.Function(str(name), arguments, results or (), (), ())
 
 
@@ -284,22 +259,18 @@ def _bounded(bounds: Sequence[Bound]) -> Range | None:
     """All bounds of a row together, each end once; None where there are none."""
     if not bounds:
         return None
-    ends: dict[bool, tuple[float, Expression | None, bool]] = {
-        True: (-math.inf, None, False),
-        False: (math.inf, None, False),
-    }
-    told: set[bool] = set()
+    ends: dict[str, tuple[float, Expression | None, bool]] = {}
     for operator, limit, span in bounds:
-        lower = operator[0] == ">"
         if operator == "<>":
             raise RuleSheetError(wrong_range("<> is no bound", span))
-        if lower in told:
+        if operator[0] in ends:
             raise RuleSheetError(wrong_range("this end of the range is already set", span))
-        told.add(lower)
-        number, expression = (limit, None) if isinstance(limit, float) else (ends[lower][0], limit)
-        ends[lower] = number, expression, len(operator) == 1
-    (low, lower_end, low_open), (high, upper_end, high_open) = ends[True], ends[False]
-    span = Span(bounds[0].span.source, bounds[0].span.start, bounds[-1].span.end)
+        endless = -math.inf if operator[0] == ">" else math.inf
+        number, expression = (limit, None) if isinstance(limit, float) else (endless, limit)
+        ends[operator[0]] = number, expression, len(operator) == 1
+    low, lower, low_open = ends.get(">", (-math.inf, None, False))
+    high, upper, high_open = ends.get("<", (math.inf, None, False))
+    span = bounds[0].span._replace(end=bounds[-1].span.end)
     if low > high or (low == high and (low_open or high_open)):
         raise RuleSheetError(empty_range(span))
-    return Range(low, high, low_open, high_open, lower_end, upper_end, span)
+    return Range(low, high, low_open, high_open, lower, upper, span)

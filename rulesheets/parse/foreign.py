@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterator
+from typing import Any
 
 from rulesheets.diagnosis import PROPERTIES, WRITE_IN_PYTHON, Diagnosis, closest, said
 from rulesheets.parse.layout import LONGEST, NESTING, Line
@@ -244,7 +245,7 @@ def too_deep(tree: RuleBody | Condition | Expression) -> Diagnosis | None:
     """Whether a tree has more than DEEPEST levels, or a product more than FACTORS, by a loop."""
     if tree.span is None or tree.span.end - tree.span.start <= DEEPEST:
         return None  # a tree has no more levels than its text has characters
-    stack = [(tree, 1, 1)]
+    stack: list[tuple[Any, int, int]] = [(tree, 1, 1)]
     while stack:
         node, level, factors = stack.pop()
         here = tree.span if node.span is None else node.span

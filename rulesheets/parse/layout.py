@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 NESTING = 100
 """Parentheses that may be open at a time."""
@@ -29,7 +28,8 @@ _HEAD = re.compile(
 )
 
 
-class Line(NamedTuple):
+@dataclass(slots=True)
+class Line:
     """One logical line; all offsets count from the start of the text.
 
     ``code`` begins at ``start`` and has blanks for comments; ``end`` is where it ends without
@@ -40,76 +40,43 @@ class Line(NamedTuple):
 
     start: int
     end: int
-    code: str
-    comment: str | None
     gap: bool
-    unclosed: tuple[int, ...]
-    stray: tuple[int, ...]
-    too_deep: int | None
+    code: str = ""
+    comment: str | None = None
+    unclosed: list[int] = field(default_factory=list)
+    stray: list[int] = field(default_factory=list)
+    too_deep: int | None = None
 
     @property
     def blank(self) -> bool:
         """Whether there is nothing but comments."""
         return self.end == self.start
 
-
-@dataclass(slots=True)
-class _Draft:
-    """A logical line while it is gathered from lines of text."""
-
-    text: str
-    start: int
-    code: list[str] = field(default_factory=list)
-    comments: list[str] = field(default_factory=list)
-    ending: str = ""
-    end: int = 0
-    too_deep: int | None = None
-    open: list[int] = field(default_factory=list)
-    stray: list[int] = field(default_factory=list)
-
-    def add(self, start: int, end: int) -> None:
-        """Take in the line of text ``[start, end)``: follow its parentheses to where its comment begins."""
-        position, mark = start, end
-        while mark == end and (found := _MARK.search(self.text, position, min(end, start + LONGEST))):
+    def follow(self, text: str, start: int, end: int) -> int:
+        """Follow the parentheses of the line of text ``[start, end)`` to where its comment begins."""
+        position = start
+        while found := _MARK.search(text, position, min(end, start + LONGEST)):
             place, position = found.start(), found.end()
             if found.group() == "(":
-                self.open.append(place)
-                if len(self.open) > NESTING and self.too_deep is None:
+                self.unclosed.append(place)
+                if len(self.unclosed) > NESTING and self.too_deep is None:
                     self.too_deep = place
             elif found.group() == ")":
-                if self.open:
-                    self.open.pop()
+                if self.unclosed:
+                    self.unclosed.pop()
                 else:
                     self.stray.append(place)
-            elif found.group() == '"' and (path := self._path(place, end)):
+            elif found.group() == '"' and (path := self._path(text, place, end)):
                 position = path.end()
-            elif found.group() == '"' or not self.open:
-                mark = place
-        code = self.text[start:mark]
-        if mark < end:
-            self.comments.append(self.text[mark + 1 : end].strip())
-        if shown := code.rstrip():
-            self.ending = shown
-            self.end = start + len(shown)
-        self.code.append(code + " " * (end - mark))
+            elif found.group() == '"' or not self.unclosed:
+                return place
+        return end
 
-    def _path(self, quote: int, end: int) -> re.Match[str] | None:
+    def _path(self, text: str, quote: int, end: int) -> re.Match[str] | None:
         """The quoted file name that begins here, if this is a ``use`` line."""
-        if not _USE.match(self.text, self.start) or self.text[self.start : quote].rstrip().endswith('"'):
+        if not _USE.match(text, self.start) or text[self.start : quote].rstrip().endswith('"'):
             return None
-        return _PATH.match(self.text, quote, end)
-
-    def line(self, gap: bool) -> Line:
-        return Line(
-            self.start,
-            self.end or self.start,
-            "\n".join(self.code)[: max(0, self.end - self.start)],
-            "; ".join(filter(None, self.comments)) if self.comments else None,
-            gap,
-            tuple(self.open),
-            tuple(self.stray),
-            self.too_deep,
-        )
+        return _PATH.match(text, quote, end)
 
 
 def logical_lines(text: str) -> Iterator[Line]:
@@ -126,14 +93,15 @@ def logical_lines(text: str) -> Iterator[Line]:
             gap, position = True, end + 1
             continue
         if _is_plain(shown) and _carried_on(text, end + 1) < 0:
-            yield Line(position, position + len(shown), shown, None, gap, (), (), None)
-            gap, position = False, end + 1
-            continue
-        draft, after = _gather(text, position, through_parentheses=True)
-        if draft.open:
-            draft, after = _gather(text, position, through_parentheses=False)
-        yield draft.line(gap)
-        gap, position = False, after
+            yield Line(position, position + len(shown), gap, shown)
+            position = end + 1
+        else:
+            line, after = _gather(text, position, gap, through_parentheses=True)
+            if line.unclosed:
+                line, after = _gather(text, position, gap, through_parentheses=False)
+            yield line
+            position = after
+        gap = False
 
 
 def _is_plain(shown: str) -> bool:
@@ -151,29 +119,35 @@ def _line_end(text: str, start: int) -> int:
     return len(text) if end < 0 else end
 
 
-def _gather(text: str, start: int, through_parentheses: bool) -> tuple[_Draft, int]:
+def _gather(text: str, start: int, gap: bool, through_parentheses: bool) -> tuple[Line, int]:
     """The logical line that begins at ``start``, and where the next one may begin."""
-    draft = _Draft(text, start)
+    line, code, comments = Line(start, start, gap), [], []
     position = taken = start
     while True:
         end = _line_end(text, position)
-        draft.add(position, end)
+        mark = line.follow(text, position, end)
+        code.append(text[position:mark].ljust(end - position))
+        if mark < end:
+            comments.append(text[mark + 1 : end].strip())
+        if shown := text[position:mark].rstrip():
+            line.end = position + len(shown)
         position = end + 1
-        if position >= len(text) or position - start > LONGEST or not draft.ending:
-            return draft, position
+        if position >= len(text) or position - start > LONGEST or line.blank:
+            break
         if position <= taken:
             continue
         if _HEAD.match(text, position):
-            return draft, position
-        if draft.open and through_parentheses:
+            break
+        if line.unclosed and through_parentheses:
             continue
-        if _GOES_ON.search(draft.ending[-5:]):
-            goes_on = bool(text[position : _line_end(text, position)].strip())
-        else:
-            taken = _carried_on(text, position)
-            goes_on = taken >= position
-        if not goes_on:
-            return draft, position
+        if _GOES_ON.search(text, max(line.end - 5, start), line.end):
+            if not text[position : _line_end(text, position)].strip():
+                break
+        elif (taken := _carried_on(text, position)) < position:
+            break
+    line.code = "\n".join(code)[: line.end - start]
+    line.comment = "; ".join(filter(None, comments)) if comments else None
+    return line, position
 
 
 def _carried_on(text: str, position: int) -> int:

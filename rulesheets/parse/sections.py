@@ -75,9 +75,7 @@ class _Reading:
 
     source: Source
     uses: list[nodes.Use] = field(default_factory=list)
-    units: list[nodes.UnitRow | nodes.CommentLine] = field(default_factory=list)
-    rows: list[nodes.VariableRow | nodes.CommentLine] | None = None
-    rules: list[nodes.Rule | nodes.CommentLine] = field(default_factory=list)
+    parts: dict[str, list[Any]] = field(default_factory=dict)
     blocks: list[_Block] = field(default_factory=list)
     comments: list[nodes.CommentLine] = field(default_factory=list)
     waiting: list[nodes.CommentLine] = field(default_factory=list)
@@ -93,7 +91,7 @@ class _Reading:
                 self.complaints.append(wrong)
             elif word := head_word(line.code):
                 self._begin(word, line)
-            else:
+            elif self.section != _SKIPPED:
                 self._add(line)
         except RuleSheetError as error:
             self.complaints.extend(error.diagnoses)
@@ -105,37 +103,33 @@ class _Reading:
     # --- what stands in a section ---
 
     def _add(self, line: Line) -> None:
-        if self.section == _SKIPPED:
-            return
+        section, comment, span = self.section, line.comment or "", self._span(line)
         lone = _LONE.match(line.code)
-        if lone and (self.section not in ("variables", "units") or lone[2] or lone[1].lower() in _ALMOST):
+        if lone and (section not in ("variables", "units") or lone[2] or lone[1].lower() in _ALMOST):
             word = lone[1].lower()
             if word in ("variable", "variables"):  # the section that most likely begins here
                 self.section = "variables"
-            elif word in _ALMOST | {"rules"} and self.section != "function":
+            elif word in _ALMOST | {"rules"} and section != "function":
                 self.section = "rules"
-            raise RuleSheetError(foreign.unknown_section(lone[1], self._span(line)))
+            raise RuleSheetError(foreign.unknown_section(lone[1], span))
         self._place_comments()
-        comment, span = line.comment or "", self._span(line)
-        if self.section == "units":
-            self.units.append(_unit_row(line.code, span).but(comment=comment, gap=line.gap))
-        elif self.section in ("variables", "figure"):
-            kind = "row" if self.section == "variables" else "mark"
-            self._lines.append(read_line(self.source, line, kind).but(comment=comment, gap=line.gap))
+        if section == "units":
+            node: Any = _unit_row(line.code, span).but(comment=comment, gap=line.gap)
+        elif section in ("variables", "figure"):
+            kind = "row" if section == "variables" else "mark"
+            node = read_line(self.source, line, kind).but(comment=comment, gap=line.gap)
         else:
-            self._lines.append(nodes.Rule(read_line(self.source, line, "rule"), comment, span, line.gap))
-        if self.section in ("function", "figure"):
+            node = nodes.Rule(read_line(self.source, line, "rule"), comment, span, line.gap)
+        self._lines.append(node)
+        if section in ("function", "figure"):
             self.blocks[-1].end, self.blocks[-1].begun = line.end, True
 
     @property
     def _lines(self) -> list[Any]:
         """Where the lines of the section at hand go."""
-        if self.section == "variables":
-            self.rows = [] if self.rows is None else self.rows
-            return self.rows
         if self.section in ("function", "figure"):
             return self.blocks[-1].lines
-        return self.units if self.section == "units" else self.rules
+        return self.parts.setdefault(self.section if self.section in ("variables", "units") else "rules", [])
 
     # --- comment lines ---
 
@@ -154,13 +148,14 @@ class _Reading:
 
     def _begun(self) -> bool:
         """Whether anything but comments has come yet."""
-        return bool(self.section or self.rules or self.uses)
+        return bool(self.section or self.parts.get("rules") or self.uses)
 
     # --- section heads ---
 
     def _begin(self, word: str, line: Line) -> None:
         if word == "parameters":
-            self._parameters(line)
+            if self.section != _SKIPPED:
+                self._parameters(line)
         elif word in foreign.PLANNED:
             self._place_comments()
             self.section = _SKIPPED
@@ -188,7 +183,7 @@ class _Reading:
             self.section = "rules" if self.section in ("function", "figure") else self.section
             python = _PYTHON.match(line.code)
             if python:  # the paths that follow are written as those of sheets
-                line = line._replace(code=python[1] + " " * len(python[2]) + line.code[python.end() :])
+                line.code = python[1] + " " * len(python[2]) + line.code[python.end() :]
             paths = read_line(self.source, line, "use")
             self.uses.append(nodes.Use(paths, line.comment or "", self._span(line), bool(python)))
         elif word == "rules" and self.section == "function":
@@ -198,8 +193,7 @@ class _Reading:
         else:
             (self.waiting if self._begun() else self.comments).extend(above)
             self.section = word
-            if word == "variables":
-                self.rows = self.rows or []
+            self.parts.setdefault(word, [])
             self._remark(line)
 
     def _remark(self, line: Line) -> None:
@@ -208,8 +202,6 @@ class _Reading:
             self.waiting.append(nodes.CommentLine(line.comment, self._span(line)))
 
     def _parameters(self, line: Line) -> None:
-        if self.section == _SKIPPED:
-            return
         if self.section != "function" or self.blocks[-1].begun:
             note = "put the line between the head of the function and its rules"
             message = "parameters belong to a function"
@@ -225,25 +217,24 @@ class _Reading:
 
     def sheet(self) -> nodes.RuleSheet:
         self._place_comments()
-        if not self.complaints:
-            self.complaints.extend(self._emptiness())
-        refuse(self.complaints)
+        refuse(self.complaints or self._emptiness())
         blocks = [block.closed(self.source) for block in self.blocks]
+        variables = self.parts.get("variables")
         return nodes.RuleSheet(
             uses=tuple(self.uses),
-            variables=None if self.rows is None else tuple(self.rows),
-            rules=tuple(self.rules),
+            variables=None if variables is None else tuple(variables),
+            rules=tuple(self.parts.get("rules", ())),
             functions=tuple(block for block in blocks if isinstance(block, nodes.Function)),
             comments=tuple(self.comments),
             span=Span(self.source, 0, len(self.source.text)),
             figures=tuple(block for block in blocks if isinstance(block, nodes.Figure)),
-            units=tuple(self.units),
+            units=tuple(self.parts.get("units", ())),
         )
 
     def _emptiness(self) -> Iterable[Diagnosis]:
         """What is said of a sheet, a function or a figure with nothing in it."""
         functions = [block for block in self.blocks if isinstance(block.node, nodes.Function)]
-        if not (functions or self.units or _filled(self.rules)):
+        if not (functions or self.parts.get("units") or _filled(self.parts.get("rules", ()))):
             note, message = "write a rule, such as V = I*R", f"{self.source.name} has no rule"
             yield said("E126", message, Span(self.source, 0, 1), note, label="nothing to solve")
         for block in self.blocks:
