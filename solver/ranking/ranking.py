@@ -281,7 +281,9 @@ class Ranking:
                 wide = wide + 1.0 * (abs(number) > right + least)
                 continue
             there = 1.0 * (abs(number) > least) * (apart[place] * sizes[1][place] > NOTHING)
-            below = (number < -least) * there + (number < floor - least)
+            below = (number < -least) * there
+            if floor > -np.inf:
+                below = below + (number < floor - least)
             negatives = negatives + weights[place] * below
             zeros = zeros + (1.0 - there) * (tops[place] > least)
             far = on.largest([far, 1.0 * (_away(apart[place], sizes[1][place]) > UNLIKELY) * there])

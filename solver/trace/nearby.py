@@ -10,11 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache, partial
 from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
 
 from rulesheets.model import Value
 from solver.ranking.ranking import GRAIN, SIZE, SLACK, ZERO, Key
-from solver.trace.order import RANGES, UNORDERED, Range, before, keys_as_nodes, range_of, spread
+from solver.trace.order import UNORDERED, KeyRanges, before, keys_as_nodes, spread
 from solver.trace.program import Box, Program, lean
 from solver.trace.python import compile_scalar
 
@@ -29,7 +32,8 @@ PRICE = 32
 
 Numbers: TypeAlias = tuple[Value, ...]
 Rows: TypeAlias = Sequence[Sequence[float]]
-Limits: TypeAlias = Mapping[int, Range]
+Ends: TypeAlias = tuple[float, float]
+Limits: TypeAlias = Mapping[int, Ends]
 
 
 class Asked(NamedTuple):
@@ -63,6 +67,8 @@ class Nearby:
         reading = program._replace(endings=endings, order=UNORDERED)
         self._values = compile_scalar(reading, all_answers=True)
         """What the rule reads of all answers, in place of what is wanted."""
+        self._over = cache(partial(KeyRanges, self.ranked))
+        """By the given numbers that are 0."""
         self._lay(sample)
 
     def move(self, numbers: Numbers) -> None:
@@ -91,9 +97,9 @@ class Nearby:
         if best is None:
             return
         flow, (asked, share), checks = self.program.flow, best, list[int]()
-        for node, inside in asked.limits.items():
-            checks += [flow.add("lt", flow.constant(inside.low), node)]
-            checks += [flow.add("lt", node, flow.constant(inside.high))]
+        for node, (low, high) in asked.limits.items():
+            checks += [flow.add("lt", flow.constant(low), node)]
+            checks += [flow.add("lt", node, flow.constant(high))]
         checks += [self._is_nearer(place, other, here) for other in asked.compared]
         pairs = ((n - share * abs(n), n + share * abs(n)) for n in numbers if isinstance(n, float))
         ends, key = tuple(end for pair in pairs for end in pair), (place, tuple(checks))
@@ -141,7 +147,7 @@ class Nearby:
             new = [other for other in unclear if other not in asked]
         return None
 
-    def _limits(self, answers: Iterable[tuple[int, Sequence[float], Sequence[Any]]]) -> Limits:
+    def _limits(self, answers: Iterable[tuple[int, Sequence[float], Sequence[Ends]]]) -> Limits:
         """Of the numbers of answers that may come near to 0 the nodes, and how far these may."""
         found, ranking = {}, self.ranked.ranking
         angles = (*ranking.angles, *(False for _ in ranking.read))
@@ -151,9 +157,10 @@ class Nearby:
                 if node is None or not number or angle or number != number:
                     continue
                 power = math.frexp(number)[1]
-                ends = math.ldexp(0.5, power - HALVINGS), math.ldexp(1.0, power + HALVINGS)
-                inside = Range(*ends) if number > 0.0 else -Range(*ends)
-                if not inside.low <= around.low <= around.high <= inside.high:
+                inside = math.ldexp(0.5, power - HALVINGS), math.ldexp(1.0, power + HALVINGS)
+                if number < 0.0:
+                    inside = -inside[1], -inside[0]
+                if not inside[0] <= around[0] <= around[1] <= inside[1]:
                     found[node] = inside
         return found
 
@@ -168,21 +175,27 @@ class Nearby:
         return self.ranked.ranking.keys_of_rows([row[:count] for row in rows], rows[0][count:])
 
     def _unclear(
-        self, place: int, ranges: Sequence[Sequence[Any]], keys: Sequence[Sequence[Key]], limits: Limits
+        self, place: int, ranges: Sequence[Sequence[Ends]], keys: Sequence[Sequence[Key]], limits: Limits
     ) -> tuple[list[int], set[int]]:
         """The answers that may come before that of a place somewhere in the ranges, within the limits, and
         those that the sizes alone tell from it."""
-        ranking, count = self.ranked.ranking, len(self.ranked.ranking.read)
+        ranking, answers, given = self.ranked
         rows = [
             [
-                around if node is None or node not in limits else _within(around, limits[node])
-                for node, around in zip(nodes, some, strict=False)
+                _shared(one, one if n is None else limits.get(n, one))
+                for n, one in zip(nodes, some, strict=False)
             ]
-            for nodes, some in zip(self.ranked.answers, ranges, strict=True)
+            for nodes, some in zip(answers, ranges, strict=True)
         ]
-        given = ranges[0][count:]
-        zero = tuple(r.low == r.high == 0.0 for r in map(range_of, given))
-        told = ranking.keys_on(RANGES, rows, given, zero)
+        known = ranges[0][len(ranking.read) :]
+        columns = zip((*answers, given), (*rows, known), strict=True)
+        ends = {
+            node: (np.array([low]), np.array([high]))
+            for nodes, some in columns
+            for node, (low, high) in zip(nodes, some, strict=False)
+            if node is not None
+        }
+        told = self._over(tuple(pair == (0.0, 0.0) for pair in known))(ends)
         others = [other for other in range(len(rows)) if other != place]
         unclear = [
             k for k in others if not before(told[place], told[k], [(key[place], key[k]) for key in keys])
@@ -191,29 +204,28 @@ class Nearby:
         comparable = set[int]()
         for k in unclear:
             parts = zip(told[place][:SIZE], told[k][:SIZE], strict=True)
-            alike = all(range_of(a).high <= range_of(b).low for a, b in parts)
+            alike = all(a[1] <= b[0] for a, b in parts)
             nearer = keys[0][k][SIZE] - keys[0][place][SIZE] > GRAIN * SLACK
             if alike and nearer and {place, k} <= whole:
                 comparable.add(k)
         return unclear, comparable
 
 
-def _counts_whole(place: int, rows: Sequence[Sequence[Any]], angles: Sequence[bool]) -> bool:
+def _counts_whole(place: int, rows: Sequence[Sequence[Ends]], angles: Sequence[bool]) -> bool:
     """Whether no number of an answer, angles aside, is so small in its range that it may count as 0 beside
     those of the others."""
     for angle, column in zip(angles, zip(*rows, strict=True), strict=False):
-        there = [abs(range_of(number)) for number in column if range_of(number).low == range_of(number).low]
-        own = abs(range_of(column[place]))
-        if not angle and any(own.low <= 2.0 * ZERO * other.high for other in there):
+        least = max(column[place][0], -column[place][1], 0.0)
+        if not angle and any(least <= 2.0 * ZERO * max(-low, high) for low, high in column):
             return False
     return True
 
 
-def _within(one: Range, other: Range) -> Range:
-    return Range(max(one.low, other.low), min(one.high, other.high))
+def _shared(one: Ends, other: Ends) -> Ends:
+    return max(one[0], other[0]), min(one[1], other[1])
 
 
-def _around(*numbers: float) -> Any:
+def _around(*numbers: float) -> Ends:
     """A number that is not there stays so."""
     far = spread(numbers)
-    return Range(numbers[0] - far, numbers[0] + far) if far == far else math.nan
+    return numbers[0] - far, numbers[0] + far

@@ -10,101 +10,61 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial, reduce
-from itertools import combinations, pairwise, product, starmap
+from itertools import combinations, pairwise, product
 from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from solver.ranking.ranking import Key, Ranking, is_measured
 from solver.ranking.sizes import LEAST, MOST, Arithmetic
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable
-
-
-def _operator(operation: str, swapped: bool = False) -> Any:
-    if swapped:
-        return lambda self, other: self.applied(operation, other, self)
-    return lambda self, other: self.applied(operation, self, other)
-
-
-class Operand:
-    """What the rule's operators are applied to."""
-
-    applied: Callable[[str, Any, Any], Any]
-    """The result of an operation of two operands, of which one may be a plain number."""
-    __add__, __radd__ = _operator("add"), _operator("add")
-    __sub__, __rsub__ = _operator("sub"), _operator("sub", swapped=True)
-    __mul__, __rmul__ = _operator("mul"), _operator("mul")
-    __truediv__, __rtruediv__ = _operator("div"), _operator("div", swapped=True)
-    __lt__, __gt__ = _operator("lt"), _operator("lt", swapped=True)
-    __le__, __ge__ = _operator("le"), _operator("le", swapped=True)
-    __ne__, __and__ = _operator("ne"), _operator("and")
-    __hash__ = None  # type: ignore[assignment]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Range(Operand):
-    """The numbers from ``low`` to ``high``; of what is true or false 1 and 0."""
-
-    low: float
-    high: float
-
-    def applied(self, operation: str, one: Any, other: Any) -> Range:
-        a, b = range_of(one), range_of(other)
-        match operation:
-            case "add":
-                return Range(a.low + b.low, a.high + b.high)
-            case "sub":
-                return Range(a.low - b.high, a.high - b.low)
-            case "mul":
-                ends = [x * y if x and y else 0.0 for x in (a.low, a.high) for y in (b.low, b.high)]
-                return Range(min(ends), max(ends))
-            case "div":
-                return a * Range(1.0 / b.high, 1.0 / b.low) if b.low > 0.0 else Range(-math.inf, math.inf)
-            case "lt":
-                return Range(float(a.high < b.low), float(a.low < b.high))
-            case "le":
-                return Range(float(a.high <= b.low), float(a.low <= b.high))
-            case "ne":
-                apart = a.high < b.low or b.high < a.low
-                return Range(float(apart), float(apart or a.low < a.high or b.low < b.high))
-            case _:
-                return Range(min(a.low, b.low), min(a.high, b.high))
-
-    def __abs__(self) -> Range:
-        least = 0.0 if self.low <= 0.0 <= self.high else min(abs(self.low), abs(self.high))
-        return Range(least, max(abs(self.low), abs(self.high)))
-
-    def __neg__(self) -> Range:
-        return Range(-self.high, -self.low)
-
+from solver.trace.ranges import Pair, Ranges
 
 SAFETY = 2.0
 """By how much farther than moves one by one add up to all of them together are taken to go."""
-ANY = Range(-1e200, 1e200)
 
 
-def range_of(number: Any) -> Range:
-    return number if isinstance(number, Range) else Range(float(number), float(number))
+class KeyRanges:
+    """The keys of answers over ranges of the numbers that the rule reads."""
+
+    def __init__(self, ranked: Ranked, zero: tuple[bool, ...]) -> None:
+        ranking, answers, given = ranked
+        table, places = Flow(), dict[int, int]()
+        rows = [
+            [None if node is None else table.input(places.setdefault(node, len(places))) for node in row]
+            for row in (*answers, given)
+        ]
+        keys = keys_as_nodes(table, ranking, rows[:-1], rows[-1], zero)
+        self.places, self.parts = places, len(keys[0])
+        self._ranges = Ranges(table, [part for key in keys for part in key])
+
+    def __call__(self, ends: Mapping[int, Pair]) -> list[list[Pair]]:
+        """Of each answer the pairs of the parts of its key, from those (spans,) of the nodes read."""
+        found = self._ranges([ends[node] for node in self.places])
+        return [found[at : at + self.parts] for at in range(0, len(found), self.parts)]
 
 
-def before(one: Key, other: Key, known: Sequence[tuple[Key, Key]] = ()) -> bool:
-    """Whether one key is less than another wherever the numbers of their ranges are.
+def before(
+    one: Sequence[Pair], other: Sequence[Pair], known: Sequence[tuple[Key, Key]] = ()
+) -> NDArray[np.bool_]:
+    """Whether one key is less than another wherever the numbers of their ranges are, (spans,).
 
     ``known`` are both keys at some points, as ``spread`` takes them: of parts that are no counts these tell
     by how far they are apart where their ranges do not.
     """
-    for place, (a, b) in enumerate(zip(map(range_of, one), map(range_of, other), strict=True)):
-        if a.high < b.low:
-            return True
-        if a.high <= b.low:
-            continue
-        if not known or not is_measured(place):
-            return False
-        apart = [float(second[place] - first[place]) for first, second in known]
-        if any(apart):
-            return apart[0] > spread(apart)
-    return False
+    sooner, alike = np.False_, np.True_
+    for place, (a, b) in enumerate(zip(one, other, strict=True)):
+        sooner = sooner | (alike & (a[1] < b[0]))
+        level = a[1] <= b[0]
+        if known and is_measured(place):
+            apart = [float(second[place] - first[place]) for first, second in known]
+            sooner = sooner | (alike & ~level & (apart[0] > spread(apart)))
+            level = level | (not any(apart))
+        alike = alike & level
+    return np.asarray(sooner)
 
 
 def spread(numbers: Sequence[float]) -> float:
@@ -114,42 +74,35 @@ def spread(numbers: Sequence[float]) -> float:
     return SAFETY * sum(max(abs(one - here), abs(other - here)) for one, other in pairs)
 
 
-def _largest(values: Sequence[Any]) -> Range:
-    ranges = [range_of(value) for value in values]
-    return Range(max(r.low for r in ranges), max(r.high for r in ranges))
-
-
-def _rounded(value: Any) -> Range:
-    r = range_of(value)
-    return Range(*(float(round(x)) if math.isfinite(x) else x for x in (r.low, r.high)))
-
-
-def _decade(value: Any) -> Range:
-    size = abs(range_of(value))
-    return Range(*(math.log10(min(max(x, LEAST), MOST)) for x in (size.low, size.high)))
-
-
-RANGES = Arithmetic(
-    lambda value, other: other if isinstance(value, float) and math.isnan(value) else value,
-    _largest,
-    _rounded,
-    _decade,
-)
-
-
 NOISE = 1e-13
 """Powers and factors below this are what rounding has left of 0."""
 
 
 FACTORS = (10.0, 5.0, 3.0, 2.0, 1.5, 1.2, 1.1, 1.05, 1.02, 1.01)
 """How far numbers may be from those of the sample for their order to be told beforehand, the widest first."""
-MAX_TRIES = 40
+FAR = 1e200
+"""Numbers up to which one may be anything."""
 TURNED = 30.0
 """The same for angles, in degrees for a factor of 2."""
 
 
-class Number(Operand):
+def _operator(operation: str, swapped: bool = False) -> Any:
+    if swapped:
+        return lambda self, other: self.applied(operation, other, self)
+    return lambda self, other: self.applied(operation, self, other)
+
+
+class Number:
     """A node of a program, with the operators of numbers; a ``logical`` one counts as 0 or 1."""
+
+    __add__, __radd__ = _operator("add"), _operator("add")
+    __sub__, __rsub__ = _operator("sub"), _operator("sub", swapped=True)
+    __mul__, __rmul__ = _operator("mul"), _operator("mul")
+    __truediv__, __rtruediv__ = _operator("div"), _operator("div", swapped=True)
+    __lt__, __gt__ = _operator("lt"), _operator("lt", swapped=True)
+    __le__, __ge__ = _operator("le"), _operator("le", swapped=True)
+    __ne__, __and__ = _operator("ne"), _operator("and")
+    __hash__ = None  # type: ignore[assignment]
 
     def __init__(self, flow: Flow, node: int, logical: bool = False) -> None:
         self.flow, self.node, self.logical = flow, node, logical
@@ -248,7 +201,7 @@ def order(flow: Flow, ranked: Ranked, numbers: Callable[[int], float], beforehan
     needed = tuple(node for node in told if node != flow.true)
     if not beforehand:
         return Order(tuple(keys), needed)
-    asked = partial(_usual, flow, ranked, zero, numbers)
+    asked = partial(_usual, flow, ranked, KeyRanges(ranked, zero), numbers)
     usual = asked(pairwise)
     first = usual if len(keys) == 2 else asked(lambda some: product(some[:1], some[1:]))
     return Order(tuple(keys), needed, usual, first)
@@ -272,7 +225,7 @@ def keys_as_nodes(
 def _usual(
     flow: Flow,
     ranked: Ranked,
-    zero: tuple[bool, ...],
+    keys: KeyRanges,
     numbers: Callable[[int], float],
     pairs: Callable[[Sequence[Any]], Iterable[tuple[Any, Any]]],
 ) -> Ends:
@@ -285,35 +238,39 @@ def _usual(
         for name, node in zip(names, answer, strict=True):
             if node is not None:
                 kinds[node] = kinds.get(node, True) and angles.get(name, False)
-    rows = (*answers, given)
 
-    def told(ranges: Mapping[int, Range]) -> bool:
-        *some, known = [[math.nan if n is None else ranges[n] for n in row] for row in rows]
-        return all(starmap(before, pairs(ranking.keys_on(RANGES, some, known, zero))))
+    def told(ends: Mapping[int, Pair]) -> list[bool]:
+        found = np.logical_and.reduce([before(*pair) for pair in pairs(keys(ends))])
+        return [bool(one) for one in found]
 
-    for factor in FACTORS:
-        ranges = {n: _around(flow, n, numbers(n), factor, angle) for n, angle in kinds.items()}
-        if told(ranges):
-            free = {n for n in ranges if flow.value_of(n) is None}
-            kept = free - _free(told, ranges, sorted(free))
-            sources = {_source(flow, n): n for n in sorted(kept, reverse=True) if not kinds[n]}
-            kept = {node for node in kept if kinds[node] or sources[_source(flow, node)] == node}
-            return tuple((n, ranges[n].low, ranges[n].high) for n in sorted(kept))
-    return ()
+    ends = {n: _around(flow, n, numbers(n), angle) for n, angle in kinds.items()}
+    found = told(ends)
+    if True not in found:
+        return ()
+    widest = found.index(True)
+    ranges = {n: (float(low[widest]), float(high[widest])) for n, (low, high) in ends.items()}
+    free = {n for n in ranges if flow.value_of(n) is None}
+    kept = free - _free(told, ranges, sorted(free))
+    sources = {_source(flow, n): n for n in sorted(kept, reverse=True) if not kinds[n]}
+    kept = {node for node in kept if kinds[node] or sources[_source(flow, node)] == node}
+    return tuple((n, *ranges[n]) for n in sorted(kept))
 
 
 def _free(
-    told: Callable[[Mapping[int, Range]], bool], ranges: dict[int, Range], nodes: Sequence[int]
+    told: Callable[[Mapping[int, Pair]], list[bool]],
+    ranges: Mapping[int, tuple[float, float]],
+    nodes: Sequence[int],
 ) -> set[int]:
-    """Those of the nodes that may be anything: halves of them are tried, and halves of halves."""
-    waiting, found, tries = [list(nodes)], set[int](), 0
-    while waiting and tries < MAX_TRIES:
-        some, tries = waiting.pop(), tries + 1
-        if told({**ranges, **dict.fromkeys((*found, *some), ANY)}):
-            found.update(some)
-        elif len(some) > 1:
-            half = len(some) // 2
-            waiting += [some[half:], some[:half]]
+    """Those of the nodes that may be anything: each is tried together with all before it that may."""
+    found, waiting = set[int](), list(nodes)
+    while waiting:
+        turns = dict.fromkeys(found, 0) | {node: turn for turn, node in enumerate(waiting)}
+        spans = np.arange(len(waiting))
+        free = {node: turns.get(node, len(waiting)) <= spans for node in ranges}
+        ends = {n: (np.where(free[n], -FAR, a), np.where(free[n], FAR, b)) for n, (a, b) in ranges.items()}
+        count = [*told(ends), False].index(False)
+        found.update(waiting[:count])
+        waiting = waiting[count + 1 :]
     return found
 
 
@@ -329,13 +286,15 @@ def _source(flow: Flow, node: int) -> int:
             return node
 
 
-def _around(flow: Flow, node: int, number: float, factor: float, angle: bool) -> Range:
+def _around(flow: Flow, node: int, number: float, angle: bool) -> Pair:
+    """The ends (factors,) of the ranges around a number."""
+    factors = np.array(FACTORS)
     if flow.value_of(node) is not None or not math.isfinite(number):
-        return Range(number, number)
+        return np.full(factors.shape, number), np.full(factors.shape, number)
     if angle:
-        return Range(number - TURNED * (factor - 1.0), number + TURNED * (factor - 1.0))
-    ends = number / factor, number * factor
-    return Range(min(ends), max(ends))
+        return number - TURNED * (factors - 1.0), number + TURNED * (factors - 1.0)
+    ends = number / factors, number * factors
+    return np.minimum(*ends), np.maximum(*ends)
 
 
 def _node(flow: Flow, value: Any) -> int:

@@ -181,7 +181,7 @@ _FORMS: dict[str, Callable[..., Pair]] = {
     "where": _chosen,
     "lt": lambda a, b: (a[1] < b[0], a[0] >= b[1]),
     "le": lambda a, b: (a[1] <= b[0], a[0] > b[1]),
-    "eq": lambda a, b: (np.False_, (a[1] < b[0]) | (b[1] < a[0])),
+    "eq": lambda a, b: ((a[1] == b[0]) & (a[0] == b[1]), (a[1] < b[0]) | (b[1] < a[0])),
     "near": _near,
     "finite": lambda a: (np.isfinite(a[1] - a[0]), np.False_),
     "and": lambda a, b: (a[0] & b[0], a[1] | b[1]),
