@@ -22,12 +22,14 @@ from rulesheets.evaluate.number import Arithmetic
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Quotient, Sum
-from solver.accuracy.rule_check import RuleCheck, gross, remembered, sides, size
+from solver.accuracy.rule_check import LATEST, gross, sides, size
 from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS, STEEP
-from solver.path.graph import Array, Family, alike
+from solver.path.graph import Alike, Array, Family, alike
 
 FEWEST = 8
 """Rules of one shape from which on arrays are faster than one rule after another."""
+MANY = 30
+"""Rules beyond which all of them are evaluated at once."""
 
 
 LONGER = float(np.finfo(np.longdouble).eps) / EPS
@@ -162,10 +164,25 @@ class Evaluated(NamedTuple):
 
 
 def evaluated(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> Evaluated:
-    """All rules at once; those of rare shapes, or out of the ordinary, one by one."""
-    known, n = alike(model, equations), len(equations)
+    """All rules at once; those of rare shapes, or out of the ordinary, one by one. Several ask of one answer:
+    what is found stays known, and is to be read only."""
+    known = alike(model, equations)
     numbers = (v if isinstance(v := values.get(name), float) else math.nan for name in known.names)
     point = np.fromiter(numbers, dtype=float, count=len(known.names))
+    latest: dict[tuple[int, bytes], Evaluated] = model.__dict__.setdefault("_evaluated", {})
+    key = id(known), point.tobytes()
+    if not (found := latest.get(key)) or np.isnan(point).any():  # what is no number has no bytes of its own
+        found = _evaluated(known, equations, values, point)
+        for oldest in list(latest)[: 1 - LATEST]:
+            latest.pop(oldest, None)
+        latest[key] = found
+    return found
+
+
+def _evaluated(
+    known: Alike, equations: Sequence[Equation], values: Mapping[str, Value], point: Array
+) -> Evaluated:
+    n = len(equations)
     miss, noise, grosses, moves = (np.full(n, np.nan) for _ in range(4))
     holds, left_over = np.zeros(n, dtype=bool), np.ones(n, dtype=bool)
     none = np.empty(0, dtype=np.intp)
@@ -264,14 +281,14 @@ class _Sides:
         return straddling
 
 
-def note_checks(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> None:
-    """Check all rules at once, so that asking for the check of each finds that it holds. Rules that do not
-    are not marked: what is known of them is found out one by one."""
-    known = [remembered(equation, values) for equation in equations]
-    waiting = [place for place, one in enumerate(known) if one.check is None]
-    found = evaluated(model, [equations[place] for place in waiting], values)
+def accepted(
+    model: Model, equations: Sequence[Equation], values: Mapping[str, Value]
+) -> tuple[float, Sequence[Equation]]:
+    """Many rules checked at once: the largest scaled residual of those that hold, and the others, which are
+    left to the check of single rules; a few are all left to it."""
+    if len(equations) <= MANY:
+        return 0.0, equations
+    found = evaluated(model, equations, values)
     scaled = np.abs(found.miss) / np.where(found.moves > 0.0, found.moves, 1.0)
-    numbers = zip(found.miss.tolist(), scaled.tolist(), found.holds.tolist(), strict=True)
-    for place, (miss, share, holds) in zip(waiting, numbers, strict=True):
-        if holds:
-            known[place].check = RuleCheck(True, miss, share)
+    left = [equations[place] for place in np.flatnonzero(~found.holds).tolist()]
+    return float(np.max(scaled[found.holds], initial=0.0)), left

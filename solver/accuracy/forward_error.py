@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from rulesheets.evaluate import Undefined
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import subtract
-from solver.accuracy.alike import evaluated
+from solver.accuracy.alike import MANY, evaluated
 from solver.accuracy.rule_check import blur, sides
 from solver.facts import DoubleRoot
 from solver.numerics.linear_algebra import as_matrix, factorise, sparse_matrix
@@ -32,8 +32,6 @@ from solver.path.cases import activity
 SAMPLES = 16
 DENSE = 400
 """Unknowns from which on a block is factored as a sparse matrix."""
-MANY = 30
-"""Unknowns beyond which the rules of a block are evaluated at once."""
 
 Errors: TypeAlias = NDArray[np.float64]
 """One error (16,) a choice of signs."""
@@ -182,12 +180,10 @@ class _Propagation:
         off = _signs_of([e.index for e in equations]) * (found.noise + np.abs(found.miss))[:, None]
         columns = np.array([place.get(name, -1) for name in found.names], dtype=np.intp)[found.columns]
         inside = columns >= 0
-        for share, row, column in zip(
-            found.slopes[~inside].tolist(), found.rows[~inside], found.columns[~inside], strict=True
-        ):
-            known = self.errors.get(found.names[column])
-            if known is not None and known.any():
-                off[row] += share * known
+        known = np.array([self.errors.get(name, NONE) for name in found.names])
+        moved = ~inside & known.any(axis=1)[found.columns]
+        shifts = found.slopes[moved, None] * known[found.columns[moved]]
+        np.add.at(off, found.rows[moved], shifts)
         if not np.isfinite(found.slopes).all():
             return None
         matrix = sparse_matrix(found.slopes[inside], found.rows[inside], columns[inside], (n, n))

@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from solver.accuracy.alike import MANY
 from solver.accuracy.rule_check import gross
 from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange, RankLoss
 from solver.kernel.chain import Chain
-from solver.kernel.question import MANY, Question, stays_deficient
+from solver.kernel.question import Question, stays_deficient
 from solver.kernel.root_check import (
     RootCheck,
     Uncertainty,

@@ -17,11 +17,12 @@ from typing import Any
 import numpy as np
 
 from rulesheets.syntax.nodes import Expression
+from solver.accuracy.alike import MANY
 from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import BlockOutcome, Candidates, left_free
 from solver.kernel.emitter import IntervalEmitter
 from solver.kernel.enclosure import ARRAYS
-from solver.kernel.question import MANY, Budget, Question
+from solver.kernel.question import Budget, Question
 from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import (
     GAUSS_NEWTON,

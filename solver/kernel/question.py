@@ -19,7 +19,7 @@ import numpy as np
 from rulesheets.deadline import expect_time, limited
 from rulesheets.evaluate import derivatives
 from rulesheets.model import Value
-from solver.accuracy.alike import note_checks
+from solver.accuracy.alike import MANY, accepted
 from solver.accuracy.rule_check import check_rule
 from solver.kernel.block import BlockKernel
 from solver.numerics.linear_algebra import Array, Factor, factorise, sparse_matrix
@@ -91,10 +91,6 @@ class Budget:
         return True
 
 
-MANY = 30
-"""Unknowns of a block beyond which its rules are checked at once and its Jacobian is a sparse matrix."""
-
-
 Values = TypeVar("Values")
 Sparse: TypeAlias = tuple[Callable[[Array], Array], Callable[[Array], Triplets]]
 
@@ -162,9 +158,8 @@ class Question:
         if not all(math.isfinite(v) for v in point.values()):
             return False
         everything = {**self.here, **point}
-        if len(self.unknowns) > MANY:
-            note_checks(self.graph.model, self.kernel.equations, everything)
-        return all(check_rule(equation, everything).holds for equation in self.kernel.equations)
+        _, left = accepted(self.graph.model, self.kernel.equations, everything)
+        return all(check_rule(equation, everything).holds for equation in left)
 
     def outside(self, point: Mapping[str, float]) -> str | None:
         """The first unknown that leaves its declared range."""

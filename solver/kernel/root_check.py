@@ -22,10 +22,10 @@ import numpy as np
 
 from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.evaluate.digits import context
-from solver.accuracy.alike import evaluated
+from solver.accuracy.alike import MANY, evaluated
 from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import gross, size
-from solver.kernel.question import MANY, Question, Sparse
+from solver.kernel.question import Question, Sparse
 from solver.kernel.sparse_system import BESIDE
 from solver.numerics.linear_algebra import eliminate, inverse
 from solver.numerics.sparse_newton import SparseFactor

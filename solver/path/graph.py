@@ -69,29 +69,58 @@ class Alike(NamedTuple):
 
 def alike(model: Model, equations: Sequence[Equation]) -> Alike:
     """The rules by their shapes (found once for the same rules)."""
-    known: dict[tuple[int, ...], Alike] = model.__dict__.setdefault("_alike", {})
-    key = tuple([equation.index for equation in equations])
-    if key in known:
-        return known[key]
-    found: dict[Shape, list[tuple[int, Sequence[float]]]] = {}
-    for place, equation in enumerate(equations):
-        shape, numbers = shape_of(equation)
-        found.setdefault(shape, []).append((place, numbers))
-    column = {name: place for place, name in enumerate(dict.fromkeys(n for e in equations for n in e.names))}
-    families = []
-    for members in found.values():
-        rules = [equations[place] for place, _ in members]
-        columns = [[column[name] for name in rule.names] for rule in rules]
-        families.append(
-            Family(
-                np.array([place for place, _ in members], dtype=np.intp),
-                rules[0],
-                np.array(columns, dtype=np.intp).reshape(len(rules), -1).T,
-                np.array([numbers for _, numbers in members], dtype=float).reshape(len(rules), -1).T,
-            )
-        )
-    known[key] = Alike(tuple(column), tuple(families))
-    return known[key]
+    if "_alike" not in model.__dict__:
+        model.__dict__["_alike"] = _Shapes(model.equations)
+    found: Alike = model.__dict__["_alike"].of(equations)
+    return found
+
+
+class _Shapes:
+    """All rules of a model by their shapes, the ``family`` of each and its place among the ``member`` s of
+    that; and parts of them."""
+
+    def __init__(self, equations: Sequence[Equation]) -> None:
+        self.equations = equations
+        column: dict[str, int] = {}
+        found: dict[Shape, tuple[list[int], list[int], list[float]]] = {}
+        for place, equation in enumerate(equations):
+            shape, numbers = shape_of(equation)
+            if shape not in found:
+                found[shape] = [], [], []
+            places, columns, written = found[shape]
+            places.append(place)
+            columns += [column.setdefault(name, len(column)) for name in equation.names]
+            written += numbers
+        self.family, self.member = np.empty((2, len(equations)), dtype=np.intp)
+        families = []
+        for number, (places, columns, written) in enumerate(found.values()):
+            count = len(places)
+            self.family[places], self.member[places] = number, np.arange(count)
+            read = np.array(columns, dtype=np.intp).reshape(count, -1).T
+            told = np.array(written, dtype=float).reshape(count, -1).T
+            families.append(Family(np.array(places, dtype=np.intp), equations[places[0]], read, told))
+        self.whole = Alike(tuple(column), tuple(families))
+        self.kept = {tuple(range(len(equations))): self.whole}
+
+    def of(self, equations: Sequence[Equation]) -> Alike:
+        key = tuple([equation.index for equation in equations])
+        if key not in self.kept:
+            self.kept[key] = self._part(np.array(key, dtype=np.intp))
+        return self.kept[key]
+
+    def _part(self, chosen: NDArray[np.intp]) -> Alike:
+        order = np.argsort(of := self.family[chosen], kind="stable")
+        numbers, starts = np.unique(of[order], return_index=True)
+        families = []
+        for number, places in zip(numbers.tolist(), np.split(order, starts[1:]), strict=True):
+            every, members = self.whole.families[number], self.member[chosen[places]]
+            first = self.equations[chosen[places[0]]]
+            families.append(Family(places, first, every.columns[:, members], every.numbers[:, members]))
+        columns = [family.columns.ravel() for family in families]
+        read = np.unique(np.concatenate([np.empty(0, dtype=np.intp), *columns]))
+        names = tuple([self.whole.names[column] for column in read.tolist()])
+        within = (family._replace(columns=np.searchsorted(read, family.columns)) for family in families)
+        return Alike(names, tuple(within))
 
 
 def shape_of(equation: Equation) -> tuple[Shape, Sequence[float]]:

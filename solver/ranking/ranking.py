@@ -27,7 +27,7 @@ from rulesheets.library import ANGLE
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Product, Quotient, Sum
 from rulesheets.syntax.program import walk
-from solver.path.graph import shape_of
+from solver.path.graph import alike, shape_of
 from solver.path.planner import planner
 from solver.ranking.sizes import FLOATS, LEAST, MANY, Arithmetic, Scalings, Suggestions
 
@@ -93,12 +93,15 @@ class Signs:
     @cached_property
     def differences(self) -> frozenset[str]:
         """Names that a rule gives as a difference: one below 0 says nothing of others of its kind."""
+        told = alike(self.model, self.model.equations)
         return frozenset(
-            side.name
-            for rule in self.model.equations
+            told.names[column]
+            for family in told.families
+            for rule in [family.first]
             for side, other in ((rule.left, rule.right), (rule.right, rule.left))
             if isinstance(side, Name) and isinstance(other, Sum)
             if 0 < sum(isinstance(term, Negative) for term in other.terms) < len(other.terms)
+            for column in family.columns[rule.names.index(side.name)]
         )
 
     def floor(self, name: str) -> float:

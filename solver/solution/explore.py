@@ -11,13 +11,13 @@ from typing import TypeAlias
 from rulesheets.deadline import TimeIsUp, expect_time, grace
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import Number
-from solver.accuracy.alike import note_checks
+from solver.accuracy.alike import accepted
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import check_rule, half_unit
 from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated, about
 from solver.kernel.block import kernel_of
 from solver.kernel.candidates import BlockOutcome
-from solver.kernel.question import MANY, PLAN, STEP, Budget
+from solver.kernel.question import PLAN, STEP, Budget
 from solver.kernel.solve_block import solve_block
 from solver.kernel.step import StepOutcome, StepSolver
 from solver.leaves import (
@@ -110,15 +110,14 @@ class Findings:
         """
         values = branch.values
         conflicts: list[Fact] = []
-        worst = 0.0
+        blank = self.model.variables.keys() - values.keys()
         rules = [
             equation
             for equation in self.model.equations
-            if activity(equation, decided) and all(name in values for name in equation.names)
+            if activity(equation, decided) and (not blank or blank.isdisjoint(equation.names))
         ]
-        if len(rules) > MANY:
-            note_checks(self.model, rules, values)
-        for equation in rules:
+        worst, left = accepted(self.model, rules, values)
+        for equation in left:
             check = check_rule(equation, values)
             if check.holds:
                 worst = max(worst, check.scaled)

@@ -73,6 +73,9 @@ def augmented(nodes: Iterable[int], edges: Edges) -> dict[int, int]:
         return chain((p for p in edges[node] if p not in owner_of), edges[node])
 
     for root in nodes:
+        if (free := next((p for p in edges[root] if p not in owner_of), None)) is not None:
+            owner_of[free] = root
+            continue
         path, through, branches, seen = [root], list[int](), [ways(root)], set[int]()
         while path:
             expect_time()

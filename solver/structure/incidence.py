@@ -65,6 +65,8 @@ class Incidence:
 
     def restrict(self, block: Block) -> Incidence:
         """The part with these equations and unknowns alone; costs time for the part only."""
+        if block == self.block:
+            return self
         inside = frozenset(block.unknowns)
         occurs = {e: tuple(u for u in self.occurs[e] if u in inside) for e in block.equations}
         resolvable = {

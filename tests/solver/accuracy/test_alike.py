@@ -10,7 +10,7 @@ import pytest
 
 import rulesheets
 from rulesheets.evaluate import Undefined
-from solver.accuracy.alike import FEWEST, evaluated, note_checks
+from solver.accuracy.alike import FEWEST, accepted, evaluated
 from solver.accuracy.rule_check import check_rule, gross, sides, size
 from solver.path.graph import alike
 
@@ -56,14 +56,42 @@ def test_rows_are_what_single_rules_are(shape: str, answer: Callable[[int], floa
     assert found.holds.all() == (off <= 1e-15) if plain else not found.holds.any()
 
 
-def test_what_is_noted_is_what_is_asked_for() -> None:
+def test_what_does_not_hold_is_left_to_single_rules() -> None:
     model = rulesheets.loads("\n".join(f"y{k} = {k}*x{k}^2" for k in range(1, COUNT + 1)) + "\n")
     values = {name: 2.0 if name[0] == "x" else 4.0 * int(name[1:]) for name in model.variables}
     values["y7"] = 29.0
-    note_checks(model, model.equations, values)
-    checks = [check_rule(equation, values) for equation in model.equations]
-    assert [k for k, check in enumerate(checks, 1) if not check.holds] == [7]
-    assert checks[6].miss == 1.0
+    worst, left = accepted(model, model.equations, values)
+    assert worst == 0.0 and [equation.index + 1 for equation in left] == [7]
+    assert check_rule(left[0], values).miss == 1.0
+    few = model.equations[:5]
+    assert accepted(model, few, values) == (0.0, few)  # too few to be worth it
+
+
+def test_what_is_known_of_rules_goes_by_their_values() -> None:
+    model = rulesheets.loads("\n".join(f"y{k} = x{k}" for k in range(COUNT)) + "\n")
+    rules = model.equations[5:]
+    values: dict[str, float | str] = dict.fromkeys(model.variables, 3.0)
+    assert evaluated(model, rules, values).holds.all()
+    assert evaluated(model, rules, values) is evaluated(model, rules, dict(values))
+    assert np.flatnonzero(~evaluated(model, rules, {**values, "x9": 2.0}).holds).tolist() == [4]
+    signed = evaluated(model, rules, {**values, "x9": 0.0}), evaluated(model, rules, {**values, "x9": -0.0})
+    assert signed[0] is not signed[1]
+    symbols = {**values, "x9": "open", "y9": "open"}, {**values, "x9": "open", "y9": "shut"}
+    assert evaluated(model, rules, symbols[0]) is not evaluated(model, rules, symbols[1])
+
+
+def test_parts_of_a_model_have_the_shapes_of_the_whole() -> None:
+    rules = [f"y{k} = {k}*x{k}^2" for k in range(COUNT)] + [f"z{k} = y{k} + {k}*x{k}" for k in range(COUNT)]
+    model = rulesheets.loads("\n".join(rules) + "\n")
+    chosen = [model.equations[place] for place in (3, 50, 41, 7, 9)]
+    part = alike(model, chosen)
+    assert set(part.names) == {name for rule in chosen for name in rule.names}
+    assert sorted(place for family in part.families for place in family.places) == [0, 1, 2, 3, 4]
+    for family in part.families:
+        for member, place in enumerate(family.places):
+            names = tuple(part.names[column] for column in family.columns[:, member])
+            assert names == chosen[place].names
+            assert family.numbers[:, member].tolist()[0] == chosen[place].index % COUNT
 
 
 @pytest.mark.parametrize("number", [1e-320, 0.0, math.inf, math.nan, 1e-250])
