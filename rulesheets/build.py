@@ -22,8 +22,8 @@ from rulesheets.syntax.nodes import children, names, numbers
 from rulesheets.syntax.program import Program, bodies, components, rules_of, walk
 from rulesheets.units import differences, library_of, unit_named
 
-_MEASURE = re.compile(r"[\d.]\[")
-_PI = re.compile("Pi|PI")
+_MEASURE = re.compile(r"\[(?<=[\d.]\[)")  # a pattern that begins with a certain character is found fast
+_PI = re.compile("P[iI]")
 
 
 class File(NamedTuple):

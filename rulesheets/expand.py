@@ -88,8 +88,8 @@ class Expansion:
         while stack:
             body, context = stack.pop()
             scope, guard, rule = context
-            for name in names_of(body):  # in the order of the text, whatever the order of the calls
-                self.names.setdefault(scope.full_name(name))
+            read = names_of(body)  # in the order of the text, whatever the order of the calls
+            self.names.update(dict.fromkeys(map(scope.full_name, read) if scope.prefix else read))
             match body:
                 case nodes.Equality():
                     for part in components(body, self.functions):

@@ -8,6 +8,7 @@ grammar.
 
 from __future__ import annotations
 
+import math
 import re
 from itertools import count
 from typing import Any, NamedTuple
@@ -24,7 +25,7 @@ LONG = 20_000
 LONGEST = 300
 """Characters of a rule that is compared: no tree of so many is too deep for what works on trees."""
 
-_NAME = r"(?!(?i:if|then|else|call|and|or|not|pi)\b)[a-zA-Z_][a-zA-Z_0-9]*+(?!\w|\s*\()"
+_NAME = r"(?!(?=[iteconapITECONAP])(?i:if|then|else|call|and|or|not|pi)\b)[a-zA-Z_][a-zA-Z_0-9]*+(?!\w|\s*\()"
 _LEAF = re.compile(rf"(?<![\w.])(?:({_NAME})|({NUMBER}))")
 _BETWEEN = re.compile(r"(?:[a-z_]\w*(?=\s*\()|pi\b|[-+*/^(),=\s])*", re.ASCII | re.IGNORECASE)
 
@@ -43,9 +44,9 @@ def leaves_of(line: Line) -> Leaves | None:
     names = parts[1::3]
     written = [number for number in parts[2::3] if number]
     numbers = tuple(map(float, written))
-    if len(line.code) > LONGEST or float("inf") in numbers:
+    if len(line.code) > LONGEST or math.inf in numbers:
         return None
-    if not all(numbers) and any(not float(number) and number.strip("0.") for number in written):
+    if any(not number and text.strip("0.") for number, text in zip(numbers, written, strict=True)):
         return None
     return Leaves((*parts[::3], *map(bool, names)), [name for name in names if name], numbers)
 
