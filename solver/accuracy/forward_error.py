@@ -181,7 +181,7 @@ class _Propagation:
         columns = np.array([place.get(name, -1) for name in found.names], dtype=np.intp)[found.columns]
         inside = columns >= 0
         known = np.array([self.errors.get(name, NONE) for name in found.names])
-        moved = ~inside & known.any(axis=1)[found.columns]
+        moved = ~inside & np.asarray(known.any(axis=1))[found.columns]
         shifts = found.slopes[moved, None] * known[found.columns[moved]]
         np.add.at(off, found.rows[moved], shifts)
         if not np.isfinite(found.slopes).all():
