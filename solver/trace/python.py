@@ -9,7 +9,9 @@ accurate and takes longer.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from math import atan2, cos, fmod, sin
 from types import FunctionType
 from typing import Any, TypeAlias
@@ -17,7 +19,7 @@ from typing import Any, TypeAlias
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
 from solver.trace.flow import Flow
-from solver.trace.graph import TOLERANCE, operands
+from solver.trace.graph import TOLERANCE, Operand, computed_from, operands
 from solver.trace.program import Ending, Program
 
 RADIAN = 0.017453292519943295
@@ -81,7 +83,10 @@ _BINARY = {
     "and": "and",
     "or": "or",
     "xor": "!=",
+    "sooner": "or",
 }
+_TWICE = frozenset({"max", "sind", "cosd"})
+"""Operations whose text has an operand more than once."""
 
 
 def number(given: object) -> float:
@@ -151,7 +156,7 @@ def block_function(
     nodes = [node for node in program.endings[0].results if isinstance(node, int)]
     for count in parts:
         there = len(writer.lines)
-        texts = [writer.text(node, "") for node in nodes[:count]]
+        texts = [writer.text(node) for node in nodes[:count]]
         nodes = nodes[count:]
         pairs.append((writer.lines[there:], texts))
     body = "\n".join(f"    {line}" for line in written(*pairs))
@@ -177,42 +182,28 @@ class _Writer:
         self.program, self.all_answers = program, all_answers
         self.flow: Flow = program.flow
         self.lines: list[str] = []
+        self.indent = ""
         self.texts: dict[int, str] = {}
+        """What reads a node: a name, or what computes it where that is the only reader."""
+        self.depths: dict[int, int] = {}
         self.reads = reads(program)
-        self.heights = dict[int, int]()
-        for node in sorted(self.reads):  # each comes after its operands
-            self.heights[node] = 1 + max((self.heights[o] for o in operands(self.flow, node)), default=-1)
 
     def source(self) -> str:
-        arguments = [f"a{i}" for i in range(self.program.inputs)]
-        endings = self.program.endings
-        if len(endings) == 1 and not self.program.order.usual:
-            self._conditions(endings[0].holds, endings[0].finite)
-            row = self._row(endings[0])
-            if self.program.box is not None:
-                self._line("box.told += 1", "    ")
-            self._line(f"return [{row}]" if self.all_answers else f"return {row}", "    ")
+        program = self.program
+        arguments = [f"a{i}" for i in range(program.inputs)]
+        self.indent = " " * 12
+        self._inputs()
+        if len(program.endings) == 1 and not program.order.usual:
+            self._conditions(program.endings)
+            row = self._row(program.endings[0])
+            if program.box is not None:
+                self._line("box.told += 1")
+            self._line(f"return [{row}]" if self.all_answers else f"return {row}")
         else:
-            checks = dict.fromkeys(check for ending in endings for check in ending.holds)
-            finite = dict.fromkeys(node for ending in endings for node in ending.finite)
-            self._conditions(checks, finite)
-            self._sorted(endings)
-        symbols = dict(self.program.symbols)
-        inputs = [f"            if a{place} != {said!r}: break" for place, said in symbols.items()]
-        numbers = [place for place in range(self.program.inputs) if place not in symbols]
-        inputs += [
-            f"            if a{place}.__class__ is not float: a{place} = number(a{place})"
-            for place in numbers
-        ]
-        if self.program.reach != (-math.inf, math.inf):
-            low, high = self.program.reach
-            inputs.append(f"            if not {low!r} < a0 < {high!r}: break")
-        if self.program.box is not None:
-            inputs.append(f"            {''.join(f'l{place}, h{place}, ' for place in numbers)} = box.ends")
-            within = " and ".join(f"l{place} <= a{place} <= h{place}" for place in numbers)
-            inputs.append(f"            if not ({within}): break")
-        body = "\n".join([*inputs, *("        " + line for line in self.lines)])
-        given = ", ".join(f"{name}" for name in (*arguments, "*more", "**named"))
+            self._conditions(program.endings)
+            self._sorted(program.endings)
+        body = "\n".join(self.lines)
+        given = ", ".join([*arguments, "*more", "**named"])
         taken = ", ".join([*(f"{name}=None" for name in arguments), "*more", "**named"])
         # A loop that is left, not one that goes round: what does not count leaves it before it returns.
         return (
@@ -222,186 +213,157 @@ class _Writer:
             f"    return otherwise({given})\n"
         )
 
-    def _line(self, text: str, indent: str) -> None:
-        self.lines.append(indent + text)
+    def _inputs(self) -> None:
+        program, symbols = self.program, dict(self.program.symbols)
+        for place, said in symbols.items():
+            self._line(f"if a{place} != {said!r}: break")
+        numbers = [place for place in range(program.inputs) if place not in symbols]
+        for place in numbers:
+            self._line(f"if a{place}.__class__ is not float: a{place} = number(a{place})")
+        if program.reach != (-math.inf, math.inf):
+            low, high = program.reach
+            self._line(f"if not {low!r} < a0 < {high!r}: break")
+        if program.box is not None:
+            self._line(f"{''.join(f'l{place}, h{place}, ' for place in numbers)} = box.ends")
+            within = " and ".join(f"l{place} <= a{place} <= h{place}" for place in numbers)
+            self._line(f"if not ({within}): break")
+
+    def _line(self, text: str) -> None:
+        self.lines.append(self.indent + text)
+
+    @contextmanager
+    def _under(self, head: str) -> Iterator[None]:
+        """Lines under a head; what is computed there is not known outside."""
+        self._line(head)
+        outer, self.texts = self.texts, dict(self.texts)
+        self.indent += "    "
+        yield
+        self.texts, self.indent = outer, self.indent[4:]
 
     def _sorted(self, endings: Sequence[Ending]) -> None:
         """Return the rows in their order, or the first of them."""
         order, count = self.program.order, len(endings)
         rows = [f"row{place}" for place in range(count)]
-        for node, _, _ in order.usual:
-            self.text(node, "    ", store=True)
+        usual = [f"{low!r} <= {self.text(node)} <= {high!r}" for node, low, high in order.usual]
         for row, ending in zip(rows, endings, strict=True) if self.all_answers else ():
-            self._line(f"{row} = {self._row(ending)}", "    ")
+            self._line(f"{row} = {self._row(ending)}")
         whole = f"list(fromkeys(({', '.join(rows)})))"
         if count == 2:
             whole = "[row0] if row0 == row1 else [row0, row1]"
-        if order.usual or not order.keys:
-            tests = (f"{low!r} <= {self.text(node, '    ')} <= {high!r}" for node, low, high in order.usual)
-            self._line(f"if {' and '.join(tests) or 'True'}:", "    ")
-            outer = dict(self.texts)
-            row = whole if self.all_answers else self._row(endings[0], "        ")
-            self._line(f"return {row}", "        ")
-            self.texts = outer
+        if usual or not order.keys:
+            with self._under(f"if {' and '.join(usual) or 'True'}:"):
+                self._line(f"return {whole if self.all_answers else self._row(endings[0])}")
         if not order.keys:
-            self._line("break", "    ")
+            self._line("break")
             return
-        self._require(order.told, "    ")
-        keys = [f"({''.join(self.text(n, '    ') + ', ' for n in key)})" for key in order.keys]
+        self._require(order.told)
+        keys = [f"({''.join(self.text(n) + ', ' for n in key)})" for key in order.keys]
         pairs = ", ".join(f"({key}, {place})" for place, key in enumerate(keys))
         if self.all_answers:
-            self._line(f"rows = ({', '.join(rows)})", "    ")
-            self._line(f"return list(fromkeys([rows[k] for _, k in sorted(({pairs}))]))", "    ")
+            self._line(f"rows = ({', '.join(rows)})")
+            self._line(f"return list(fromkeys([rows[k] for _, k in sorted(({pairs}))]))")
             return
-        self._line(f"first = min(({pairs}))[1]", "    ")
+        self._line(f"first = min(({pairs}))[1]")
         for place, ending in enumerate(endings):
-            outer = dict(self.texts)
-            self._line(f"if first == {place}:", "    ")
-            if self.program.alone:
-                self._conditions(
-                    self.program.alone[place].holds, self.program.alone[place].finite, "        "
-                )
-            self._line(f"return {self._row(ending, '        ')}", "        ")
-            self.texts = outer
+            with self._under(f"if first == {place}:"):
+                self._conditions(self.program.alone[place : place + 1])
+                self._line(f"return {self._row(ending)}")
 
-    def _conditions(self, checks: Iterable[int], finite: Iterable[int], indent: str = "    ") -> None:
-        self._require(checks, indent)
-        total = " + ".join(self.text(node, indent, store=True) for node in finite)
-        if total:
-            self._line(f"total = {total}", indent)
-            self._line("if total - total != 0.0: break", indent)
+    def _conditions(self, endings: Sequence[Ending]) -> None:
+        self._require(dict.fromkeys(check for ending in endings for check in ending.holds))
+        finite = dict.fromkeys(node for ending in endings for node in ending.finite)
+        if finite:
+            self._line(f"total = {' + '.join(map(self.text, finite))}")
+            self._line("if total - total != 0.0: break")
 
-    def _require(self, checks: Iterable[int], indent: str) -> None:
+    def _require(self, checks: Iterable[int]) -> None:
         for check in checks:
             kind, *parts = self.flow.nodes[check]
             if kind == "not":
-                self._line(f"if {self.text(int(parts[0]), indent)}: break", indent)
+                self._line(f"if {self.text(int(parts[0]))}: break")
             elif kind == "sooner":
-                self._line(f"if not {self.text(int(parts[0]), indent)}:", indent)
-                self._inside([int(parts[1])], indent, "if not {}: break")
+                with self._under(f"if not {self.text(int(parts[0]))}:"):
+                    self._line(f"if not {self.text(int(parts[1]))}: break")
             else:
-                self._line(f"if not {self.text(check, indent)}: break", indent)
+                self._line(f"if not {self.text(check)}: break")
 
-    def _inside(self, read: list[int], indent: str, line: str) -> None:
-        """A line one level in; what is computed for it is not known outside."""
-        outer = dict(self.texts)
-        inner = indent + "    "
-        self._line(line.format(*(self.text(node, inner) for node in read)), inner)
-        self.texts = outer
-
-    def _row(self, ending: Ending, indent: str = "    ") -> str:
-        parts = [repr(r) if isinstance(r, str) else self.text(r, indent) for r in ending.results]
+    def _row(self, ending: Ending) -> str:
+        parts = [repr(r) if isinstance(r, str) else self.text(r) for r in ending.results]
         return "(" + "".join(f"{part}, " for part in parts) + ")"
 
-    def text(self, node: int, indent: str, store: bool = False) -> str:
-        """Source that reads a node: a name, or what computes it where that is the only reader."""
-        found = self.texts.get(node)
-        if found is not None:
-            return found
-        if self.heights.get(node, 0) > DEEP:
-            self._store_below(node, indent)
-        operation, *parts = self.flow.nodes[node]
-        if operation in ("const", "input"):
-            value = parts[0]
-            text = f"a{value}" if operation == "input" else repr(value)
-            self.texts[node] = f"({text})" if text.startswith("-") else text
-            return self.texts[node]
-        if operation == "item":
-            return self._item(node, int(parts[1]), indent)
-        if operation in ("sind", "cosd"):
-            return self._sine_and_cosine(int(parts[0]), node, indent)
-        if operation == "directiond" or (operation == "call" and parts[0] == "atan2d"):
-            return self._direction(node, int(parts[-2]), int(parts[-1]), indent)
-        source = self._source(str(operation), parts, indent)
-        if self.reads[node] == 1 and not store:
-            return source
-        self._line(f"t{node} = {source}", indent)
-        self.texts[node] = f"t{node}"
+    def text(self, node: int) -> str:
+        """Source that reads a node, behind lines for what else it is computed from."""
+        for below in sorted(computed_from(self.flow, [node], self.texts)):  # each after its operands
+            if below not in self.texts:
+                self._write(below, *self.flow.nodes[below])
         return self.texts[node]
 
-    def _store_below(self, node: int, indent: str) -> None:
-        """Lines for nodes below one at regular heights, so that no text nests deeper than Python reads."""
-        found, waiting = set[int](), [node]
-        while waiting:
-            new = {o for o in operands(self.flow, waiting.pop()) if o not in self.texts} - found
-            waiting += new
-            found |= new
-        for below in sorted(found):
-            if self.heights[below] % DEEP == 0 and self.heights[below] and below not in self.texts:
-                self.text(below, indent, store=True)
+    def _write(self, node: int, operation: Operand, *parts: Any) -> None:
+        name = f"t{node}"
+        read = [self.texts[part] for part in operands(self.flow, node)]
+        match operation:
+            case "const" | "input":
+                text = f"a{parts[0]}" if operation == "input" else repr(parts[0])
+                self.texts[node] = f"({text})" if text.startswith("-") else text
+            case "sind" | "cosd":
+                self._sine_and_cosine(parts[0], read[0])
+            case "root":
+                self._root(node, parts[0], read)
+            case "call" | "directiond" if operation == "directiond" or parts[0] == "atan2d":
+                self.lines += [self.indent + line for line in direction_lines(name, *read)]
+                self.texts[node] = name
+            case _:
+                self.depths[node] = 1 + max(self.depths.get(part, 0) for part in operands(self.flow, node))
+                self.texts[node] = self._source(str(operation), parts, read)
+                if self.reads[node] > 1 or self.depths[node] > DEEP:
+                    self._line(f"{name} = {self.texts[node]}")
+                    self.texts[node], self.depths[node] = name, 0
 
-    def _sine_and_cosine(self, angle: int, node: int, indent: str) -> str:
-        text = self.text(angle, indent, store=True)
-        names: dict[str, str] = {}
+    def _sine_and_cosine(self, angle: int, text: str) -> None:
+        names = dict[str, str]()
         for operation, letter in (("sind", "s"), ("cosd", "c")):
             number = self.flow.number(operation, angle)
             if number is not None and number in self.reads:
                 names[operation] = self.texts[number] = f"{letter}{angle}"
-        for line in sine_and_cosine_lines(text, names.get("sind"), names.get("cosd")):
-            self._line(line, indent)
-        return self.texts[node]
+        lines = sine_and_cosine_lines(text, names.get("sind"), names.get("cosd"))
+        self.lines += [self.indent + line for line in lines]
 
-    def _item(self, node: int, root: int, indent: str) -> str:
+    def _root(self, node: int, finder: int, known: Sequence[str]) -> None:
         """The unknowns of a block, all at once."""
-        finder, *known = self.flow.nodes[root][1:]
-        texts = [self.text(int(o), indent) for o in known]
-        names = []
-        for place in range(len(self.flow.finders[int(finder)].start)):
-            item = self.flow.number("item", place, root)
-            if item in self.reads:
-                self.texts[item] = f"t{item}"
-            names.append(f"t{item}" if item in self.reads else "_")
-        self._line(f"{', '.join(names)}, = f_{finder}({', '.join(texts)})", indent)
-        return self.texts[node]
+        every = range(len(self.flow.finders[finder].start))
+        items = [self.flow.number("item", k, node) or -1 for k in every]
+        self.texts |= {item: f"t{item}" for item in (node, *items) if item in self.reads}
+        names = ", ".join(self.texts.get(item, "_") for item in items)
+        self._line(f"{names}, = f_{finder}({', '.join(known)})")
 
-    def _direction(self, node: int, y: int, x: int, indent: str) -> str:
-        for line in direction_lines(f"t{node}", self.text(y, indent), self.text(x, indent)):
-            self._line(line, indent)
-        self.texts[node] = f"t{node}"
-        return self.texts[node]
-
-    def _source(self, operation: str, operands: list[Any], indent: str) -> str:
-        if operation in ("call", "root"):
-            arguments = ", ".join(self.text(int(o), indent) for o in operands[1:])
-            return f"f_{operands[0]}({arguments})"
-        if operation == "max":
-            one, other = (self.text(int(o), indent, store=True) for o in operands)
-            return f"({one} if {one} > {other} else {other})"
-        parts = [self.text(int(o), indent) for o in operands]
+    def _source(self, operation: str, parts: Sequence[Any], read: Sequence[str]) -> str:
         if operation in _BINARY:
-            return f"({parts[0]} {_BINARY[operation]} {parts[1]})"
-        if operation == "neg":
-            below = self.flow.nodes[int(operands[0])]
-            if below[0] == "sub" and int(operands[0]) not in self.texts:
-                return f"({' - '.join(self.text(int(o), indent) for o in below[:0:-1])})"
-            return f"(-{parts[0]})"
-        if operation == "not":
-            return f"(not {parts[0]})"
-        if operation == "sooner":
-            return f"({parts[0]} or {parts[1]})"
-        if operation == "where":
-            return f"({parts[1]} if {parts[0]} else {parts[2]})"
-        return f"{operation}({', '.join(parts)})"
+            return f"({read[0]} {_BINARY[operation]} {read[1]})"
+        match operation:
+            case "call":
+                return f"f_{parts[0]}({', '.join(read)})"
+            case "max":
+                return f"({read[0]} if {read[0]} > {read[1]} else {read[1]})"
+            case "neg":
+                below, *others = self.flow.nodes[parts[0]]
+                if below == "sub" and read[0] != f"t{parts[0]}":
+                    return f"({' - '.join(self.texts[int(other)] for other in others[::-1])})"
+                return f"(-{read[0]})"
+            case "not":
+                return f"(not {read[0]})"
+            case "where":
+                return f"({read[1]} if {read[0]} else {read[2]})"
+            case _:
+                return f"{operation}({', '.join(read)})"
 
 
-def reads(program: Program) -> dict[int, int]:
-    """How often each node that matters is read."""
-    count: dict[int, int] = {}
-    waiting: list[int] = []
-
-    def read(node: int) -> None:
-        if node not in count:
-            count[node] = 0
-            waiting.append(node)
-        count[node] += 1
-
+def reads(program: Program) -> Counter[int]:
+    """How often each node that matters is read, or stands in a text that reads it."""
     order = program.order
-    alone = program._replace(endings=program.alone).wanted
-    for node in (*program.wanted, *alone, *order.told, *(node for key in order.keys for node in key)):
-        read(node)
-    for node, _, _ in order.usual:
-        read(node)
-    while waiting:
-        for operand in operands(program.flow, waiting.pop()):
-            read(operand)
+    nodes = [*program.wanted, *program._replace(endings=program.alone).wanted, *order.told]
+    nodes += [node for key in order.keys for node in key] + [node for node, _, _ in order.usual]
+    count = Counter(nodes)
+    for node in computed_from(program.flow, nodes):
+        for operand in operands(program.flow, node):
+            count[operand] += 2 if program.flow.nodes[node][0] in _TWICE else 1
     return count
