@@ -276,8 +276,9 @@ def _runs(found: _Found, want: Sequence[str]) -> Iterator[_Run]:
         return values if status is Status.SOLVED else {}
 
     def value(name: str, place: float) -> float | None:
+        """Symbols count as 0: what can be told of them is where they are missing."""
         found = answer(place).get(name)
-        return found if isinstance(found, float) else None
+        return 0.0 if isinstance(found, str) else found
 
     turn = system.graph.single_turn
     solved = groupby(enumerate(rows), key=lambda item: item[1].status is Status.SOLVED)

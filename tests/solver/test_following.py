@@ -268,3 +268,10 @@ def test_what_is_only_computed_is_parted_at_poles_and_jumps(
     assert len(table.branches) == branches
     told = [branch.end for branch in table.branches[:-1]]
     assert told == ["a value jumps or grows without bound"] * (branches - 1)
+
+
+def test_a_branch_of_symbols_alone_ends_where_there_is_no_answer() -> None:
+    """The gap lies between two swept values."""
+    sheet = "variables\n  x\n  y\n  kind\nrules\n  y = sqrt((x - 1)*(x - 2))\n  if y >= 0 then kind = 'up\n"
+    table = solver.sweep(rulesheets.loads(sheet), {"x": [0.0, 0.5, 2.5, 3.0]}, ["kind"], follow=True)
+    assert [(branch.first, branch.last) for branch in table.branches] == [(0, 2), (2, 4)]
