@@ -150,13 +150,14 @@ def in_memory(count: int, way: str) -> Took:
 
 def to_file(path: str, count: int, way: str) -> dict[str, float]:
     from solver.files.tables import table_file
-    from solver.sweeps.sweep import grid_chunks, run
+    from solver.sweeps.sweep import followed, grid_chunks, run
     from solver.sweeps.workers import solved_pieces
 
     todo = work(count, way == "jit")
     timer = Timer()
-    pieces = by_hand(count) if way == "hand" else solved_pieces(todo, grid_chunks(rows(count)), count)
-    outcome = run(pieces, [table_file(path, todo.names, ())])
+    solved = by_hand(count) if way == "hand" else None
+    solved = solved or followed(todo, solved_pieces(todo, grid_chunks(rows(count)), count))
+    outcome = run(solved, [table_file(path, todo.names, ())])
     took = timer.took(path)
     assert outcome.rows == count and outcome.all_solved
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

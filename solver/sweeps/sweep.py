@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from importlib.util import find_spec
-from math import inf, lcm, prod
+from math import lcm, prod
 from time import time
 from typing import Any, NamedTuple, Protocol, TypeAlias
 
@@ -42,7 +42,7 @@ from solver.files.tables import (
 from solver.path.planner import planner
 from solver.result import SPREADS, Result, Samples
 from solver.sweeps import Plan, prepare
-from solver.sweeps.work import ENDLESS, Branches, Follower, Solved, Work
+from solver.sweeps.work import ENDLESS, Every, Primary, Rows, Solved, Work
 from solver.sweeps.workers import solved_pieces
 
 
@@ -142,19 +142,15 @@ def work_of(
     return Work(*known, lessons, every, jit, line, until)
 
 
-def followed(work: Work, pieces: Iterator[Solved]) -> Iterator[Solved]:
-    """The pieces with branches kept: in the numbers of answers where all are asked for, else in the first."""
-    turn = planner(work.model).graph.turn
-    follow: Callable[[Solved], Solved]
-    if work.every:
-        answer, *wanted = work.names[len(work.inputs) :]
-        follow = Follower(answer, wanted, {name: turn(name) or inf for name in wanted}, work.line)
-    else:
-        follow = Branches(work, np.array([turn(name) or inf for name in work.want]))
+def followed(work: Work, pieces: Iterator[Rows]) -> Iterator[Solved]:
+    """The pieces as tables, with branches kept: in the numbers of answers where all are asked for, else in
+    the first.
+    """
+    tabled = (Every if work.every else Primary)(work, planner(work.model).graph.turn)
     try:
-        yield from map(follow, pieces)
+        yield from map(tabled, pieces)
     except Interrupted as reached:
-        raise Interrupted(reached.rows, tuple(map(follow, reached.kept))) from None
+        raise Interrupted(reached.rows, tuple(map(tabled, reached.kept))) from None
 
 
 def monte_carlo(

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
 from time import time
 from typing import Any, NamedTuple, TypeAlias
 
@@ -46,25 +45,25 @@ Key: TypeAlias = tuple[str | None, ...]
 """The symbols of a row, None at the place of a number."""
 
 
-def _by_symbols(columns: Sequence[Array]) -> dict[Key, Array]:
-    """The rows (m,) by the symbols that are in them."""
+def _by_symbols(columns: Sequence[Array], rows: Array) -> dict[Key, Array]:
+    """These ``rows`` by the symbols that are in them."""
     if all(column.dtype != object for column in columns):
-        return {(None,) * len(columns): np.arange(len(columns[0]) if columns else 1)}
-    kinds = ([value if isinstance(value, str) else None for value in column.tolist()] for column in columns)
-    rows: dict[Key, list[int]] = {}
-    for row, key in enumerate(zip(*kinds, strict=True)):
-        rows.setdefault(key, []).append(row)
-    return {key: np.array(found) for key, found in rows.items()}
+        return {(None,) * len(columns): rows}
+    kinds = ([value if isinstance(value, str) else None for value in c[rows].tolist()] for c in columns)
+    found: dict[Key, list[int]] = {}
+    for row, key in zip(rows.tolist(), zip(*kinds, strict=True), strict=True):
+        found.setdefault(key, []).append(row)
+    return {key: np.array(some) for key, some in found.items()}
 
 
-def _numbers(columns: Sequence[Array], key: Key, rows: Any) -> list[Array]:
-    return [
-        c[rows].astype(float, copy=False) for c, symbol in zip(columns, key, strict=True) if symbol is None
-    ]
+def _numbers(columns: Sequence[Array], key: Key, rows: Array) -> list[Array]:
+    """The columns of numbers, of all rows as they are."""
+    numbers = [column for column, symbol in zip(columns, key, strict=True) if symbol is None]
+    return [(c if len(c) == len(rows) else c[rows]).astype(float, copy=False) for c in numbers]
 
 
 class Rows(NamedTuple):
-    """The inputs of rows, their status codes (n,), and all their answers."""
+    """A piece as it is solved: the inputs of rows, their status codes (n,), and all their answers."""
 
     inputs: tuple[Array, ...]
     codes: Array
@@ -77,17 +76,13 @@ class Rows(NamedTuple):
         return Rows(inputs, self.codes[-2:], self.answers.cut(max(rows - 2, 0), rows))
 
 
-@dataclass(frozen=True)
-class Solved:
-    """A piece of the ``table`` in the order of its rows.
-
-    ``counts`` are the rows by status code, ``several`` those that have several answers and show one. ``rows``
-    are all of them where there are such, else the last ones: they tell which branch an answer belongs to.
+class Solved(NamedTuple):
+    """A piece of the ``table`` in the order of its rows: ``counts`` are the rows by status code, ``several``
+    those that have several answers and show one.
     """
 
     counts: tuple[int, ...]
     table: Table
-    rows: Rows | None = None
     several: int = 0
 
 
@@ -123,12 +118,6 @@ class Work(NamedTuple):
             return (*own, free_name("answers", own))
         return (*self.inputs, free_name("answer", own), *own[len(self.inputs) :])
 
-    def solved(self, rows: Rows, first: Array) -> Solved:
-        """Rows with their primary answers, the ``first`` (n,) of each that has some."""
-        inputs = dict(zip(self.inputs, rows.inputs, strict=True))
-        table = one_answer(inputs, self.want, rows.codes, rows.answers, first)
-        return Solved(_counts(rows.codes), table)
-
     def packed(self) -> bytes:
         """Bytes from which ``unpacked`` makes the same work in any process with the same Backsolve."""
         return pickle.dumps(self, protocol=5)
@@ -156,19 +145,18 @@ class Solver:
         self._lessons = [column[asked] for column in work.lessons]
         self._plans: dict[Key, tuple[Plan, Any]] = {}
 
-    def __call__(self, columns: Sequence[Array]) -> Solved:
+    def __call__(self, columns: Sequence[Array]) -> Rows:
         """Rows whose inputs are missing or out of range get their status, and only the others are solved.
 
         Raises Interrupted with the rows before the one that an interrupt met, solved.
         """
         work, codes = self.work, refusals(columns, self._inputs)
-        asked, left = np.flatnonzero(codes == 0), codes == 0
+        left = codes == 0
         steady = not work.every and work.line > 1  # a branch is kept: not every row has to be sorted
         parts: list[tuple[Array, Answers]] = []
         with time_limit(None if work.until is None else max(work.until - time(), 1e-9)):
-            for key, rows in _by_symbols([column[asked] for column in columns]).items():
-                places, plan = asked[rows], self._plan(key)
-                done, numbers = len(places), _numbers(columns, key, places)
+            for key, places in _by_symbols(columns, np.flatnonzero(left)).items():
+                plan, done, numbers = self._plan(key), len(places), _numbers(columns, key, places)
                 try:
                     if numbers:
                         status, answers = sweep_answers(plan, numbers, work.jit, steady)
@@ -184,10 +172,10 @@ class Solver:
                     break
         every = together(parts, len(codes))
         if not left.any():
-            return self._solved(columns, codes, every)
+            return Rows(tuple(columns), codes, every)
         count = int(np.argmax(left))
-        inputs = [column[:count] for column in columns]
-        raise Interrupted(count, (self._solved(inputs, codes[:count], every.cut(0, count)),))
+        inputs = tuple(column[:count] for column in columns)
+        raise Interrupted(count, (Rows(inputs, codes[:count], every.cut(0, count)),))
 
     def _plan(self, key: Key) -> Plan:
         if key not in self._plans:
@@ -195,8 +183,9 @@ class Solver:
             fixed = {n: s for n, s in zip(work.inputs, key, strict=True) if s is not None}
             names = tuple(name for name in work.inputs if name not in fixed)
             plan = Plan(work.model, names, work.want, {**work.given, **fixed}, work.guesses)
-            rows = _by_symbols(self._lessons).get(key, ()) if self._lessons else ()
-            if names and len(rows):
+            there = np.arange(len(self._lessons[0]) if self._lessons else 0)
+            rows = _by_symbols(self._lessons, there).get(key) if len(there) else None
+            if names and rows is not None:
                 try:
                     plan.sweep(*_numbers(self._lessons, key, rows), jit=work.jit)
                 except Interrupted:  # rows to learn from are none of the piece
@@ -206,32 +195,6 @@ class Solver:
         plan.records.forget(known)
         return plan
 
-    def _solved(self, columns: Sequence[Array], codes: Array, answers: Answers) -> Solved:
-        if self.work.every:
-            return Solved(_counts(codes), self._every(columns, codes, answers))
-        several, rows = int((answers.counts > 1).sum()), Rows(tuple(columns), codes, answers)
-        solved = self.work.solved(rows, np.zeros(len(codes), dtype=np.intp))
-        return replace(solved, rows=rows if several else rows.last(), several=several)
-
-    def _every(self, columns: Sequence[Array], codes: Array, answers: Answers) -> Table:
-        """A row for each answer, numbered 1, 2, …, the primary answer first.
-
-        A row of inputs without an answer keeps one row, numbered 0.
-        """
-        work = self.work
-        some = answers.counts > 0
-        each = np.where(some, answers.counts, 1)
-        starts = np.cumsum(each) - each
-        pairs = zip(work.inputs, columns, strict=True)
-        table: dict[str, Array] = {name: np.repeat(column, each) for name, column in pairs}
-        ranks = np.arange(1, each.sum() + 1) - np.repeat(starts, each)
-        ranks[starts[~some]] = 0
-        table[work.names[len(work.inputs)]] = ranks.astype(np.int32)
-        values = answers.listed() or [np.full(len(codes), np.nan) for _ in work.want]
-        for name, column in zip(work.want, values, strict=True):
-            table.setdefault(name, column)
-        return Table(table, np.repeat(codes, each), answers=np.repeat(answers.counts, each))
-
 
 def _counts(codes: Array) -> tuple[int, ...]:
     if not codes.any():  # most pieces: nothing to be told apart
@@ -239,44 +202,74 @@ def _counts(codes: Array) -> tuple[int, ...]:
     return tuple(np.bincount(codes, minlength=len(WORDS)).tolist())
 
 
-class Branches:
-    """Replaces the answers that the rule put first by those that continue the branch of the row before.
+class Primary:
+    """Pieces as tables with one answer a row: the one that continues the branch of the row before, else the
+    one that the rule says.
 
     A row begins anew where the rows of a line are full: where an outer input of a grid changes.
     """
 
-    def __init__(self, work: Work, turns: Points) -> None:
-        self.work, self.turns = work, turns
+    def __init__(self, work: Work, turn: Callable[[str], float | None]) -> None:
+        self.work, self.turns = work, np.array([turn(name) or np.inf for name in work.want])
         self._done = 0
         self._before: Rows | None = None
 
-    def __call__(self, piece: Solved) -> Solved:
-        assert piece.rows is not None
-        last = piece.rows.last()
-        if piece.several:
-            before, rows = self._before, piece.rows
-            extra = 0 if before is None else len(before.codes)
-            if before is not None:
-                both = zip(before.inputs, rows.inputs, strict=True)
-                codes = np.concatenate([before.codes, rows.codes])
-                parts = [(np.arange(extra), before.answers), (np.arange(extra, len(codes)), rows.answers)]
-                rows = Rows(tuple(map(stacked, both)), codes, together(parts, len(codes)))
-            done, line = self._done - extra, self.work.line
-            first = kept(rows.inputs, rows.answers, self.turns, line, done, [0] * extra)
-            if first.any():
-                piece = replace(self.work.solved(piece.rows, first[extra:]), several=piece.several)
-            last = rows.last()
-            planes = [[column.copy() for column in plane] for plane in last.answers.planes]
-            for row, place in enumerate(first[-2:].tolist()):  # the primary answers before the others
-                for values in zip(*planes, strict=True):
-                    values[0][row], values[place][row] = values[place][row], values[0][row]
-            last = last._replace(answers=Answers(last.answers.counts, planes))
-        self._before, self._done = last, self._done + sum(piece.counts)
-        return piece
+    def __call__(self, rows: Rows) -> Solved:
+        count, work = len(rows.codes), self.work
+        several = int((rows.answers.counts > 1).sum())
+        first, last = np.zeros(count, dtype=np.intp), rows.last()
+        if several:
+            first, last = self._continued(rows)
+        self._before, self._done = last, self._done + count
+        inputs = dict(zip(work.inputs, rows.inputs, strict=True))
+        table = one_answer(inputs, work.want, rows.codes, rows.answers, first)
+        return Solved(_counts(rows.codes), table, several)
+
+    def _continued(self, rows: Rows) -> tuple[Array, Rows]:
+        """Of each row the answer that comes first, and the last two rows with these in front."""
+        extra = 0
+        if (before := self._before) is not None:
+            extra, count = len(before.codes), len(before.codes) + len(rows.codes)
+            parts = [(np.arange(extra), before.answers), (np.arange(extra, count), rows.answers)]
+            inputs = tuple(map(stacked, zip(before.inputs, rows.inputs, strict=True)))
+            rows = Rows(inputs, np.concatenate([before.codes, rows.codes]), together(parts, count))
+        known, line = [0] * extra, self.work.line
+        first = kept(rows.inputs, rows.answers, self.turns, line, self._done - extra, known)
+        last = rows.last()
+        planes = [[column.copy() for column in plane] for plane in last.answers.planes]
+        for row, place in enumerate(first[-2:].tolist()):
+            for values in zip(*planes, strict=True):
+                values[0][row], values[place][row] = values[place][row], values[0][row]
+        return first[extra:], last._replace(answers=Answers(last.answers.counts, planes))
+
+
+class Every:
+    """Pieces as tables with a row for each answer, which has a number that stays with its branch.
+
+    A row of inputs without an answer keeps one row, numbered 0.
+    """
+
+    def __init__(self, work: Work, turn: Callable[[str], float | None]) -> None:
+        self.work = work
+        self._number, *self._wanted = work.names[len(work.inputs) :]
+        self._follow = Follower([turn(name) or np.inf for name in self._wanted], work.line)
+
+    def __call__(self, rows: Rows) -> Solved:
+        work, counts = self.work, rows.answers.counts
+        each = np.maximum(counts, 1)
+        pairs = zip(work.inputs, rows.inputs, strict=True)
+        table: dict[str, Array] = {name: np.repeat(column, each) for name, column in pairs}
+        values = rows.answers.listed() or [np.full(len(each), np.nan) for _ in work.want]
+        found = dict(zip(work.want, values, strict=True))
+        points = np.array([numbers_of(found[name]) for name in self._wanted])
+        table[self._number] = self._follow(points.reshape(len(self._wanted), each.sum()), counts)
+        status, answers = np.repeat(rows.codes, each), np.repeat(counts, each)
+        table.update((name, found[name]) for name in self._wanted)
+        return Solved(_counts(rows.codes), Table(table, status, answers=answers))
 
 
 class Follower:
-    """Renumbers the answers of each row by those of the row before.
+    """Numbers the answers of each row by those of the row before, for every variable one whole ``turn``.
 
     The answers of two neighbouring rows are paired by the least distance between where a branch is
     heading (on a straight line through its last two rows) and where an answer lies. An answer that
@@ -284,26 +277,21 @@ class Follower:
     rows: where an outer input of a grid changes. The order of the answers within a row stays.
     """
 
-    def __init__(self, column: str, wanted: Sequence[str], turns: Mapping[str, float], line: int) -> None:
-        self._column, self._wanted, self._line = column, tuple(wanted), line
-        self._turns = np.array([turns.get(name, np.inf) for name in wanted])
+    def __init__(self, turns: Sequence[float], line: int) -> None:
+        self._turns, self._line = np.array(turns), line
         self._row, self._in_order = 0, False
         # the branches of the last row: their numbers, where they are (v, k), and their steps to there
         self._labels: list[int] = []
-        self._at: Points = np.zeros((len(self._wanted), 0))
+        self._at: Points = np.zeros((len(turns), 0))
         self._steps = self._at
 
-    def __call__(self, piece: Solved) -> Solved:
-        """The next piece, renumbered."""
-        table = piece.table
-        ranks = table[self._column]
-        found = [numbers_of(table[name]) for name in self._wanted]
-        points = np.array(found).reshape(len(found), len(ranks))  # also where nothing is wanted
-        starts = np.flatnonzero(ranks < 2)
-        counts = np.where(ranks[starts] == 0, 0, np.diff(starts, append=len(ranks)))
+    def __call__(self, points: Points, counts: Array) -> NDArray[np.int32]:
+        """The numbers of the answers (v, m) of the next rows, so many each; 0 for a row that has none."""
+        each = np.maximum(counts, 1)
+        starts = np.cumsum(each) - each
         plain = self._plain_rows(points, starts, counts)
         ends = np.append(np.flatnonzero(~plain), len(counts))
-        numbers, row = ranks.copy(), 0
+        numbers, row = np.zeros(points.shape[1], dtype=np.int32), 0
         while row < len(counts):
             end = row + 1
             if plain[row] and self._in_order:
@@ -315,7 +303,7 @@ class Follower:
             places = slice(starts[row], starts[row] + len(self._labels) * (end - row))
             numbers[places] = np.tile(self._labels, end - row)
             self._row, row = self._row + end - row, end
-        return replace(piece, table=table.having({**table, self._column: numbers}))
+        return numbers
 
     def _one(self, found: Points) -> None:
         """Number the answers (v, j) of one row by the row before."""

@@ -29,7 +29,7 @@ from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.registered import in_memory
 from solver.files import missing_extra
 from solver.files.tables import Chunk
-from solver.sweeps.work import Solved, Solver, Work, unpacked
+from solver.sweeps.work import Rows, Solver, Work, unpacked
 
 PATIENCE = 5.0
 """Seconds that a worker has to end after an interrupt."""
@@ -42,7 +42,7 @@ _START = (
 )
 
 
-def solved_by_workers(work: Work, chunks: Iterable[Chunk], jobs: int) -> Iterator[Solved]:
+def solved_by_workers(work: Work, chunks: Iterable[Chunk], jobs: int) -> Iterator[Rows]:
     """The pieces in their order; two a worker are under way at any time.
 
     Raises RuleSheetError (E446) where workers keep ending over one piece.
@@ -56,7 +56,7 @@ def in_order(
     chunks: Iterable[Chunk],
     window: Callable[[], int],
     interrupt: Callable[[], None] | None = None,
-) -> Iterator[Solved]:
+) -> Iterator[Rows]:
     """Results of futures in the order of the pieces, never more than ``window()`` of them under way.
 
     At an interrupt the pieces under way are cut short by ``interrupt``, and Interrupted is raised with what
@@ -76,16 +76,16 @@ def in_order(
         if interrupt is None:
             raise
         interrupt()
-        kept: list[Solved] = []
+        kept: list[Rows] = []
         for future in under_way:  # up to the first gap
             try:
                 answer = future.result(PATIENCE)
             except (TimeoutError, CancelledError, RuleSheetError):
                 break
-            kept += [answer] if isinstance(answer, Solved) else answer
-            if not isinstance(answer, Solved):
+            kept += answer if isinstance(answer, list) else [answer]
+            if isinstance(answer, list):
                 break
-        raise Interrupted(sum(sum(piece.counts) for piece in kept), tuple(kept)) from None
+        raise Interrupted(sum(len(rows.codes) for rows in kept), tuple(kept)) from None
 
 
 def _awaited(future: Any) -> Any:
@@ -117,7 +117,7 @@ class _Workers:
         for worker in self._all:
             worker.send_signal(signal.SIGINT)
 
-    def submit(self, chunk: Chunk) -> Future[Solved | tuple[Solved, ...]]:
+    def submit(self, chunk: Chunk) -> Future[Rows | list[Rows]]:
         return self._threads.submit(self._solve, chunk)
 
     def close(self) -> None:
@@ -133,13 +133,13 @@ class _Workers:
                 with suppress(OSError):  # what the process did not read any more goes nowhere
                     pipe.close()
 
-    def _solve(self, chunk: Chunk) -> Solved | tuple[Solved, ...]:
-        """A piece, or as a tuple what an interrupt has left of it."""
+    def _solve(self, chunk: Chunk) -> Rows | list[Rows]:
+        """A piece, or as a list what an interrupt has left of it."""
         for _ in range(TRIES):
             worker = self._idle.get()
             try:
                 if self._ending:
-                    return ()
+                    return []
                 worker = worker or self._started()
                 pickle.dump(chunk, worker.stdin, protocol=5)
                 worker.stdin.flush()
@@ -151,7 +151,7 @@ class _Workers:
             else:
                 if isinstance(answer, Exception):
                     raise answer
-                assert isinstance(answer, Solved | tuple)
+                assert isinstance(answer, Rows | list)
                 return answer
             finally:
                 self._idle.put(worker)
@@ -174,7 +174,7 @@ class _Workers:
 
 def serve() -> None:
     """Solve pieces until there are no more. An interrupt ends the piece at hand: what there is of it is sent
-    as a tuple."""
+    as a list."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     questions = sys.stdin.buffer
@@ -189,9 +189,9 @@ def serve() -> None:
                 with interrupts.open():
                     answer: object = solve(columns)
             except Interrupted as reached:
-                answer = reached.kept
+                answer = [*reached.kept]
             except KeyboardInterrupt:
-                answer = ()
+                answer = []
             except Exception as failure:
                 answer = failure
             pickle.dump(answer, answers, protocol=5)
@@ -204,7 +204,7 @@ ANSWER_WITHIN = 10
 _one_at_a_time = Lock()
 
 
-def solved_on_cluster(work: Work, chunks: Iterable[Chunk], scheduler: Any) -> Iterator[Solved]:
+def solved_on_cluster(work: Work, chunks: Iterable[Chunk], scheduler: Any) -> Iterator[Rows]:
     """The pieces in their order. ``scheduler`` is an address, or a ``distributed.Client``.
 
     Two pieces a thread of the cluster are under way at any time. Raises RuleSheetError: E441 without
@@ -241,7 +241,7 @@ def solved_on_cluster(work: Work, chunks: Iterable[Chunk], scheduler: Any) -> It
             raise _unusable(f"its workers have no module {missing.name}") from None
 
 
-def solve_piece(packed: bytes, expected: str, chunk: Chunk) -> Solved:
+def solve_piece(packed: bytes, expected: str, chunk: Chunk) -> Rows:
     """Runs on a worker. The threads of a worker take turns: a plan serves one at a time."""
     with _one_at_a_time:
         return _solver(packed, expected)(chunk)
@@ -285,7 +285,7 @@ def solved_pieces(
     total: int | None,
     jobs: int | None = None,
     scheduler: object = None,
-) -> Iterator[Solved]:
+) -> Iterator[Rows]:
     """The pieces in their order: the same whoever solves them.
 
     ``jobs`` is a number of processes; None starts as many as there are processors where that pays.
@@ -303,7 +303,7 @@ def solved_pieces(
     return map(Solver(work), chunks)
 
 
-def _as_it_pays(work: Work, chunks: Iterator[Chunk], total: int | None, jobs: int) -> Iterator[Solved]:
+def _as_it_pays(work: Work, chunks: Iterator[Chunk], total: int | None, jobs: int) -> Iterator[Rows]:
     """Here, until what is left turns out to be worth starting workers for.
 
     Where nobody knows how many rows are left it may be as many as there have been. The first piece teaches

@@ -21,7 +21,7 @@ import solver
 from rulesheets.diagnosis import RuleSheetError
 from solver.__main__ import main
 from solver.files.tables import column_of
-from solver.sweeps.sweep import Grid, grid_chunks, work_of
+from solver.sweeps.sweep import Grid, followed, grid_chunks, work_of
 from solver.sweeps.workers import solved_pieces
 
 pytest.importorskip("distributed")
@@ -76,16 +76,16 @@ def test_a_worker_that_is_killed_costs_no_rows(cluster: Cluster) -> None:
     model = rulesheets.load("offset_slider_crank")
     work = work_of(solver.prepare(model, ["thetaAO"], ["xB", "vB", "aB"]))
     rows = Grid((column_of(np.linspace(-180, 180, 1500)),), zipped=True)
-    alone = [piece.table for piece in solved_pieces(work, grid_chunks(rows), 1500, 1)]
+    alone = [piece.table for piece in followed(work, solved_pieces(work, grid_chunks(rows), 1500, 1))]
     shared = []
-    for piece in solved_pieces(work, grid_chunks(rows), 1500, scheduler=cluster.address):
+    there = solved_pieces(work, grid_chunks(rows), 1500, scheduler=cluster.address)
+    for piece in followed(work, there):
         if not shared:
             cluster.workers[0].kill()
         shared.append(piece.table)
     assert cluster.workers[0].wait(10) != 0
     assert len(alone) == len(shared) > 4
     for one, other in zip(alone, shared, strict=True):
-        assert one is not None and other is not None
         assert one.status.tobytes() == other.status.tobytes()
         for name, column in one.items():
             assert column.tobytes() == other[name].tobytes()

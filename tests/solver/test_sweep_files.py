@@ -39,10 +39,11 @@ from solver.files.tables import (
     stacked,
     write_table,
 )
+from solver.ranking.branches import Answers
 from solver.sweeps import Plan, workers
 from solver.sweeps import sweep as sweeping
-from solver.sweeps.sweep import Grid, Outcome, grid_chunks, grid_lessons, run, work_of
-from solver.sweeps.work import Solved, Solver, Work, unpacked
+from solver.sweeps.sweep import Grid, Outcome, followed, grid_chunks, grid_lessons, run, work_of
+from solver.sweeps.work import Rows, Solved, Solver, Work, unpacked
 from solver.sweeps.workers import in_order, solved_pieces
 from solver.trace.records import Records
 
@@ -316,14 +317,14 @@ def test_a_piece_comes_out_alike_whatever_was_solved_before(
     cuts = [0, 40, 41, 90, len(rows) // 2, len(rows)]
     pieces = [rows.at(np.arange(one, other)) for one, other in pairwise(cuts)]
     forward, backward = Solver(work), Solver(unpacked(work.packed()))
-    there = [forward(piece).table for piece in pieces]
-    back = [backward(piece).table for piece in reversed(pieces)][::-1]
-    for one, other in zip(there, back, strict=True):
-        assert one is not None and other is not None
+    there = [forward(piece) for piece in pieces]
+    back = [backward(piece) for piece in reversed(pieces)][::-1]
+    tables = ([piece.table for piece in followed(work, iter(found))] for found in (there, back))
+    for one, other in zip(*tables, strict=True):
         assert one.status.tobytes() == other.status.tobytes()
         for column in one:
             assert repr(one[column].tolist()) == repr(other[column].tolist())
-    assert any(part is not None and (part.status == 0).any() for part in there)
+    assert any((rows.codes == 0).any() for rows in there)
 
 
 def test_machine_code_gives_the_same_rows(sheet: Path, tmp_path: Path) -> None:
@@ -364,17 +365,16 @@ def test_a_worker_that_is_killed_loses_nothing(monkeypatch: pytest.MonkeyPatch) 
         return started[-1]
 
     model = rulesheets.loads(LENS)
-    alone = [piece.table for piece in solved_pieces(work(model), pieces_of(2000), 2000, 1)]
+    alone = list(solved_pieces(work(model), pieces_of(2000), 2000, 1))
     monkeypatch.setattr(workers.subprocess, "Popen", remembered)
     shared = []
     for piece in solved_pieces(work(model), pieces_of(2000), 2000, 2):
         if not shared:
             started[0].kill()
-        shared.append(piece.table)
+        shared.append(piece)
     assert len(started) == 3
     for one, other in zip(alone, shared, strict=True):
-        assert one is not None and other is not None
-        assert one["v"].tobytes() == other["v"].tobytes()
+        assert [c.tobytes() for c in one.answers.planes[0]] == [c.tobytes() for c in other.answers.planes[0]]
     assert all(process.poll() is not None for process in started)
 
 
@@ -390,7 +390,7 @@ def test_workers_start_where_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
 
     asked: list[int] = []
 
-    def noted(work: Work, chunks: Iterator[object], jobs: int) -> Iterator[Solved]:
+    def noted(work: Work, chunks: Iterator[object], jobs: int) -> Iterator[object]:
         asked.append(sum(len(chunk[0]) for chunk in chunks))  # type: ignore[index]
         return iter(())
 
@@ -414,7 +414,7 @@ def test_a_row_that_goes_step_by_step_starts_no_workers(monkeypatch: pytest.Monk
     monkeypatch.setattr(running, "processors", lambda: 2)
     monkeypatch.setattr(running, "solved_by_workers", lambda *_: pytest.fail("workers were started"))
     lens = work(rulesheets.loads(LENS))
-    assert sum(sum(piece.counts) for piece in solved_pieces(lens, pieces_of(9000), 9000)) == 9000
+    assert sum(len(rows.codes) for rows in solved_pieces(lens, pieces_of(9000), 9000)) == 9000
 
 
 # --- progress --------------------------------------------------------------------
@@ -490,8 +490,8 @@ class Piece:
 
 def test_an_interrupt_keeps_the_rows_of_pieces_under_way_with_workers() -> None:
     """The first piece comes to its end, the second is cut short; what comes after it is no use."""
-    solved = [Solved((rows,), None) for rows in (256, 100, 256)]
-    pieces = iter([Piece(solved[0], True), Piece((solved[1],)), Piece(solved[2])])
+    solved = [Rows((), np.zeros(rows, np.int8), Answers(np.zeros(rows), [])) for rows in (256, 100, 256)]
+    pieces = iter([Piece(solved[0], True), Piece([solved[1]]), Piece(solved[2])])
     told: list[str] = []
     found = in_order(lambda chunk: next(pieces), [(), (), ()], lambda: 4, lambda: told.append("stop"))
     with pytest.raises(Interrupted) as reached:
@@ -505,7 +505,7 @@ def test_an_interrupt_within_the_lock_of_a_future_is_an_interrupt() -> None:
     """Python waits with the lock let go; what comes then makes its release fail, after the interrupt."""
 
     class Future:
-        def result(self, patience: float | None = None) -> Solved:
+        def result(self, patience: float | None = None) -> Rows:
             if patience is not None:
                 raise TimeoutError
             try:
@@ -532,8 +532,8 @@ def test_a_worker_sends_what_it_has_of_a_piece() -> None:
         assert not future.done()
         some.interrupt()
         (piece,) = future.result(20.0)
-    assert 0 < sum(piece.counts) < 60_000
-    assert len(piece.table.status) == sum(piece.counts)
+    assert 0 < len(piece.codes) < 60_000
+    assert len(piece.inputs[0]) == len(piece.answers.counts) == len(piece.codes)
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet"])

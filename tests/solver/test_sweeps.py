@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from solver.files.tables import Table, column_of, csv_head
+from solver.files.tables import column_of, csv_head
 from solver.sweeps.sweep import LARGEST, Grid, Stretch, file_chunks, grid_chunks, size
-from solver.sweeps.work import Follower, Solved
+from solver.sweeps.work import Follower
 from tests.solver.conftest import Run
 
 ROOT = Path(__file__).parent.parent.parent
@@ -284,10 +284,8 @@ def test_branches_that_cross_are_followed(orders: list[list[int]], seed: int) ->
     lines = starts + np.outer(np.arange(40), draw.uniform(-6, 6, 3))
     wound = (lines + 180) % 360 - 180
     shuffled = np.array([row[order] for row, order in zip(wound, orders, strict=True)])
-    values = {"answer": np.tile([1, 2, 3], 40), "x": shuffled.ravel()}
-    table = Table(values, np.zeros(120, dtype=np.int8))
-    follow = Follower("answer", ["x"], {"x": 360.0}, 10**9)
-    numbers = [follow(Solved((), part)).table["answer"] for part in (table.rows(0, 33), table.rows(33, 120))]
+    points, counts, follow = shuffled.reshape(1, -1), np.full(40, 3), Follower([360.0], 10**9)
+    numbers = [follow(points[:, :33], counts[:11]), follow(points[:, 33:], counts[11:])]
     labels = {line: place + 1 for place, line in enumerate(orders[0])}
     expected = [labels[line] for order in orders for line in order]
     assert np.concatenate(numbers).tolist() == expected
@@ -301,22 +299,19 @@ def test_branches_in_the_order_of_their_values_are_followed_through_crossings(se
     starts = np.array([-60.0, 0.0, 60.0]) + draw.uniform(-20, 20, 3)
     lines = starts + np.outer(np.arange(250), draw.uniform(-1, 1, 3))
     orders = np.argsort(lines, axis=1)
-    values = {"answer": np.tile([1, 2, 3], 250), "x": np.sort(lines, axis=1).ravel()}
-    table = Table(values, np.zeros(750, dtype=np.int8))
-    follow = Follower("answer", ["x"], {}, 10**9)
-    cut -= cut % 3
+    points, counts = np.sort(lines, axis=1).reshape(1, -1), np.full(250, 3)
+    follow, cut = Follower([np.inf], 10**9), cut // 3
     numbers = [
-        follow(Solved((), part)).table["answer"] for part in (table.rows(0, cut), table.rows(cut, 750))
+        follow(points[:, : 3 * cut], counts[:cut]),
+        follow(points[:, 3 * cut :], counts[cut:]),
     ]
     assert np.concatenate(numbers).tolist() == (orders + 1).ravel().tolist()
 
 
 def test_numbers_start_anew_on_each_line_and_after_a_gap() -> None:
-    values = {"answer": np.array([1, 2, 1, 2, 0, 1, 2]), "x": np.array([0.0, 9, 9, 0, np.nan, 9, 0])}
-    table = Table(values, np.zeros(7, dtype=np.int8))
-    piece = Solved((), table)
+    points, counts = np.array([[0.0, 9, 9, 0, 0, 9, 0]]), np.array([2, 2, 0, 2])
     for line, expected in ((100, [1, 2, 2, 1, 0, 1, 2]), (1, [1, 2, 1, 2, 0, 1, 2])):
-        assert Follower("answer", ["x"], {}, line)(piece).table["answer"].tolist() == expected
+        assert Follower([np.inf], line)(points, counts).tolist() == expected
 
 
 def test_every_answer_of_a_grid_on_the_command_line(run: Run, sheet: str) -> None:
