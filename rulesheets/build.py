@@ -18,7 +18,7 @@ from rulesheets.library import Library
 from rulesheets.model import Model, Variable
 from rulesheets.registered import run_python
 from rulesheets.syntax import Source, Span, nodes
-from rulesheets.syntax.nodes import children, names, numbers
+from rulesheets.syntax.nodes import Number, children, leaves, names
 from rulesheets.syntax.program import Program, bodies, components, rules_of, walk
 from rulesheets.units import differences, library_of, unit_named
 
@@ -48,14 +48,8 @@ def gather(
     first = File(key, source.name, folder, parsed(source, path))
     found = _Gathering(first, within, python)
     refuse(found.complaints)
-    return Program(
-        first.sheet,
-        found.functions,
-        tuple(found.units),
-        tuple(found.texts),
-        tuple(found.links.items()),
-        tuple(found.ran),
-    )
+    links = tuple(found.links.items())
+    return Program(first.sheet, found.functions, found.units, found.texts, links, found.ran)
 
 
 class _Gathering:
@@ -93,12 +87,11 @@ class _Gathering:
                 places = (head_of(function), "defined again"), (head_of(earlier), "first defined here")
                 note = "give one of the two another name (capitals do not count in function names)"
                 self.complaints.append(error("E206", message, *labels(*places), notes=(note,)))
-        for use in file.sheet.uses:
-            if use.python:
-                for path in use.paths:
-                    self.run(path, place_of(path, use), file)
-        uses = (use for use in file.sheet.uses if not use.python)
-        return ((path, place_of(path, use)) for use in uses for path in use.paths)
+        uses = [(path, place_of(path, use), use.python) for use in file.sheet.uses for path in use.paths]
+        for path, place, python in uses:
+            if python:
+                self.run(path, place, file)
+        return ((path, place) for path, place, python in uses if not python)
 
     def run(self, path: str, place: Span | None, file: File) -> None:
         """Run a file of Python that registers functions, if that is allowed."""
@@ -225,18 +218,13 @@ def _rule_parts(program: Program, said: re.Pattern[str]) -> list[nodes.Expressio
 
 def _wrong_units(program: Program, units: Library) -> Iterator[Diagnosis]:
     """Numbers of rules, and figures, whose units are unknown."""
-    for figure in program.sheet.figures:
+    figures = ((one.unit, one.span and one.span.part(0, len("figure"))) for one in program.sheet.figures)
+    numbers = (one for part in _rule_parts(program, _MEASURE) for one in leaves(part, Number))
+    for unit, place in (*figures, *((one.unit, one.span) for one in numbers)):
         try:
-            unit_named(figure.unit or "", figure.span and figure.span.part(0, len("figure")), units)
+            unit_named(unit or "", place, units)
         except RuleSheetError as wrong:
             yield from wrong.diagnoses
-    for part in _rule_parts(program, _MEASURE):
-        for number in numbers(part):
-            try:
-                if number.unit is not None:
-                    unit_named(number.unit, number.span, units)
-            except RuleSheetError as wrong:
-                yield from wrong.diagnoses
 
 
 def _respelt(program: Program) -> Iterator[Diagnosis]:
@@ -263,8 +251,7 @@ def _passed(program: Program) -> set[str]:
     used: set[str] = set()
     for rule in rules_of(program.sheet):
         for body in bodies(rule.body):
-            parts = components(body, program.functions) if isinstance(body, nodes.Equality) else (body,)
-            for part in parts:
+            for part in components(body, program.functions):
                 is_call = isinstance(part, nodes.CallRule) and part.function.lower() in program.functions
                 if isinstance(part, nodes.CallRule):
                     results.update(n.name for n in part.results if isinstance(n, nodes.Name))

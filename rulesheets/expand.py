@@ -15,11 +15,12 @@ calls. Bodies of calls are worked off a stack, so that only the nesting of one r
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple, overload
+from typing import Any, NamedTuple
 
 from rulesheets.evaluate.number import with_round_values
 from rulesheets.model import Equation, Premise, Requirement
 from rulesheets.syntax import Source, Span, nodes
+from rulesheets.syntax.forms import Like
 from rulesheets.syntax.nodes import children, measured, rebuilt
 from rulesheets.syntax.program import Program, components, names_of, rules_of
 
@@ -90,37 +91,28 @@ class Expansion:
             scope, guard, rule = context
             read = names_of(body)  # in the order of the text, whatever the order of the calls
             self.names.update(dict.fromkeys(map(scope.full_name, read) if scope.prefix else read))
-            match body:
-                case nodes.Equality():
-                    for part in components(body, self.functions):
-                        self._add(part, context)
-                case nodes.CallRule():
-                    self._add(body, context)
-                case nodes.Inequality(comparisons):
-                    bound = (self._bind_condition(comparison, context) for comparison in comparisons)
-                    self.requirements += (Requirement(one, guard, rule, scope.prefix) for one in bound)
-                case nodes.IfRule(condition, then, otherwise):
-                    index = len(self.conditions)
-                    self.conditions.append(self._bind_condition(condition, context))
-                    for arm, holds in ((otherwise, False), (then, True)):
-                        if arm is not None:
-                            stack.append((arm, Context(scope, (*guard, Premise(index, holds)), rule)))
-
-    def _add(self, part: nodes.Equality | nodes.CallRule, context: Context) -> None:
-        if isinstance(part, nodes.Equality):
-            if part.like is not None and not context.scope.prefix:
-                made = Equation.of(len(self.equations), part, context.guard, context.rule)
-                self.equations.append(made)
-            else:
-                left, right = (self._bind(side, context) for side in (part.left[0], part.right[0]))
-                self._equate(left, right, context)
-            return
-        function = self.functions.get(part.function.lower())
-        if function is None:
-            value = nodes.Call(part.function.lower(), part.arguments, part.span)
-            self._equate(self._bind(part.results[0], context), self._bind(value, context), context)
-        else:
-            self._call(function, part.arguments, part.results, context)
+            for part in components(body, self.functions):
+                match part:
+                    case nodes.Equality(like=Like()) if not scope.prefix:
+                        self.equations.append(Equation.of(len(self.equations), part, guard, rule))
+                    case nodes.Equality((left, *_), (right, *_)):
+                        self._equate(self._bind(left, context), self._bind(right, context), context)
+                    case nodes.CallRule(called, arguments, results, span):
+                        function = self.functions.get(called.lower())
+                        if function is not None:
+                            self._call(function, arguments, results, context)
+                        else:
+                            result, value = results[0], nodes.Call(called.lower(), arguments, span)
+                            self._equate(self._bind(result, context), self._bind(value, context), context)
+                    case nodes.Inequality(comparisons):
+                        bound = (self._bind_condition(comparison, context) for comparison in comparisons)
+                        self.requirements += (Requirement(one, guard, rule, scope.prefix) for one in bound)
+                    case nodes.IfRule(condition, then, otherwise):
+                        index = len(self.conditions)
+                        self.conditions.append(self._bind_condition(condition, context))
+                        for arm, holds in ((otherwise, False), (then, True)):
+                            if arm is not None:
+                                stack.append((arm, Context(scope, (*guard, Premise(index, holds)), rule)))
 
     def _call(
         self,
@@ -154,7 +146,7 @@ class Expansion:
 
     def _equate(self, left: nodes.Expression, right: nodes.Expression, context: Context) -> None:
         scope, guard, rule = context
-        left, right = _exact(left, rule), _exact(right, rule)
+        left, right = (_exact(side, rule) for side in (left, right))
         self.equations.append(Equation(len(self.equations), left, right, guard, rule, scope.prefix))
 
     def _bind(self, node: nodes.Expression, context: Context) -> nodes.Expression:
@@ -176,11 +168,7 @@ class Expansion:
             return node
         return rebuilt(node, tuple(bound))
 
-    @overload
-    def _bind_condition(self, node: nodes.Comparison, context: Context) -> nodes.Comparison: ...
-    @overload
-    def _bind_condition(self, node: nodes.Condition, context: Context) -> nodes.Condition: ...
-    def _bind_condition(self, node: nodes.Condition, context: Context) -> nodes.Condition:
+    def _bind_condition(self, node: nodes.Condition, context: Context) -> Any:
         match node:
             case nodes.Comparison(operator, left, right, span):
                 left, right = (_exact(self._bind(side, context), context.rule) for side in (left, right))

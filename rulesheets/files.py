@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, said, suggestion
-from rulesheets.input_messages import expect_regular
 from rulesheets.parse import parse
 from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import RuleSheet
@@ -163,3 +162,15 @@ def _models_folder() -> str:
     package = os.path.dirname(os.path.abspath(__file__))
     installed = os.path.join(package, "models")
     return installed if os.path.isdir(installed) else os.path.join(os.path.dirname(package), "models")
+
+
+def unwritable(path: str, failure: OSError) -> Diagnosis:
+    return error("E416", f"{path} cannot be written: {failure.strerror}", notes=("choose another place",))
+
+
+def expect_regular(name: str) -> None:
+    """Raise RuleSheetError (E304) for a pipe or a device: reading it may never end."""
+    if os.path.exists(name) and not (os.path.isfile(name) or os.path.isdir(name)):
+        message = f"{name} cannot be read: it is a pipe or a device, not a file"
+        note = "a dash in place of the sheet reads it from standard input"
+        raise RuleSheetError(said("E304", message, None, note))

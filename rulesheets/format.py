@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from rulesheets.syntax import nodes
 
-_SUM, _PRODUCT, _FACTOR, _ATOM = range(4)
-"""How tightly an expression binds: where one stands that binds less, it goes in parentheses."""
-
-_OR, _AND, _NOT = range(3)
-"""The same for conditions."""
+_OR, _AND, _COMPARISON, _NOT, _SUM, _PRODUCT, _FACTOR, _ATOM = range(8)
+"""How tightly a node binds: where one stands that binds less, it goes in parentheses."""
 
 
 def format_number(value: float) -> str:
@@ -43,20 +40,20 @@ def exact(value: float | str | None) -> str:
 
 def format_expression(node: nodes.Expression) -> str:
     """An expression on one line: sums are spaced, products and powers are not."""
-    return _expression(node, _SUM)
+    return _within(_SUM, node)
 
 
 def format_condition(node: nodes.Condition) -> str:
     """A condition on one line, with infix ``and`` and ``or``."""
-    return _condition(node, _OR)
+    return _within(_OR, node)
 
 
-def _expression(node: nodes.Expression, place: int) -> str:
+def _within(place: int, node: nodes.Expression | nodes.Condition) -> str:
     text, binds = _bound(node)
     return text if binds >= place else f"({text})"
 
 
-def _bound(node: nodes.Expression) -> tuple[str, int]:
+def _bound(node: nodes.Expression | nodes.Condition) -> tuple[str, int]:
     """The text of a node without parentheses around it, and how tightly it binds."""
     match node:
         case nodes.Number(value, unit=unit):
@@ -71,14 +68,24 @@ def _bound(node: nodes.Expression) -> tuple[str, int]:
         case nodes.Call(function, arguments):
             return f"{function}({format_list(arguments)})", _ATOM
         case nodes.Power(base, exponent):
-            return f"{_expression(base, _ATOM)}^{_expression(exponent, _FACTOR)}", _FACTOR
+            return f"{_within(_ATOM, base)}^{_within(_FACTOR, exponent)}", _FACTOR
         case nodes.Negative(operand):
-            return f"-{_expression(operand, _FACTOR)}", _FACTOR
+            return f"-{_within(_FACTOR, operand)}", _FACTOR
         case nodes.Product() | nodes.Quotient():
             return _chain(node), _PRODUCT
         case nodes.Sum(terms):
             first, *others = terms
-            return _expression(first, _PRODUCT) + "".join(map(_added, others)), _SUM
+            return _within(_PRODUCT, first) + "".join(map(_added, others)), _SUM
+        case nodes.Comparison(operator, left, right):
+            return f"{format_expression(left)} {operator} {format_expression(right)}", _COMPARISON
+        case nodes.Given(name):
+            return f"given('{name})", _ATOM
+        case nodes.Not(term):
+            return f"not {_within(_NOT, term)}", _NOT
+        case nodes.And(terms):
+            return " and ".join(_within(_COMPARISON, term) for term in terms), _AND
+        case nodes.Or(terms):
+            return " or ".join(_within(_AND, term) for term in terms), _OR
 
 
 def _chain(node: nodes.Expression) -> str:
@@ -86,37 +93,20 @@ def _chain(node: nodes.Expression) -> str:
     parts = []
     while isinstance(node, nodes.Product | nodes.Quotient):
         sign = "*" if isinstance(node, nodes.Product) else "/"
-        parts.append(sign + _expression(node.right, _FACTOR))
+        parts.append(sign + _within(_FACTOR, node.right))
         node = node.left
-    return _expression(node, _PRODUCT) + "".join(reversed(parts))
+    return _within(_PRODUCT, node) + "".join(reversed(parts))
 
 
 def _added(term: nodes.Expression) -> str:
     if isinstance(term, nodes.Negative):
-        return f" - {_expression(term.operand, _PRODUCT)}"
-    return f" + {_expression(term, _PRODUCT)}"
+        return f" - {_within(_PRODUCT, term.operand)}"
+    return f" + {_within(_PRODUCT, term)}"
 
 
 def format_list(expressions: tuple[nodes.Expression, ...]) -> str:
     """``a, b, c``."""
     return ", ".join(map(format_expression, expressions))
-
-
-def _condition(node: nodes.Condition, place: int) -> str:
-    match node:
-        case nodes.Comparison(operator, left, right):
-            return f"{format_expression(left)} {operator} {format_expression(right)}"
-        case nodes.Given(name):
-            return f"given('{name})"
-        case nodes.Not(nodes.Comparison() as comparison):
-            return f"not ({_condition(comparison, _OR)})"
-        case nodes.Not(term):
-            return f"not {_condition(term, _NOT)}"
-        case nodes.And(terms):
-            text, binds = " and ".join(_condition(term, _NOT) for term in terms), _AND
-        case nodes.Or(terms):
-            text, binds = " or ".join(_condition(term, _AND) for term in terms), _OR
-    return text if binds >= place else f"({text})"
 
 
 WIDTH = 80
@@ -216,31 +206,30 @@ def _commented(lines: list[str], comment: str, column: int) -> list[str]:
 # --- units and variables --------------------------------------------------------
 
 
-def _lines(rows: Iterable[Any], texts: Iterable[list[str]], column: int) -> Iterator[str]:
-    """Rows with their texts, comments in a column; comment lines, and single blank lines, between them."""
-    shown = iter(texts)
+def _lines(rows: Iterable[Any], written: Callable[[Any], list[str]], column: int) -> Iterator[str]:
+    """Rows as they are written, comments in a column; comment lines, and single blank lines, between them."""
     for index, row in enumerate(rows):
         if row.gap and index:
             yield ""
         if isinstance(row, nodes.CommentLine):
             yield _INDENT + _comment(row.text)
         else:
-            yield from _commented([_INDENT + line for line in next(shown)], row.comment, column)
+            yield from _commented([_INDENT + line for line in written(row)], row.comment, column)
 
 
 def _units(rows: Sequence[nodes.UnitRow | nodes.CommentLine]) -> Iterator[str]:
-    units = (row for row in rows if isinstance(row, nodes.UnitRow))
-    yield from _lines(rows, ([" = ".join(filter(None, (", ".join(u.names), u.meaning)))] for u in units), 0)
+    return _lines(rows, lambda row: [" = ".join(filter(None, (", ".join(row.names), row.meaning)))], 0)
 
 
 def _variables(rows: Sequence[nodes.VariableRow | nodes.CommentLine]) -> Iterator[str]:
     cells = [_cells(row) for row in rows if isinstance(row, nodes.VariableRow)]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    texts = (
-        [" ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True) if width).rstrip()]
-        for row in cells
-    )
-    yield from _lines(rows, texts, len(_INDENT) + sum(width + 1 for width in widths if width) - 1)
+
+    def written(row: nodes.VariableRow) -> list[str]:
+        pairs = zip(_cells(row), widths, strict=True)
+        return [" ".join(cell.ljust(width) for cell, width in pairs if width).rstrip()]
+
+    return _lines(rows, written, len(_INDENT) + sum(width + 1 for width in widths if width) - 1)
 
 
 def _cells(row: nodes.VariableRow) -> tuple[str, str, str, str]:
@@ -277,17 +266,16 @@ def _range(limits: nodes.Range | None) -> str:
 
 
 def _rules(rules: Sequence[nodes.Rule | nodes.Mark | nodes.CommentLine]) -> Iterator[str]:
-    said = [rule for rule in rules if not isinstance(rule, nodes.CommentLine)]
-    texts = []
-    for rule in said:
-        if isinstance(rule, nodes.Mark):
-            name = "" if rule.name is None else f"{rule.name} = "
-            texts.append([f"{rule.kind} {name}({format_list(rule.arguments)})"])
-        else:
-            texts.append(rule_lines(rule.body))
-    pairs = zip(said, texts, strict=True)
-    ends = [len(_INDENT) + len(text[-1]) for rule, text in pairs if rule.comment]
-    yield from _lines(rules, texts, max((end for end in ends if end <= _WIDE), default=0))
+    remarked = (rule for rule in rules if not isinstance(rule, nodes.CommentLine) and rule.comment)
+    ends = [len(_INDENT) + len(_said(rule)[-1]) for rule in remarked]
+    return _lines(rules, _said, max((end for end in ends if end <= _WIDE), default=0))
+
+
+def _said(rule: nodes.Rule | nodes.Mark) -> list[str]:
+    if isinstance(rule, nodes.Rule):
+        return rule_lines(rule.body)
+    name = "" if rule.name is None else f"{rule.name} = "
+    return [f"{rule.kind} {name}({format_list(rule.arguments)})"]
 
 
 def _figure(figure: nodes.Figure) -> Iterator[str]:

@@ -10,11 +10,10 @@ import gc
 import os
 import pickle
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache
 from importlib.machinery import PathFinder
-from io import BytesIO
-from typing import Any
 
 from rulesheets import store
 from rulesheets.diagnosis import RuleSheetError
@@ -22,7 +21,6 @@ from rulesheets.files import MAIN_SHEET, confined, find_sheet, outside, read_sou
 from rulesheets.functions import TABLE
 from rulesheets.model import Model
 from rulesheets.syntax import Source, escaped
-from rulesheets.syntax.program import Program
 
 LONGEST_KEPT = 2**20
 """Characters of a text beyond which its model is made every time."""
@@ -90,8 +88,10 @@ def _model(
     gc.disable()
     try:
         kept = store.load("model", key) if keeps else None
-        if kept is not None and (model := _read(kept, source, within)) is not None:
-            return model
+        if kept is not None:
+            found: tuple[Model, Sequence[Source], Sequence[tuple[str, str]]] = pickle.loads(kept)
+            if _current(*found[1:], within):
+                return found[0]
         from rulesheets.build import build, gather  # with them comes lark
 
         program = gather(source, folder, file, within, python)
@@ -100,7 +100,8 @@ def _model(
         if keeps and not program.python:
             with suppress(RecursionError):  # a product of hundreds of factors
                 _ = model.unit_warnings  # which commands ask for
-                store.save("model", key, _written(model, source, program))
+                made = model, program.texts, program.links
+                store.save("model", key, pickle.dumps(made, pickle.HIGHEST_PROTOCOL))
         return model
     finally:
         if collecting:
@@ -118,46 +119,10 @@ def _stamp() -> bytes:
     return repr((sys.version, found, about)).encode()
 
 
-def _written(model: Model, source: Source, program: Program) -> bytes:
-    """The files that a model was made of, then the model without their texts."""
-    buffer = BytesIO()
-    pickle.dump((program.texts, program.links), buffer, pickle.HIGHEST_PROTOCOL)
-    _Writer(buffer, (source, *program.texts)).dump(model)
-    return buffer.getvalue()
-
-
-def _read(kept: bytes, source: Source, within: str | None) -> Model | None:
-    """The model that was kept; None where a file that it was made of is another one by now."""
-    buffer = BytesIO(kept)
-    texts, links = pickle.load(buffer)
+def _current(texts: Sequence[Source], links: Sequence[tuple[str, str]], within: str | None) -> bool:
+    """Whether the files that a model was made of, and the links to them, are still as they were."""
     if not all(os.path.realpath(path) == end and confined(path, within) for path, end in links):
-        return None
-    try:
-        if any(read_source(text.name) != text for text in texts):
-            return None
-    except RuleSheetError:
-        return None
-    model: Model = _Reader(buffer, (source, *texts)).load()
-    return model
-
-
-class _Writer(pickle.Pickler):
-    """Writes nodes; of the sources in their places only the number is written."""
-
-    def __init__(self, buffer: BytesIO, sources: tuple[Source, ...]) -> None:
-        super().__init__(buffer, pickle.HIGHEST_PROTOCOL)
-        self.numbers = {id(source): number for number, source in enumerate(sources)}
-
-    def persistent_id(self, obj: Any) -> int | None:
-        return self.numbers.get(id(obj)) if type(obj) is Source else None
-
-
-class _Reader(pickle.Unpickler):
-    """Reads nodes that stand in these sources."""
-
-    def __init__(self, buffer: BytesIO, sources: tuple[Source, ...]) -> None:
-        super().__init__(buffer)
-        self.sources = sources
-
-    def persistent_load(self, pid: int) -> Source:
-        return self.sources[pid]
+        return False
+    with suppress(RuleSheetError):
+        return all(read_source(text.name) == text for text in texts)
+    return False

@@ -22,8 +22,16 @@ from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, refuse, said, suggestion
 from rulesheets.files import read_source
-from rulesheets.input_messages import guess_with_tolerance, symbol_as_guess
-from rulesheets.inputs import decimal_point, delimiter, is_symbol, parse_input, unguarded, variable_named
+from rulesheets.inputs import (
+    decimal_point,
+    delimiter,
+    guess_with_tolerance,
+    is_symbol,
+    parse_input,
+    symbol_as_guess,
+    unguarded,
+    variable_named,
+)
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Source, Span
 

@@ -84,12 +84,9 @@ class Scope:
     @cached_property
     def parts(self) -> list[RuleBody]:
         """What the rules consist of, in source order: scalar equalities, calls, conditions …"""
-        found: list[RuleBody] = []
-        for rule in rules_of(self.function or self.program.sheet):
-            for body in bodies(rule.body):
-                equality = isinstance(body, Equality)
-                found += components(body, self.program.functions) if equality else [body]  # type: ignore[arg-type]
-        return found
+        rules = rules_of(self.function or self.program.sheet)
+        every = (body for rule in rules for body in bodies(rule.body))
+        return [part for body in every for part in components(body, self.program.functions)]
 
     @cached_property
     def unlike(self) -> list[RuleBody]:

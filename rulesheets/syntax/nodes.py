@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from operator import attrgetter
-from typing import Any, ClassVar, Self, TypeAlias, dataclass_transform, overload
+from typing import Any, ClassVar, Self, TypeAlias, TypeVar, dataclass_transform, overload
 
 from rulesheets.syntax import Span
 
@@ -178,6 +178,7 @@ class Call(Operators):
 
 Expression: TypeAlias = Number | Symbol | Name | Negative | Sum | Product | Quotient | Power | Call
 Operand: TypeAlias = Expression | float
+_Leaf = TypeVar("_Leaf", Name, Number)
 
 # --- conditions -----------------------------------------------------------------
 
@@ -450,21 +451,15 @@ def rebuilt(node: Expression, parts: tuple[Expression, ...]) -> Expression:
 
 def names(node: Expression | Condition) -> Iterator[str]:
     """Names of the variables in a node, left to right, with repetition."""
+    return (leaf.name for leaf in leaves(node, Name))
+
+
+def leaves(node: Expression | Condition, kind: type[_Leaf]) -> Iterator[_Leaf]:
+    """The names, or the numbers, in a node, left to right."""
     stack = [node]
     while stack:
         item = stack.pop()
-        if type(item) is Name:
-            yield item.name
-        elif parts := item.parts:
-            stack.extend(parts[::-1])
-
-
-def numbers(node: Expression | Condition) -> Iterator[Number]:
-    """The numbers in a node, left to right."""
-    stack = [node]
-    while stack:
-        item = stack.pop()
-        if type(item) is Number:
+        if type(item) is kind:
             yield item
         elif parts := item.parts:
             stack.extend(parts[::-1])
@@ -483,7 +478,7 @@ def measured(node: Expression) -> tuple[float, str] | None:
 
 def units_of(node: Expression | Condition) -> Iterator[str]:
     """The units of numbers in a node that have one."""
-    return (number.unit for number in numbers(node) if number.unit is not None)
+    return (number.unit for number in leaves(node, Number) if number.unit is not None)
 
 
 def bare(node: Expression) -> bool:

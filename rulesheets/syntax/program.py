@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from rulesheets.syntax import Source, Span
@@ -35,10 +35,10 @@ class Program(NamedTuple):
 
     sheet: RuleSheet
     functions: Mapping[str, Function]
-    units: tuple[UnitRow, ...] = ()
-    texts: tuple[Source, ...] = ()
-    links: tuple[tuple[str, str], ...] = ()
-    python: tuple[str, ...] = ()
+    units: Sequence[UnitRow] = ()
+    texts: Sequence[Source] = ()
+    links: Sequence[tuple[str, str]] = ()
+    python: Sequence[str] = ()
 
     @property
     def rows(self) -> tuple[VariableRow, ...]:
@@ -104,13 +104,15 @@ def walk(*roots: Expression | Condition) -> Iterator[Expression | Condition]:
         stack.extend(reversed(children(item)))
 
 
-def components(rule: Equality, functions: Mapping[str, Function]) -> tuple[Equality | CallRule, ...]:
-    """An equality as scalar equalities and calls, in order.
+def components(rule: RuleBody, functions: Mapping[str, Function]) -> tuple[RuleBody, ...]:
+    """An equality as scalar equalities and calls, in order; any other rule alone.
 
     ``(x, y) = f(a)`` and ``x = f(a)`` are calls of f with these results. Sides of
     unlike length that no call explains come back as they are.
     """
-    if rule.like is not None or (len(rule.left) == len(rule.right) == 1 and not functions):
+    if not isinstance(rule, Equality) or rule.like is not None:
+        return (rule,)
+    if len(rule.left) == len(rule.right) == 1 and not functions:
         return (rule,)
     if len(rule.left) == len(rule.right):
         pairs = zip(rule.left, rule.right, strict=True)
@@ -125,11 +127,8 @@ def components(rule: Equality, functions: Mapping[str, Function]) -> tuple[Equal
 def _component(
     left: Expression, right: Expression, span: Span | None, functions: Mapping[str, Function]
 ) -> Equality | CallRule:
-    return (
-        _as_call(right, (left,), span, functions)
-        or _as_call(left, (right,), span, functions)
-        or Equality((left,), (right,), span)
-    )
+    call = _as_call(right, (left,), span, functions) or _as_call(left, (right,), span, functions)
+    return call or Equality((left,), (right,), span)
 
 
 def _as_call(

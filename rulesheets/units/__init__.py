@@ -94,7 +94,7 @@ def unit_named(text: str, place: Span | None, units: Library) -> Unit:
         raise RuleSheetError(_unknown(wrong, text, place, units)) from None
 
 
-def library_of(rows: tuple[UnitRow, ...]) -> Library:
+def library_of(rows: Sequence[UnitRow]) -> Library:
     """The units of a sheet with such a section. Raises RuleSheetError (E460, E462)."""
     units = library(tuple(row.definition for row in rows))
     complaints: list[Diagnosis] = []

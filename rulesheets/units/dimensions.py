@@ -32,8 +32,8 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     bare,
+    leaves,
     names,
-    numbers,
 )
 from rulesheets.syntax.program import walk
 
@@ -319,7 +319,9 @@ class Dimensions:
     def _numbers(self, index: int) -> Iterable[Number]:
         """The plain numbers of a statement."""
         statement = self.statements[index]
-        return (n for side in (statement.left, statement.right) for n in numbers(side) if n.unit is None)
+        return (
+            n for side in (statement.left, statement.right) for n in leaves(side, Number) if n.unit is None
+        )
 
     def _explained(self, factor: float, index: int, before: Iterable[float]) -> bool:
         """Whether a factor is that of numbers in the rule, or in those before it.

@@ -9,8 +9,14 @@ from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, refuse, render, said
 from rulesheets.files import decoded, find_variable_sheet
-from rulesheets.input_messages import guess_with_tolerance, symbol_for_number, unknown_variable
-from rulesheets.inputs import parse_input, quantities, with_tolerances
+from rulesheets.inputs import (
+    guess_with_tolerance,
+    parse_input,
+    quantities,
+    symbol_for_number,
+    unknown_variable,
+    with_tolerances,
+)
 from rulesheets.loading import load, loads
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Source, Span

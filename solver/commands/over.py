@@ -12,8 +12,14 @@ from itertools import chain
 from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, refuse, said, suggestion
-from rulesheets.input_messages import not_finite, symbol_for_number
-from rulesheets.inputs import parse_input, parse_value, quantities, variable_named
+from rulesheets.inputs import (
+    not_finite,
+    parse_input,
+    parse_value,
+    quantities,
+    symbol_for_number,
+    variable_named,
+)
 from rulesheets.model import Model, Value, Variable
 from rulesheets.units import converted, parted, scaling
 from solver.commands.inputs import Option, Request

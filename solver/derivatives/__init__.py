@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error, listed
 from rulesheets.format import format_expression
-from rulesheets.input_messages import no_tolerance
-from rulesheets.inputs import variable_named, variables_named
+from rulesheets.inputs import no_tolerance, variable_named, variables_named
 from rulesheets.model import Model, Tolerance, Value
 from solver.derivatives.total_derivatives import Near, Total, active_comparisons, one_sided, totals
 from solver.path import Shown

@@ -17,7 +17,7 @@ from types import TracebackType
 from typing import Any, BinaryIO, Self, TextIO
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, said
-from rulesheets.input_messages import unwritable
+from rulesheets.files import unwritable
 from rulesheets.syntax import Source, Span
 
 with suppress(ImportError):  # a system without refuses to remove open files by itself

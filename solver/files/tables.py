@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.files import expect_regular, unwritable
 from rulesheets.format import exact
-from rulesheets.input_messages import expect_regular, unwritable
 from rulesheets.inputs import decimal_point, delimiter, is_symbol, parse_value
 from solver.facts import Status, UnknownName
 from solver.files import Printed, Replacement, expect_no_input, missing_extra, unreadable_rows, wrong_cell

@@ -16,8 +16,14 @@ from numpy.typing import NDArray
 
 from rulesheets.deadline import WATCH, Interrupted, TimeIsUp, time_limit
 from rulesheets.diagnosis import Diagnosis, meant, plural
-from rulesheets.input_messages import not_finite_number, outside_range
-from rulesheets.inputs import is_symbol, override, quantities, variables_named
+from rulesheets.inputs import (
+    is_symbol,
+    not_finite_number,
+    outside_range,
+    override,
+    quantities,
+    variables_named,
+)
 from rulesheets.model import Model, Value, Variable, expect_model
 from solver.facts import OutOfTime, Status, Unsolved
 from solver.files.tables import CODES, Column, Table, column_of, free_name, one_length
