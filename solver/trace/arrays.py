@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rulesheets.functions.arrays import ARRAYS
 from solver.trace.flow import Flow
-from solver.trace.graph import LEAVES, LOGICAL, TOLERANCE, Schedule, operands, schedule
+from solver.trace.graph import LEAVES, LOGICAL, TOLERANCE, Graph, Schedule, copied, operands, schedule
 
 Array: TypeAlias = NDArray[Any]
 Take: TypeAlias = Callable[[int, int], None]
@@ -37,28 +37,111 @@ _UFUNCS = {
     "lt": np.less,
     "le": np.less_equal,
     "eq": np.equal,
-    "ne": np.not_equal,
     "and": np.logical_and,
     "or": np.logical_or,
     "not": np.logical_not,
     "xor": np.not_equal,
     "finite": np.isfinite,
+    "direction": np.arctan2,
 }
+
+RADIAN = 0.017453292519943295
+SINE = (
+    1.591805913698281e-10,
+    -2.5051130870968297e-08,
+    2.755731609787775e-06,
+    -0.0001984126983674956,
+    0.008333333333330943,
+    -0.1666666666666665,
+)
+COSINE = (
+    -1.1382588535352522e-11,
+    2.0876145659059344e-09,
+    -2.755731726880539e-07,
+    2.4801587298760048e-05,
+    -0.0013888888888887393,
+    0.041666666666666664,
+)
+FAR = 1e15
+"""Beyond this many degrees the number of right angles is no longer exact in the product."""
+LARGEST = 2.0**1023
+
+
+class Builder:
+    """Writes operations of a graph as they are; numbers among the operands are constants."""
+
+    def __init__(self, flow: Graph) -> None:
+        self.flow = flow
+
+    def __call__(self, operation: str, *parts: int | float) -> int:
+        """The node of an operation; floats are constants, whole numbers nodes."""
+        nodes = [self.flow.constant(part) if isinstance(part, float) else part for part in parts]
+        return self.flow.node(operation, *nodes)
+
+    def horner(self, coefficients: Sequence[float], x: int) -> int:
+        """The value of a polynomial, the highest power first."""
+        total: int | float = coefficients[0]
+        for coefficient in coefficients[1:]:
+            total = self("add", self("mul", total, x), coefficient)
+        return int(total)
+
+
+def circular(flow: Graph, degrees: int) -> tuple[int, int]:
+    """Sine and cosine, by the angle to the nearest right one. Angles beyond ``FAR`` have none (nan)."""
+    op = Builder(flow)
+    quarters = op("rint", op("mul", degrees, 1.0 / 90.0))
+    rest = op("mul", op("sub", degrees, op("mul", quarters, 90.0)), RADIAN)
+    square = op("mul", rest, rest)
+    s = op("add", rest, op("mul", op("mul", op.horner(SINE, square), square), rest))
+    c = op("mul", op.horner(COSINE, square), op("mul", square, square))
+    c = op("add", op("sub", c, op("mul", square, 0.5)), 1.0)
+    # The turn by m right angles, m from -2 to 2: cosine 1 - |m|, sine m (2 - |m|).
+    turn = op("sub", quarters, op("mul", op("rint", op("mul", quarters, 0.25)), 4.0))
+    size = op("add", op("abs", turn), _nothing(op, degrees))
+    sine, cosine = op("mul", turn, op("sub", 2.0, size)), op("sub", 1.0, size)
+    return (
+        op("add", op("mul", s, cosine), op("mul", c, sine)),
+        op("sub", op("mul", c, cosine), op("mul", s, sine)),
+    )
+
+
+def _nothing(op: Builder, number: int) -> int:
+    """0, or nan beyond ``FAR``: what overflows leaves no difference."""
+    large = op("mul", number, LARGEST / FAR * 2.0)
+    return op("sub", large, large)
+
+
+def near(flow: Graph, a: int, b: int) -> int:
+    """Whether two numbers are the same to rounding."""
+    op = Builder(flow)
+    larger = op("max", op("abs", a), op("abs", b))
+    return op("le", op("abs", op("sub", a, b)), op("mul", larger, TOLERANCE))
+
+
+FORMS: dict[str, Callable[..., int]] = {
+    "sind": lambda flow, degrees: circular(flow, degrees)[0],
+    "cosd": lambda flow, degrees: circular(flow, degrees)[1],
+    "near": near,
+    "directiond": lambda flow, y, x: Builder(flow)("mul", flow.node("direction", y, x), DEGREE),
+}
+"""What is written as other operations."""
 
 
 class ArrayKernel:
     """Computes some nodes of a graph for arrays of inputs (n,)."""
 
     def __init__(self, flow: Flow, wanted: Sequence[int]) -> None:
-        self.flow, self.wanted = flow, tuple(wanted)
+        self.flow = Flow(flow.plain)
+        self.flow.finders = flow.finders
+        self.wanted = tuple(copied(flow, self.flow, wanted, forms=FORMS))
         # Conditions stand last, and come first: what they read is read again soon.
-        writer = _Writer(flow, self.wanted, schedule(flow, self.wanted[::-1]))
+        writer = _Writer(self.flow, self.wanted, schedule(self.flow, self.wanted[::-1]))
         namespace: dict[str, Any] = dict(writer.namespace)
         self.source = writer.source()
         exec(compile(self.source, "<compiled path>", "exec"), namespace)
         self._block: Callable[..., None] = namespace["block"]
         self.taken = writer.taken
-        self._room: list[tuple[list[Array], list[Array], SineAndCosine]] = []
+        self._room: list[tuple[list[Array], list[Array]]] = []
 
     def __call__(self, columns: Sequence[Array], results: Sequence[Array], take: Take | None = None) -> None:
         """Fill ``results`` (an array (n,) for each wanted node) from the columns (n,) of the inputs; ``take``
@@ -70,8 +153,8 @@ class ArrayKernel:
             room = self._room.pop()
         else:
             masks = [np.empty(size, dtype=bool) for _ in range(self.taken["m"])]
-            room = [np.empty(size) for _ in range(self.taken["b"])], masks, SineAndCosine(size)
-        buffers, masks, scratch = room
+            room = [np.empty(size) for _ in range(self.taken["b"])], masks
+        buffers, masks = room
         with np.errstate(all="ignore"):
             for start in range(0, count, size):
                 rows = slice(start, min(start + size, count))
@@ -79,8 +162,7 @@ class ArrayKernel:
                     short = rows.stop - start
                     buffers = [buffer[:short] for buffer in buffers]
                     masks = [mask[:short] for mask in masks]
-                    scratch = SineAndCosine(short)
-                self._block([c[rows] for c in columns], [r[rows] for r in results], buffers, masks, scratch)
+                self._block([c[rows] for c in columns], [r[rows] for r in results], buffers, masks)
                 if take is not None:
                     take(rows.start, rows.stop)
         if size == BLOCK:
@@ -101,7 +183,7 @@ class _Writer:
         self.taken = {"b": 0, "m": 0}
         self.namespace: dict[str, Any] = {f"{name}_": f for name, f in _UFUNCS.items()}
         self.namespace.update(inf=np.inf, nan=np.nan)  # constants that have overflowed
-        self.namespace.update(copy_=np.copyto, near_=_near, atan2_=np.arctan2)
+        self.namespace.update(copy_=np.copyto)
         self.lines: list[str] = []
         for at, node in enumerate(plan.order):
             self._emit(at, node)
@@ -118,7 +200,7 @@ class _Writer:
             *(f"m{i} = masks[{i}]" for i in range(self.taken["m"])),
         ]
         body = "\n".join(f"    {line}" for line in [*head, *self.lines]) or "    pass"
-        return f"def block(columns, results, buffers, masks, sincosd):\n{body}\n"
+        return f"def block(columns, results, buffers, masks):\n{body}\n"
 
     def _read(self, node: int) -> str:
         operation, *rest = self.flow.nodes[node]
@@ -127,15 +209,8 @@ class _Writer:
         return f"x{rest[0]}" if operation == "input" else self.names[node]
 
     def _emit(self, at: int, node: int) -> None:
-        if node in self.names:
-            return
         operation, *rest = self.flow.nodes[node]
-        if operation == "not" and self._is_last(at, node):
-            return
         read = [self._read(o) for o in operands(self.flow, node)]
-        if operation in ("sind", "cosd"):
-            self._circular(at, int(rest[0]), read[0])
-            return
         if operation == "root":
             self.namespace[f"root_{rest[0]}"] = self.flow.finders[int(rest[0])].array
             self.lines.append(f"v{node} = root_{rest[0]}({', '.join(read)})")
@@ -154,37 +229,13 @@ class _Writer:
             return
         self._release(at, node)
         target = self._register(node)
-        if operation in ("direction", "directiond"):
-            self.lines.append(f"atan2_({', '.join((*read, target))})")
-            if operation == "directiond":
-                self.lines.append(f"mul_({target}, {DEGREE!r}, {target})")
-        elif operation == "item":
+        if operation == "item":
             self.lines.append(f"copy_({target}, {read[0]}[{rest[0]}])")
         elif operation == "call":
             self.namespace[f"f_{rest[0]}"] = ARRAYS[str(rest[0])]
             self.lines.append(f"copy_({target}, f_{rest[0]}({', '.join(read)}))")
         else:
             self.lines.append(f"{operation}_({', '.join((*read, target))})")
-
-    def _is_last(self, at: int, node: int) -> bool:
-        """Make an equality that was computed just now, for nothing else, its opposite."""
-        (inside,) = operands(self.flow, node)
-        line, name = self.lines[-1] if self.lines else "", self.names.get(inside, "")
-        if not line.startswith("eq_(") or not line.endswith(f" {name})") or self.plan.last[inside] != at:
-            return False
-        if name[0] != "m" or node in self.outputs:
-            return False
-        self.lines[-1] = "ne_" + line.removeprefix("eq_")
-        self.names[node] = name
-        return True
-
-    def _circular(self, at: int, angle: int, text: str) -> None:
-        pair = [n for n in self.plan.order if self.flow.nodes[n] in (("sind", angle), ("cosd", angle))]
-        names = {str(self.flow.nodes[n][0]): self._register(n) for n in pair}
-        sine, cosine = names.get("sind", "None"), names.get("cosd", "None")
-        self.lines.append(f"sincosd({text}, {sine}, {cosine})")
-        for node in pair:
-            self._release(at, node)
 
     def _register(self, node: int) -> str:
         if node in self.outputs:
@@ -207,83 +258,3 @@ class _Writer:
             name = self.names.get(operand)
             if name is not None and self.plan.last[operand] == at and name[0] in "bm":
                 self.free[name[0]].append(name)
-
-
-def _near(a: Array, b: Array, out: Array) -> None:
-    np.less_equal(np.abs(a - b), TOLERANCE * np.maximum(np.abs(a), np.abs(b)), out)
-
-
-RADIAN = 0.017453292519943295
-SINE = (
-    1.591805913698281e-10,
-    -2.5051130870968297e-08,
-    2.755731609787775e-06,
-    -0.0001984126983674956,
-    0.008333333333330943,
-    -0.1666666666666665,
-)
-COSINE = (
-    -1.1382588535352522e-11,
-    2.0876145659059344e-09,
-    -2.755731726880539e-07,
-    2.4801587298760048e-05,
-    -0.0013888888888887393,
-    0.041666666666666664,
-)
-FAR = 1e15
-"""Beyond this many degrees the number of right angles is no longer exact in the product."""
-
-
-class SineAndCosine:
-    """Buffers for blocks of ``size`` rows, and the function that uses them."""
-
-    def __init__(self, size: int) -> None:
-        self.buffers = tuple(np.empty(size) for _ in range(6))
-
-    def __call__(self, degrees: Array | float, sine: Array | None, cosine: Array | None) -> None:
-        """Write the sine and the cosine of ``degrees`` (n,) where they are asked for."""
-        quarters, rest, square, s, c, spare = self.buffers
-        multiply, add, subtract = np.multiply, np.add, np.subtract
-        if np.max(degrees) > FAR or np.min(degrees) < -FAR:
-            degrees = np.fmod(degrees, 360.0)
-        multiply(degrees, 1.0 / 90.0, quarters)
-        np.rint(quarters, quarters)
-        multiply(quarters, 90.0, rest)
-        subtract(degrees, rest, rest)
-        multiply(rest, RADIAN, rest)
-        multiply(rest, rest, square)
-        _horner(SINE, square, s)
-        multiply(s, square, s)
-        multiply(s, rest, s)
-        add(rest, s, s)
-        _horner(COSINE, square, c)
-        multiply(square, square, spare)
-        multiply(c, spare, c)
-        multiply(square, 0.5, square)
-        subtract(c, square, c)
-        add(c, 1.0, c)
-        # The turn by m right angles, m from -2 to 2: cosine 1 - |m|, sine m (2 - |m|).
-        multiply(quarters, 0.25, spare)
-        np.rint(spare, spare)
-        multiply(spare, 4.0, spare)
-        subtract(quarters, spare, quarters)
-        np.absolute(quarters, spare)
-        subtract(2.0, spare, rest)
-        multiply(quarters, rest, quarters)
-        subtract(1.0, spare, spare)
-        if sine is not None:
-            multiply(s, spare, square)
-            multiply(c, quarters, rest)
-            add(square, rest, sine)
-        if cosine is not None:
-            multiply(c, spare, square)
-            multiply(s, quarters, rest)
-            subtract(square, rest, cosine)
-
-
-def _horner(coefficients: tuple[float, ...], x: Array, out: Array) -> None:
-    np.multiply(x, coefficients[0], out)
-    for coefficient in coefficients[1:-1]:
-        np.add(out, coefficient, out)
-        np.multiply(out, x, out)
-    np.add(out, coefficients[-1], out)

@@ -7,7 +7,7 @@ that was computed comes with a bound on its error.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import reduce
 from typing import Any, NamedTuple, TypeAlias
@@ -193,20 +193,9 @@ def operands(flow: Graph, node: int) -> tuple[int, ...]:
 
 
 def schedule(flow: Graph, wanted: Sequence[int]) -> Schedule:
-    """Depth first from the wanted nodes, so that what is computed is soon read.
-
-    The sine and the cosine of one angle stand side by side.
-    """
+    """Depth first from the wanted nodes, so that what is computed is soon read."""
     order: list[int] = []
     placed: set[int] = set()
-    needed = computed_from(flow, wanted)
-    partner = dict[int, int]()
-    for node in needed:
-        operation, *rest = flow.nodes[node]
-        if operation in ("sind", "cosd"):
-            other = flow.number("cosd" if operation == "sind" else "sind", *rest)
-            if other is not None and other in needed:
-                partner[node] = other
 
     def place(node: int) -> None:
         stack = [(node, False)]
@@ -217,9 +206,6 @@ def schedule(flow: Graph, wanted: Sequence[int]) -> Schedule:
             if ready:
                 placed.add(at)
                 order.append(at)
-                if at in partner and partner[at] not in placed:
-                    placed.add(partner[at])
-                    order.append(partner[at])
                 continue
             stack.append((at, True))
             stack.extend((o, False) for o in reversed(operands(flow, at)))
@@ -247,27 +233,36 @@ def computed_from(flow: Graph, wanted: Iterable[int], known: Container[int] = ()
     return found
 
 
-def copied(source: Graph, target: Graph, wanted: Sequence[int], inputs: Sequence[int]) -> list[int]:
+def copied(
+    source: Graph,
+    target: Graph,
+    wanted: Sequence[int],
+    inputs: Sequence[int] | None = None,
+    forms: Mapping[str, Callable[..., int]] | None = None,
+) -> list[int]:
     """The wanted nodes in another graph, with ``inputs`` (by place) in the place of the source's own.
 
-    The roots of blocks become a few steps of their iteration.
+    The roots of blocks become a few steps of their iteration, unless the target has their finders, too;
+    operations that have ``forms`` (by kind, calls by function) what these make of the target's nodes.
     """
     found: dict[int, int] = {}
     roots: dict[int, list[int]] = {}
 
     def read(node: int) -> int:
         kind, *rest = source.nodes[node]
-        if kind in LEAVES:
-            return inputs[int(rest[0])] if kind == "input" else target.node(*source.nodes[node])
-        return found[node]
+        if kind == "input" and inputs is not None:
+            return inputs[int(rest[0])]
+        return target.node(*source.nodes[node]) if kind in LEAVES else found[node]
 
     for node in schedule(source, wanted).order:
         kind, *rest = source.nodes[node]
-        read_here = [read(one) for one in operands(source, node)]
-        if kind == "root":
+        read_here = [read(one) for one in operands(source, node)] if kind != "item" or not roots else []
+        form = forms and forms.get(f"call {rest[0]}" if kind == "call" else str(kind))
+        if form:
+            found[node] = form(target, *read_here)
+        elif kind == "root" and not target.finders:
             roots[node] = source.finders[int(rest[0])].unrolled(target, read_here)
-            found[node] = -1
-        elif kind == "item":
+        elif kind == "item" and roots:
             found[node] = roots[int(rest[1])][int(rest[0])]
         else:
             head = (rest[0],) if kind in SELECTORS else ()

@@ -19,11 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets import store
-from solver.trace.arrays import COSINE, RADIAN, SINE, Take
+from solver.trace.arrays import DEGREE, FORMS, Builder, Take
 from solver.trace.flow import Flow
-from solver.trace.graph import LEAVES, LOGICAL, TOLERANCE, NotCompilable, operands, schedule
+from solver.trace.graph import LOGICAL, Graph, NotCompilable, copied, operands, schedule
 
-DEGREE = 57.29577951308232
 TANGENT = (
     0.01627194475162406,
     -0.034558092551413795,
@@ -50,6 +49,7 @@ _INTRINSIC = {
     "sin": "sin",
     "cos": "cos",
     "pow": "pow",
+    "copysign": "copysign",
     "call exp": "exp",
     "call ln": "log",
     "call log": "log10",
@@ -58,6 +58,48 @@ _INTRINSIC = {
 _LIBRARY = ("expm1", "log1p")
 """Functions of the mathematical library that LLVM has no name of its own for."""
 _INTRINSICS = ("sqrt", "fabs", "rint", "sin", "cos", "exp", "log", "log10")
+_HALF_PI = 1.5707963267948966
+_INFINITE = "0x7FF0000000000000"
+
+
+def _direction(flow: Graph, y: int, x: int, right: float, scale: float) -> int:
+    """The direction of (x, y): ``right`` is a right angle, ``scale`` turns radians into its unit."""
+    op = Builder(flow)
+    ay, ax = op("abs", y), op("abs", x)
+    steep = op("lt", ax, ay)
+    t = op("div", op("where", steep, ax, ay), op("where", steep, ay, ax))
+    far = op("lt", EIGHTH, t)
+    u = op("where", far, op("div", op("sub", t, 1.0), op("add", t, 1.0)), t)
+    z = op("mul", u, u)
+    angle = op("add", u, op("mul", u, op("mul", z, op.horner(TANGENT, z))))
+    if scale != 1.0:
+        angle = op("mul", angle, scale)
+    angle = op("add", angle, op("where", far, right / 2, 0.0))
+    angle = op("where", steep, op("sub", right, angle), angle)
+    angle = op("where", op("lt", x, 0.0), op("sub", 2.0 * right, angle), angle)
+    return op("where", op("eq", y, 0.0), angle, op("copysign", angle, y))
+
+
+def _arc(flow: Graph, x: int, cosine: bool, right: float, scale: float) -> int:
+    """Arc sine and cosine by the direction of (sqrt(1 - x²), x)."""
+    op = Builder(flow)
+    other = op("sqrt", op("mul", op("sub", 1.0, x), op("add", 1.0, x)))
+    return _direction(flow, *((other, x) if cosine else (x, other)), right, scale)
+
+
+def _forms(unit: str, right: float, scale: float) -> dict[str, Callable[..., int]]:
+    """Of the functions that give an angle in a unit."""
+    return {
+        f"direction{unit}": lambda flow, y, x: _direction(flow, y, x, right, scale),
+        f"call atan2{unit}": lambda flow, y, x: _direction(flow, y, x, right, scale),
+        f"call atan{unit}": lambda flow, x: _direction(flow, x, flow.constant(1.0), right, scale),
+        f"call asin{unit}": lambda flow, x: _arc(flow, x, False, right, scale),
+        f"call acos{unit}": lambda flow, x: _arc(flow, x, True, right, scale),
+    }
+
+
+_ANGLES = FORMS | _forms("", _HALF_PI, 1.0) | _forms("d", 90.0, DEGREE)
+"""What is written as other operations."""
 
 
 class _Writer:
@@ -67,17 +109,16 @@ class _Writer:
     Raises NotCompilable where the graph has a function that the loop cannot hold.
     """
 
-    def __init__(self, flow: Flow, wanted: tuple[int, ...], inputs: list[int]) -> None:
-        self.flow, self.wanted, self.inputs = flow, wanted, inputs
+    def __init__(self, flow: Flow, wanted: Sequence[int], inputs: list[int]) -> None:
+        self.flow, self.inputs = Flow(flow.plain), inputs
+        self.wanted = wanted = copied(flow, self.flow, wanted, forms=_ANGLES)
         self.lines: list[str] = []
         self.values: dict[int, str] = {}
         self.count = 0
-        self.plan = schedule(flow, wanted)
         for place in inputs:
-            self.values[flow.input(place)] = f"%x{place}"
-        for node in self.plan.order:
-            if node not in self.values:
-                self._emit(node)
+            self.values[self.flow.input(place)] = f"%x{place}"
+        for node in schedule(self.flow, wanted).order:
+            self.values[node] = self._emit(node)
 
     def module(self) -> str:
         loads = [
@@ -142,133 +183,43 @@ done:
             return str(rest[0]).lower() if isinstance(rest[0], bool) else _constant(float(rest[0]))
         return self.values[node]
 
-    def _emit(self, node: int) -> None:
+    def _emit(self, node: int) -> str:
         operation, *rest = self.flow.nodes[node]
-        if operation in LEAVES:
-            return
         read = [self._read(o) for o in operands(self.flow, node)]
         name = f"call {rest[0]}" if operation == "call" else str(operation)
         if name in _BINARY:
-            value = self._line(f"{_BINARY[name]} double {read[0]}, {read[1]}")
-        elif name in _COMPARE:
-            value = self._line(f"fcmp {_COMPARE[name]} double {read[0]}, {read[1]}")
-        elif name in _INTRINSIC:
-            value = self._call(_INTRINSIC[name], *read)
-        elif name in ("and", "or", "xor"):
-            value = self._line(f"{name} i1 {read[0]}, {read[1]}")
-        elif name == "where":
-            kind = "i1" if self._logical(node) else "double"
-            value = self._line(f"select i1 {read[0]}, {kind} {read[1]}, {kind} {read[2]}")
-        elif name in ("sind", "cosd"):
-            self._circular(int(rest[0]), read[0])
-            return
-        else:
-            special = _SPECIAL.get(name)
-            if special is None:
-                raise NotCompilable
-            value = special(self, *read)
-        self.values[node] = value
+            return self._line(f"{_BINARY[name]} double {read[0]}, {read[1]}")
+        if name in _COMPARE:
+            return self._line(f"fcmp {_COMPARE[name]} double {read[0]}, {read[1]}")
+        if name in _INTRINSIC:
+            return self._call(_INTRINSIC[name], *read)
+        match name:
+            case "and" | "or" | "xor":
+                return self._line(f"{name} i1 {read[0]}, {read[1]}")
+            case "not":
+                return self._line(f"xor i1 {read[0]}, true")
+            case "neg":
+                return self._line(f"fneg double {read[0]}")
+            case "where":
+                kind = "i1" if self._logical(node) else "double"
+                return self._line(f"select i1 {read[0]}, {kind} {read[1]}, {kind} {read[2]}")
+            case "max":
+                larger = self._line(f"fcmp ogt double {read[0]}, {read[1]}")
+                return self._line(f"select i1 {larger}, double {read[0]}, double {read[1]}")
+            case "finite":
+                return self._line(f"fcmp one double {self._call('fabs', *read)}, {_INFINITE}")
+            case "expm1" | "log1p":
+                return self._line(f"call double @{name}(double {read[0]})")
+        raise NotCompilable
 
     def _line(self, text: str) -> str:
         self.count += 1
         self.lines.append(f"%v{self.count} = {text}")
         return f"%v{self.count}"
 
-    def _op(self, operation: str, a: str | float, b: str | float) -> str:
-        one, other = (_constant(x) if isinstance(x, float) else x for x in (a, b))
-        return self._line(f"{operation} double {one}, {other}")
-
-    def _call(self, name: str, *arguments: str | float) -> str:
-        texts = (_constant(x) if isinstance(x, float) else x for x in arguments)
-        return self._line(f"call double @llvm.{name}.f64({', '.join(f'double {text}' for text in texts)})")
-
-    def _select(self, condition: str, one: str, other: str) -> str:
-        return self._line(f"select i1 {condition}, double {one}, double {other}")
-
-    def _horner(self, coefficients: tuple[float, ...], x: str) -> str:
-        value: str | float = coefficients[0]
-        for coefficient in coefficients[1:]:
-            value = self._op("fadd", self._op("fmul", value, x), coefficient)
-        return str(value)
-
-    # --- functions of angles ---
-
-    def _circular(self, angle: int, degrees: str) -> None:
-        """Sine and cosine, as ``SineAndCosine`` computes them. Angles beyond 1e15 come out as nan."""
-        op = self._op
-        quarters = self._call("rint", op("fmul", degrees, 1.0 / 90.0))
-        rest = op("fmul", op("fsub", degrees, op("fmul", quarters, 90.0)), RADIAN)
-        square = op("fmul", rest, rest)
-        s = op("fadd", rest, op("fmul", op("fmul", self._horner(SINE, square), square), rest))
-        c = op("fmul", self._horner(COSINE, square), op("fmul", square, square))
-        c = op("fadd", op("fsub", c, op("fmul", square, 0.5)), 1.0)
-        whole = op("fmul", self._call("rint", op("fmul", quarters, 0.25)), 4.0)
-        turn = op("fsub", quarters, whole)
-        size = self._call("fabs", turn)
-        sine = op("fmul", turn, op("fsub", 2.0, size))
-        cosine = op("fsub", 1.0, size)
-        near = self._line(f"fcmp olt double {self._call('fabs', degrees)}, {_constant(1e15)}")
-        found = {
-            "sind": op("fadd", op("fmul", s, cosine), op("fmul", c, sine)),
-            "cosd": op("fsub", op("fmul", c, cosine), op("fmul", s, sine)),
-        }
-        for name, value in found.items():
-            node = self.flow.node(name, angle)
-            self.values[node] = self._select(near, value, _constant(float("nan")))
-
-    def _direction(self, y: str, x: str, right: float, scale: float) -> str:
-        """The direction of (x, y): ``right`` is a right angle, ``scale`` turns radians into its unit."""
-        op = self._op
-        ay, ax = self._call("fabs", y), self._call("fabs", x)
-        steep = self._line(f"fcmp ogt double {ay}, {ax}")
-        t = op("fdiv", self._select(steep, ax, ay), self._select(steep, ay, ax))
-        far = self._line(f"fcmp ogt double {t}, {_constant(EIGHTH)}")
-        moved = op("fdiv", op("fsub", t, 1.0), op("fadd", t, 1.0))
-        u = self._select(far, moved, t)
-        z = op("fmul", u, u)
-        angle = op("fadd", u, op("fmul", u, op("fmul", z, self._horner(TANGENT, z))))
-        if scale != 1.0:
-            angle = op("fmul", angle, scale)
-        angle = op("fadd", angle, self._select(far, _constant(right / 2), _constant(0.0)))
-        angle = self._select(steep, op("fsub", right, angle), angle)
-        left = self._line(f"fcmp olt double {x}, {_constant(0.0)}")
-        angle = self._select(left, op("fsub", 2.0 * right, angle), angle)
-        signed = self._call("copysign", angle, y)
-        flat = self._line(f"fcmp oeq double {y}, {_constant(0.0)}")
-        return self._select(flat, angle, signed)
-
-    def _near(self, a: str, b: str) -> str:
-        apart = self._call("fabs", self._op("fsub", a, b))
-        one, other = self._call("fabs", a), self._call("fabs", b)
-        larger = self._select(self._line(f"fcmp ogt double {one}, {other}"), one, other)
-        return self._line(f"fcmp ole double {apart}, {self._op('fmul', larger, TOLERANCE)}")
-
-    def _arc(self, x: str, cosine: bool, right: float, scale: float) -> str:
-        """Arc sine and cosine by the direction of (sqrt(1 - x²), x)."""
-        other = self._call("sqrt", self._op("fmul", self._op("fsub", 1.0, x), self._op("fadd", 1.0, x)))
-        return self._direction(*((other, x) if cosine else (x, other)), right, scale)
-
-
-_HALF_PI = 1.5707963267948966
-_SPECIAL: dict[str, Callable[..., str]] = {
-    "neg": lambda w, x: w._line(f"fneg double {x}"),
-    "max": lambda w, a, b: w._select(w._line(f"fcmp ogt double {a}, {b}"), a, b),
-    "not": lambda w, x: w._line(f"xor i1 {x}, true"),
-    "finite": lambda w, x: w._line(f"fcmp one double {w._call('fabs', x)}, {_constant(float('inf'))}"),
-    "near": _Writer._near,
-    "direction": lambda w, y, x: w._direction(y, x, _HALF_PI, 1.0),
-    "directiond": lambda w, y, x: w._direction(y, x, 90.0, DEGREE),
-    "expm1": lambda w, x: w._line(f"call double @expm1(double {x})"),
-    "log1p": lambda w, x: w._line(f"call double @log1p(double {x})"),
-    "call atan2": lambda w, y, x: w._direction(y, x, _HALF_PI, 1.0),
-    "call atan2d": lambda w, y, x: w._direction(y, x, 90.0, DEGREE),
-    "call atand": lambda w, x: w._direction(x, _constant(1.0), 90.0, DEGREE),
-    "call atan": lambda w, x: w._direction(x, _constant(1.0), _HALF_PI, 1.0),
-    "call asind": lambda w, x: w._arc(x, False, 90.0, DEGREE),
-    "call acosd": lambda w, x: w._arc(x, True, 90.0, DEGREE),
-    "call asin": lambda w, x: w._arc(x, False, _HALF_PI, 1.0),
-    "call acos": lambda w, x: w._arc(x, True, _HALF_PI, 1.0),
-}
+    def _call(self, name: str, *arguments: str) -> str:
+        texts = ", ".join(f"double {text}" for text in arguments)
+        return self._line(f"call double @llvm.{name}.f64({texts})")
 
 
 def _constant(value: float) -> str:

@@ -63,9 +63,7 @@ def kernel_of(flow: Flow, wanted: Sequence[int], jit: bool, unrolled: bool = Fal
     """
     if unrolled and flow.finders:
         target = Flow(flow.plain)
-        places = [int(node[1]) for node in flow.nodes if node[0] == "input"]
-        inputs = [target.input(place) for place in range(1 + max(places, default=-1))]
-        flow, wanted = target, copied(flow, target, wanted, inputs)
+        flow, wanted = target, copied(flow, target, wanted)
         jit = jit and len(flow.nodes) < LARGE
     if jit:
         from solver.trace.llvm import NativeKernel, available

@@ -18,7 +18,7 @@ from rulesheets.functions.floats import atan2d, cosd, sind
 from rulesheets.model import Model
 from rulesheets.syntax import nodes
 from solver.sweeps import Plan
-from solver.trace.arrays import ArrayKernel, SineAndCosine
+from solver.trace.arrays import ArrayKernel
 from solver.trace.flow import Flow
 from solver.trace.llvm import NativeKernel, available
 from solver.trace.python import NAMES, direction_lines, sine_and_cosine, sine_and_cosine_lines
@@ -40,9 +40,10 @@ def ulps(found: np.ndarray, expected: np.ndarray) -> np.ndarray:
 
 
 def sines(degrees: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    sine, cosine = np.empty_like(degrees), np.empty_like(degrees)
-    SineAndCosine(len(degrees))(degrees, sine, cosine)
-    return sine, cosine
+    flow, found = Flow(), (np.empty_like(degrees), np.empty_like(degrees))
+    angle = flow.input(0)
+    ArrayKernel(flow, [flow.node("sind", angle), flow.node("cosd", angle)])([degrees], found)
+    return found
 
 
 def test_sine_and_cosine_of_blocks_are_within_two_ulp_of_the_exact_ones() -> None:
