@@ -29,19 +29,7 @@ from solver.kernel.root_check import astray
 from solver.numerics.one_unknown import real_roots, simple_part
 from solver.numerics.tolerances import BACKWARD, KEPT_AT_REAL, OFF, POLISHED, REAL, SAME_VALUE, TOUCHING
 from solver.path.isolate import smooth
-from solver.path.polynomial import (
-    UNIT,
-    NoForm,
-    Polynomial,
-    constant,
-    degree,
-    letter,
-    letters,
-    minus,
-    plus,
-    scaled,
-    times,
-)
+from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, letter
 
 HIGHEST_DEGREE = 12
 NOWHERE: Mapping[str, Fraction] = {}
@@ -73,9 +61,9 @@ class _Steps:
             self.values |= {tear: (letter(tear), letter(tear), 0) for tear in tears}
         else:
             t, one = letter(self.tear), constant(1.0)
-            self.circle = plus(one, times(t, t))
-            self.cosine = minus(one, times(t, t)), self.circle, 1
-            self.sine = scaled(t, Fraction(2)), scaled(t, Fraction(2)), 1
+            self.circle = one + t * t
+            self.cosine = one - t * t, self.circle, 1
+            self.sine = t + t, t + t, 1
         for name, form in forms:
             expect_time()
             self.values[name] = self._value(form)
@@ -100,7 +88,7 @@ class _Steps:
             case Quotient(left, right):
                 divisor, gross, power = self._value(right)
                 by = divisor.get(UNIT, Fraction(0))
-                if power or letters(gross) or CANCELLED * abs(by) <= gross.get(UNIT, 0):
+                if power or gross.letters or CANCELLED * abs(by) <= gross.get(UNIT, 0):
                     raise NotPolynomial
                 return _scaled(self._value(left), 1 / by)
             case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
@@ -114,7 +102,7 @@ class _Steps:
         expect_time()
         if _degree(a[0]) + _degree(b[0]) > HIGHEST_DEGREE:
             raise NotPolynomial
-        return times(a[0], b[0]), times(a[1], b[1]), a[2] + b[2]
+        return a[0] * b[0], a[1] * b[1], a[2] + b[2]
 
     def _number(self, number: float) -> Ratio:
         if not math.isfinite(number):
@@ -126,10 +114,10 @@ class _Steps:
         parts = []
         for part, gross, own in (a, b):
             for _ in range(power - own):
-                part, gross = times(part, self.circle), times(gross, self.circle)
+                part, gross = part * self.circle, gross * self.circle
             parts.append((part, gross))
         (p, p_gross), (q, q_gross) = parts
-        return plus(p, q), plus(p_gross, q_gross), power
+        return p + q, p_gross + q_gross, power
 
     def _wave(self, function: str, argument: Expression, turn: float) -> Ratio:
         """Sine or cosine of plus or minus the angle and some quarter turns. Raises NotPolynomial."""
@@ -161,7 +149,7 @@ class _Steps:
 
 
 def _scaled(ratio: Ratio, factor: Fraction) -> Ratio:
-    return scaled(ratio[0], factor), scaled(ratio[1], abs(factor)), ratio[2]
+    return ratio[0] * factor, ratio[1] * abs(factor), ratio[2]
 
 
 def _degree(polynomial: Polynomial) -> int:
@@ -171,7 +159,7 @@ def _degree(polynomial: Polynomial) -> int:
 
 def _dense(polynomial: Polynomial, unknown: str, at: Mapping[str, Fraction] = NOWHERE) -> list[Fraction]:
     """Coefficients of a polynomial in one unknown, the others having values."""
-    found = [Fraction(0)] * (degree(polynomial, unknown) + 1)
+    found = [Fraction(0)] * (polynomial.degree(unknown) + 1)
     for monomial, coefficient in polynomial.items():
         others = (at[name] ** exponent for name, exponent in monomial if name != unknown)
         found[dict(monomial).get(unknown, 0)] += coefficient * math.prod(others)
@@ -343,7 +331,7 @@ def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
         p, q = (polynomial for polynomial, _, _ in _Steps(question, forms).residuals(question))
     except (NotPolynomial, NoForm, OverflowError):
         return False
-    if not 0 < max(degree(f, tears[1]) for f in (p, q)) <= HIGHEST_OF_TWO:
+    if not 0 < max(f.degree(tears[1]) for f in (p, q)) <= HIGHEST_OF_TWO:
         return False
     from rulesheets.algebra.polynomials import resultant_of  # brings sympy
 

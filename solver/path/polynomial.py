@@ -35,8 +35,6 @@ from rulesheets.syntax.nodes import (
 Monomial: TypeAlias = tuple[tuple[str, int], ...]
 """Letters with their exponents, sorted."""
 
-Polynomial: TypeAlias = dict[Monomial, Fraction]
-
 UNIT: Monomial = ()
 MAX_TERMS = 400
 
@@ -46,108 +44,103 @@ class NoForm(Exception):
     one another."""
 
 
+class Polynomial(dict[Monomial, Fraction]):
+    """Coefficients by monomials, none of them 0. Sums and products raise NoForm."""
+
+    @classmethod
+    def of(cls, terms: Iterable[tuple[Monomial, Fraction]]) -> Polynomial:
+        """Like terms merged."""
+        total = cls()
+        for monomial, coefficient in terms:
+            before = total.get(monomial)
+            total[monomial] = coefficient if before is None else before + coefficient
+            if not total[monomial]:
+                del total[monomial]
+        if len(total) > MAX_TERMS:
+            raise NoForm
+        return total
+
+    def __add__(self, other: Polynomial) -> Polynomial:
+        return Polynomial.of((*self.items(), *other.items()))
+
+    def __neg__(self) -> Polynomial:
+        return Polynomial({monomial: -coefficient for monomial, coefficient in self.items()})
+
+    def __sub__(self, other: Polynomial) -> Polynomial:
+        return self + -other
+
+    def __mul__(self, other: Polynomial | Fraction) -> Polynomial:
+        if isinstance(other, Fraction):
+            return Polynomial({monomial: other * c for monomial, c in self.items()} if other else {})
+        terms = []
+        for one, a in self.items():
+            for two, b in other.items():
+                joined = one or two
+                if one and two:
+                    exponents = dict(one)
+                    for name, exponent in two:
+                        exponents[name] = exponents.get(name, 0) + exponent
+                    joined = tuple(sorted(exponents.items()))
+                terms.append((joined, a * b))
+        return Polynomial.of(terms)
+
+    @property
+    def letters(self) -> set[str]:
+        return {name for monomial in self for name, _ in monomial}
+
+    def degree(self, name: str) -> int:
+        return max((exponent for m in self for other, exponent in m if other == name), default=0)
+
+    def coefficients(self, name: str) -> dict[int, Polynomial]:
+        """By powers of one letter."""
+        parts: dict[int, Polynomial] = {}
+        for monomial, coefficient in self.items():
+            rest = tuple(item for item in monomial if item[0] != name)
+            parts.setdefault(dict(monomial).get(name, 0), Polynomial())[rest] = coefficient
+        return parts
+
+    def substituted(self, name: str, value: Polynomial) -> Polynomial:
+        """With a letter replaced."""
+        parts, raised, total = self.coefficients(name), constant(1.0), Polynomial()
+        for exponent in range(max(parts, default=0) + 1):
+            raised = raised * value if exponent else raised
+            total += parts.get(exponent, Polynomial()) * raised
+        return total
+
+    def reduced(self, pairs: Mapping[str, str]) -> Polynomial:
+        """With every square of a sine replaced: sin² = 1 - cos². ``pairs`` gives the cosine of each sine."""
+        reduced = self
+        for sine, cosine in pairs.items():
+            square = letter(cosine) * letter(cosine)
+            while reduced.degree(sine) >= 2:
+                total = Polynomial()
+                for exponent, part in reduced.coefficients(sine).items():
+                    squares, rest = divmod(exponent, 2)
+                    for _ in range(squares):
+                        part -= part * square
+                    total += part * letter(sine) if rest else part
+                reduced = total
+        return reduced
+
+    def expression(self, meaning: Mapping[str, Expression]) -> Expression:
+        """As an expression; ``meaning`` gives the expression of every letter."""
+        terms: list[Expression] = []
+        for monomial, coefficient in self.items():
+            product: Expression = ONE
+            for name, exponent in monomial:
+                product = multiply(product, power(meaning[name], Number(float(exponent))))
+            if abs(coefficient) != 1:
+                product = multiply(Number(float(abs(coefficient))), product)
+            terms.append(product if coefficient > 0 else negative(product))
+        return add(*terms)
+
+
 def constant(value: float | Fraction) -> Polynomial:
-    return {UNIT: Fraction(value)} if value else {}
+    return Polynomial({UNIT: Fraction(value)} if value else {})
 
 
 def letter(name: str) -> Polynomial:
-    return {((name, 1),): Fraction(1)}
-
-
-def _collected(terms: Iterable[tuple[Monomial, Fraction]]) -> Polynomial:
-    """Like terms merged. Raises NoForm."""
-    total: Polynomial = {}
-    for monomial, coefficient in terms:
-        before = total.get(monomial)
-        total[monomial] = coefficient if before is None else before + coefficient
-        if not total[monomial]:
-            del total[monomial]
-    if len(total) > MAX_TERMS:
-        raise NoForm
-    return total
-
-
-def plus(*polynomials: Polynomial) -> Polynomial:
-    return _collected(term for polynomial in polynomials for term in polynomial.items())
-
-
-def times(left: Polynomial, right: Polynomial) -> Polynomial:
-    terms = []
-    for one, a in left.items():
-        for other, b in right.items():
-            joined = one or other
-            if one and other:
-                exponents = dict(one)
-                for name, exponent in other:
-                    exponents[name] = exponents.get(name, 0) + exponent
-                joined = tuple(sorted(exponents.items()))
-            terms.append((joined, a * b))
-    return _collected(terms)
-
-
-def scaled(polynomial: Polynomial, factor: Fraction) -> Polynomial:
-    return {monomial: factor * coefficient for monomial, coefficient in polynomial.items()} if factor else {}
-
-
-def minus(left: Polynomial, right: Polynomial) -> Polynomial:
-    return plus(left, scaled(right, Fraction(-1)))
-
-
-def letters(polynomial: Polynomial) -> set[str]:
-    return {name for monomial in polynomial for name, _ in monomial}
-
-
-def degree(polynomial: Polynomial, name: str) -> int:
-    return max(
-        (exponent for monomial in polynomial for other, exponent in monomial if other == name), default=0
-    )
-
-
-def coefficients(polynomial: Polynomial, name: str) -> dict[int, Polynomial]:
-    """The polynomial by powers of one letter."""
-    parts: dict[int, Polynomial] = {}
-    for monomial, coefficient in polynomial.items():
-        exponent = dict(monomial).get(name, 0)
-        rest = tuple(item for item in monomial if item[0] != name)
-        parts.setdefault(exponent, {})[rest] = coefficient
-    return parts
-
-
-def substituted(polynomial: Polynomial, name: str, value: Polynomial) -> Polynomial:
-    """The polynomial with a letter replaced."""
-    parts, raised = coefficients(polynomial, name), constant(1.0)
-    total: Polynomial = {}
-    for exponent in range(max(parts, default=0) + 1):
-        raised = times(raised, value) if exponent else raised
-        total = plus(total, times(parts.get(exponent, {}), raised))
-    return total
-
-
-def reduced(polynomial: Polynomial, pairs: Mapping[str, str]) -> Polynomial:
-    """Every square of a sine replaced: sin² = 1 - cos². ``pairs`` gives the cosine of each sine."""
-    for sine, cosine in pairs.items():
-        while degree(polynomial, sine) >= 2:
-            total: Polynomial = {}
-            for exponent, part in coefficients(polynomial, sine).items():
-                squares, rest = divmod(exponent, 2)
-                for _ in range(squares):
-                    part = minus(part, times(part, {((cosine, 2),): Fraction(1)}))
-                total = plus(total, times(part, letter(sine)) if rest else part)
-            polynomial = total
-    return polynomial
-
-
-def expression(polynomial: Polynomial, meaning: Mapping[str, Expression]) -> Expression:
-    """The polynomial as an expression; ``meaning`` gives the expression of every letter."""
-    terms: list[Expression] = []
-    for monomial, coefficient in polynomial.items():
-        product: Expression = ONE
-        for name, exponent in monomial:
-            product = multiply(product, power(meaning[name], Number(float(exponent))))
-        if abs(coefficient) != 1:
-            product = multiply(Number(float(abs(coefficient))), product)
-        terms.append(product if coefficient > 0 else negative(product))
-    return add(*terms)
+    return Polynomial({((name, 1),): Fraction(1)})
 
 
 _CIRCULAR = {"sind": "d", "cosd": "d", "sin": "", "cos": ""}
@@ -184,35 +177,33 @@ class Letters:
                     self.open.add(name)
                 return letter(name)
             case Negative(operand):
-                return scaled(self.polynomial(operand), Fraction(-1))
+                return -self.polynomial(operand)
             case Sum(terms):
-                return plus(*map(self.polynomial, terms))
+                return Polynomial.of(item for term in terms for item in self.polynomial(term).items())
             case Product(left, right):
-                return reduced(times(self.polynomial(left), self.polynomial(right)), self.pairs)
+                return (self.polynomial(left) * self.polynomial(right)).reduced(self.pairs)
             case Quotient(left, Number(value)) if value:
-                return scaled(self.polynomial(left), 1 / Fraction(value))
+                return self.polynomial(left) * (1 / Fraction(value))
             case Power(base, Number(value)) if value == 2.0 or (value in (3.0, 4.0) and not known):
                 inner = raised = self.polynomial(base)
                 for _ in range(int(value) - 1):
-                    raised = reduced(times(raised, inner), self.pairs)
+                    raised = (raised * inner).reduced(self.pairs)
                 return raised
             case Call(function, (argument,)) if function in _CIRCULAR:
                 return self._circular(function, argument)
             case _ if known:
                 return letter(self._named(node))
             case Quotient(left, right) if not self.unknowns.intersection(names(right)):
-                dividend = self.polynomial(left)
-                return times(dividend, letter(self._named(divide(Number(1.0), right))))
+                return self.polynomial(left) * letter(self._named(divide(Number(1.0), right)))
             case Quotient(left, right):  # one more unknown, and a product
-                dividend, name = self.polynomial(left), self._auxiliary()
-                product = reduced(times(letter(name), self.polynomial(right)), self.pairs)
-                self.extra.append(minus(product, dividend))
-                return letter(name)
+                dividend, quotient = self.polynomial(left), self._auxiliary()
+                self.extra.append((quotient * self.polynomial(right)).reduced(self.pairs) - dividend)
+                return quotient
             case Power(base, Number(0.5)) | Call("sqrt", (base,)):
-                inside, name = self.polynomial(base), self._auxiliary()
-                self.roots.append(name)
-                self.extra.append(minus(times(letter(name), letter(name)), inside))
-                return letter(name)
+                inside, root = self.polynomial(base), self._auxiliary()
+                self.roots += root.letters
+                self.extra.append(root * root - inside)
+                return root
         raise NoForm
 
     def _named(self, node: Expression) -> str:
@@ -224,11 +215,11 @@ class Letters:
         self.meaning[name] = node
         return name
 
-    def _auxiliary(self) -> str:
+    def _auxiliary(self) -> Polynomial:
         name = f"#u{len(self.meaning)}"
         self.meaning[name] = Name(name)
         self.open.add(name)
-        return name
+        return letter(name)
 
     # --- angles ---
 
@@ -252,19 +243,18 @@ class Letters:
             elif term is not base:
                 rest.append(term)
         if base is None or (rest and not unknown):
-            c, s = map(letter, self._pair(argument, unit))
-            return c if cosine else s
-        name, sign = _name_of(base), -1 if isinstance(base, Negative) else 1
-        pair = self._of_unknown(name, unit) if unknown else self._pair(Name(name), unit)
-        c, s = letter(pair[0]), scaled(letter(pair[1]), Fraction(sign))
+            return self._pair(argument, unit)[not cosine]
+        name = _name_of(base)
+        c, s = self._of_unknown(name, unit) if unknown else self._pair(Name(name), unit)
+        s = -s if isinstance(base, Negative) else s
         for _ in range(quarters % 4):
-            c, s = scaled(s, Fraction(-1)), c
+            c, s = -s, c
         if rest:
-            cos, sin = map(letter, self._pair(add(*rest), unit))
-            c, s = minus(times(c, cos), times(s, sin)), plus(times(s, cos), times(c, sin))
-        return reduced(c if cosine else s, self.pairs)
+            cos, sin = self._pair(add(*rest), unit)
+            c, s = c * cos - s * sin, s * cos + c * sin
+        return (c if cosine else s).reduced(self.pairs)
 
-    def _of_unknown(self, name: str, unit: str) -> tuple[str, str]:
+    def _of_unknown(self, name: str, unit: str) -> tuple[Polynomial, Polynomial]:
         if name in self.open or name not in self.turning:
             raise NoForm
         cosine, sine, known = self.angles.setdefault(name, (f"#c {name}", f"#s {name}", unit))
@@ -273,13 +263,13 @@ class Letters:
         self.pairs[sine] = cosine
         self.open.update((cosine, sine))
         self.meaning.update({cosine: Name(cosine), sine: Name(sine)})
-        return cosine, sine
+        return letter(cosine), letter(sine)
 
-    def _pair(self, argument: Expression, unit: str) -> tuple[str, str]:
+    def _pair(self, argument: Expression, unit: str) -> tuple[Polynomial, Polynomial]:
         cosine = self._named(call("cos" + unit, argument))
         sine = self._named(call("sin" + unit, argument))
         self.pairs[sine] = cosine
-        return cosine, sine
+        return letter(cosine), letter(sine)
 
 
 def _name_of(term: Expression) -> str:
