@@ -26,8 +26,8 @@ from solver.accuracy.rule_check import blur, sides
 from solver.facts import DoubleRoot
 from solver.numerics.linear_algebra import as_matrix, factorise, sparse_matrix
 from solver.numerics.tolerances import CANCELLED, HALF, UNIT_ROUNDOFF
-from solver.path import Evaluate, Select, SolveBlock, Step
-from solver.path.cases import activity
+from solver.path import SolveBlock, Step, given_by
+from solver.path.cases import solved_by
 
 SAMPLES = 16
 DENSE = 400
@@ -97,15 +97,11 @@ class _Propagation:
     def run(self, steps: Sequence[Step]) -> ForwardErrors:
         with np.errstate(all="ignore"):  # what is no number counts as infinite
             for step in dict.fromkeys(steps):
-                match step:
-                    case Evaluate(equation=equation, unknown=unknown):
-                        self._direct(self.model.equations[equation], unknown)
-                    case Select(equations=equations, unknown=unknown):
-                        rules = (self.model.equations[i] for i in equations)
-                        if chosen := next((e for e in rules if activity(e, self.decided)), None):
-                            self._direct(chosen, unknown)
-                    case SolveBlock(equations=equations, unknowns=unknowns):
-                        self._block([self.model.equations[i] for i in equations], unknowns)
+                rules = solved_by(self.model, step, self.decided)
+                if isinstance(step, SolveBlock):
+                    self._block(rules, step.unknowns)
+                elif rules:
+                    self._direct(rules[0], *given_by(step))
             # the largest error over the signs, and what rounding the value itself adds
             rows = np.reshape([*self.errors.values()], (-1, SAMPLES))
             worst = dict(zip(self.errors, np.abs(rows).max(axis=1).tolist(), strict=True))

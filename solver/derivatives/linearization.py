@@ -18,7 +18,7 @@ from rulesheets.syntax.nodes import Expression, Name, Symbol, subtract
 from solver.accuracy.digits import ManyDigits, Unresolved, Work
 from solver.accuracy.rule_check import sides
 from solver.numerics.linear_algebra import factorise, independent_rows
-from solver.path.cases import activity, outcomes
+from solver.path.cases import known_rules, outcomes
 from solver.structure.decomposition import block_triangular, dulmage_mendelsohn, maximum_matching
 from solver.structure.incidence import Incidence
 
@@ -71,10 +71,8 @@ def active_equations(
     known = outcomes(model, values, inputs)
     return tuple(
         equation
-        for equation in model.equations
-        if activity(equation, known)
-        and all(name in values for name in equation.names)
-        and not any(
+        for equation in known_rules(model, known, values)
+        if not any(
             isinstance(side, Symbol) or (isinstance(side, Name) and isinstance(values[side.name], str))
             for side in (equation.left, equation.right)
         )

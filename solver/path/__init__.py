@@ -85,6 +85,17 @@ def equations_of(step: Step) -> tuple[int, ...]:
             return ()
 
 
+def given_by(step: Step) -> tuple[str, ...]:
+    """The variables that a step finds."""
+    match step:
+        case Evaluate(unknown=unknown) | Select(unknown=unknown):
+            return (unknown,)
+        case SolveBlock(unknowns=unknowns):
+            return unknowns
+        case _:
+            return ()
+
+
 @dataclass(frozen=True, slots=True)
 class Path(Shown):
     """Steps in order; a path that ends in ``Decide`` or ``Assume`` goes on once the outcome is there.

@@ -21,6 +21,7 @@ from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.model import Equation, Model, Requirement, Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import And, Comparison, Condition, Expression, Name, Not, Number, Or, Symbol
+from solver.path import Select, Step, equations_of, given_by
 
 
 def outcomes(model: Model, values: Mapping[str, Value], inputs: Collection[str]) -> dict[int, bool]:
@@ -46,6 +47,20 @@ def activity(equation: Equation | Requirement, decided: Mapping[int, bool]) -> b
         elif outcome is not premise.holds:
             return False
     return verdict
+
+
+def known_rules(model: Model, decided: Mapping[int, bool], values: Mapping[str, Value]) -> Iterator[Equation]:
+    """The rules that are active where conditions come out so, and that read no more than these values."""
+    blank = model.variables.keys() - values.keys()
+    for equation in model.equations:
+        if activity(equation, decided) and (not blank or blank.isdisjoint(equation.names)):
+            yield equation
+
+
+def solved_by(model: Model, step: Step, decided: Mapping[int, bool]) -> list[Equation]:
+    """The rules that a step solves: of several to select from, the first that is active."""
+    rules = [model.equations[index] for index in equations_of(step) if given_by(step)]
+    return [rule for rule in rules if activity(rule, decided)][:1] if isinstance(step, Select) else rules
 
 
 Pair: TypeAlias = tuple[Expression, Expression]

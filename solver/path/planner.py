@@ -9,7 +9,18 @@ from typing import NamedTuple, TypeAlias
 from rulesheets.deadline import expect_time
 from rulesheets.model import Model, Premise, Value
 from rulesheets.syntax.nodes import Comparison, Condition
-from solver.path import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
+from solver.path import (
+    Assume,
+    Check,
+    Decide,
+    Evaluate,
+    Path,
+    Select,
+    SolveBlock,
+    Step,
+    equations_of,
+    given_by,
+)
 from solver.path.cases import activity, compatible, outcomes, value_of_equality
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation
@@ -91,17 +102,6 @@ def needed_steps(
             needed.update(read_by(graph, step))
             kept.append(step)
     return kept[::-1]
-
-
-def given_by(step: Step) -> tuple[str, ...]:
-    """The variables that a step finds."""
-    match step:
-        case Evaluate(unknown=unknown) | Select(unknown=unknown):
-            return (unknown,)
-        case SolveBlock(unknowns=unknowns):
-            return unknowns
-        case Check() | Decide() | Assume():
-            return ()
 
 
 def read_by(graph: ModelGraph, step: Step) -> Iterator[str]:

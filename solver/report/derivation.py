@@ -18,7 +18,7 @@ from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Condition, Expression, Name, Number, names, substitute
 from rulesheets.units import shown
 from solver.path import Evaluate, Select, Shown, SolveBlock, Step, equations_of
-from solver.path.cases import activity, outcomes
+from solver.path.cases import outcomes, solved_by
 from solver.path.isolate import TARGET, Isolation, isolate
 from solver.report import SCREEN, columns
 from solver.report.path import Notation, Places, Plain, Tex
@@ -202,13 +202,11 @@ class _Tracing:
 
     def _solved(self, step: Step | None) -> tuple[Equation, ...]:
         """The equations that a step solved: of several to select from, the first active at the answer."""
-        if not isinstance(step, Evaluate | Select | SolveBlock):
+        if step is None:
             return ()
-        equations = tuple(self.model.equations[index] for index in equations_of(step))
-        if not isinstance(step, Select):
-            return equations
-        decided = outcomes(self.model, self.values, self.inputs)
-        return (next((e for e in equations if activity(e, decided)), equations[0]),)
+        decided = outcomes(self.model, self.values, self.inputs) if isinstance(step, Select) else {}
+        first = (self.model.equations[index] for index in equations_of(step)[:1])
+        return tuple(solved_by(self.model, step, decided) or first)
 
     def _link(self, step: Step) -> Link:
         if not isinstance(step, SolveBlock):

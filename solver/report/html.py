@@ -15,8 +15,7 @@ from rulesheets.units import shown
 from solver.derivatives import Band, Sensitivities, ToleranceBands
 from solver.facts import Status
 from solver.files.tables import Table
-from solver.path import Check, Path, SolveBlock, equations_of
-from solver.path.planner import given_by
+from solver.path import Check, Path, SolveBlock, equations_of, given_by
 from solver.report import table
 from solver.report.derivation import ESCAPED, Derivation, Page, why_latex
 from solver.report.path import Plain, Tex, told

@@ -26,7 +26,7 @@ from solver.kernel.step import OTHERWISE
 from solver.leaves import Asked, Exploration, Leaf, Patience, indeterminacy
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.tolerances import BACKWARD, SAME_VALUE
-from solver.path.cases import activity
+from solver.path.cases import activity, known_rules
 from solver.solution.explore import explore
 from solver.solution.refinement import answers_between, explore_refined, explore_required, with_limits
 from solver.solution.verdict import Verdict, judge
@@ -99,8 +99,7 @@ def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verd
 def _stands(model: Model, leaf: Leaf) -> bool:
     """Whether the rules as they are written hold, all that can be read."""
     values, decided = leaf.branch.values, leaf.branch.conditions
-    active = (rule for rule in model.equations if activity(rule, decided))
-    return all(check_rule(rule, values).holds for rule in active if values.keys() >= {*rule.names})
+    return all(check_rule(rule, values).holds for rule in known_rules(model, decided, values))
 
 
 def _repeated(model: Model, fact: RankLoss, values: Mapping[str, float]) -> int | None:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace
-from rulesheets.model import Model, Value
+from rulesheets.model import Value
 from rulesheets.syntax.nodes import Number
 from solver.accuracy.alike import accepted
 from solver.accuracy.forward_error import forward_errors
@@ -37,102 +36,12 @@ from solver.leaves import (
     without_value,
 )
 from solver.path import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
-from solver.path.cases import EQUAL, activity, value_of_equality
+from solver.path.cases import EQUAL, activity, known_rules, value_of_equality
 from solver.path.isolate import Isolation
 from solver.path.planner import planner
 
 MAX_LEAVES, FEW_LEAVES, MAX_VALUES = 1_000, 20, 20_000
 """Answers that are listed; the least and the values in all where the model is large."""
-
-
-@dataclass
-class Findings:
-    """The leaves of one exploration, and its gaps.
-
-    ``judged`` are the names that a leaf must have; ``enough`` ends the search at the first such leaf.
-    ``complete``: no step so far can have more answers than were followed. ``delicate``: somewhere rounding
-    decides how many there are, or whether a rule holds.
-    """
-
-    model: Model
-    judged: Sequence[str]
-    enough: Callable[[Leaf], bool] | None = None
-    leaves: list[Leaf] = field(default_factory=list)
-    dead: list[Leaf] = field(default_factory=list)
-    adrift: list[Leaf] = field(default_factory=list)
-    complete: bool = True
-    delicate: bool = False
-    gaps: dict[tuple[int, ...], Gap] = field(default_factory=dict)
-
-    @property
-    def full(self) -> bool:
-        """Whether nothing more is looked for."""
-        if self.enough is not None and any(map(self.enough, self.leaves)):
-            return True
-        ends = len(self.leaves) + len(self.dead) + len(self.adrift)
-        return ends >= MAX_LEAVES or (ends >= FEW_LEAVES and ends * len(self.model.variables) >= MAX_VALUES)
-
-    def note(
-        self,
-        complete: bool,
-        equations: tuple[int, ...],
-        unknowns: tuple[str, ...],
-        listed: Sequence[Mapping[str, Value]],
-        cut: bool,
-    ) -> None:
-        """Remember where a step may have more answers than are listed, the first of each step."""
-        self.complete = self.complete and complete
-        if complete or equations in self.gaps:
-            return
-        first = (values.get(unknowns[0]) for values in listed)
-        numbers = [float(v) for v in first if v is not None and not isinstance(v, str)]
-        ends = min(numbers, default=0.0), max(numbers, default=0.0)
-        listed_cut = cut and len(listed) > 1
-        self.gaps[equations] = Gap(equations, unknowns, len(listed), *ends, listed_cut, uncounted=cut)
-
-    def truncate(self, branch: Branch, what: str) -> None:
-        """Remember that a branch was given up: there are too many ``what``."""
-        self.complete = False
-        self.gaps.setdefault((), Gap(count=len(self.leaves), cut=what == "answers"))
-        branch.facts = (*branch.facts, Truncated(what))
-
-    def loose_since(self, adrift: int) -> bool:
-        """Whether the cases since so many were ``adrift`` leave a continuum that nothing contradicts.
-
-        Answers of other cases do not make it a solved one; a case of equality is but its edge.
-        """
-        return any(not blocked(leaf) and not leaf.on_edge for leaf in self.adrift[adrift:])
-
-    def add(self, branch: Branch, decided: Mapping[int, bool], loose: bool, unverified: bool) -> None:
-        """The end of a branch: every rule that is active there is asked of the independent rule check.
-
-        ``unverified``: an assumption was made on what is not known even now.
-        """
-        values = branch.values
-        conflicts: list[Fact] = []
-        blank = self.model.variables.keys() - values.keys()
-        rules = [
-            equation
-            for equation in self.model.equations
-            if activity(equation, decided) and (not blank or blank.isdisjoint(equation.names))
-        ]
-        worst, left = accepted(self.model, rules, values)
-        for equation in left:
-            check = check_rule(equation, values)
-            if check.holds:
-                worst = max(worst, check.scaled)
-            else:
-                self.delicate = self.delicate or check.delicate
-                undefined = indeterminacy(equation, values) if check.miss is None else None
-                conflicts.append(undefined or Conflict((equation.index,), check.miss, values))
-        conflicts += unmet(self.model, values, decided)
-        lacking = (name for name in self.judged if name not in values)
-        missing = tuple(name for name in lacking if not infinite(self.model, branch, name))
-        leaf = Leaf(branch, missing, tuple(conflicts), worst, len(rules), loose)
-        if conflicts:
-            self.dead.append(leaf)
-        else:
-            (self.adrift if missing and unverified else self.leaves).append(leaf)
 
 
 MAX_SEARCHES = 150
@@ -169,20 +78,33 @@ def explore(
 
 
 class Explorer:
-    """Follows every way in floats; a subclass may solve the steps in another arithmetic."""
+    """Follows every way in floats; a subclass may solve the steps in another arithmetic.
+
+    ``complete``: no step so far can have more answers than were followed. ``delicate``: somewhere rounding
+    decides how many there are, or whether a rule holds.
+    """
 
     def __init__(self, asked: Asked, enough: Callable[[Leaf], bool] | None = None) -> None:
         model, inputs, want, guesses, judged = asked
         self.model, self.inputs, self.guesses, self.judged = model, dict(inputs), guesses, judged
         self.want = None if want is None else frozenset(want)
+        self.enough = enough
         self.planner = planner(model)
         self.graph = self.planner.graph
         self.casework = Casework(model, self.inputs)
-        self.findings = Findings(model, judged, enough)
         self.budget = Budget()
         self.outcomes: Outcomes = {}
         self._searched: set[SolveBlock] = set()
         self.cases = 0
+        self._begin()
+
+    def _begin(self) -> None:
+        """Nothing is found yet."""
+        self.leaves: list[Leaf] = []
+        self.dead: list[Leaf] = []
+        self.adrift: list[Leaf] = []
+        self.complete, self.delicate = True, False
+        self.gaps: dict[tuple[int, ...], Gap] = {}
 
     def run(self) -> Exploration:
         """All answers; where the sensible ones of some blocks lead to none, those from their others."""
@@ -196,17 +118,16 @@ class Explorer:
         found = self._found()
         if not self.budget.cut or self.budget.every or not all(leaf.missing for leaf in found.leaves):
             return found
-        self.budget.every = True
-        self.findings, self.outcomes = Findings(self.model, self.judged, self.findings.enough), {}
+        self.budget.every, self.outcomes = True, {}
+        self._begin()
         return self.run()
 
     def _found(self) -> Exploration:
         """What the branches came to; a case that is adrift hides no answer if what it lacks is refused."""
-        found = self.findings
-        complete = found.complete and all(excluded(leaf) or self._refused(leaf) for leaf in found.adrift)
-        ends = tuple(found.leaves), complete, tuple(found.dead), tuple(found.adrift)
-        gaps = tuple(found.gaps.values())
-        return Exploration(*ends, found.delicate, self.outcomes, self.budget.used, gaps)
+        complete = self.complete and all(excluded(leaf) or self._refused(leaf) for leaf in self.adrift)
+        ends = tuple(self.leaves), complete, tuple(self.dead), tuple(self.adrift)
+        gaps = tuple(self.gaps.values())
+        return Exploration(*ends, self.delicate, self.outcomes, self.budget.used, gaps)
 
     def _refused(self, leaf: Leaf) -> bool:
         """Whether no value satisfies a rule that leads to what a leaf lacks."""
@@ -215,14 +136,58 @@ class Explorer:
         leading = {equation for step in path.steps for equation in equations_of(step)}
         return any(not leading.isdisjoint(without_value(fact)[0]) for fact in leaf.branch.void.values())
 
+    # --- what is found ---
+
+    def _is_full(self, branch: Branch) -> bool:
+        """Whether nothing more is looked for on a branch."""
+        ends = len(self.leaves) + len(self.dead) + len(self.adrift)
+        full = (
+            ends >= MAX_LEAVES
+            or (ends >= FEW_LEAVES and ends * len(self.model.variables) >= MAX_VALUES)
+            or (self.enough is not None and any(map(self.enough, self.leaves)))
+        )
+        if full:
+            self._truncate(branch, "answers")
+        return full
+
+    def _truncate(self, branch: Branch, what: str) -> None:
+        """Remember that a branch was given up: there are too many ``what``."""
+        self.complete = False
+        self.gaps.setdefault((), Gap(count=len(self.leaves), cut=what == "answers"))
+        branch.facts = (*branch.facts, Truncated(what))
+
+    def note(
+        self,
+        complete: bool,
+        equations: tuple[int, ...],
+        unknowns: tuple[str, ...],
+        listed: Sequence[Mapping[str, Value]],
+        cut: bool,
+    ) -> None:
+        """Remember where a step may have more answers than are listed, the first of each step."""
+        if any(map(self._turned, unknowns)):
+            complete = False
+        self.complete = self.complete and complete
+        if complete or equations in self.gaps:
+            return
+        first = (values.get(unknowns[0]) for values in listed)
+        numbers = [float(v) for v in first if v is not None and not isinstance(v, str)]
+        ends = min(numbers, default=0.0), max(numbers, default=0.0)
+        listed_cut = cut and len(listed) > 1
+        self.gaps[equations] = Gap(equations, unknowns, len(listed), *ends, listed_cut, uncounted=cut)
+
+    def _loose_since(self, adrift: int) -> bool:
+        """Whether the cases since so many were ``adrift`` leave a continuum that nothing contradicts.
+
+        Answers of other cases do not make it a solved one; a case of equality is but its edge.
+        """
+        return any(not blocked(leaf) and not leaf.on_edge for leaf in self.adrift[adrift:])
+
     # --- following a path ---
 
     def _explore(self, branch: Branch) -> None:
         """Plan from what is known, follow, and plan again where an outcome asks for it."""
-        while True:
-            if self.findings.full:
-                self.findings.truncate(branch, "answers")
-                return
+        while not self._is_full(branch):
             self.budget.used += PLAN
             known = frozenset(branch.values)
             void = frozenset(branch.void)
@@ -282,21 +247,18 @@ class Explorer:
         branch.values.update(found)
         branch.origins.update(dict.fromkeys(found, step))
         branch.steps.append(step)
-        match step:
-            case Evaluate(equation=equation):
-                branch.settled.add(equation)
-            case SolveBlock(equations=equations):
-                branch.settled.update(equations)
+        if not isinstance(step, Select):
+            branch.settled.update(equations_of(step))
 
     def _evaluate(self, branch: Branch, step: Step, equation: int, unknown: str, rest: Rest) -> bool | None:
         """None: go on; True: plan anew; False: ended (each fork has gone its own way)."""
         isolation = self.graph.isolation(equation, self.graph.number[unknown])
         assert isolation is not None
         outcome = self._stepped(branch, equation, isolation)
-        complete = outcome.complete and not self._turned(unknown)
         cut = not outcome.complete and isolation.proven
-        self.findings.note(complete, (equation,), (unknown,), [{unknown: v} for v in outcome.values], cut)
-        self.findings.delicate |= outcome.delicate
+        listed = [{unknown: value} for value in outcome.values]
+        self.note(outcome.complete, (equation,), (unknown,), listed, cut)
+        self.delicate |= outcome.delicate
         if outcome.fact is not None:
             if isinstance(outcome.fact, AsksNothing):
                 branch.void[equation] = outcome.fact
@@ -304,7 +266,7 @@ class Explorer:
                 self._blank(branch, (unknown,), outcome.fact)
             return True
         double = () if outcome.double is None else (outcome.double,)
-        return self._forks(branch, step, [({unknown: v}, double) for v in outcome.values], rest)
+        return self._forks(branch, step, [(values, double) for values in listed], rest)
 
     def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
         guess = self.guesses.get(isolation.unknown)
@@ -320,8 +282,7 @@ class Explorer:
             self._learn(branch, step, values)
             return None
         for values, facts in found:
-            if self.findings.full:
-                self.findings.truncate(branch, "answers")
+            if self._is_full(branch):
                 break
             fork = branch.fork()
             fork.facts = (*fork.facts, *facts)
@@ -347,7 +308,7 @@ class Explorer:
         check = check_rule(self.model.equations[equation], branch.values)
         if check.holds or self._agreed(branch, equation):
             return None
-        self.findings.delicate |= check.delicate
+        self.delicate |= check.delicate
         self._finish(branch)
         return False
 
@@ -381,9 +342,8 @@ class Explorer:
     def _block(self, branch: Branch, step: SolveBlock, rest: Rest) -> bool | None:
         outcome = self._solved(step, branch)
         listed = [answer.values for answer in outcome.answers]
-        complete = outcome.complete and not any(map(self._turned, step.unknowns))
-        self.findings.note(complete, step.equations, step.unknowns, listed, outcome.cut)
-        self.findings.delicate |= outcome.delicate
+        self.note(outcome.complete, step.equations, step.unknowns, listed, outcome.cut)
+        self.delicate |= outcome.delicate
         branch.attempts[step] = outcome.attempts
         if outcome.free:
             lost = next(fact for fact in outcome.facts if isinstance(fact, RankLoss))
@@ -408,7 +368,7 @@ class Explorer:
             again = len(self.outcomes) - len(self._searched)
             if step in self._searched and again >= MAX_SEARCHES and not kernel.linear:
                 return BlockOutcome(facts=(NoRoot(step.equations, step.unknowns, proven=False),))
-            self.budget.begin_block(self.findings.complete, assumed or step in self._searched)
+            self.budget.begin_block(self.complete, assumed or step in self._searched)
             self._searched.add(step)
             given, off = [], partial(self._off, branch)
             for name in kernel.known:  # exact values: inputs, and numbers that a rule says
@@ -455,13 +415,13 @@ class Explorer:
             return False
         self.cases += 1
         if len(branch.signs) >= MAX_ASSUMPTIONS or self.cases > MAX_CASES:
-            self.findings.truncate(branch, "cases")
+            self._truncate(branch, "cases")
             self._finish(branch)
             return False
-        adrift = len(self.findings.adrift)
+        adrift = len(self.adrift)
         for sign in self.casework.cases(pair):
-            if sign == EQUAL and self.findings.loose_since(adrift):
-                self.findings.complete = False
+            if sign == EQUAL and self._loose_since(adrift):
+                self.complete = False
                 continue
             case = branch.fork()
             case.signs[pair] = sign
@@ -472,7 +432,7 @@ class Explorer:
             self.casework.infer(case)
             if not self.casework.contradicted(case):
                 self._explore(case)
-        if self.findings.loose_since(adrift):
+        if self._loose_since(adrift):
             self._finish(branch, loose=True)
         return False
 
@@ -482,9 +442,29 @@ class Explorer:
         return settled(self.graph, branch.values, self.inputs)
 
     def _finish(self, branch: Branch, loose: bool = False) -> None:
+        """Every rule that is active at the end of a branch is asked of the independent rule check."""
         if branch.signs and self.casework.contradicted(branch):
             return
-        branch.values = self._settled(branch)
+        values = branch.values = self._settled(branch)
         decided = {**branch.assumed, **self.casework.outcomes(range(len(self.model.conditions)), branch)}
-        unverified = bool(branch.signs) and self.casework.unverified(branch)
-        self.findings.add(branch, decided, loose, unverified)
+        rules = list(known_rules(self.model, decided, values))
+        worst, left = accepted(self.model, rules, values)
+        conflicts: list[Fact] = []
+        for equation in left:
+            check = check_rule(equation, values)
+            if check.holds:
+                worst = max(worst, check.scaled)
+            else:
+                self.delicate = self.delicate or check.delicate
+                undefined = indeterminacy(equation, values) if check.miss is None else None
+                conflicts.append(undefined or Conflict((equation.index,), check.miss, values))
+        conflicts += unmet(self.model, values, decided)
+        lacking = (name for name in self.judged if name not in values)
+        missing = tuple(name for name in lacking if not infinite(self.model, branch, name))
+        leaf = Leaf(branch, missing, tuple(conflicts), worst, len(rules), loose)
+        if conflicts:
+            self.dead.append(leaf)
+        elif missing and branch.signs and self.casework.unverified(branch):
+            self.adrift.append(leaf)  # an assumption was made on what is not known even now
+        else:
+            self.leaves.append(leaf)

@@ -174,7 +174,7 @@ class _PreciseSearch(Explorer):
         """What was asked for and is divided by no more than the last places of the given numbers."""
         moved = self._off(branch)
         for name, step in branch.origins.items():
-            if name in self.findings.judged and isinstance(step, Evaluate):
+            if name in self.judged and isinstance(step, Evaluate):
                 rule = self.model.equations[step.equation]
                 with suppress(Undefined, ZeroDivisionError):
                     if self._drops_out(branch, name, rule, moved) or self._inverts(branch, name, rule, moved):

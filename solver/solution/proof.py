@@ -8,7 +8,7 @@ come out as they were taken for all numbers in the balls; rules that were left o
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import Any
 
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, holds
@@ -18,8 +18,8 @@ from rulesheets.syntax.nodes import Comparison, Condition, Given, Name, Symbol, 
 from solver.facts import DoubleRoot, Proof, ProvedRoots
 from solver.kernel.krawczyk import Square, exact_double_root, proved_root, unfolded
 from solver.leaves import Leaf
-from solver.path import Evaluate, Select, SolveBlock
-from solver.path.cases import activity, outcome
+from solver.path import given_by
+from solver.path.cases import known_rules, outcome, solved_by
 
 BITS = 400
 
@@ -56,25 +56,23 @@ class _Proving:
         """Raises _Obstacle."""
         used: set[int] = set()
         for step in dict.fromkeys(self.leaf.branch.steps):
-            match step:
-                case Evaluate(equation=equation, unknown=unknown):
-                    self._step((equation,), (unknown,), used)
-                case Select(equations=equations, unknown=unknown):
-                    chosen = next(e for e in equations if activity(self.model.equations[e], self.decided))
-                    self._step((chosen,), (unknown,), used)
-                case SolveBlock(equations=equations, unknowns=unknowns):
-                    self._step(equations, unknowns, used)
-        for rule in self.model.equations:
-            if activity(rule, self.decided) and all(name in self.values for name in rule.names):
-                self._guarded(rule)
-                if rule.index in used or not self.symbols.isdisjoint(rule.names):
-                    continue
-                try:  # left and right of a rule that checks must overlap
-                    left, right = (enclosing_ball(side, self.balls) for side in (rule.left, rule.right))
-                except Undefined as undefined:
-                    raise _Obstacle(f"a rule that checks needs {undefined}") from None
-                if not left.overlaps(right):
-                    raise _Obstacle("a rule that checks is not satisfied exactly")
+            rules = solved_by(self.model, step, self.decided)
+            used.update(rule.index for rule in rules)
+            self._step(rules, given_by(step))
+        for rule in known_rules(self.model, self.decided, self.values):
+            for premise in rule.guard:
+                if outcome(self.model.conditions[premise.condition], self._certain) is not premise.holds:
+                    raise _Obstacle(
+                        "a condition that no enclosure decides: two numbers are too near to equal"
+                    )
+            if rule.index in used or not self.symbols.isdisjoint(rule.names):
+                continue
+            try:  # left and right of a rule that checks must overlap
+                left, right = (enclosing_ball(side, self.balls) for side in (rule.left, rule.right))
+            except Undefined as undefined:
+                raise _Obstacle(f"a rule that checks needs {undefined}") from None
+            if not left.overlaps(right):
+                raise _Obstacle("a rule that checks is not satisfied exactly")
         radius, nearest = {}, True
         for name, found in self.balls.items():
             number, off = self.values[name], (found - ball(self.values[name])).abs_upper()
@@ -83,10 +81,8 @@ class _Proving:
             nearest = nearest and float(found.lower()) == float(found.upper()) == number
         return Proof(True, radius, nearest)
 
-    def _step(self, indices: Sequence[int], unknowns: Sequence[str], used: set[int]) -> None:
-        equations = [self.model.equations[index] for index in indices]
-        used.update(indices)
-        if not self.symbols.isdisjoint(unknowns):
+    def _step(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> None:
+        if not equations or not self.symbols.isdisjoint(unknowns):
             return
         if not all(name in self.values for name in unknowns):
             raise _Obstacle(f"{', '.join(unknowns)} is not determined")
@@ -98,16 +94,16 @@ class _Proving:
         precise = self.leaf.branch.precise
         middle = [ball(precise.get(name, self.values[name])) for name in unknowns]
         square = Square(forms, partials, tuple(unknowns))
-        self._double(square, indices, middle)
+        self._double(square, {equation.index for equation in equations}, middle)
         root = proved_root(square, self.balls, middle)
         if root is None:
             raise _Obstacle(f"no proof for {', '.join(unknowns)}: the rules are not regular there")
         self.balls.update(root)
 
-    def _double(self, square: Square, indices: Sequence[int], middle: Sequence[Any]) -> None:
+    def _double(self, square: Square, indices: Set[int], middle: Sequence[Any]) -> None:
         """Raises _Obstacle where floats see a double root: it is there, or two next to it, or none."""
         folds = (fact.equations for fact in self.leaf.branch.facts if isinstance(fact, DoubleRoot))
-        if not any(set(indices) & set(equations) for equations in folds):
+        if all(indices.isdisjoint(equations) for equations in folds):
             return
         names = ", ".join(square.unknowns)
         near = [number for name in square.unknowns if isinstance(number := self.values[name], float)]
@@ -121,13 +117,6 @@ class _Proving:
                 apart = {n: max(0.0, float(abs(at - other[n]).lower())) for n, at in one.items()}
             beside = ProvedRoots(tuple(square.unknowns), len(found), apart)
             raise _Obstacle(f"{names}: {beside.roots or 'no'} roots, a hair apart", beside=beside)
-
-    # --- conditions ---
-
-    def _guarded(self, equation: Equation) -> None:
-        for premise in equation.guard:
-            if outcome(self.model.conditions[premise.condition], self._certain) is not premise.holds:
-                raise _Obstacle("a condition that no enclosure decides: two numbers are too near to equal")
 
     def _certain(self, condition: Condition) -> bool | None:
         """How a condition comes out for all numbers in the balls; None where they do not agree."""

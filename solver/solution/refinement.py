@@ -27,7 +27,7 @@ from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import Conflict, Filled
 from solver.leaves import Asked, CutOff, Exploration, Leaf, leaf_errors, unmet
 from solver.numerics.tolerances import BACKWARD, LOST, MEANINGLESS, NO_DIGIT, SAFETY, VAGUE
-from solver.path.cases import MIRRORED, activity, outcomes
+from solver.path.cases import MIRRORED, known_rules, outcomes
 from solver.solution.explore import GRACE, explore
 
 MAX_STEPS = 2_000
@@ -282,9 +282,7 @@ def _standing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Leaf | N
     values = leaf.branch.values
     decided = outcomes(model, values, inputs)
     facts = []
-    for equation in model.equations:
-        if not activity(equation, decided) or not all(name in values for name in equation.names):
-            continue
+    for equation in known_rules(model, decided, values):
         parts = (indeterminate(side, values) for side in (equation.left, equation.right))
         limits = [part.limit for part in parts if part is not None]
         if None in limits or not (

@@ -18,10 +18,10 @@ from solver.facts import Status
 from solver.files.tables import CODES, column_of, free_name
 from solver.leaves import Leaf
 from solver.numerics.continuation import CurvePoint, End, Vector
-from solver.path import Assume, Evaluate, Select, Step, equations_of
+from solver.path import Assume, Evaluate, Select, Step, equations_of, given_by
 from solver.path.graph import ModelGraph
 from solver.path.isolate import is_linear
-from solver.path.planner import given_by, planner, read_by
+from solver.path.planner import planner, read_by
 from solver.sweeps import Plan, prepare
 from solver.sweeps.tracing import (
     Branch,
