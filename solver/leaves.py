@@ -132,6 +132,17 @@ class Branch:
         """How each condition came out, or is assumed to."""
         return {**self.decided, **self.assumed}
 
+    @property
+    def reasons(self) -> tuple[Fact, ...]:
+        """Why equations are void, each reason once."""
+        return tuple({id(fact): fact for fact in self.void.values()}.values())
+
+    def without(self, names: Collection[str]) -> Branch:
+        """A fork that lacks the values of these names."""
+        fork = self.fork()
+        fork.values = {name: value for name, value in self.values.items() if name not in names}
+        return fork
+
     def fork(self) -> Branch:
         return Branch(**{one.name: copy(getattr(self, one.name)) for one in fields(self)})
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
@@ -94,13 +94,12 @@ def _rare_collection() -> Iterator[None]:
 
 def _cut_off(asked: Asked, reached: CutOff) -> Result:
     """What is known when the time is up: the answers found until then, else the values determined."""
-    unknown = tuple(name for name in asked.model.variables if name not in reached.known)
     verdict = judge(asked, reached.found)
     fact = OutOfTime(tuple(name for name in reached.known if name not in asked.inputs))
     if verdict.status is Status.SOLVED:
         verdict = verdict._replace(facts=(fact,))
     else:
-        verdict = Verdict(Status.FAILED, (), (fact,), unknown)
+        verdict = Verdict(Status.FAILED, (), (fact,))
     result = _result(asked, asked.model, verdict, False, False)
     return result if result.solutions else replace(result, partial=reached.known)
 
@@ -120,10 +119,10 @@ def _result(asked: Asked, by: Model, verdict: Verdict, complete: bool, prove: bo
     refused = any(isinstance(fact, Unmet) for fact in verdict.facts)
     alone = status is Status.INFEASIBLE and len(leaves) == 1 and not refused
     determined = leaves[0].branch.values if alone else inputs  # even though the whole is not solved
-    undetermined: Sequence[str] = [name for name in model.variables if name not in determined]
+    known = determined
     solutions: list[Solution] = []
-    if status in (Status.SOLVED, Status.PARTIAL, Status.SINGULAR):
-        undetermined = verdict.undetermined
+    if primary is not None and status in (Status.SOLVED, Status.PARTIAL, Status.SINGULAR):
+        known = primary.branch.values
         likely = unlikely(by, [leaf.branch.values for leaf in leaves], inputs, guesses)
         for leaf, names in zip(leaves, likely, strict=True):
             values, measure, proof = leaf.branch.values, partial(leaf_errors, by, leaf), None
@@ -141,8 +140,8 @@ def _result(asked: Asked, by: Model, verdict: Verdict, complete: bool, prove: bo
         inputs=inputs,
         guesses=guesses,
         wanted=tuple(name for name in judged if name not in beyond),
-        undetermined=tuple(name for name in undetermined if name in judged and name not in beyond),
-        diagnoses=_explained(model, verdict, inputs, judged),
+        undetermined=tuple(n for n in model.variables if n in judged and n not in beyond and n not in known),
+        diagnoses=_explained(asked, verdict),
         path=_path(model, primary, inputs),
         partial=determined,
         origins={} if primary is None else primary.branch.origins,
@@ -160,9 +159,7 @@ def _near(
     return verdict.leaves[0].branch.values if verdict.status is Status.SOLVED else None
 
 
-def _explained(
-    model: Model, verdict: Verdict, inputs: Mapping[str, Value], judged: Sequence[str]
-) -> tuple[Diagnosis, ...]:
+def _explained(asked: Asked, verdict: Verdict) -> tuple[Diagnosis, ...]:
     """What there is to say; of an answer that nothing stood in the way of, nothing."""
     branches = [leaf.branch for leaf in verdict.leaves]
     noted = verdict.facts or any(branch.facts for branch in branches)
@@ -171,10 +168,10 @@ def _explained(
     from solver.solution.explain import explain
 
     try:
-        return explain(model, verdict, inputs, judged)
+        return explain(asked, verdict)
     except TimeIsUp:  # while remedies were tried
         with grace(GRACE):
-            return explain(model, verdict, inputs, judged, hasty=True)
+            return explain(asked, verdict, hasty=True)
 
 
 def _path(model: Model, primary: Leaf | None, inputs: Mapping[str, Value]) -> Path:

@@ -49,10 +49,10 @@ def _look_behind(
     """
     if any(isinstance(fact, DoubleRoot) for fact in verdict.facts):
         return None
-    void = {id(fact): fact for leaf in found.leaves for fact in leaf.branch.void.values()}
-    lost = tuple(fact for fact in void.values() if isinstance(fact, RankLoss))
-    if not lost and not any(isinstance(fact, AsksNothing) for fact in void.values()):
+    void = [fact for leaf in found.leaves for fact in leaf.branch.reasons]
+    if not any(isinstance(fact, RankLoss | AsksNothing) for fact in void):
         return None
+    lost = (fact for fact in void if isinstance(fact, RankLoss))
     model, first = asked.model, found.leaves[0].branch.values
     values = {  # numbers that all leaves have
         name: value
@@ -143,14 +143,8 @@ def _without(side: nodes.Expression, values: Mapping[str, float]) -> nodes.Expre
     done: list[nodes.Expression] = []
     for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
         done.append(_without(part, values))
-    pairs = (
-        (done, done[::-1])
-        if isinstance(side, nodes.Product)
-        else (done,)
-        if isinstance(side, nodes.Quotient)
-        else ()
-    )
-    for factor, other in pairs:
+    pairs = [done] if isinstance(side, nodes.Product | nodes.Quotient) else []
+    for factor, other in [*pairs, done[::-1]] if isinstance(side, nodes.Product) else pairs:
         nothing = nodes.is_number(factor, 0.0) or (_read(factor, values) and vanishes(factor, values))
         if nothing and not _read(other, values):
             return nodes.ZERO
@@ -271,7 +265,7 @@ def at_a_limit(asked: Asked, verdict: Verdict) -> Verdict | None:
     for leaf in answers_between(asked):
         filled = (fact.equation for fact in leaf.branch.facts if isinstance(fact, Filled))
         facts = tuple(indeterminacy(model.equations[index], leaf.branch.values) for index in filled)
-        return Verdict(Status.SINGULAR, verdict.leaves, tuple(filter(None, facts)), verdict.undetermined)
+        return Verdict(Status.SINGULAR, verdict.leaves, tuple(filter(None, facts)))
     return None
 
 

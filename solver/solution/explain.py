@@ -19,17 +19,12 @@ from solver.solution.verdict import Verdict
 MAX_INPUTS = 10
 
 
-def explain(
-    model: Model, verdict: Verdict, inputs: Mapping[str, Value], judged: Sequence[str], hasty: bool = False
-) -> tuple[Diagnosis, ...]:
+def explain(asked: Asked, verdict: Verdict, hasty: bool = False) -> tuple[Diagnosis, ...]:
     """One diagnosis for each thing that keeps a solve from being plainly solved.
 
     ``hasty``: without remedies, for the time is up.
     """
-    explanation = _Explanation(model, verdict, inputs, judged)
-    if hasty:
-        explanation.patience = Patience(0)
-    found = tuple(explanation.diagnoses())
+    found = tuple(_Explanation(asked, verdict, Patience(0) if hasty else Patience()).diagnoses())
     if not hasty:
         return found
     text = "the time was up before every remedy was tried"
@@ -37,23 +32,19 @@ def explain(
 
 
 class _Explanation:
-    def __init__(
-        self, model: Model, verdict: Verdict, inputs: Mapping[str, Value], judged: Sequence[str]
-    ) -> None:
-        self.model, self.verdict, self.inputs, self.judged = model, verdict, inputs, judged
-        self.asked = Asked(model, inputs, None, {}, judged)
+    def __init__(self, asked: Asked, verdict: Verdict, patience: Patience) -> None:
+        self.asked, self.verdict, self.patience = asked._replace(want=None, guesses={}), verdict, patience
+        self.model, self.inputs, self.judged = asked.model, asked.inputs, asked.judged
         self.leaf: Leaf | None = verdict.leaves[0] if verdict.leaves else None
-        self.patience = Patience()
 
     def diagnoses(self) -> Iterator[Diagnosis]:
         verdict = self.verdict
-        alone = [fact for fact in verdict.facts if isinstance(fact, facts.OutOfTime)]
-        if verdict.status is facts.Status.INCONSISTENT:
-            alone += [fact for fact in verdict.facts if isinstance(fact, facts.Fixed)]  # type: ignore[misc]
-        if alone:
-            yield self._said(alone[0])
-            return
-        if verdict.status is facts.Status.INCONSISTENT:
+        contradicted = verdict.status is facts.Status.INCONSISTENT
+        for fact in verdict.facts:
+            if isinstance(fact, facts.OutOfTime) or (contradicted and isinstance(fact, facts.Fixed)):
+                yield self._said(fact)
+                return
+        if contradicted:
             yield self._clash()
             return
         if verdict.status is not facts.Status.SOLVED:
@@ -72,7 +63,7 @@ class _Explanation:
         cut_off = [fact for fact in leaf.branch.facts if isinstance(fact, facts.Truncated)]
         yield from map(self._said, (*dict.fromkeys(notes), *cut_off))
         if self.verdict.status is facts.Status.SOLVED:
-            for fact in {id(fact): fact for fact in leaf.branch.void.values()}.values():
+            for fact in leaf.branch.reasons:
                 if isinstance(fact, facts.NoValue) and fact.unknown not in leaf.branch.values:
                     text = f"{fact.unknown} has no value here: its rule needs {fact.reading}"
                     yield self._note("S591", text, (fact.equation,), (fact.unknown,))

@@ -20,15 +20,14 @@ from solver.ranking.ranking import Ranking
 class Verdict(NamedTuple):
     """``leaves`` are the answers (or what is determined of them), the primary first.
 
-    ``facts`` are what the status rests on; ``undetermined`` the names that stay unknown in the
-    primary leaf, ``structural`` those of them that these inputs could not determine at any values.
+    ``facts`` are what the status rests on; ``structural`` the names that these inputs could not determine at
+    any values.
     ``reread``: by rules as they read at these values alone, so that it tells nothing of others.
     """
 
     status: Status
     leaves: tuple[Leaf, ...]
     facts: tuple[Fact, ...] = ()
-    undetermined: tuple[str, ...] = ()
     structural: tuple[str, ...] = ()
     reread: bool = False
 
@@ -48,32 +47,28 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
     if solved:
         if not _unsettled(solved[0]):
             beside: list[Fact] = [*_curves(model, found, inputs), *uncovered]
-            return Verdict(
-                Status.SOLVED, tuple(solved), tuple(dict.fromkeys(beside)), _unknown(model, solved[0])
-            )
+            return Verdict(Status.SOLVED, tuple(solved), tuple(dict.fromkeys(beside)))
         fixed, unfixed = zip(*(_fixed(model, leaf) for leaf in solved), strict=True)
-        why = (*_unsettled(solved[0]), *unfixed[0])
-        return Verdict(Status.SINGULAR, fixed, why, _unknown(model, fixed[0]))
+        return Verdict(Status.SINGULAR, fixed, (*_unsettled(solved[0]), *unfixed[0]))
     if found.leaves:
         leaves = _open(model, found.leaves, inputs)
         fewest = min(len(leaf.missing) for leaf in leaves)
         leaves = [leaf for leaf in leaves if len(leaf.missing) == fewest]
         verdict = _unfinished(model, _ordered(asked, leaves), inputs)
         if verdict.status in (Status.INFEASIBLE, Status.INCONSISTENT) and not _conclusive(found):
-            return Verdict(Status.FAILED, verdict.leaves, (), verdict.undetermined)
+            return Verdict(Status.FAILED, verdict.leaves)
         if verdict.status is Status.INFEASIBLE and found.dead:
             return _contradicted(found)  # there is a way that has every value, and only a rule against it
         return verdict
     if found.dead:
         return _contradicted(found)
-    status = Status.INFEASIBLE if found.complete else Status.FAILED
-    return Verdict(status, ())
+    return Verdict(Status.INFEASIBLE if found.complete else Status.FAILED, ())
 
 
 def _curves(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> Iterator[facts.Beside]:
     """The ways that end where the rules leave wanted variables free: answers, but no isolated ones."""
     for leaf in found.leaves:
-        why = tuple(leaf.branch.void.values())
+        why = leaf.branch.reasons
         if leaf.missing and why and all(isinstance(fact, facts.AsksNothing | facts.RankLoss) for fact in why):
             values = leaf.branch.values.items()
             known = ((n, v) for n, v in values if isinstance(v, float) and n not in inputs)
@@ -85,7 +80,7 @@ def _uncovered(model: Model, found: Exploration, inputs: Mapping[str, Value]) ->
     """The cases that nothing contradicts, and in which no rule determines what is wanted; none where a rule
     of such a case holds whatever that is: then there is a continuum of answers."""
     leaves = [leaf for leaf in found.adrift if not (leaf.loose or leaf.on_edge or blocked(leaf))]
-    why = (fact for leaf in leaves for fact in leaf.branch.void.values())
+    why = (fact for leaf in leaves for fact in leaf.branch.reasons)
     if any(isinstance(fact, facts.AsksNothing | facts.RankLoss) for fact in why):
         return ()
     told = Casework(model, inputs).told
@@ -99,11 +94,8 @@ def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> 
     """
     if len(leaves) == 1:
         return leaves
-    told = [_unfinished(model, [leaf], inputs).status for leaf in leaves]
-    free = [
-        leaf for leaf, status in zip(leaves, told, strict=True) if status in (Status.PARTIAL, Status.SINGULAR)
-    ]
-    return free or leaves
+    open_ = (Status.PARTIAL, Status.SINGULAR)
+    return [leaf for leaf in leaves if _unfinished(model, [leaf], inputs).status in open_] or leaves
 
 
 def _unsettled(leaf: Leaf) -> tuple[facts.DoubleRoot | facts.RestsOnRounding, ...]:
@@ -115,22 +107,15 @@ def _unsettled(leaf: Leaf) -> tuple[facts.DoubleRoot | facts.RestsOnRounding, ..
 
 def _fixed(model: Model, leaf: Leaf) -> tuple[Leaf, tuple[facts.Unfixed, ...]]:
     """A leaf at a double root without the numbers that the rules do not determine there."""
-    why, branch = _unsettled(leaf), leaf.branch.fork()
+    why = _unsettled(leaf)
     resting = {fact.unknown for fact in why if isinstance(fact, facts.RestsOnRounding)}
-    branch.values = {name: value for name, value in branch.values.items() if name not in resting}
-    leaf = replace(leaf, branch=branch)
+    leaf = replace(leaf, branch=leaf.branch.without(resting))
     doubles = [fact for fact in why if isinstance(fact, facts.DoubleRoot)]
     if not doubles:
         return leaf, ()
-    error = leaf_errors(model, leaf).error
+    error, branch = leaf_errors(model, leaf).error, leaf.branch
     lost = tuple(n for n in branch.values if n in branch.origins and error.get(n) == math.inf)
-    branch = branch.fork()
-    branch.values = {name: value for name, value in branch.values.items() if name not in lost}
-    return replace(leaf, branch=branch), (facts.Unfixed(lost, doubles[0]),) if lost else ()
-
-
-def _unknown(model: Model, leaf: Leaf) -> tuple[str, ...]:
-    return tuple(name for name in model.variables if name not in leaf.branch.values)
+    return replace(leaf, branch=branch.without(lost)), (facts.Unfixed(lost, doubles[0]),) if lost else ()
 
 
 def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -> Verdict:
@@ -139,10 +124,10 @@ def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -
     undetermined = planner(model).path(frozenset(inputs), leaf.branch.conditions).undetermined
     structural = tuple(name for name in leaf.missing if name in undetermined)  # however the values come out
     # what stands in the way of the missing names; all there is, where none of it is on their path
-    every = {id(fact): fact for fact in leaf.branch.void.values()}.values()
+    every = leaf.branch.reasons
     way = planner(model).path(frozenset(inputs), leaf.branch.conditions, want=frozenset(leaf.missing))
     used = {equation for step in way.steps for equation in equations_of(step)}
-    why = tuple([fact for fact in every if used.intersection(facts.about(fact))] or every)
+    why = tuple(fact for fact in every if used.intersection(facts.about(fact))) or every
     status = Status.PARTIAL
     if len(structural) < len(leaf.missing) or (why and not structural):
         status = _worst(why)
@@ -153,7 +138,7 @@ def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -
         told = any(isinstance(fact, facts.AsksNothing) for fact in why)
         why = (*doubles, *why, *(() if told else (facts.Unfixed(leaf.missing, doubles[0]),)))
     kept = tuple(leaves) if status in (Status.PARTIAL, Status.SINGULAR) else tuple(leaves[:1])
-    return Verdict(status, kept, why, _unknown(model, leaf), structural)
+    return Verdict(status, kept, why, structural)
 
 
 _SEVERITY: tuple[tuple[Status, type[object]], ...] = (
@@ -236,7 +221,7 @@ def _preferred(model: Model, leaves: list[Leaf]) -> list[Leaf]:
             isinstance(fact, facts.NoValue | facts.OutOfRange)
             and fact.unknown not in leaf.branch.values
             and not getattr(fact, "pole", False)
-            for fact in leaf.branch.void.values()
+            for fact in leaf.branch.reasons
         )
     ] or leaves
     first: dict[str, Value] = {}

@@ -292,7 +292,7 @@ class Plan:
                 return (not_finite_number(number, self.model.variables[name]),)
         if (outside := self._outside(numbers)) is not None:
             return (outside_range(*outside, None),)
-        return explain(self.model, verdict, self._values(numbers), self.want)
+        return explain(Asked(self.model, self._values(numbers), None, {}, self.want), verdict)
 
 
 def prepare(

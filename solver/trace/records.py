@@ -47,11 +47,9 @@ class Refusal(Recording):
         (leaf,), branch = self.leaves, self.branch
         known = [e for e in self.model.equations if branch.values.keys() >= set(e.names)]
         active = [e.index for e in known if activity(e, branch.conditions)]
-        facts = {id(fact): fact for fact in branch.void.values()}
-        if branch.assumed or not branch.settled.issuperset(active) or len(facts) != 1:
+        if branch.assumed or not branch.settled.issuperset(active) or len(branch.reasons) != 1:
             raise NotCompilable
-        branch.void = {}
-        (fact,) = facts.values()
+        (fact,), branch.void = branch.reasons, {}
         start, symbols = self._start()
         state = self._on(self._steps(start, leaf))
         self.flow.require(self._impossible(state, fact, leaf))
