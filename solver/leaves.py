@@ -62,7 +62,7 @@ def settled(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[s
     for name, number, turn in _outside_one_turn(graph, moved, inputs, graph.turn):
         shift, group = -turn * math.ceil(number / turn - 0.5), _tied(graph, name, inputs)
         trial = {n: v + shift if n in group and isinstance(v, float) else v for n, v in moved.items()}
-        touched = (graph.model.equations[index] for name in group for index in graph.users(name))
+        touched = (graph.model.equations[index] for name in group for index in graph.users[name])
         known = {rule.index: rule for rule in touched if moved.keys() >= {*rule.names}}.values()
         if all(check_rule(rule, trial).holds or not check_rule(rule, moved).holds for rule in known):
             moved.update(trial)
@@ -98,7 +98,7 @@ def _tied(graph: ModelGraph, name: str, inputs: Collection[str]) -> set[str]:
     """The angle and those that sums tie it to, inputs left out."""
     group, waiting = {name}, [name]
     while waiting:
-        for index in graph.users(waiting.pop()):
+        for index in graph.users[waiting.pop()]:
             equation = graph.model.equations[index]
             if is_angle_sum(equation.left) and is_angle_sum(equation.right):
                 new = {n for n in equation.names if n not in inputs} - group

@@ -145,24 +145,23 @@ def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
         if error.overflow or underflow:
             return _look_again(equation, values, math.inf)
         return RuleCheck(False, None, math.inf)
-    miss = a - b
-    if miss == 0.0 and noise == 0.0:
+    miss, off = a - b, abs(a - b) + noise
+    if off == 0.0:
         return RuleCheck(True, miss)
-    moves = list(_moves(slopes, values))
+    moves, both = list(_moves(slopes, values)), abs(a) + abs(b)
     total = sum(moves)
-    bound = BACKWARD * total
-    if abs(miss) + noise <= bound < math.inf:
-        limit = STEEP * (abs(a) + abs(b))
-        near = abs(miss) <= BACKWARD * (abs(a) + abs(b))  # else slopes must show that they lead to 0
-        gentle = sum(reach for move in moves if (reach := BACKWARD * move) <= limit)
-        if near and (bound <= limit or abs(miss) + noise <= gentle):
-            return RuleCheck(True, miss, abs(miss) / total)
-        if bound <= STEEP * gross(equation, values):
-            with suppress(Undefined):
-                if _Rule(equation, values).straddles(slopes, 2 * BACKWARD):
-                    return RuleCheck(True, miss, abs(miss) / total)
+    bound, scaled = BACKWARD * total, abs(miss) / total if total else math.inf
+    if off <= bound < math.inf:
+        gentle = sum(reach for move in moves if (reach := BACKWARD * move) <= STEEP * both)
+        near = abs(miss) <= BACKWARD * both  # else slopes must show that they lead to 0
+        if near and (bound <= STEEP * both or off <= gentle):
+            return RuleCheck(True, miss, scaled)
+        with suppress(Undefined):
+            slight = bound <= STEEP * gross(equation, values)
+            if slight and _Rule(equation, values).straddles(slopes, 2 * BACKWARD):
+                return RuleCheck(True, miss, scaled)
     if abs(miss) > bound + ROUNDINGS * noise:
-        return RuleCheck(False, miss, abs(miss) / total if total else math.inf)
+        return RuleCheck(False, miss, scaled)
     return _look_again(equation, values, noise)
 
 
@@ -194,19 +193,16 @@ def _leaps(equation: Equation, values: Mapping[str, Value]) -> bool:
     tied = {name for _, height in heights(equation) for name in names(height)}
     try:
         left, right, slopes, _ = sides(equation, values)
-        miss = float(extended(equation.left, values, DIGITS) - extended(equation.right, values, DIGITS))
-        moves = {
-            n: (slopes.get(n, 0.0) * abs(v), abs(v))
-            for n in equation.names
-            if isinstance(v := values[n], float)
-        }
-        total = sum(abs(move) for move, _ in moves.values())
-        if abs(miss) <= BACKWARD * sum(abs(move) for n, (move, _) in moves.items() if n not in tied):
+        miss = float(_Rule(equation, values).miss(DIGITS))
+        moves = {n: s * abs(v) for n, s in slopes.items() if isinstance(v := values[n], float)}
+        total = sum(map(abs, moves.values()))
+        if abs(miss) <= BACKWARD * sum(abs(move) for n, move in moves.items() if n not in tied):
             return False  # it is 0, or the other values make up for it
         moved, share = dict(values), LEAP * max(abs(miss) / total if total else 0.0, EPS)
-        for name, (move, size) in moves.items():
+        for name, move in moves.items():
             if move:
-                moved[name] = float(values[name]) - math.copysign(share * size, move * miss)
+                number = float(values[name])
+                moved[name] = number - math.copysign(share * abs(number), move * miss)
         there = value(equation.left, moved) - value(equation.right, moved)
     except Undefined:
         return False
@@ -371,12 +367,12 @@ class _Rule:
     def moves(self, digits: int, limit: Any) -> dict[str, Any]:
         """∂F/∂v · |v| by variable; central differences if a slope has no value, or their sum is beyond the
         limit. Raises Undefined."""
-        try:
+        with suppress(Undefined):
             left, right = (extended_derivatives(side, self.values, digits)[1] for side in self.sides)
-        except Undefined:
-            return self.differences(digits)
-        found = {n: (left.get(n, 0) - right.get(n, 0)) * size for n, _, size in self._numbers(digits)}
-        return found if sum(map(abs, found.values())) <= limit else self.differences(digits)
+            found = {n: (left.get(n, 0) - right.get(n, 0)) * size for n, _, size in self._numbers(digits)}
+            if sum(map(abs, found.values())) <= limit:
+                return found
+        return self.differences(digits)
 
     def differences(self, digits: int) -> dict[str, Any]:
         """Central differences, at a third of the digits. Raises Undefined."""
@@ -389,12 +385,10 @@ class _Rule:
 
     def absorbed(self) -> bool:
         """Whether F, which vanishes in all the digits, and with it its slopes, does so for want of more."""
-        if not any(absorbs(side, self.values, PRECISIONS[-1]) for side in self.sides):
-            return False
-        try:
-            return not any(self.differences(PRECISIONS[-1]).values())
-        except Undefined:
-            return False
+        with suppress(Undefined):
+            lost = any(absorbs(side, self.values, PRECISIONS[-1]) for side in self.sides)
+            return lost and not any(self.differences(PRECISIONS[-1]).values())
+        return False
 
     def straddles(self, moves: Mapping[str, Any], share: Any, digits: int = DIGITS) -> bool:
         """Whether F changes its sign as all values move along its slopes, and against them, by that share.
@@ -431,10 +425,9 @@ class _Rule:
         return bool(max(abs(one[1]), abs(other[1])) * 2 ** (HALVINGS // 4) < largest)
 
     def _tried(self, name: str, number: Any, digits: int) -> Any | None:
-        try:
+        with suppress(Undefined):
             return self.miss(digits, {name: number})
-        except Undefined:
-            return None
+        return None
 
     def _numbers(self, digits: int) -> Iterator[tuple[str, Any, Any]]:
         """The variables, their values, and the sizes of these."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from itertools import chain
 from math import gcd, lcm
 from typing import Any, NamedTuple, TypeAlias
@@ -187,24 +187,19 @@ class ModelGraph:
             tuple(self.number[name] for name in dict.fromkeys(nodes.names(condition)))
             for condition in model.conditions
         )
-        self._users: dict[str, tuple[int, ...]] = {}
         self._isolations: dict[tuple[int, int], Isolation | None] = {}
-        self._plain: dict[int, frozenset[str]] = {}
-        self._plain_of: dict[Shape, tuple[int, ...]] = {}
-        self._angles: dict[str, Angle] | None = None
-        self._weighed: frozenset[str] | None = None
+        self._plain: dict[Shape, tuple[int, ...]] = {}
         self.kernels: dict[Any, Any] = {}
 
-    def users(self, name: str) -> tuple[int, ...]:
+    @cached_property
+    def users(self) -> Mapping[str, Sequence[int]]:
         """Equations that read a variable, in their body or their guard."""
-        if not self._users:
-            users: dict[str, list[int]] = {name: [] for name in self.names}
-            for equation, occurs in zip(self.model.equations, self.occurs, strict=True):
-                guards = (v for p in equation.guard for v in self.condition_occurs[p.condition])
-                for variable in dict.fromkeys((*occurs, *guards)):
-                    users[self.names[variable]].append(equation.index)
-            self._users = {name: tuple(equations) for name, equations in users.items()}
-        return self._users[name]
+        users: dict[str, list[int]] = {name: [] for name in self.names}
+        for equation, occurs in zip(self.model.equations, self.occurs, strict=True):
+            guards = (v for p in equation.guard for v in self.condition_occurs[p.condition])
+            for variable in dict.fromkeys((*occurs, *guards)):
+                users[self.names[variable]].append(equation.index)
+        return users
 
     def isolation(self, equation: int, variable: int) -> Isolation | None:
         key = (equation, variable)
@@ -215,50 +210,43 @@ class ModelGraph:
 
     def cost(self, equation: int, variable: int) -> int | None:
         """The cost of an isolation, told without isolating where that is plain; None where there is none."""
-        if equation not in self._plain:
-            body = self.model.equations[equation]
-            shape, names = shape_of(body)[0], body.names
-            if shape not in self._plain_of:
-                plain = plainly_resolvable(body.left, body.right)
-                self._plain_of[shape] = tuple(k for k, name in enumerate(names) if name in plain)
-            self._plain[equation] = frozenset([names[k] for k in self._plain_of[shape]])
-        if self.names[variable] in self._plain[equation]:
+        body = self.model.equations[equation]
+        shape, _ = shape_of(body)
+        if shape not in self._plain:
+            plain = plainly_resolvable(body.left, body.right)
+            self._plain[shape] = tuple(k for k, name in enumerate(body.names) if name in plain)
+        if any(body.names[k] == self.names[variable] for k in self._plain[shape]):
             return 0
         isolation = self.isolation(equation, variable)
         return None if isolation is None else isolation.cost
+
+    @cached_property
+    def angles(self) -> Mapping[str, Angle]:
+        """Variables that are nothing but angles."""
+        return _angles(self.model.equations)
+
+    @cached_property
+    def weighed(self) -> Set[str]:
+        """What is nothing but an angle to the rules, but larger or smaller than something to a condition: a
+        whole turn of it may make a difference."""
+        required = (requirement.comparison for requirement in self.model.requirements)
+        conditions = (*self.model.conditions, *required)
+        return self.angles.keys() - _angles(self.model.equations, conditions) if conditions else set()
 
     def turn(self, name: str) -> float | None:
         """The period of a variable that is nothing but an angle: 360 or 2π, or None.
 
         Several of them where a rule reads a part of the angle: ``sind(theta/2)`` repeats itself after 720.
         """
-        return None if (found := self._angle(name)) is None else found[0] * found[1]
+        return None if (found := self.angles.get(name)) is None else found[0] * found[1]
 
     def single_turn(self, name: str) -> float | None:
         """360 or 2π for a variable that is nothing but an angle, else None."""
-        return None if (found := self._angle(name)) is None else found[0]
+        return None if (found := self.angles.get(name)) is None else found[0]
 
     def is_turning(self, name: str) -> bool:
         """Whether a variable is nothing but an angle, and a single turn of it makes no difference."""
-        return (found := self._angle(name)) is not None and found[1] == 1
-
-    def is_weighed(self, name: str) -> bool:
-        """Whether it is nothing but an angle to the rules, but larger or smaller than something to one of
-        their conditions: a whole turn of it may make a difference.
-        """
-        required = tuple(requirement.comparison for requirement in self.model.requirements)
-        if self._angle(name) is None or not (required or self.model.conditions):
-            return False
-        if self._weighed is None:
-            assert self._angles is not None
-            everywhere = _angles(self.model.equations, (*self.model.conditions, *required))
-            self._weighed = frozenset(self._angles.keys() - everywhere)
-        return name in self._weighed
-
-    def _angle(self, name: str) -> Angle | None:
-        if self._angles is None:
-            self._angles = _angles(self.model.equations)
-        return self._angles.get(name)
+        return (found := self.angles.get(name)) is not None and found[1] == 1
 
 
 Angle: TypeAlias = tuple[float, int]

@@ -323,7 +323,7 @@ class Explorer:
             if name in self.inputs or isolation is None or isinstance(number, str):
                 continue
             others = {other: value for other, value in branch.values.items() if other != name}
-            active = [e for i in self.graph.users(name) if activity(e := self.model.equations[i], decided)]
+            active = [e for i in self.graph.users[name] if activity(e := self.model.equations[i], decided)]
             readers = [e for e in active if all(other in branch.values for other in e.names)]
             found = StepSolver(self.graph, equation, isolation, others).outcome().values
             for value in sorted((v for v in found if isinstance(v, float)), key=lambda v: abs(v - number)):
@@ -337,7 +337,7 @@ class Explorer:
         """Whether whole turns of an angle, of which one is looked at, may be answers of their own."""
         variable = self.model.variables[unknown]
         endless = variable.low == -math.inf or variable.high == math.inf
-        return endless and self.graph.is_weighed(unknown)
+        return endless and unknown in self.graph.weighed
 
     def _block(self, branch: Branch, step: SolveBlock, rest: Rest) -> bool | None:
         outcome = self._solved(step, branch)
@@ -398,7 +398,7 @@ class Explorer:
         why = next(filter(None, told), fact)
         branch.blank.update(unknowns)
         for name in unknowns:
-            for equation in self.graph.users(name):
+            for equation in self.graph.users[name]:
                 branch.void.setdefault(equation, why)
 
     # --- case by case ---
