@@ -39,6 +39,7 @@ from solver.numerics.sparse_newton import sparse_least_squares
 from solver.path.graph import Alike, shape_of
 
 Vector = NDArray[np.float64]
+Places = NDArray[np.intp]
 
 EXACT = 100.0
 """Weight of a rule without sums, beside one whose terms only balance."""
@@ -105,7 +106,7 @@ class Suggestions:
         return (-(inverse[places] @ k)).tolist(), (-(inverse[places] @ c)).tolist(), determined.tolist()
 
 
-def nearly_balanced(rules: Alike, unknowns: Sequence[str], known: Mapping[str, float]) -> NDArray[np.float64]:
+def nearly_balanced(rules: Alike, unknowns: Sequence[str], known: Mapping[str, float]) -> Vector:
     """Sizes (n,) of the unknowns of a large block, which balance its rules about as well as they can.
 
     Rules of one shape, with zeros at the same places, ask for the same equations of other unknowns.
@@ -114,61 +115,45 @@ def nearly_balanced(rules: Alike, unknowns: Sequence[str], known: Mapping[str, f
     place = {name: i for i, name in enumerate(unknowns)}
     columns = np.array([place.get(name, -1) for name in rules.names], dtype=np.intp)
     numbers = np.array([known.get(name, np.nan) for name in rules.names])
-    balance = _Balance(n)
+    entries, rhs = list[tuple[Vector, Places, Places]](), list[Vector]()
+    rows = 0, n
     for family in rules.families:
         mine, given = columns[family.columns], numbers[family.columns]
         every = np.concatenate([np.where(mine < 0, given, np.nan), family.numbers])
-        for pattern in np.unique(every == 0.0, axis=1).T:
-            chosen = ((every == 0.0) == pattern[:, None]).all(axis=0)
-            balance.add(family.first, mine[:, chosen], every[:, chosen], pattern)
-    if not balance.entries:
+        for zero in np.unique(every == 0.0, axis=1).T:
+            chosen = ((every == 0.0) == zero[:, None]).all(axis=0)
+            matrix, constants = _balance_of_shape(family.first, len(mine), zero)
+            count, (height, width) = int(chosen.sum()), rows
+            at = np.full((matrix.shape[1], count), -1)  # the column of each name and number; -1 where known
+            at[: len(mine)] = mine[:, chosen]
+            free = at[len(every) :]
+            free[:] = width + np.arange(free.size).reshape(free.shape)
+            decades = np.zeros(at.shape)
+            with np.errstate(all="ignore"):
+                decades[: len(every)] = np.nan_to_num(np.log10(np.abs(every[:, chosen])), nan=0.0, neginf=0.0)
+            rhs.append((-constants[:, None] - matrix @ np.where(at < 0, decades, 0.0)).ravel())
+            row, column = np.nonzero(matrix)
+            asked = at[column] >= 0
+            shares = np.broadcast_to(matrix[row, column][:, None], asked.shape)
+            lines = height + row[:, None] * count + np.arange(count)
+            entries.append((shares[asked], lines[asked], at[column][asked]))
+            rows = height + len(matrix) * count, width + free.size
+    if not entries:
         return np.ones(n)
-    data, rows, mine = (np.concatenate(parts) for parts in zip(*balance.entries, strict=True))
-    shape = balance.rows, balance.width
-    found = sparse_least_squares((data, rows, mine), shape, np.concatenate(balance.rhs))[:n]
+    data, lines, mine = (np.concatenate(parts) for parts in zip(*entries, strict=True))
+    found = sparse_least_squares((data, lines, mine), rows, np.concatenate(rhs))[:n]
     return np.asarray(10.0 ** np.clip(found, -50.0, 50.0))
 
 
-class _Balance:
-    """The equations between decades of many rules, as triplets."""
-
-    def __init__(self, n: int) -> None:
-        self.width, self.rows = n, 0
-        self.entries: list[tuple[Vector, NDArray[np.intp], NDArray[np.intp]]] = []
-        self.rhs: list[Vector] = []
-
-    def add(
-        self, rule: Equation, columns: NDArray[np.intp], numbers: Vector, zero: NDArray[np.bool_]
-    ) -> None:
-        """Enter m rules of one shape: ``columns`` (k, m) of their names, -1 for known ones; the ``numbers``
-        of their names and in their text, and which of them are ``zero``."""
-        count = columns.shape[1]
-        names = [f"#{k}" for k in range(len(columns))]
-        names += [f"#.{k}" for k in range(len(numbers) - len(columns))]
-        vanishing = {name for name, none in zip(names, zero, strict=True) if none}
-        read = _Rows(names, vanishing, cancelling=True)
-        shape, _ = shape_of(rule)
-        read.read(replace(rule, left=shape.left, right=shape.right))
-        with np.errstate(all="ignore"):
-            decades = np.nan_to_num(np.log10(np.abs(numbers)), nan=0.0, neginf=0.0)
-        for term, weight in read.rows:
-            rows = self.rows + np.arange(count)
-            rhs = np.full(count, -weight * term.constant)
-            for name, factor in term.factors.items():
-                share = weight * factor
-                if not isinstance(name, str):
-                    free = self.width + name * count + np.arange(count)
-                    self.entries.append((np.full(count, share), rows, free))
-                    continue
-                k = read.places[name]
-                unknown = columns[k] >= 0 if k < len(columns) else np.zeros(count, dtype=bool)
-                rhs -= np.where(unknown, 0.0, share * decades[k])
-                if unknown.any():
-                    shares = np.full(unknown.sum(), share)
-                    self.entries.append((shares, rows[unknown], columns[k][unknown]))
-            self.rhs.append(rhs)
-            self.rows += count
-        self.width += read.free * count
+def _balance_of_shape(rule: Equation, names: int, zero: NDArray[np.bool_]) -> tuple[Vector, Vector]:
+    """The equations between decades of rules of one shape: their matrix, with a column for each of their
+    ``names``, each number in their text, and each number of free size, and constants. Some are ``zero``."""
+    every = [f"#{k}" if k < names else f"#.{k - names}" for k in range(len(zero))]
+    read = _Rows(every, {name for name, none in zip(every, zero, strict=True) if none}, cancelling=True)
+    shape, _ = shape_of(rule)
+    read.read(replace(rule, left=shape.left, right=shape.right))
+    matrix, _, constants = read.parts(len(every), 0)
+    return matrix, constants
 
 
 @dataclass(slots=True, eq=False)
