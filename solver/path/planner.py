@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from heapq import heappop, heappush
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
@@ -144,8 +145,8 @@ class _Building:
             i: tuple(p.condition for p in equations[i].guard if p.condition not in decided)
             for i in self.pending
         }
-        self.parked: list[int] = []
-        self.forking: list[int] = []
+        self.parked: list[tuple[int, int, Isolation]] = []
+        self.forking: list[tuple[int, int, int]] = []
         self.frontier = Frontier((*graph.occurs, *graph.condition_occurs), len(graph.names))
         for name in known:
             self.frontier.learn(graph.number[name])
@@ -192,53 +193,42 @@ class _Building:
     # --- direct steps ---
 
     def _direct(self) -> bool:
-        """A round of ripe equations; those that fork are put by."""
+        """A round of ripe equations; those that fork, or wait for a condition, are put by."""
         ripe, self.frontier.ripe = self.frontier.ripe, []
         best: dict[int, tuple[int, int]] = {}
         for equation in ripe:
             unknown = self.frontier.unknown_of(equation)
             if unknown is None or equation >= len(self.active):
                 continue
-            if not self.active[equation]:
-                self.parked.append(equation)
-                continue
             isolation = self.graph.isolation(equation, unknown)
-            if isolation is not None and isolation.cost > 1:
-                self.forking.append(equation)
-            elif isolation is not None:
+            if isolation is None:
+                continue
+            if not self.active[equation]:
+                self.parked.append((equation, unknown, isolation))
+            elif isolation.cost > 1:
+                heappush(self.forking, (isolation.cost, equation, unknown))
+            else:
                 best[unknown] = min(best.get(unknown, (ANY_COST, 0)), (isolation.cost, equation))
         self._take(*(_evaluate(self.graph, equation, unknown) for unknown, (_, equation) in best.items()))
         return bool(best) or bool(self.frontier.ripe)
 
     def _fork(self) -> bool:
         """The ripe equation with the fewest preimages, once nothing cheaper goes on."""
-        candidates: list[tuple[int, int, int]] = []
-        for equation in dict.fromkeys(self.forking):
-            unknown = self.frontier.unknown_of(equation)
-            isolation = None if unknown is None else self.graph.isolation(equation, unknown)
-            if isolation is not None and unknown is not None:
-                candidates.append((isolation.cost, equation, unknown))
-        if not candidates:
-            return False
-        (_, equation, unknown), *others = sorted(candidates)
-        self.forking = [e for _, e, _ in others]
-        self._take(_evaluate(self.graph, equation, unknown))
-        return True
+        while self.forking:
+            _, equation, unknown = heappop(self.forking)
+            if self.frontier.missing[equation]:
+                self._take(_evaluate(self.graph, equation, unknown))
+                return True
+        return False
 
     # --- guards ---
 
     def _select(self, cost: int) -> bool:
         groups: dict[int, list[tuple[int, Isolation]]] = {}
-        still: list[int] = []
-        for equation in dict.fromkeys(self.parked):
-            unknown = self.frontier.unknown_of(equation)
-            if unknown is None:
-                continue
-            still.append(equation)
-            isolation = self.graph.isolation(equation, unknown)
-            if isolation is not None and isolation.cost <= cost and not self._awaited(equation):
+        self.parked = [one for one in self.parked if self.frontier.missing[one[0]]]
+        for equation, unknown, isolation in self.parked:
+            if isolation.cost <= cost and not self._awaited(equation):
                 groups.setdefault(unknown, []).append((equation, isolation))
-        self.parked = still
         for unknown, members in groups.items():
             equations = tuple(sorted(equation for equation, _ in members))
             branches = max(isolation.branches for _, isolation in members)
