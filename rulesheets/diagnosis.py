@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import textwrap
 from collections.abc import Iterable, Sequence
-from enum import Enum
+from enum import StrEnum
 from functools import cache
 from typing import NamedTuple
 
@@ -19,15 +19,12 @@ _LONG = 500
 """Characters that a message or a note shows at most."""
 
 
-class Severity(Enum):
+class Severity(StrEnum):
     """How much a diagnosis matters: an error leaves no answer, or not the one that was asked for."""
 
     ERROR = "error"
     WARNING = "warning"
     NOTE = "note"
-
-    def __str__(self) -> str:
-        return self.value
 
 
 class Label(NamedTuple):
@@ -213,9 +210,8 @@ def closest(word: str, known: Iterable[str]) -> str | None:
     similarity; among equals the first in the order given.
     """
     candidates = list(dict.fromkeys(known))
-    for candidate in candidates:
-        if candidate.lower() == word.lower() and candidate != word:
-            return candidate
+    if same := [one for one in candidates if one.lower() == word.lower() and one != word]:
+        return same[0]
     folded = {candidate.lower(): candidate for candidate in reversed(candidates)}
     from difflib import get_close_matches  # only mistakes need it
 

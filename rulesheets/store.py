@@ -13,6 +13,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from zlib import adler32, crc32
 
 MAX_BYTES = 128 * 2**20
@@ -51,12 +52,10 @@ def save(kind: str, key: bytes, data: bytes) -> None:
     if path is None or len(data) > MAX_BYTES // 4:
         return
     content = _head(kind, key) + data
-    try:
+    with suppress(OSError):
         write_beside(path, _MAGIC + _sum(content) + content, 0o600)
         if crc32(content) % EVICTING == 0:
             _evict(os.path.dirname(path))
-    except OSError:
-        return
 
 
 def folder() -> str | None:
@@ -99,7 +98,8 @@ def clear() -> int:
     """Remove every entry; how many there were. Raises OSError where one cannot be removed."""
     entries = list(_entries(folder()))
     for path, _ in entries:
-        _remove(path)
+        with suppress(FileNotFoundError):
+            os.unlink(path)
     return len(entries)
 
 
@@ -147,10 +147,8 @@ def _entries(base: str | None) -> Iterator[tuple[str, os.stat_result]]:
     with os.scandir(base) as items:
         for item in items:
             if item.name.endswith((_SUFFIX, ".new")) and item.is_file(follow_symlinks=False):
-                try:
+                with suppress(FileNotFoundError):  # another process has removed it
                     yield item.path, item.stat(follow_symlinks=False)
-                except FileNotFoundError:
-                    continue  # another process has removed it
 
 
 def _evict(base: str) -> None:
@@ -160,14 +158,8 @@ def _evict(base: str) -> None:
     for place, (path, found) in enumerate(entries):
         room -= found.st_size
         if room < 0 or place >= MAX_ENTRIES:
-            _remove(path)
-
-
-def _remove(path: str) -> None:
-    try:
-        os.unlink(path)
-    except FileNotFoundError:
-        return  # another process was faster
+            with suppress(FileNotFoundError):  # another process was faster
+                os.unlink(path)
 
 
 def write_beside(target: str, data: bytes, mode: int) -> None:

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, refuse, said, suggestion
@@ -36,7 +36,6 @@ from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Source, Span
 
 COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
-_STATUSES = {"", "I", "O", "G", "C"}
 _NAMELESS = error(
     "E410",
     "a variable sheet needs a heading with the column Name",
@@ -48,20 +47,9 @@ _NAMELESS = error(
 class VariableSheet(NamedTuple):
     """What a variable sheet overrides: inputs (None clears one), first guesses, and tolerances of inputs."""
 
-    inputs: Mapping[str, Value | None]
-    guesses: Mapping[str, float]
-    tolerances: Mapping[str, Tolerance]
-
-
-class Row(NamedTuple):
-    """One row as texts, in the order of ``COLUMNS``."""
-
-    status: str = ""
-    input: str = ""
-    name: str = ""
-    output: str = ""
-    unit: str = ""
-    comment: str = ""
+    inputs: dict[str, Value | None]
+    guesses: dict[str, float]
+    tolerances: dict[str, Tolerance]
 
 
 def read_variable_sheet(path: str | os.PathLike[str], model: Model) -> VariableSheet:
@@ -69,71 +57,67 @@ def read_variable_sheet(path: str | os.PathLike[str], model: Model) -> VariableS
 
     Raises RuleSheetError with every row that is wrong, each with its place.
     """
-    source = read_source(os.fspath(path))
-    inputs: dict[str, Value | None] = {}
-    guesses: dict[str, float] = {}
-    tolerances: dict[str, Tolerance] = {}
+    found = VariableSheet({}, {}, {})
     complaints: list[Diagnosis] = []
-    for row, line in _rows(source):
+    for row, line in _rows(read_source(os.fspath(path))):
         try:
-            value, tolerance = _input_of(row, line, model)
-            if row.name in inputs:
-                message, place = f"{row.name} has a row already", _cell(line, row.name)
-                raise RuleSheetError(said("E414", message, place, "keep one of the rows", label="again"))
-            inputs[row.name] = None if row.status == "G" else value
-            if row.status == "G" and value is not None:
-                if isinstance(value, str):
-                    raise RuleSheetError(symbol_as_guess(value, _cell(line, row.input)))
-                guesses[row.name] = value
-            if tolerance is not None:
-                tolerances[row.name] = tolerance
+            if _speaks(row, line):
+                _take(row, line, model, found)
         except RuleSheetError as wrong:
             complaints.extend(wrong.diagnoses)
     refuse(complaints)
-    return VariableSheet(inputs, guesses, tolerances)
+    return found
 
 
-def _input_of(row: Row, line: Span, model: Model) -> tuple[Value | None, Tolerance | None]:
-    variable = variable_named(row.name, model, _cell(line, row.name))
-    if not row.input:
-        return None, None
-    place = _cell(line, row.input)
-    text = (
-        f"{row.input} [{row.unit}]" if row.unit and variable.unit and not is_symbol(row.input) else row.input
-    )
-    value, tolerance = parse_input(text, place, variable)
-    if tolerance is not None and row.status == "G":
+def _take(row: dict[str, str], line: Span, model: Model, found: VariableSheet) -> None:
+    """Add what a row says of its variable."""
+    name, given, guessed = row["name"], row["input"], row["st"].upper() == "G"
+    variable, place = variable_named(name, model, _cell(line, name)), _cell(line, given)
+    value, tolerance = None, None
+    if given:
+        unit = f" [{row['unit']}]" if row["unit"] and variable.unit and not is_symbol(given) else ""
+        value, tolerance = parse_input(given + unit, place, variable)
+    if tolerance is not None and guessed:
         raise RuleSheetError(guess_with_tolerance(place))
-    return value, tolerance
+    if name in found.inputs:
+        message, again = f"{name} has a row already", _cell(line, name)
+        raise RuleSheetError(said("E414", message, again, "keep one of the rows", label="again"))
+    found.inputs[name] = None if guessed else value
+    if guessed and value is not None:
+        if isinstance(value, str):
+            raise RuleSheetError(symbol_as_guess(value, place))
+        found.guesses[name] = value
+    if tolerance is not None:
+        found.tolerances[name] = tolerance
 
 
-def _rows(source: Source) -> Iterator[tuple[Row, Span]]:
-    """The rows that speak of a variable, each with the place of its lines."""
+def _rows(source: Source) -> Iterator[tuple[dict[str, str], Span]]:
+    """The rows below the heading, by its columns in lower case, each with the place of its lines."""
     import csv  # which a solve without a variable sheet need not wait for
 
     separator = delimiter(source.text.lstrip("\r\n").partition("\n")[0])
     reader = csv.reader(io.StringIO(source.text, newline=""), delimiter=separator)
-    columns: list[str] | None = None
-    before = 0
+    columns: list[str] = []
+    last, starts = 0, (*source.line_starts, len(source.text) + 1)
     for cells in reader:
-        line = _lines(source, before, reader.line_num)
-        before = reader.line_num
+        first, last = starts[min(last, len(starts) - 2)], reader.line_num
+        line = Span(source, first, max(first, starts[min(last, len(starts) - 1)] - 1))
         cells = [unguarded(cell.strip()) for cell in cells]
         if not any(cells):
             continue
-        if columns is None:
+        if not columns:
             columns = _heading(cells, line)
-        elif (row := _row(columns, cells, line)) is not None:
-            yield row if separator == "," else row._replace(input=decimal_point(row.input)), line
-    if columns is None:
+            continue
+        if any(cells[len(columns) :]):
+            message = f"this row has {len(cells)} cells, and the heading {len(columns)}"
+            note = "put a cell that has a comma in it in double quotes"
+            raise RuleSheetError(said("E415", message, line, note))
+        row = dict.fromkeys(map(str.lower, COLUMNS), "") | dict(zip(columns, cells, strict=False))
+        if separator != ",":
+            row["input"] = decimal_point(row["input"])
+        yield row, line
+    if not columns:
         raise RuleSheetError(_NAMELESS)
-
-
-def _lines(source: Source, before: int, last: int) -> Span:
-    starts = source.line_starts
-    first = min(before, len(starts) - 1)
-    end = starts[last] - 1 if last < len(starts) else len(source.text)
-    return Span(source, starts[first], max(end, starts[first]))
 
 
 def _cell(line: Span, text: str) -> Span:
@@ -154,24 +138,18 @@ def _heading(cells: list[str], line: Span) -> list[str]:
     return columns
 
 
-def _row(columns: list[str], cells: list[str], line: Span) -> Row | None:
-    if len(cells) > len(columns) and any(cells[len(columns) :]):
-        message = f"this row has {len(cells)} cells, and the heading {len(columns)}"
-        note = "put a cell that has a comma in it in double quotes"
-        raise RuleSheetError(said("E415", message, line, note))
-    by_column = dict(zip(columns, cells, strict=False))
-    status, *others = (by_column.get(column.lower(), "") for column in COLUMNS)
-    row = Row(status.upper(), *others)
-    if row.status == "C" or not (row.name or row.input):
-        return None
-    if row.status not in _STATUSES:
-        message = f"there is no status {row.status}"
-        if row.status == "L":
+def _speaks(row: dict[str, str], line: Span) -> bool:
+    """Whether a row is about a variable. Raises RuleSheetError (E412, E413) where that cannot be told."""
+    status = row["st"].upper()
+    if status == "C" or not (row["name"] or row["input"]):
+        return False
+    if status not in ("", "I", "O", "G"):
+        message = f"there is no status {status}"
+        if status == "L":
             message = "a variable with the status L holds a list, and lists are not there yet"
-        place = _cell(line, cells[columns.index("st")])
         note = "the column St is blank, or G for a guess, or C for a comment row"
-        raise RuleSheetError(said("E412", message, place, note))
-    if not row.name:
+        raise RuleSheetError(said("E412", message, _cell(line, row["st"]), note))
+    if not row["name"]:
         note = "fill in the column Name, or mark a comment row by C in the column St"
-        raise RuleSheetError(said("E413", f"the input {row.input} belongs to no variable", line, note))
-    return row
+        raise RuleSheetError(said("E413", f"the input {row['input']} belongs to no variable", line, note))
+    return True

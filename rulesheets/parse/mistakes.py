@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from rulesheets.checks.marks import KINDS, Shape
 from rulesheets.diagnosis import Diagnosis, closest, plural, said
 from rulesheets.parse.foreign import foreign_form, section_with_colon, unknown_section, unreadable
 from rulesheets.parse.stop import (
-    MISSING,
     Explanation,
-    Mistake,
     Stop,
     bad_number,
     broken_line,
     explain_condition,
     first_of,
+    missing,
     open_across_lines,
     two_operands,
 )
@@ -91,79 +88,53 @@ def _no_equation(stop: Stop) -> Diagnosis | None:
     return said("E113", "this is no rule: it has no equals sign", place, "a rule is an equation: write … = …")
 
 
-def _separates(stop: Stop, sign: str) -> bool:
-    return stop.word == sign and not stop.lacks_operand
+def _no_value(stop: Stop) -> Diagnosis | None:
+    """A ``call`` or an ``if`` where a value should stand."""
+    if not stop.lacks_operand or stop.word.type not in ("CALL", "IF"):
+        return None
+    if stop.word.type == "IF":
+        message, note = (
+            "`if` chooses between rules, not between values",
+            "write if a > 0 then x = 1 else x = 2",
+        )
+        return said("E101", message, stop.here, note)
+    note = "leave out call: x = f(a), where f has one result; or write call f(a; x) as a rule of its own"
+    return said("E101", "`call` begins a rule and gives no value", stop.here, note)
 
 
-def _called(stop: Stop) -> bool:
-    return stop.words[0].type == "CALL" and bool(stop.count("CALL"))
-
-
-_BESIDE = "write it there, beside the name of its variable"
-_AT_ONCE = "; the unit of a number follows it at once: {before}{word}"
-
-_RULE_MISTAKES: tuple[Explanation, ...] = (
-    section_with_colon,
-    lambda stop: open_across_lines(stop) if stop.word in ("=", ":") else None,
-    foreign_form,
-    _reserved,
-    Mistake(
-        lambda stop: stop.lacks_operand and stop.word.type == "CALL",
-        *("E101", "`call` begins a rule and gives no value"),
-        "leave out call: x = f(a), where f has one result; or write call f(a; x) as a rule of its own",
-    ),
-    Mistake(
-        lambda stop: stop.lacks_operand and stop.word.type == "IF",
-        *("E101", "`if` chooses between rules, not between values", "write if a > 0 then x = 1 else x = 2"),
-    ),
-    explain_condition,
-    two_operands,
-    _second_equals,
-    _equation_and_inequality,
-    Mistake(
-        lambda stop: stop.word.type in ("_AND", "_OR", "NOT") and stop.condition is None,
-        *("E110", "`{word}` belongs to conditions"),
-        "conditions stand between if and then; two rules stand on two lines",
-    ),
-    _decimal_comma,
-    Mistake(
-        lambda stop: _separates(stop, ";") and _called(stop) and ";" in stop.words[: stop.index],
-        *("E101", "a call has one `;`", "write a comma", "here", "a second one"),
-    ),
-    Mistake(
-        lambda stop: _separates(stop, ";"),
-        *("E101", "`;` parts arguments from results, which only `call` names"),
-        "a function with several results is called by a rule of its own: call f(a; x, y)",
-    ),
-    Mistake(
-        lambda stop: _separates(stop, ","),
-        *("E101", "a comma cannot part rules"),
-        "write rules on lines of their own, or as a tuple: (x, y) = (1, 2)",
-    ),
-    Mistake(
-        lambda stop: stop.word == "~",
-        *("E101", "a guess belongs to the variables section", "write {before} ~ … there"),
-    ),
-    Mistake(
-        lambda stop: stop.word.type == "UNIT" and stop.before.type == "NUMBER",
-        *("E101", "a unit belongs to the variables section", _BESIDE + _AT_ONCE),
-    ),
-    Mistake(
-        lambda stop: stop.word.type == "UNIT", *("E101", "a unit belongs to the variables section", _BESIDE)
-    ),
-    Mistake(lambda stop: stop.word.type == "IN", "E101", "a range belongs to the variables section", _BESIDE),
-    Mistake(
-        lambda stop: _called(stop) and stop.index < 3 and stop.word != "(",
-        *("E118", "a call needs a function and its parentheses"),
-        "write call f(a, b; x, y): arguments, a semicolon, results",
-    ),
-    Mistake(
-        lambda stop: _called(stop) and stop.before == ")",
-        *("E101", "nothing may follow a call", "to reckon with the result of f write f(a) without call"),
-    ),
-    *MISSING,
-    _no_equation,
-)
+def _misplaced(stop: Stop) -> Diagnosis | None:
+    """A word that has its place elsewhere: in conditions, in calls, or in the variables section."""
+    before, word, here = stop.before, stop.word, stop.here
+    called = any(first.type == "CALL" for first in stop.words[: min(stop.index, 1)])
+    if word.type in ("_AND", "_OR", "NOT") and stop.condition is None:
+        note = "conditions stand between if and then; two rules stand on two lines"
+        return said("E110", f"`{word}` belongs to conditions", here, note)
+    if word == ";" and not stop.lacks_operand:
+        if called and ";" in stop.words[: stop.index]:
+            return said("E101", "a call has one `;`", here, "write a comma", label="a second one")
+        note = "a function with several results is called by a rule of its own: call f(a; x, y)"
+        return said("E101", "`;` parts arguments from results, which only `call` names", here, note)
+    if word == "," and not stop.lacks_operand:
+        note = "write rules on lines of their own, or as a tuple: (x, y) = (1, 2)"
+        return said("E101", "a comma cannot part rules", here, note)
+    if word == "~":
+        note = f"write {before or 'x'} ~ … there"
+        return said("E101", "a guess belongs to the variables section", here, note)
+    if word.type in ("UNIT", "IN"):
+        what, note = (
+            "unit" if word.type == "UNIT" else "range",
+            "write it there, beside the name of its variable",
+        )
+        if word.type == "UNIT" and before.type == "NUMBER":
+            note += f"; the unit of a number follows it at once: {before}{word}"
+        return said("E101", f"a {what} belongs to the variables section", here, note)
+    if called and stop.index < 3 and word != "(":
+        note = "write call f(a, b; x, y): arguments, a semicolon, results"
+        return said("E118", "a call needs a function and its parentheses", here, note)
+    if called and before == ")":
+        note = "to reckon with the result of f write f(a) without call"
+        return said("E101", "nothing may follow a call", here, note)
+    return None
 
 
 def without_variable(rule: Equality | Inequality) -> Diagnosis | None:
@@ -187,75 +158,64 @@ def without_variable(rule: Equality | Inequality) -> Diagnosis | None:
 _ROW_SHAPE = 'a row reads name = value [unit] " comment'
 
 
-def _range(stop: Stop) -> bool:
+def _range(stop: Stop) -> Diagnosis | None:
+    """A range, or an operator before it, at the end of a line."""
+    if stop.word in ("=", "~", ":") and (broken := broken_line(stop)):
+        return broken
     starts = (stop.word == "[" and "," in stop.words) or stop.word.lower() == "in"
     unclosed = stop.count("IN") and "]" not in stop.words
-    return starts or stop.before.type == "IN" or bool(unclosed)
+    if not (starts or unclosed or stop.before.type == "IN"):
+        return None
+    return said("E121", "a range cannot be read", stop.here, "write in [0, 5], or > 0, < 5")
 
 
-def _is_rule(stop: Stop) -> bool:
-    """A rule, or the beginning of one, in the variables section."""
+def _list_or_rule(stop: Stop) -> Diagnosis | None:
+    """A list of values, or a rule or the beginning of one, in the variables section."""
     word = stop.word
+    if word.lower() in ("to", "by") and stop.follows_operand:
+        note = "give one value here, and use backsolve sweep for many"
+        return said("E190", "lists are not there yet", stop.here, note)
     begins = stop.index == 0 and (word.type in ("IF", "CALL") or word == "(")
     reckons = stop.index == 1 and (word in tuple("+-*/^(") or word.type in ("_AND", "_OR"))
     equates = word == "=" and "=" in stop.words[: stop.index] and not stop.lacks_operand
-    return begins or reckons or equates
+    if not (begins or reckons or equates):
+        return None
+    note = f"put it under `rules`; {_ROW_SHAPE}"
+    return said("E120", "a rule cannot stand in the variables section", stop.here, note)
 
 
-def _remark(stop: Stop) -> bool:
-    """Words after the value, or after the name, that look like a comment."""
-    apart = stop.follows_operand and stop.word.type == "NAME" and not stop.adjacent
-    return stop.begins_operand and (apart or stop.before.type == "UNIT")
-
-
-def _after(what: str, when: Callable[[Stop], bool]) -> Mistake:
-    """The row for words that look like a comment after the unit, the name or the value."""
-    note = 'if it is a comment, write " {word} …'
-    message = f"`{{word}}` cannot follow the {what}"
-    return Mistake(lambda stop: _remark(stop) and when(stop), "E120", message, note)
-
-
-_ROW_MISTAKES: tuple[Explanation, ...] = (
-    section_with_colon,
-    lambda stop: broken_line(stop) if stop.word in ("=", "~", ":") else None,
-    Mistake(_range, "E121", "a range cannot be read", "write in [0, 5], or > 0, < 5"),
-    foreign_form,
-    Mistake(
-        lambda stop: stop.word.lower() in ("to", "by") and stop.follows_operand,
-        *("E190", "lists are not there yet", "give one value here, and use backsolve sweep for many"),
-    ),
-    Mistake(
-        _is_rule,
-        *("E120", "a rule cannot stand in the variables section", f"put it under `rules`; {_ROW_SHAPE}"),
-    ),
-    bad_number,
-    Mistake(
-        lambda stop: stop.begins_operand and not stop.before,
-        *("E120", "a row begins with the name of a variable", _ROW_SHAPE),
-    ),
-    _after("unit", lambda stop: stop.before.type == "UNIT"),
-    _after("name", lambda stop: stop.index == 1),
-    _after("value", lambda stop: True),
-    Mistake(
-        lambda stop: stop.begins_operand and stop.index == 1,
-        *("E120", "something is missing between `{before}` and `{word}`", "write {before} = {word}", "both"),
-    ),
-    Mistake(
-        lambda stop: stop.begins_operand and stop.follows_operand,
-        *("E105", "a product needs a `*`", "write {before}*{word}", "both"),
-    ),
-    Mistake(lambda stop: stop.word.type == "UNIT", "E120", "a unit cannot stand here", _ROW_SHAPE),
-    *MISSING,
-)
+def _one_word_more(stop: Stop) -> Diagnosis | None:
+    """A word after all that a row has: most likely a comment."""
+    before, word, both = stop.before, stop.word, stop.span(stop.before or stop.word, stop.word)
+    if word.type == "UNIT":
+        return said("E120", "a unit cannot stand here", stop.here, _ROW_SHAPE)
+    if not stop.begins_operand:
+        return None
+    if not before:
+        return said("E120", "a row begins with the name of a variable", stop.here, _ROW_SHAPE)
+    if before.type == "UNIT" or (stop.follows_operand and word.type == "NAME" and not stop.adjacent):
+        what = "unit" if before.type == "UNIT" else "name" if stop.index == 1 else "value"
+        note = f'if it is a comment, write " {word} …'
+        return said("E120", f"`{word}` cannot follow the {what}", stop.here, note)
+    if stop.index == 1:
+        message, note = f"something is missing between `{before}` and `{word}`", f"write {before} = {word}"
+        return said("E120", message, both, note)
+    note = f"write {before}*{word}"
+    return said("E105", "a product needs a `*`", both, note) if stop.follows_operand else None
 
 
 # --- lines of a figure ----------------------------------------------------------
 
 MARK_SHAPE = "a line of a figure reads point A = (x, y), line (O, A) or slider (B, 0)"
 _MISTAKES: dict[str, tuple[Explanation, ...]] = {
-    "rule": _RULE_MISTAKES,
-    "row": _ROW_MISTAKES,
-    "mark": (broken_line, foreign_form, bad_number, two_operands, *MISSING),
+    "rule": (
+        section_with_colon,
+        lambda stop: open_across_lines(stop) if stop.word in ("=", ":") else None,
+        *(foreign_form, _reserved, _no_value, explain_condition, two_operands, _second_equals),
+        *(_equation_and_inequality, _decimal_comma, _misplaced, missing, _no_equation),
+    ),
+    "row": (section_with_colon, _range, foreign_form, _list_or_rule, bad_number, _one_word_more, missing),
+    "mark": (broken_line, foreign_form, bad_number, two_operands, missing),
 }
 
 

@@ -121,32 +121,6 @@ class Stop:
         return " ".join(self.line.code[first.start_pos : last.end_pos].split())
 
 
-@dataclass(frozen=True, slots=True)
-class Mistake:
-    """One row of a table of mistakes: ``when`` it is this one, and what is said where.
-
-    ``at`` is ``here``, ``before``, ``both`` (the word before and the one here) or ``whole``. Texts may name
-    ``{word}`` and ``{before}``, the words around the stop.
-    """
-
-    when: Callable[[Stop], object]
-    code: str
-    message: str
-    note: str
-    at: str = "here"
-    label: str = ""
-
-    def __call__(self, stop: Stop) -> Diagnosis | None:
-        if not self.when(stop):
-            return None
-        before, word = stop.before or stop.word, stop.word
-        places = {"here": (word,), "before": (before,), "both": (before, word)}
-        span = stop.whole if self.at == "whole" else stop.span(*places[self.at])
-        told = {"word": word, "before": stop.before or "x"}
-        message, note = self.message.format(**told), self.note.format(**told)
-        return said(self.code, message, span, note, label=self.label)
-
-
 Explanation = Callable[[Stop], Diagnosis | None]
 
 
@@ -251,48 +225,31 @@ def open_across_lines(stop: Stop) -> Diagnosis | None:
 
 _ON_THIS_LINE = "write the value that belongs there, on this line or the next"
 _SYMBOL = "\" begins a comment; a symbolic value has an apostrophe: 'open"
-_BETWEEN = "something is missing between `{before}` and `{word}`"
 
-MISSING = (
-    Mistake(
-        lambda stop: stop.before.type in ("_THEN", "_ELSE"),
-        *("E104", "a rule is missing after `{before}`", "write … = …", "before"),
-    ),
-    Mistake(
-        lambda stop: stop.before.type == "IF",
-        *("E104", "a condition is missing after `if`", "write if x > 0 then …", "before"),
-    ),
-    Mistake(
-        lambda stop: stop.before.type in _LINKS,
-        *("E104", "a condition is missing after `{before}`"),
-        *("write another comparison, or remove the `{before}`", "before"),
-    ),
-    Mistake(
-        lambda stop: not stop.word and stop.before == "=" and stop.line.comment,
-        *("E104", "something is missing after `{before}`", _SYMBOL, "before", "the line ends here"),
-    ),
-    Mistake(
-        lambda stop: not stop.word and stop.lacks_operand,
-        *("E104", "something is missing after `{before}`", _ON_THIS_LINE, "before", "the line ends here"),
-    ),
-    Mistake(
-        lambda stop: not stop.before,
-        *("E104", "something is missing before `{word}`", "write what belongs there"),
-    ),
-    Mistake(
-        lambda stop: stop.before == "(" and stop.word == ")",
-        *("E104", "there is nothing between these parentheses", "write a value there", "both"),
-    ),
-    Mistake(
-        lambda stop: stop.lacks_operand and stop.word == ")",
-        *("E104", _BETWEEN, "write a value there, or remove the `{before}`", "both"),
-    ),
-    Mistake(
-        lambda stop: stop.lacks_operand,
-        *("E104", _BETWEEN, "write a value there, or remove the `{word}`", "both"),
-    ),
-)
-"""Nothing where a value, a condition or a rule should stand."""
+
+def missing(stop: Stop) -> Diagnosis | None:
+    """Nothing where a value, a condition or a rule should stand."""
+    before, word = stop.before, stop.word
+    here, both = stop.span(before or word), stop.span(before or word, word)
+    if before.type in ("_THEN", "_ELSE"):
+        return said("E104", f"a rule is missing after `{before}`", here, "write … = …")
+    if before.type == "IF":
+        return said("E104", "a condition is missing after `if`", here, "write if x > 0 then …")
+    if before.type in _LINKS:
+        note = f"write another comparison, or remove the `{before}`"
+        return said("E104", f"a condition is missing after `{before}`", here, note)
+    if not word and stop.lacks_operand:
+        note = _SYMBOL if before == "=" and stop.line.comment else _ON_THIS_LINE
+        message = f"something is missing after `{before or 'x'}`"
+        return said("E104", message, here, note, label="the line ends here")
+    if not before:
+        return said("E104", f"something is missing before `{word}`", here, "write what belongs there")
+    if before == "(" and word == ")":
+        return said("E104", "there is nothing between these parentheses", both, "write a value there")
+    if stop.lacks_operand:
+        note = f"write a value there, or remove the `{before if word == ')' else word}`"
+        return said("E104", f"something is missing between `{before}` and `{word}`", both, note)
+    return None
 
 
 def broken_line(stop: Stop, first: int = 0) -> Diagnosis | None:
@@ -315,7 +272,7 @@ def explain_condition(stop: Stop) -> Diagnosis | None:
     """A diagnosis if reading stops in a condition, or at a ``then`` or ``else`` without one."""
     condition, word = stop.condition, stop.word
     if condition is None:
-        return first_of(_WITHOUT_IF, stop)
+        return _stray(stop)
     if stop.lacks_operand:
         return None
     if not word or word in (",", ":", "{") or (stop.begins_operand and stop.follows_operand):
@@ -331,19 +288,16 @@ def explain_condition(stop: Stop) -> Diagnosis | None:
     return _then_missing(stop) if word.type == "_ELSE" else None
 
 
-def _stray(stop: Stop) -> bool:
+def _stray(stop: Stop) -> Diagnosis | None:
     """A ``then`` or ``else`` that no ``if`` waits for."""
-    kind = stop.word.type if stop.after != "=" else ""
-    return kind == "_THEN" or (kind == "_ELSE" and stop.count("IF") <= stop.count("_ELSE"))
-
-
-_WITHOUT_IF = (
-    Mistake(
-        lambda stop: _stray(stop) and stop.count("IF"),
-        *("E112", "there is one `{word}` too many", "use else if for a chain of conditions"),
-    ),
-    Mistake(_stray, "E112", "`{word}` has no `if`", "write if condition then rule else rule"),
-)
+    word, armed = stop.word, stop.count("IF")
+    stray = word.type == "_THEN" or (word.type == "_ELSE" and armed <= stop.count("_ELSE"))
+    if not stray or stop.after == "=":
+        return None
+    if armed:
+        note = "use else if for a chain of conditions"
+        return said("E112", f"there is one `{word}` too many", stop.here, note)
+    return said("E112", f"`{word}` has no `if`", stop.here, "write if condition then rule else rule")
 
 
 def _then_missing(stop: Stop) -> Diagnosis:
