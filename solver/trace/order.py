@@ -251,8 +251,6 @@ def _usual(
     ranges = {n: (float(low[widest]), float(high[widest])) for n, (low, high) in ends.items()}
     free = {n for n in ranges if flow.value_of(n) is None}
     kept = free - _free(told, ranges, sorted(free))
-    sources = {_source(flow, n): n for n in sorted(kept, reverse=True) if not kinds[n]}
-    kept = {node for node in kept if kinds[node] or sources[_source(flow, node)] == node}
     return tuple((n, *ranges[n]) for n in sorted(kept))
 
 
@@ -272,18 +270,6 @@ def _free(
         found.update(waiting[:count])
         waiting = waiting[count + 1 :]
     return found
-
-
-def _source(flow: Flow, node: int) -> int:
-    """What a node is a multiple of: where one of two multiples is in its range, so is the other."""
-    while True:
-        factor = flow.factor(node)
-        if factor is not None and factor[0]:
-            node = factor[1]
-        elif flow.nodes[node][0] == "neg":
-            node = int(flow.nodes[node][1])
-        else:
-            return node
 
 
 def _around(flow: Flow, node: int, number: float, angle: bool) -> Pair:

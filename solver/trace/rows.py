@@ -385,13 +385,13 @@ class AnswerSweeper:
         known = {id(program.flow) for program in (*self.records.programs, *self.records.refusals)}
         self._kernels = {key: kernel for key, kernel in self._kernels.items() if key in known}
         count = len(columns[0])
-        parts, left, tried = self._at_once(columns, steady)
-        most = count - len(left)
-        records = refusals = 0
+        parts = list[tuple[Array, Answers]]()
+        left: Array = np.arange(count, dtype=np.int32 if count < 2**31 else np.int64)
+        most = records = refusals = 0
         alone: dict[int, list[tuple[Value, ...]]] = {}
         while len(left):
             if len(left) > WORTH:
-                for place in [p for p in self.records.order if p >= records and p != tried]:
+                for place in [p for p in self.records.order if p >= records]:
                     before, program = len(left), self.records.programs[place]
                     left = self._settled(program, columns, left, parts, steady)
                     if before - len(left) > most:
@@ -414,22 +414,6 @@ class AnswerSweeper:
             parts.append(_one_by_one(alone))
         return together(parts, count)
 
-    def _at_once(
-        self, columns: Sequence[Array], steady: bool
-    ) -> tuple[list[tuple[Array, Answers]], Array, int]:
-        """Ask the first record about all rows: what it settles, which rows are left, and its place."""
-        count, place = len(columns[0]), next(iter(self.records.order), -1)
-        program = self.records.programs[place] if place >= 0 and count > WORTH else None
-        kernel = self.kernel(program) if program and program.reach == (-np.inf, np.inf) else None
-        if kernel is None:
-            return [], np.arange(count, dtype=np.int32 if count < 2**31 else np.int64), -1
-        found, holds = kernel(columns, steady)
-        left = np.flatnonzero(~holds)
-        if len(left) == count:
-            return [], left, place
-        self.records.useful = place
-        return [(np.broadcast_to(np.intp(0), count), found)], left, place
-
     def _settled(
         self,
         program: Program,
@@ -446,12 +430,12 @@ class AnswerSweeper:
             left = left[(low < column) & (column < high)]
         if kernel is None or not len(left):
             return everywhere
-        here = [c if len(left) == len(c) else c[left] for c in columns]
-        found, holds = kernel(here, steady, left)
-        if holds.any() and len(left) == len(columns[0]):
-            parts.append((left, found))
-        elif holds.any():
-            parts.append((left[holds], found.of(holds)))
+        whole = len(left) == len(columns[0])
+        found, holds = kernel(
+            columns if whole else [c[left] for c in columns], steady, None if whole else left
+        )
+        if holds.any():
+            parts.append((left, found) if whole else (left[holds], found.of(holds)))
         if len(left) < len(everywhere):
             return np.setdiff1d(everywhere, left[holds], assume_unique=True)
         return left[:0] if holds.all() else left[~holds]
