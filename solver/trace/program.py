@@ -17,7 +17,7 @@ from itertools import product
 from typing import NamedTuple, TypeAlias
 
 from solver.trace.flow import Flow
-from solver.trace.graph import FOLD, LEAVES, LOGICAL, NotCompilable, computed_from, operands
+from solver.trace.graph import FOLD, LOGICAL, NotCompilable, computed_from, operands
 from solver.trace.order import UNORDERED, Order, Ranked
 
 
@@ -237,8 +237,6 @@ class _Lean:
         self.ranges: dict[int, Pieces] = {}
         self.nodes: dict[int, int] = {}
         """What stands for a node."""
-        self.exceeded: dict[int, list[tuple[float, int]]] = {}
-        """Multiples of nodes that are less than a number."""
         self.sure = self._with(node for ending in program.endings for node in ending.finite)
 
     def program(self) -> Program:
@@ -247,7 +245,7 @@ class _Lean:
         checks = dict.fromkeys(check for some in holds for check in some)
         told = (*order.told, *(n for n, _, _ in order.usual), *(n for key in order.keys for n in key))
         kept: dict[int, int] = {}
-        for check in sorted(checks, key=self._turn):
+        for check in checks:
             self._meet([check])
             if self.nodes[check] != self.flow.true:
                 kept[check] = self.nodes[check]
@@ -266,14 +264,6 @@ class _Lean:
         asked = tuple(self.nodes[n] for n in order.told if self.nodes[n] != self.flow.true)
         usual = tuple((self.nodes[n], low, high) for n, low, high in order.usual)
         return old._replace(endings=endings, order=Order(keys, asked, usual))
-
-    def _turn(self, check: int) -> int:
-        """What is said of inputs tells most, and then how far numbers are from zero."""
-        below = computed_from(self.flow, [check])
-        if all(self.flow.nodes[node][0] in {*LEAVES, *LOGICAL, "abs"} for node in below):
-            return 0
-        kind, *rest = self.flow.nodes[check]
-        return 1 if kind == "lt" and not self._constant(int(rest[0])) else 2
 
     def _meet(self, wanted: Iterable[int]) -> None:
         """What nodes, and those that they read, come down to, and their ranges."""
@@ -324,16 +314,10 @@ class _Lean:
 
     def _told(self, kind: str, a: int, b: int) -> bool | None:
         """Whether a comparison comes out alike in all rows."""
-        if {a, b} <= self.sure:
-            signs, wanted = self._compared(a, b), {"lt": {-1}, "le": {-1, 0}, "eq": {0}}[kind]
-            if signs <= wanted or not signs & wanted:
-                return signs <= wanted
-        factor, source = self._multiple(a)
-        for more, other in self.exceeded.get(b, ()) if kind != "eq" else ():
-            least = self.ranges[source][0][0] if self.ranges[source] else math.inf
-            if source == other and factor <= more and least >= 0.0:
-                return True
-        return None
+        if not {a, b} <= self.sure:
+            return None
+        signs, wanted = self._compared(a, b), {"lt": {-1}, "le": {-1, 0}, "eq": {0}}[kind]
+        return signs <= wanted if signs <= wanted or not signs & wanted else None
 
     def _compared(self, a: int, b: int) -> set[int]:
         """The signs that ``a - b`` can have."""
@@ -343,13 +327,6 @@ class _Lean:
             for sign, can in ((-1, low < most), (0, low <= most and least <= high), (1, high > least))
             if can
         }
-
-    def _constant(self, node: int) -> bool:
-        return self.flow.value_of(node) is not None
-
-    def _multiple(self, node: int) -> tuple[float, int]:
-        factor = self.flow.factor(node)
-        return factor if factor is not None and factor[0] > 0.0 else (1.0, node)
 
     # --- what conditions say ---
 
@@ -363,22 +340,13 @@ class _Lean:
             for other in (self.flow.number(sign, number) for sign in ("abs", "neg")):
                 if other in self.ranges:
                     self.ranges[int(other)] = self._range(int(other))
-        if kind == "lt" and holds:
-            self.exceeded.setdefault(int(parts[1]), []).append(self._multiple(int(parts[0])))
 
     def _said(self, node: int, holds: bool) -> dict[int, Pieces]:
         """The ranges of numbers for which a condition holds, or does not."""
         kind, *rest = self.flow.nodes[node]
-        a, b = (int(part) for part in (*rest, *rest)[:2])
-        if kind == "not":
-            return self._said(a, not holds)
-        if kind in ("and", "or"):
-            one, other = self._said(a, holds), self._said(b, holds)
-            if (kind == "and") is holds:
-                return {n: shared(one.get(n, ANY), other.get(n, ANY)) for n in one.keys() | other.keys()}
-            return {n: joined((*one[n], *other[n])) for n in one.keys() & other.keys()}
-        if kind not in ("lt", "le", "eq") or not (self.ranges[a] and self.ranges[b]):
+        if kind not in ("lt", "le", "eq") or not all(self.ranges[int(part)] for part in rest):
             return {}
+        a, b = (int(part) for part in rest)
         if kind != "eq" and not holds:
             kind, a, b = "le" if kind == "lt" else "lt", b, a
         low, high = self.ranges[a][0][0], self.ranges[b][-1][1]
