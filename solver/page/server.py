@@ -19,15 +19,15 @@ import socket
 import webbrowser
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass, field
 from hashlib import sha256
-from http.cookies import CookieError, SimpleCookie
 from pathlib import Path
 from typing import Any, NamedTuple
-from urllib.parse import parse_qs
 
 import uvicorn
 from starlette.applications import Starlette
-from starlette.datastructures import Headers, MutableHeaders
+from starlette.datastructures import MutableHeaders
+from starlette.requests import HTTPConnection
 from starlette.responses import FileResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
@@ -48,6 +48,7 @@ LISTED = 200
 """Sheets of the folder that are listed at most."""
 
 SHIPPED = "shipped:"
+"""Keys of sheets are paths from the folder; those of shipped ones begin so, and end in their names."""
 
 
 class Refused(Exception):
@@ -55,7 +56,7 @@ class Refused(Exception):
 
 
 class Sheet(NamedTuple):
-    """A sheet on the shelf, by its ``key``; what it uses lies ``within`` a folder."""
+    """A sheet by its ``key``; what it uses lies ``within`` a folder."""
 
     key: str
     name: str
@@ -77,42 +78,33 @@ class Sheet(NamedTuple):
         write_file(str(self.file), text.encode())
 
 
-class Shelf:
-    """Sheets by key: the path from the folder, or ``shipped:`` and the name of a shipped sheet."""
+def listed(folder: Path) -> list[dict[str, str]]:
+    """Every sheet by key and name, those of the folder first."""
+    found: list[dict[str, str]] = []
+    for place, folders, files in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        for name in sorted(files):
+            if name.endswith(".tk") and len(found) < LISTED:
+                key = (Path(place) / name).relative_to(folder).as_posix()
+                parent = os.path.dirname(key) or folder.name
+                found.append({"key": key, "name": parent if name == MAIN_SHEET else key})
+    return found + [{"key": SHIPPED + name, "name": name} for name in shipped_models()]
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder.resolve()
 
-    def listed(self) -> list[dict[str, str]]:
-        """Every sheet by key and name, those of the folder first."""
-        found: list[dict[str, str]] = []
-        for place, folders, files in os.walk(self.folder):
-            folders[:] = sorted(name for name in folders if not name.startswith("."))
-            for name in sorted(files):
-                if name.endswith(".tk") and len(found) < LISTED:
-                    key = (Path(place) / name).relative_to(self.folder).as_posix()
-                    parent = os.path.dirname(key) or self.folder.name
-                    found.append({"key": key, "name": parent if name == MAIN_SHEET else key})
-        shipped = [{"key": SHIPPED + name, "name": name} for name in shipped_models()]
-        return found + shipped
-
-    def sheet(self, key: str) -> Sheet:
-        """The sheet of that key. Raises Refused for one that is outside the folder."""
-        if key.startswith(SHIPPED):
-            name = key.removeprefix(SHIPPED)
-            if name not in shipped_models():
-                raise Refused("there is no such sheet")
-            file = Path(shipped_model(name))
-            return Sheet(key, name, file, file.parent.parent)
-        if "\0" in key:
-            raise Refused("there is no such sheet")
-        file = (self.folder / key).resolve()
-        if not file.is_relative_to(self.folder) or file.suffix != ".tk":
-            raise Refused("a page opens the sheets in its folder alone")
-        if not file.is_file():
-            raise Refused(f"there is no sheet {key}")
-        name = file.parent.name if file.name == MAIN_SHEET else file.stem
-        return Sheet(key, name, file, self.folder)
+def sheet_of(key: str, folder: Path) -> Sheet:
+    """The sheet of that key. Raises Refused for one that is outside the folder."""
+    name = key.removeprefix(SHIPPED)
+    if "\0" in key or (name != key and name not in shipped_models()):
+        raise Refused("there is no such sheet")
+    if name != key:
+        file = Path(shipped_model(name))
+        return Sheet(key, name, file, file.parent.parent)
+    file = (folder / key).resolve()
+    if not file.is_relative_to(folder) or file.suffix != ".tk":
+        raise Refused("a page opens the sheets in its folder alone")
+    if not file.is_file():
+        raise Refused(f"there is no sheet {key}")
+    return Sheet(key, file.parent.name if file.name == MAIN_SHEET else file.stem, file, folder)
 
 
 def fingerprint(text: str) -> str:
@@ -132,73 +124,54 @@ HEADERS = {
     "x-content-type-options": "nosniff",
     "cache-control": "no-store",
 }
+"""What keeps the page to itself."""
 
 
+@dataclass(frozen=True)
 class Gate:
     """Wraps an application; ``hosts`` are the names under which it may be asked for."""
 
-    def __init__(self, app: ASGIApp, token: str, hosts: frozenset[str]) -> None:
-        self.app, self.token, self.hosts = app, token, hosts
+    app: ASGIApp
+    token: str
+    hosts: frozenset[str]
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] not in ("http", "websocket"):
-            await self.app(scope, receive, send)
-            return
-        headers = Headers(scope=scope)
-        reason = self._foreign(scope, headers)
-        given = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])[0]
-        entering = scope["type"] == "http" and scope["method"] == "GET" and scope["path"] == "/"
-        if reason is None and entering and self._right(given):
-            response = RedirectResponse("/", 303)  # the token goes into a cookie and off the address
-            name = _cookie_name(headers.get("host", ""))
-            response.set_cookie(name, self.token, httponly=True, samesite="strict", path="/")
-            await response(scope, receive, _guarded(send))
-            return
-        if reason is None and not self._known(headers):
-            reason = "there is no token; open the address that backsolve printed"
-        if reason is None:
-            await self.app(scope, receive, _guarded(send))
-            return
-        _log.warning("refused %s %s: %s", scope["type"], scope["path"], reason)
-        if scope["type"] == "websocket":
-            await send({"type": "websocket.close", "code": 1008, "reason": ""})
-        else:
-            await PlainTextResponse(f"Refused: {reason}.\n", 403)(scope, receive, _guarded(send))
+        async def guarded(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                MutableHeaders(scope=message).update(HEADERS)
+            await send(message)
 
-    def _foreign(self, scope: Scope, headers: Headers) -> str | None:
+        answer: ASGIApp | None = self.app
+        if (kind := scope["type"]) in ("http", "websocket"):
+            asked = HTTPConnection(scope)
+            # cookies ignore ports, so the name holds it: two pages on one machine have two cookies
+            cookie = f"backsolve_{asked.headers.get('host', '').rpartition(':')[2]}"
+            entering = kind == "http" and scope["method"] == "GET" and scope["path"] == "/"
+            reason = self._foreign(asked)
+            if reason is None and entering and self._right(asked.query_params.get("token", "")):
+                answer = welcome = RedirectResponse("/", 303)  # the token leaves the address
+                welcome.set_cookie(cookie, self.token, httponly=True, samesite="strict", path="/")
+            elif reason is None and not self._right(asked.cookies.get(cookie, "")):
+                reason = "there is no token; open the address that backsolve printed"
+            if reason is not None:
+                _log.warning("refused %s %s: %s", kind, scope["path"], reason)
+                answer = PlainTextResponse(f"Refused: {reason}.\n", 403) if kind == "http" else None
+        if answer is not None:
+            await answer(scope, receive, guarded)
+        else:
+            await send({"type": "websocket.close", "code": 1008, "reason": ""})
+
+    def _foreign(self, asked: HTTPConnection) -> str | None:
         """Why a request does not come from the page itself; None where it does."""
-        host = headers.get("host", "")
+        host, origin = asked.headers.get("host", ""), asked.headers.get("origin")
         if host.rpartition(":")[0] not in self.hosts and host not in self.hosts:
             return "the host is not this machine"
-        origin = headers.get("origin")
         if origin is None:
-            return "a websocket says where it comes from" if scope["type"] == "websocket" else None
+            return "a websocket says where it comes from" if asked.scope["type"] == "websocket" else None
         return None if origin == f"http://{host}" else "it comes from another site"
-
-    def _known(self, headers: Headers) -> bool:
-        with suppress(CookieError):
-            morsel = SimpleCookie(headers.get("cookie", "")).get(_cookie_name(headers.get("host", "")))
-            return morsel is not None and self._right(morsel.value)
-        return False
 
     def _right(self, given: str) -> bool:
         return secrets.compare_digest(given.encode(), self.token.encode())
-
-
-def _cookie_name(host: str) -> str:
-    """Cookies ignore ports, so the name holds it: two pages on one machine have two cookies."""
-    return f"backsolve_{host.rpartition(':')[2]}"
-
-
-def _guarded(send: Send) -> Send:
-    """Sends answers with headers that keep the page to itself."""
-
-    async def guarded(message: Message) -> None:
-        if message["type"] == "http.response.start":
-            MutableHeaders(scope=message).update(HEADERS)
-        await send(message)
-
-    return guarded
 
 
 Json = dict[str, Any]
@@ -218,15 +191,15 @@ def application(
     folder: Path, token: str, *, first: str = "", hosts: frozenset[str], timeout: float
 ) -> ASGIApp:
     """The application for the sheets of a folder; ``first`` is the sheet that the page shows at first."""
-    shelf, kept, workers = Shelf(folder), dict[str, Json](), Workers()
-    leaving: set[asyncio.Task[None]] = set()
+    kept, workers, leaving = dict[str, Json](), Workers(), set[asyncio.Task[None]]()
 
     async def index(_: object) -> Response:
         return FileResponse(STATIC / "index.html")
 
     async def talk(socket: WebSocket) -> None:
         await socket.accept()
-        tab = Tab(socket, shelf, kept, first, workers, timeout)
+        lanes = Lane(workers, timeout), Lane(workers, timeout)
+        tab = Tab(socket, folder.resolve(), first, kept, *lanes)
         try:
             await tab.run()
         except WebSocketDisconnect:
@@ -242,30 +215,23 @@ def application(
         await asyncio.gather(*leaving)
         await workers.close()
 
-    routes = [
-        Route("/", index),
-        Mount("/static", StaticFiles(directory=STATIC)),
-        WebSocketRoute("/talk", talk),
-    ]
+    static = Mount("/static", StaticFiles(directory=STATIC))
+    routes = [Route("/", index), static, WebSocketRoute("/talk", talk)]
     return Gate(Starlette(routes=routes, lifespan=lifespan), token, hosts)
 
 
+@dataclass
 class Tab:
     """One tab of a browser. Every message has a number, which its reply repeats; replies may overtake."""
 
-    def __init__(
-        self,
-        socket: WebSocket,
-        shelf: Shelf,
-        kept: dict[str, Json],
-        first: str,
-        workers: Workers,
-        timeout: float,
-    ) -> None:
-        self.socket, self.shelf, self.kept, self.first = socket, shelf, kept, first
-        self.quick, self.slow = Lane(workers, timeout), Lane(workers, timeout)
-        self.sheet: Sheet | None = None
-        self.tasks: set[asyncio.Task[None]] = set()
+    socket: WebSocket
+    folder: Path
+    first: str
+    kept: dict[str, Json]
+    quick: Lane
+    slow: Lane
+    sheet: Sheet | None = None
+    tasks: set[asyncio.Task[None]] = field(default_factory=set)
 
     async def run(self) -> None:
         """Answer until the tab is closed."""
@@ -307,29 +273,30 @@ class Tab:
         if do not in (*QUICK, *SLOW):
             raise Refused("no such request")
         lane = self.quick if do in QUICK else self.slow
-        return await lane.ask({**self._text(str(message["text"])), "do": do} if do == "check" else message)
+        return await lane.ask({**self._text(message), "do": do} if do == "check" else message)
 
     # --- sheets ---
 
     async def sheets(self, _: Json) -> Json:
-        return {"sheets": self.shelf.listed(), "first": self.first, "folder": str(self.shelf.folder)}
+        return {"sheets": listed(self.folder), "first": self.first, "folder": str(self.folder)}
 
     async def open(self, message: Json) -> Json:
         """Read a sheet and load it; ``kept`` is the state in which a tab left it."""
-        self.sheet = self.shelf.sheet(str(message["sheet"]))
-        text = self.sheet.read()
-        kept = self.kept.get(self.sheet.key)
-        told = {"sheet": self.sheet.key, "name": self.sheet.name, "text": text, "kept": kept}
-        state = {"seen": fingerprint(text), "shipped": self.sheet.key.startswith(SHIPPED)}
-        return {**await self._load(text), **told, **state}
+        self.sheet = sheet = sheet_of(str(message["sheet"]), self.folder)
+        text, shipped = sheet.read(), sheet.key.startswith(SHIPPED)
+        told = {"sheet": sheet.key, "name": sheet.name, "text": text, "kept": self.kept.get(sheet.key)}
+        return {**await self.edit(told), **told, "seen": fingerprint(text), "shipped": shipped}
 
     async def edit(self, message: Json) -> Json:
         """Take another text for the sheet, which is not written."""
-        return await self._load(str(message["text"]))
+        sheet = self._text(message)
+        reply = await self.slow.load(sheet)
+        if "variables" in reply:
+            self.quick.know(sheet)
+        return reply
 
     async def save(self, message: Json) -> Json:
-        text = str(message["text"])
-        self._text(text)
+        text = str(self._text(message)["text"])
         assert self.sheet is not None
         self.sheet.write(text, str(message["seen"]))
         return {"seen": fingerprint(text)}
@@ -340,15 +307,9 @@ class Tab:
             self.kept[self.sheet.key] = message["state"]
         return {}
 
-    async def _load(self, text: str) -> Json:
-        sheet = self._text(text)
-        reply = await self.slow.load(sheet)
-        if "variables" in reply:
-            self.quick.know(sheet)
-        return reply
-
-    def _text(self, text: str) -> Json:
-        """A text as the workers take it. Raises Refused for one that is too long."""
+    def _text(self, message: Json) -> Json:
+        """The text of a message as the workers take it. Raises Refused for one that is too long."""
+        text = str(message["text"])
         if self.sheet is None:
             raise Refused("no sheet is open")
         if len(text) > LARGEST:
