@@ -23,7 +23,7 @@ from solver.facts import Status
 from solver.page import geometry, handles, needed, outline, rectangle, turn
 from solver.path import equations_of
 from solver.path.cases import activity, outcomes
-from solver.report.derivation import Derivation, Page, Together
+from solver.report.derivation import Derivation, Page
 from solver.report.path import Places, Plain, Tex, rule_text, told
 from solver.result import Result
 from solver.solving import solve
@@ -160,14 +160,15 @@ def _rules(result: Result) -> list[dict[str, Any]]:
 def derived(derivation: Derivation) -> dict[str, Any]:
     """The inputs that a number rests on, then every step with its formula, its rule and its conditions."""
     page = Page(derivation, Tex())
-    given = [page.known(known) for known in (*derivation.inputs, *derivation.assumed)]
+    given = [page.known(name) for name in (*derivation.inputs, *derivation.assumed)]
     lines = []
     for link in derivation.links:
-        for line in page.lines(link):
-            shown = {"tex": line.formula, "unit": line.unit, "within": isinstance(link, Together)}
+        for line in link.lines:
+            tex, unit = " = ".join(page.chain(line)), page.unit(line.unknown)
+            shown: dict[str, Any] = {"tex": tex, "unit": unit, "within": bool(link.tears)}
             if line.equation is not None:
                 shown["place"], shown["rule"] = page.places.rule(line.equation)
-                shown["because"] = [f"{word} {said}" for word, said, _ in page.guards(line.guards, Plain())]
+                shown["because"] = [f"{word} {said}" for word, said, _ in page.guards(line, Plain())]
             lines.append(shown)
     return {"head": page.head(), "given": given, "lines": lines}
 

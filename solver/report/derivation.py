@@ -8,10 +8,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from sys import float_info
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.evaluate import Undefined, value
+from rulesheets.format import readable
 from rulesheets.inputs import variable_named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
@@ -86,15 +87,8 @@ def _value(form: Expression, known: Mapping[str, Value]) -> float:
         return math.nan
 
 
-class Known(NamedTuple):
-    """A variable with its value, in calculation units."""
-
-    name: str
-    value: Value
-
-
 class Guard(NamedTuple):
-    """A condition that selected a rule: how it came out, and what it was read at.
+    """A condition that selected a rule: how it came out, and the variables that it was ``read`` at.
 
     ``assumed``: it waited on what the rule was to give, so its case was assumed, solved, and
     found to be so.
@@ -103,53 +97,53 @@ class Guard(NamedTuple):
     condition: Condition
     holds: bool
     assumed: bool
-    read: tuple[Known, ...]
+    read: tuple[str, ...]
 
 
-class Direct(NamedTuple):
-    """One unknown from one equation. ``form`` is what was computed, None where no form reproduces the value.
+class Line(NamedTuple):
+    """One equation. Its ``form`` is what was computed, None where no form reproduces the value.
 
-    ``numbers`` are the values that the form reads.
+    Without an ``unknown`` it is a rule that an iteration has made hold; without an ``equation`` it is what
+    an iteration gave.
     """
 
-    found: Known
-    equation: Equation
-    form: Expression | None
-    numbers: Mapping[str, Value]
+    unknown: str | None
+    equation: Equation | None = None
+    form: Expression | None = None
     guards: tuple[Guard, ...] = ()
 
 
-class Together(NamedTuple):
-    """Equations solved as one: ``tears`` were iterated on, ``order`` follows, and ``closing`` holds then.
+class Link(NamedTuple):
+    """A step: one line, or a block, whose ``tears`` were iterated on.
 
-    Each equation of ``closing`` comes with what selected it.
+    The lines of a block are what follows from the tears, what closes it, and what it gave.
     """
 
-    found: tuple[Known, ...]
-    tears: tuple[str, ...]
-    order: tuple[Direct, ...]
-    closing: tuple[tuple[Equation, tuple[Guard, ...]], ...]
-
-
-Link: TypeAlias = Direct | Together
+    unknowns: tuple[str, ...]
+    lines: tuple[Line, ...]
+    tears: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Derivation(Shown):
-    """Where the value of ``name`` comes from.
+    """Where the value of ``name`` comes from, among the ``values`` of the answer.
 
-    ``inputs`` are the given values that it rests on, in the order of the sheet; ``assumed`` are symbols
-    taken from the case that was solved; ``links`` are the steps in order of computation. Where there
+    ``inputs`` are the given names that it rests on, in the order of the sheet; ``assumed`` are those of
+    symbols taken from the case that was solved; ``links`` are the steps in order of computation. Where there
     is no value, ``diagnoses`` say why.
     """
 
     model: Model
     name: str
-    value: Value | None
-    inputs: tuple[Known, ...] = ()
-    assumed: tuple[Known, ...] = ()
+    values: Mapping[str, Value]
+    inputs: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
     links: tuple[Link, ...] = ()
     diagnoses: tuple[Diagnosis, ...] = ()
+
+    @property
+    def value(self) -> Value | None:
+        return self.values.get(self.name)
 
 
 def why(result: Result, name: str) -> Derivation:
@@ -161,7 +155,7 @@ def why(result: Result, name: str) -> Derivation:
     variable_named(name, result.model)
     if result[name] is None:
         about = tuple(diagnosis for diagnosis in result.diagnoses if name in diagnosis.variables)
-        return Derivation(result.model, name, None, diagnoses=about or result.diagnoses)
+        return Derivation(result.model, name, {}, diagnoses=about or result.diagnoses)
     return _Tracing(result).derivation(name)
 
 
@@ -186,19 +180,11 @@ class _Tracing:
                     selecting = (self.model.conditions[premise.condition] for premise in equation.guard)
                     read = chain(equation.names, *map(names, selecting))
                     waiting.extend(name for name in read if name in self.values)
-        steps = {step for n in needed if (step := self.origins.get(n)) is not None}
+        steps = sorted({self.origins[n] for n in needed if n in self.origins}, key=self.place.__getitem__)
         given = [n for n in self.model.variables if n in needed and n not in self.origins]
-        return Derivation(
-            self.model,
-            name,
-            self.values[name],
-            inputs=self._known(n for n in given if n in self.inputs),
-            assumed=self._known(n for n in given if n not in self.inputs),
-            links=tuple(self._link(step) for step in sorted(steps, key=self.place.__getitem__)),
-        )
-
-    def _known(self, read: Iterable[str]) -> tuple[Known, ...]:
-        return tuple(Known(name, self.values[name]) for name in read)
+        inputs, assumed = ([n for n in given if (n in self.inputs) is there] for there in (True, False))
+        links = tuple(map(self._link, steps))
+        return Derivation(self.model, name, self.values, tuple(inputs), tuple(assumed), links)
 
     def _solved(self, step: Step | None) -> tuple[Equation, ...]:
         """The equations that a step solved: of several to select from, the first active at the answer."""
@@ -211,35 +197,30 @@ class _Tracing:
     def _link(self, step: Step) -> Link:
         if not isinstance(step, SolveBlock):
             assert isinstance(step, Evaluate | Select)
-            return self._direct(self._solved(step)[0], step.unknown, step)
-        equations = self.model.equations
-        order = tuple(self._direct(equations[inner.equation], inner.unknown, step) for inner in step.order)
-        closing = (equations[index] for index in (step.residuals if step.order else step.equations))
-        closed = tuple((equation, self._guards(equation, step)) for equation in closing)
-        return Together(self._known(step.unknowns), step.tears or step.unknowns, order, closed)
+            return Link((step.unknown,), (self._line(step.unknown, self._solved(step)[0], step),))
+        explicit = {inner.unknown: inner.equation for inner in step.order}
+        closing = step.residuals if step.order else step.equations
+        pairs = [*explicit.items(), *((None, index) for index in closing)]
+        lines = [self._line(unknown, self.model.equations[index], step) for unknown, index in pairs]
+        lines += (Line(name) for name in step.unknowns if name not in explicit)
+        return Link(step.unknowns, tuple(lines), step.tears or step.unknowns)
 
-    def _direct(self, equation: Equation, unknown: str, step: Step) -> Direct:
-        isolation = isolate(equation.left, equation.right, unknown)
-        at = {name: self.values[name] for name in equation.names}
-        form = None if isolation is None else explicit_form(isolation, at)
-        numbers = {} if form is None else {name: self.values[name] for name in names(form)}
-        found = Known(unknown, self.values[unknown])
-        return Direct(found, equation, form, numbers, self._guards(equation, step))
-
-    def _guards(self, equation: Equation, step: Step) -> tuple[Guard, ...]:
-        """The conditions; assumed are those that what was known before the step does not decide."""
-        guards = []
+    def _line(self, unknown: str | None, equation: Equation, step: Step) -> Line:
+        """An equation; assumed are the conditions that what was known before the step does not decide."""
+        form, guards = None, []
+        if unknown and (isolation := isolate(equation.left, equation.right, unknown)):
+            form = explicit_form(isolation, {name: self.values[name] for name in equation.names})
         for premise in equation.guard:
             condition = self.model.conditions[premise.condition]
-            read = self._known(n for n in dict.fromkeys(names(condition)) if n in self.values)
-            origins = {one.name: self.origins.get(one.name) for one in read}
-            earlier = {
-                n for n, origin in origins.items() if origin is None or self.place[origin] < self.place[step]
-            }
-            before = {one.name: one.value for one in read if one.name in earlier}
-            assumed = premise.condition not in outcomes(self.model, before, self.inputs)
+            read = tuple(n for n in dict.fromkeys(names(condition)) if n in self.values)
+            known = {n: self.values[n] for n in read if self._earlier(n, step)}
+            assumed = premise.condition not in outcomes(self.model, known, self.inputs)
             guards.append(Guard(condition, premise.holds, assumed, read))
-        return tuple(guards)
+        return Line(unknown, equation, form, tuple(guards))
+
+    def _earlier(self, name: str, step: Step) -> bool:
+        origin = self.origins.get(name)
+        return origin is None or self.place[origin] < self.place[step]
 
 
 MARGIN = "    "
@@ -258,36 +239,19 @@ def why_markdown(derivation: Derivation) -> str:
 def why_latex(derivation: Derivation) -> str:
     """Rows of an ``align*`` environment, the places of the rules in comments."""
     page, rows = Page(derivation, Tex()), []
-    given = [page.line(known) for known in (*derivation.inputs, *derivation.assumed)]
-    for line in (*given, *(line for link in derivation.links for line in page.lines(link))):
-        row = f"  {line.left} &= {' = '.join(line.chain)}"
-        if unit := line.unit.strip().translate(ESCAPED):
+    given = map(Line, (*derivation.inputs, *derivation.assumed))
+    for line in (*given, *(line for link in derivation.links for line in link.lines)):
+        left, *others = page.chain(line)
+        row = f"  {left} &= {' = '.join(others)}"
+        if unit := page.unit(line.unknown).strip().translate(ESCAPED):
             row += rf"\ \text{{{unit}}}"
         if line.equation is not None:
-            place = "  ".join(page.places.rule(line.equation))
-            row = f"  % {'closes the block: ' * line.closing}{place}\n{row}"
-        said = [rf"\text{{{word} }} {condition}" for word, condition, _ in page.guards(line.guards)]
+            closes = "" if line.unknown else "closes the block: "
+            row = f"  % {closes}{'  '.join(page.places.rule(line.equation))}\n{row}"
+        said = [rf"\text{{{word} }} {condition}" for word, condition, _ in page.guards(line)]
         rows.append(row + " && " + r",\ ".join(said) if said else row)
     body = " \\\\\n".join(rows)
     return f"\\begin{{align*}}\n{body}\n\\end{{align*}}"
-
-
-class Line(NamedTuple):
-    """One equation of a step: ``left`` equals each of the ``chain``, the last in the ``unit``.
-
-    ``closing``: a rule that an iteration has made hold. What the iteration itself gave has no ``equation``.
-    """
-
-    left: str
-    chain: tuple[str, ...]
-    unit: str = ""
-    equation: Equation | None = None
-    guards: tuple[Guard, ...] = ()
-    closing: bool = False
-
-    @property
-    def formula(self) -> str:
-        return " = ".join((self.left, *self.chain))
 
 
 class Page:
@@ -295,65 +259,51 @@ class Page:
 
     def __init__(self, derivation: Derivation, notation: Notation, *, markdown: bool = False) -> None:
         self.derivation, self.notation, self.markdown = derivation, notation, markdown
-        self.model = derivation.model
+        self.model, self.values = derivation.model, derivation.values
         self.places = Places(derivation.model)
 
     # --- the equations, alike in every form ---
 
     def head(self) -> str:
         """``vB = -41.46, from 7 inputs by 12 of 38 rules``, or that there is no value."""
-        found = self.derivation
+        found, name = self.derivation, self.derivation.name
         if found.value is None:
-            return f"{self.code(found.name)} has no value"
-        whole = self.code(f"{found.name} = {Plain().value(found.value)}{self.unit(found)}")
-        if any(known.name == found.name for known in found.inputs):
-            return f"{whole} is an input"
-        if any(known.name == found.name for known in found.assumed):
-            return f"{whole} is what its case says"
-        used = sum(1 if isinstance(link, Direct) else len(link.found) for link in found.links)
+            return f"{self.code(name)} has no value"
+        whole = self.code(f"{name} = {readable(found.value)}{self.unit(name)}")
+        if not found.links:
+            return f"{whole} is {'an input' if name in found.inputs else 'what its case says'}"
+        used = sum(len(link.unknowns) for link in found.links)
         inputs, rules = plural(len(found.inputs), "input"), plural(len(self.model.equations), "rule")
         return f"{whole}, from {inputs} by {used} of {rules}"
 
-    def unit(self, known: Known | Derivation) -> str:
+    def unit(self, name: str | None) -> str:
         """`` N``, or `` N = 2.25 lbf`` where it is shown in another unit than that of the rules."""
-        variable = self.model.variables[known.name]
+        if name is None:
+            return ""
+        variable, value = self.model.variables[name], self.values[name]
         unit = f" {variable.unit}" if variable.unit else ""
-        if not variable.display_unit or not isinstance(known.value, float):
+        if not variable.display_unit or not isinstance(value, float):
             return unit
-        return f"{unit} = {Plain().value(shown(known.value, variable))} {variable.display_unit}"
+        return f"{unit} = {readable(shown(value, variable))} {variable.display_unit}"
 
-    def lines(self, link: Link) -> Iterator[Line]:
-        """The equations of a step: of a block what follows from tears, what closes it, and what it gave."""
-        for one in (link,) if isinstance(link, Direct) else link.order:
-            yield self.line(one.found, one.form, one.numbers, one.equation, one.guards)
-        if isinstance(link, Direct):
-            return
-        for equation, guards in link.closing:
-            left, right = map(self.notation.expression, (equation.left, equation.right))
-            yield Line(left, (right,), "", equation, guards, closing=True)
-        explicit = {inner.found.name for inner in link.order}
-        yield from (self.line(known) for known in link.found if known.name not in explicit)
+    def chain(self, line: Line) -> tuple[str, ...]:
+        """What a line says is equal: the unknown, its form, that with numbers, its value; each said once."""
+        tell = self.notation.expression
+        if line.unknown is None:
+            return () if line.equation is None else (tell(line.equation.left), tell(line.equation.right))
+        told = [self.notation.value(self.values[line.unknown])]
+        if line.form is not None:
+            told = [tell(line.form), self.notation.filled(line.form, self.values), *told]
+        return tell(Name(line.unknown)), *dict.fromkeys(told)
 
-    def line(
-        self, known: Known, form: Expression | None = None, numbers: Mapping[str, Value] = {}, *rule: Any
-    ) -> Line:
-        """The form, the form with numbers, the value; each said once."""
-        chain = [self.notation.value(known.value)]
-        if form is not None:
-            chain = [self.notation.expression(form), self.notation.filled(form, numbers), *chain]
-        name = self.notation.expression(Name(known.name))
-        return Line(name, tuple(dict.fromkeys(chain)), self.unit(known), *rule)
-
-    def guards(
-        self, guards: Sequence[Guard], notation: Notation | None = None
-    ) -> Iterator[tuple[str, str, str]]:
+    def guards(self, line: Line, notation: Notation | None = None) -> Iterator[tuple[str, str, str]]:
         """``because``, the conditions, and the values that they were read at; likewise what was assumed."""
         for word, assumed in (("because", False), ("assuming", True)):
-            group = [guard for guard in guards if guard.assumed is assumed]
+            group = [guard for guard in line.guards if guard.assumed is assumed]
             if group:
                 outcomes = [(guard.condition, guard.holds) for guard in group]
-                known = dict.fromkeys(known for guard in group for known in guard.read)
-                read = ", ".join(f"{one.name} = {Plain().value(one.value)}" for one in known)
+                known = dict.fromkeys(name for guard in group for name in guard.read)
+                read = ", ".join(f"{name} = {readable(self.values[name])}" for name in known)
                 said = (notation or self.notation).conditions(outcomes)
                 yield word, said, "" if read == Plain().conditions(outcomes) else read
 
@@ -377,17 +327,19 @@ class Page:
         """Words of a sheet as themselves in Markdown: no emphasis, no links, no HTML."""
         return _SPECIAL.sub(r"\\\1", text) if self.markdown else text
 
-    def _formula(self, line: Line) -> str:
-        return f"${line.formula}${self._plain(line.unit)}" if self.markdown else line.formula + line.unit
+    def formula(self, line: Line) -> str:
+        """The chain and its unit, in Markdown between dollars."""
+        formula, unit = " = ".join(self.chain(line)), self.unit(line.unknown)
+        return f"${formula}${self._plain(unit)}" if self.markdown else formula + unit
 
-    def known(self, known: Known) -> str:
+    def known(self, name: str) -> str:
         """``AO = 3 mm``, in Markdown between dollars, else as in a sheet."""
         if self.markdown:
-            return self._formula(self.line(known))
-        return f"{known.name} = {Plain().value(known.value)}{self.unit(known)}"
+            return self.formula(Line(name))
+        return f"{name} = {readable(self.values[name])}{self.unit(name)}"
 
-    def _table(self, knowns: Iterable[Known]) -> str:
-        rows = [(self.known(known), self.model.variables[known.name].comment) for known in knowns]
+    def _table(self, names: Iterable[str]) -> str:
+        rows = [(self.known(name), self.model.variables[name].comment) for name in names]
         if not self.markdown:
             return columns((MARGIN + known, comment) for known, comment in rows)
         return "\n".join(f"- {known}" + f": {self._plain(said)}" * bool(said) for known, said in rows)
@@ -396,10 +348,10 @@ class Page:
         for number, link in enumerate(links, 1):
             bullet = f"{number}. " if self.markdown else f"{number:>{len(str(len(links)))}}  "
             lines, dash, indent = list[str](), "", ""
-            if isinstance(link, Together):
+            if link.tears:
                 lines = self._heading(link)
                 dash, indent = ("- ", "  ") if self.markdown else (MARGIN, MARGIN)
-            for line in self.lines(link):
+            for line in link.lines:
                 first, *rest = self._told(line, len(bullet) + len(dash))
                 lines += [dash + first, *(indent + more for more in rest)]
             yield bullet + lines[0]
@@ -407,35 +359,32 @@ class Page:
 
     def _told(self, line: Line, used: int) -> list[str]:
         """An equation with its rule, and what selected that; ``used`` columns stand before it."""
-        word = "such that " if line.closing else "" if line.equation else "which gives "
-        formula, told = [word + self._formula(line)], []
+        word = "such that " if not line.unknown else "" if line.equation else "which gives "
+        formula, told = [word + self.formula(line)], []
         if line.equation is not None:
             place, rule = self.places.rule(line.equation)
             told.append(f"{self.code(rule)} ({self._plain(place)})" if self.markdown else f"{place}  {rule}")
-        for word_of_it, condition, read in self.guards(line.guards):
+        for reason, condition, read in self.guards(line):
             said, gap = (f"${condition}$", " ") if self.markdown else (condition, "   ")
-            told.append(f"{word_of_it} {said}" + f"{gap}({self.code(read)})" * bool(read))
+            told.append(f"{reason} {said}" + f"{gap}({self.code(read)})" * bool(read))
         if self.markdown:
-            return [*(f"{line}  " for line in (*formula, *told)[:-1]), (*formula, *told)[-1]]
+            return [*(f"{one}  " for one in (*formula, *told)[:-1]), (*formula, *told)[-1]]
         room = SCREEN.get().width
         if room is not None and len(formula[0]) > room - used:  # each equal on a line of its own
-            first, *others = line.chain
-            start = f"{word}{line.left}"
+            left, first, *others = self.chain(line)
+            start = f"{word}{left}"
             formula = [f"{start} = {first}", *(f"{' ' * len(start)} = {other}" for other in others)]
-            formula[-1] += line.unit
-        return [*formula, *(MARGIN + line for line in told)]
+            formula[-1] += self.unit(line.unknown)
+        return [*formula, *(MARGIN + one for one in told)]
 
-    def _heading(self, link: Together) -> list[str]:
+    def _heading(self, link: Link) -> list[str]:
         """What a block gives, and what was iterated on."""
-        found = [known.name for known in link.found]
-        maths = {
-            n: f"${self.notation.expression(Name(n))}$" if self.markdown else n for n in (*found, *link.tears)
-        }
-        how = "by iteration"
-        if len(found) > 1:
-            how = f"together, iterating on {', '.join(maths[name] for name in link.tears)}"
-        names = ", ".join(maths[name] for name in found)
-        return [f"{names} {how}:", ""] if self.markdown else [f"{names}: {how}"]
+        found, tears = (
+            ", ".join(f"${self.notation.expression(Name(n))}$" if self.markdown else n for n in some)
+            for some in (link.unknowns, link.tears)
+        )
+        how = f"together, iterating on {tears}" if len(link.unknowns) > 1 else "by iteration"
+        return [f"{found} {how}:", ""] if self.markdown else [f"{found}: {how}"]
 
 
 ESCAPED = str.maketrans(

@@ -247,12 +247,11 @@ def _table_grid(table: Table) -> Grid:
 def _derivation_grid(derivation: Derivation) -> Grid:
     """The inputs, then the steps with their rules."""
     page = Page(derivation, Plain())
-    known = (*derivation.inputs, *derivation.assumed)
-    rows = [(page.known(one), "", "given") for one in known if one.name != derivation.name]
-    for line in (line for link in derivation.links for line in page.lines(link)):
-        said = f"{'such that ' * line.closing}{line.formula}{line.unit}"
+    given = (name for name in (*derivation.inputs, *derivation.assumed) if name != derivation.name)
+    rows = [(page.known(name), "", "given") for name in given]
+    for line in (line for link in derivation.links for line in link.lines):
         place, rule = ("by iteration", "") if line.equation is None else page.places.rule(line.equation)
-        rows.append((said, rule, place))
+        rows.append((f"{'' if line.unknown else 'such that '}{page.formula(line)}", rule, place))
     before = f"<b>{escape(page.head())}</b>"
     return Grid(("", "Rule", "Place"), rows, (), before, _notes(derivation.diagnoses))
 

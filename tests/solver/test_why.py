@@ -12,37 +12,28 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.evaluate import value
 from rulesheets.format import format_expression
 from rulesheets.syntax.nodes import names
-from solver.report.derivation import Derivation, Direct, Together, why
+from solver.report.derivation import Derivation, Line, why
 
 
 def derive(text: str, name: str, inputs: dict[str, float | str | None] | None = None) -> Derivation:
     return why(solver.solve(rulesheets.loads(text), inputs), name)
 
 
-def direct(derivation: Derivation) -> list[Direct]:
-    """Every direct link, those inside blocks included."""
-    found: list[Direct] = []
-    for link in derivation.links:
-        found.extend([link] if isinstance(link, Direct) else link.order)
-    return found
+def direct(derivation: Derivation) -> list[Line]:
+    """Every line that gives an unknown by an equation, those inside blocks included."""
+    return [
+        line for link in derivation.links for line in link.lines if line.unknown and line.equation is not None
+    ]
 
 
 def form(derivation: Derivation, name: str) -> str:
-    link = next(link for link in direct(derivation) if link.found.name == name)
-    assert link.form is not None
-    return format_expression(link.form)
-
-
-def given(derivation: Derivation) -> list[str]:
-    return [known.name for known in derivation.inputs]
+    line = next(line for line in direct(derivation) if line.unknown == name)
+    assert line.form is not None
+    return format_expression(line.form)
 
 
 def found(derivation: Derivation) -> list[str]:
-    return [
-        name
-        for link in derivation.links
-        for name in ([link.found.name] if isinstance(link, Direct) else [k.name for k in link.found])
-    ]
+    return [name for link in derivation.links for name in link.unknowns]
 
 
 # --- on the slider crank --------------------------------------------------------
@@ -52,11 +43,11 @@ CRANK = rulesheets.load("offset_slider_crank")
 
 def test_forward_the_chain_is_what_the_number_needs() -> None:
     chain = why(solver.solve(CRANK), "xB")
-    assert given(chain) == ["branch", "AO", "AB", "offset", "thetaAO"]
+    assert list(chain.inputs) == ["branch", "AO", "AB", "offset", "thetaAO"]
     assert found(chain) == ["position.yB", "xA", "position.yA", "xB"]
     assert form(chain, "xA") == "AO*cosd(thetaAO)"
-    (guard,) = chain.links[-1].guards  # type: ignore[union-attr]
-    assert (guard.holds, guard.assumed, [k.name for k in guard.read]) == (True, False, ["branch"])
+    (guard,) = chain.links[-1].lines[-1].guards
+    assert (guard.holds, guard.assumed, guard.read) == (True, False, ("branch",))
 
 
 def test_crossed_the_chain_takes_the_other_arm() -> None:
@@ -67,11 +58,11 @@ def test_crossed_the_chain_takes_the_other_arm() -> None:
 
 def test_driven_by_the_slider_the_crank_angle_comes_from_a_block() -> None:
     chain = why(solver.solve(CRANK, {"xB": 9.79, "thetaAO": None}), "vB")
-    (block,) = (link for link in chain.links if isinstance(link, Together))
-    assert {known.name for known in block.found} == {"thetaAO", "xA", "position.yA"}
+    (block,) = (link for link in chain.links if link.tears)
+    assert set(block.unknowns) == {"thetaAO", "xA", "position.yA"}
     assert block.tears == ("thetaAO",)
-    assert "thetaAO" not in given(chain) and "xB" in given(chain)
-    assert "alphaAO" not in given(chain)
+    assert "thetaAO" not in chain.inputs and "xB" in chain.inputs
+    assert "alphaAO" not in chain.inputs
 
 
 @pytest.mark.parametrize("inputs", [{}, {"xB": 9.79, "thetaAO": None}, {"branch": "crossed"}])
@@ -80,15 +71,15 @@ def test_a_chain_can_be_followed_by_hand(inputs: dict[str, float | str | None], 
     """Every form, evaluated at what the chain has told before, gives the number that it says."""
     result = solver.solve(CRANK, inputs)
     chain = why(result, name)
-    known = {k.name: k.value for k in chain.inputs}
+    known = {name: chain.values[name] for name in chain.inputs}
     for link in chain.links:
-        if isinstance(link, Together):
-            known.update((k.name, k.value) for k in link.found if k.name in link.tears)
-        for step in [link] if isinstance(link, Direct) else link.order:
-            assert step.form is not None
-            assert set(names(step.form)) <= known.keys()
-            assert value(step.form, known) == pytest.approx(step.found.value, rel=1e-12, abs=1e-12)
-            known[step.found.name] = step.found.value
+        known.update((name, chain.values[name]) for name in link.tears)
+        for line in (line for line in link.lines if line.unknown and line.equation is not None):
+            assert line.form is not None and line.unknown is not None
+            assert set(names(line.form)) <= known.keys()
+            told = chain.values[line.unknown]
+            assert value(line.form, known) == pytest.approx(told, rel=1e-12, abs=1e-12)
+            known[line.unknown] = told
     assert known[name] == result[name]
 
 
@@ -147,13 +138,14 @@ def test_a_guard_that_waits_on_the_answer_is_told_as_assumed() -> None:
 def test_of_several_rules_the_one_whose_guard_held_is_told() -> None:
     text = "a = -3\nb = a\nif b > 0 then y = 1\nif b <= 0 then y = 2"
     chain = derive(text, "y")
-    assert direct(chain)[-1].equation.rule.line == 4
+    (equation,) = (line.equation for line in direct(chain)[-1:])
+    assert equation is not None and equation.rule.line == 4
 
 
 def test_a_symbol_from_a_case_is_told_as_such() -> None:
     rules = "if mode = 'hot then r = 1\nif mode = 'hot then z = 2\nif mode <> 'hot then r = 2"
     chain = derive(rules, "z", {"r": 1.0})
-    assert [(k.name, k.value) for k in chain.assumed] == [("mode", "hot")]
+    assert (chain.assumed, chain.values["mode"]) == (("mode",), "hot")
 
 
 # --- no chain -------------------------------------------------------------------
@@ -161,7 +153,7 @@ def test_a_symbol_from_a_case_is_told_as_such() -> None:
 
 def test_an_input_has_no_chain() -> None:
     chain = why(solver.solve(CRANK), "AO")
-    assert (chain.value, chain.links, given(chain)) == (3.0, (), ["AO"])
+    assert (chain.value, chain.links, list(chain.inputs)) == (3.0, (), ["AO"])
 
 
 def test_what_has_no_value_has_reasons() -> None:
