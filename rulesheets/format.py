@@ -101,6 +101,8 @@ def _chain(node: nodes.Expression) -> str:
 def _added(term: nodes.Expression) -> str:
     if isinstance(term, nodes.Negative):
         return f" - {_within(_PRODUCT, term.operand)}"
+    if isinstance(term, nodes.Number) and term.value < 0:
+        return f" - {_within(_PRODUCT, nodes.Number(-term.value, unit=term.unit))}"
     return f" + {_within(_PRODUCT, term)}"
 
 

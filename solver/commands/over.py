@@ -11,6 +11,8 @@ from fractions import Fraction
 from itertools import chain
 from typing import NamedTuple
 
+import numpy as np
+
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, refuse, said, suggestion
 from rulesheets.inputs import (
     not_finite,
@@ -101,8 +103,8 @@ def _too_many(option: Option) -> Diagnosis:
     return option.wrong("E424", f"this sweep has more than {LIMIT:,} rows", "take a larger step")
 
 
-A_DECADE = 2
-"""Points a decade."""
+A_DECADE, MOST = 2, 200
+"""Points a decade, and at all."""
 
 
 def read_approach(text: str, model: Model) -> tuple[str, dict[float, float]]:
@@ -118,16 +120,16 @@ def read_approach(text: str, model: Model) -> tuple[str, dict[float, float]]:
     unread = RuleSheetError(option.wrong("E424", message, note))
     try:
         first, last = map(float, ends.split(".."))
-    except ValueError:
+        count = round(abs(math.log10(last / first)) * A_DECADE) + 1
+    except (ValueError, ArithmeticError):
         raise unread from None
-    if not name or not written or not 0.0 < first * last < math.inf:
+    if not name or not written or count > MOST:
         raise unread
     variable_named(name, model, option.place(name))
-    limit, decades = parse_value(written, option.place(written)), math.log10(last / first)
-    count = round(abs(decades) * A_DECADE) + 1
-    if isinstance(limit, str) or count > 100 * A_DECADE:
+    limit = parse_value(written, option.place(written))
+    if isinstance(limit, str):
         raise unread
-    distances = [first * 10.0 ** (decades * k / max(count - 1, 1)) for k in range(count)]
+    distances = np.geomspace(first, last, count).tolist()
     numbers = [limit * (1.0 - d) if limit else d for d in distances]
     return name, {number: abs(d) for number, d in zip(numbers, distances, strict=True) if number != limit}
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TypeAlias
 
 from rulesheets.format import DIGITS, format_condition, format_expression, readable
 from rulesheets.model import Equation, Model, Premise, Requirement, Value
 from rulesheets.syntax import Span, escaped, nodes
-from rulesheets.syntax.nodes import Condition, Expression, children, names, rebuilt, substitute
+from rulesheets.syntax.nodes import Condition, Expression, names, substitute
 from solver.facts import Method
 from solver.kernel.block import BlockKernel
 from solver.kernel.solve_block import first_methods
@@ -17,16 +18,21 @@ from solver.path.planner import PathTree, planner, question
 from solver.report import table
 from solver.result import Result
 
+_FIRST = re.compile(r"(^|\(|, )\((-[^()]*)\)(?!\^)")
+"""A number below zero in parentheses with nothing to the left of it, so that its sign needs none."""
+
 
 class Plain:
     """As in a rule sheet, numbers below zero in parentheses wherever a sign would precede them."""
 
     def expression(self, node: Expression) -> str:
-        return format_expression(_filled(node, {}, first=True))
+        return format_expression(node)
 
     def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
         """The expression with numbers for its names."""
-        return format_expression(_filled(node, values, first=True))
+        texts = {name: readable(values[name]) for name in names(node)}
+        numbers = {n: nodes.Name(f"({text})" if text[0] == "-" else text) for n, text in texts.items()}
+        return _FIRST.sub(r"\1\2", format_expression(substitute(node, numbers)))
 
     def value(self, value: Value) -> str:
         return readable(value)
@@ -68,27 +74,6 @@ def _joined(outcomes: Iterable[tuple[Condition, bool]]) -> Condition:
 def _rounded(value: Value) -> Expression:
     """A value as a person reads it."""
     return nodes.Symbol(value) if isinstance(value, str) else nodes.Number(float(f"{value:.{DIGITS}g}") + 0.0)
-
-
-def _filled(node: Expression, values: Mapping[str, Value], first: bool) -> Expression:
-    """Names with a value replaced by it, and ``x + -1`` by ``x - 1``.
-
-    ``first``: nothing stands to the left of the node, so that a sign needs no parentheses.
-    """
-    if isinstance(node, nodes.Name) and node.name in values:
-        text = readable(values[node.name])
-        return nodes.Name(f"({text})" if text.startswith("-") and not first else text)
-    product = isinstance(node, nodes.Product | nodes.Quotient)
-    signed = isinstance(node, nodes.Power | nodes.Negative)
-    inner = []
-    for place, part in enumerate(children(node)):
-        free = first if product else not signed
-        if place:
-            free = not (product or signed or isinstance(node, nodes.Sum))
-            if isinstance(node, nodes.Sum) and isinstance(part, nodes.Number) and part.value < 0:
-                part = nodes.Negative(nodes.Number(-part.value))
-        inner.append(_filled(part, values, free))  # a later sum in a sum stands in parentheses
-    return rebuilt(node, tuple(inner))
 
 
 def rule_text(span: Span) -> str:
