@@ -30,8 +30,9 @@ from rulesheets.units import converted, parted
 from rulesheets.units.check import check_units
 from solver.facts import Status
 from solver.page import apart, extents, geometry, handles, needed, rail, turn
-from solver.page.description import answered, complaint, derived, described, finite, typeset
+from solver.page.description import answered, complaint, derived, described, typeset
 from solver.report.derivation import why, why_text
+from solver.report.sheet import finite
 from solver.result import Result
 from solver.solving import solve
 from solver.sweeps import Plan, prepare

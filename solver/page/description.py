@@ -25,6 +25,7 @@ from solver.path import equations_of
 from solver.path.cases import activity, outcomes
 from solver.report.derivation import Derivation, Page
 from solver.report.path import Places, Plain, Tex, rule_text, told
+from solver.report.sheet import finite
 from solver.result import Result
 from solver.solving import solve
 from solver.sweeps.sweep import sweep
@@ -126,11 +127,6 @@ def answered(result: Result) -> dict[str, Any]:
         "diagnoses": [complaint(diagnosis) for diagnosis in result.diagnoses],
         "rules": _rules(result),
     }
-
-
-def finite(values: Mapping[str, Value]) -> dict[str, Value]:
-    """The values that JSON can carry."""
-    return {name: value for name, value in values.items() if isinstance(value, str) or isfinite(value)}
 
 
 def _rules(result: Result) -> list[dict[str, Any]]:

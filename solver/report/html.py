@@ -19,7 +19,7 @@ from solver.path import Check, Path, SolveBlock, equations_of, given_by
 from solver.report import table
 from solver.report.derivation import ESCAPED, Derivation, Page, why_latex
 from solver.report.path import Plain, Tex, told
-from solver.report.sheet import diagnosis_json, displayed, sheet_heads, sheet_rows
+from solver.report.sheet import diagnosis_json, sheet_heads, sheet_rows
 from solver.result import Result, Samples
 
 NONE = "none"
@@ -221,12 +221,8 @@ ANSWERS = 4
 @grid_of.register
 def _result_grid(result: Result) -> Grid:
     """The variable sheet of a result and what there is to say of it."""
-    rows = displayed(result, sheet_rows(result, every=len(result.solutions) <= ANSWERS))
-    heads = sheet_heads(rows)
-    cells = (
-        (row.status, readable(row.input), row.name, *map(readable, row.outputs), row.unit, row.comment)
-        for row in rows
-    )
+    rows = sheet_rows(result, every=len(result.solutions) <= ANSWERS)
+    heads, cells = sheet_heads(rows), (row.cells() for row in rows)
     said = "" if result.status is Status.SOLVED else f"<p><b>{escape(str(result.status))}</b></p>"
     hidden = len(result.solutions) - 1 if len(result.solutions) > ANSWERS else 0
     others = f"<p>{hidden} other answers</p>" if hidden else ""

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from decimal import Context, Decimal
 from io import StringIO
 from math import ceil, inf, isfinite, log10
 from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis
-from rulesheets.format import exact, format_condition
+from rulesheets.format import exact, format_condition, readable
 from rulesheets.inputs import guarded
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Span
@@ -71,6 +71,12 @@ class SheetRow(NamedTuple):
     errors: tuple[float, ...] = ()
     tolerance: Tolerance | None = None
 
+    def cells(self, tell: Callable[[Value | None], str] = readable) -> tuple[str, ...]:
+        """Its texts, one a column."""
+        outputs = map(certain, self.outputs, self.errors) if self.errors else map(tell, self.outputs)
+        given = tolerated(tell(self.input), self.tolerance)
+        return (self.status, given, self.name, *outputs, self.unit, self.comment)
+
 
 def answers(result: Result, *, every: bool) -> tuple[Mapping[str, Value], ...]:
     """The answers to show, the primary one first; what is determined where there is none."""
@@ -80,12 +86,13 @@ def answers(result: Result, *, every: bool) -> tuple[Mapping[str, Value], ...]:
 
 
 def sheet_rows(
-    result: Result, *, every: bool = False, digits: bool = False, others: bool = False
+    result: Result, *, every: bool = False, digits: bool = False, others: bool = False, display: bool = True
 ) -> tuple[SheetRow, ...]:
     """Rows in the order of the sheet, locals only where they are given or wanted.
 
     A variable that was not asked for and has no value is left out. ``digits`` adds the error bars. ``others``
-    are the rows that are left out instead; of a pruned solve those that have a value.
+    are the rows that are left out instead; of a pruned solve those that have a value. Values are in the units
+    of ``display``, or in those of the rules.
     """
     found, (posted, whole) = answers(result, every=every), named(result)
     rows = []
@@ -96,19 +103,21 @@ def sheet_rows(
             continue
         given = result.inputs.get(name)
         guess = None if given is not None else result.guesses.get(name)
+        values = [given if given is not None else guess]
+        values += [None if given is not None else answer.get(name) for answer in found]
         # the error bar of a part of an answer is not known
-        errors = (a.error.get(name, 0.0) if isinstance(a, Solution) else inf for a in found)
-        row = SheetRow(
-            status="" if guess is None else GUESS,
-            input=given if given is not None else guess,
-            name=name,
-            outputs=tuple(None if given is not None else answer.get(name) for answer in found),
-            unit=variable.unit or "",
-            comment=variable.comment,
-            errors=tuple(errors) if digits else (),
-            tolerance=variable.tolerance if isinstance(given, float) else None,
-        )
-        rows.append(row)
+        errors = [a.error.get(name, 0.0) if isinstance(a, Solution) else inf for a in found if digits]
+        tolerance = variable.tolerance if isinstance(given, float) else None
+        unit = variable.unit
+        if display and variable.display_unit:
+            unit = variable.display_unit
+            values = [shown(v, variable) if isinstance(v, float) else v for v in values]
+            errors = [abs(shown(error, variable, difference=True)) for error in errors]
+            if tolerance is not None and not tolerance.percent:
+                tolerance = Tolerance(abs(shown(tolerance.size, variable, difference=True)))
+        status, outputs = "" if guess is None else GUESS, tuple(values[1:])
+        row = status, values[0], name, outputs, unit or "", variable.comment, tuple(errors), tolerance
+        rows.append(SheetRow(*row))
     return tuple(rows)
 
 
@@ -123,22 +132,6 @@ def named(result: Result) -> tuple[dict[str, bool], bool]:
     whole = all(v.passed or v.name in result.wanted for v in posted)
     rows = {v.name: whole for v in posted if whole or not v.passed}
     return rows | dict.fromkeys(asked, True), whole
-
-
-def displayed(result: Result, rows: Iterable[SheetRow]) -> tuple[SheetRow, ...]:
-    """The rows in the display units of their variables, where these have some."""
-    found = []
-    for row in rows:
-        variable, tolerance = result.model.variables[row.name], row.tolerance
-        if variable.display_unit:
-            values = [shown(v, variable) if isinstance(v, float) else v for v in (row.input, *row.outputs)]
-            errors = tuple(abs(shown(size, variable, difference=True)) for size in row.errors)
-            row = row._replace(input=values[0], outputs=tuple(values[1:]), errors=errors)
-            if tolerance is not None and not tolerance.percent:
-                tolerance = Tolerance(abs(shown(tolerance.size, variable, difference=True)))
-            row = row._replace(unit=variable.display_unit, tolerance=tolerance)
-        found.append(row)
-    return tuple(found)
 
 
 def sheet_heads(rows: Sequence[SheetRow]) -> tuple[str, ...]:
@@ -156,14 +149,11 @@ def result_csv(result: Result, *, every: bool = False) -> str:
     """
     import csv  # which a table on the screen need not wait for
 
-    rows = sheet_rows(result, every=every)
+    rows = sheet_rows(result, every=every, display=False)
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(sheet_heads(rows))
-    for row in rows:
-        given = tolerated(exact(row.input), row.tolerance)
-        cells = (row.status, given, row.name, *map(exact, row.outputs), row.unit, row.comment)
-        writer.writerow(map(guarded, cells))
+    writer.writerows(map(guarded, row.cells(exact)) for row in rows)
     return text.getvalue()
 
 
@@ -179,14 +169,14 @@ def result_json(
     """
     variables, (rows, _) = result.model.variables, named(result)
     names = [name for name in variables if explain or name in rows]
-    solutions = [_finite({n: answer[n] for n in names if n in answer}) for answer in result.solutions]
+    solutions = [finite({n: answer[n] for n in names if n in answer}) for answer in result.solutions]
     both = list(zip(result.solutions, solutions, strict=True))
     # the units in which the rules compute, whatever a table shows
     units = {n: v.unit for n, v in variables.items() if v.unit and any(n in some for some in solutions)}
     document: Json = {"status": str(result.status), "solutions": solutions}
     if digits:  # null where nothing can be said
         bars = ({n: answer.error[n] for n in some if n in answer.error} for answer, some in both)
-        document["errors"] = [{**dict.fromkeys(known), **_finite(known)} for known in bars]
+        document["errors"] = [{**dict.fromkeys(known), **finite(known)} for known in bars]
     if proofs := [_proof(answer, some) for answer, some in both if answer.proof is not None]:
         document["proofs"] = proofs
     if any(answer.unlikely for answer in result.solutions):
@@ -211,7 +201,8 @@ def _dump(document: Json) -> str:
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
 
 
-def _finite(values: Mapping[str, Value]) -> dict[str, Value]:
+def finite(values: Mapping[str, Value]) -> dict[str, Value]:
+    """The values that JSON can carry."""
     return {name: value for name, value in values.items() if isinstance(value, str) or isfinite(value)}
 
 

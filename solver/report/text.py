@@ -5,27 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from math import isfinite
-from typing import NamedTuple
 
 from rulesheets.diagnosis import plural, render
-from rulesheets.format import readable
 from rulesheets.model import Equation, Requirement
 from rulesheets.syntax import Span, escaped
 from solver.facts import Status
 from solver.path import Evaluate, Path, Select, SolveBlock
 from solver.report import SCREEN, fits, table
 from solver.report.path import Places, path_text, rule_text
-from solver.report.sheet import (
-    SheetRow,
-    answers,
-    certain,
-    displayed,
-    magnitude,
-    named,
-    sheet_heads,
-    sheet_rows,
-    tolerated,
-)
+from solver.report.sheet import SheetRow, answers, magnitude, named, sheet_heads, sheet_rows
 from solver.result import Result
 
 WAITING, BLAMED = "*", ">"
@@ -37,51 +25,35 @@ LONGEST = 72
 """Characters of a rule shown; its place tells where to read on."""
 
 
-class RuleStatus(NamedTuple):
-    """``mark`` is ``>`` for a rule that a diagnosis points at, ``*`` for one that waits for unknowns.
+def rule_status_table(result: Result) -> str:
+    """The rules that are not satisfied, those blamed first and once, others once a call; else empty.
 
-    Rules wait where the inputs do not determine everything; where a solve has ended otherwise,
-    what comes after it is not worth telling.
+    ``>`` marks a rule that a diagnosis points at, ``*`` one that waits for unknowns. Rules wait where the
+    inputs do not determine everything; where a solve has ended otherwise, what comes after it is not worth
+    telling.
     """
-
-    mark: str
-    equation: Equation | Requirement
-    waits_for: tuple[str, ...]
-
-
-def rule_statuses(result: Result) -> tuple[RuleStatus, ...]:
-    """The rules that are not satisfied, those blamed first and once, others once a call."""
     if result.status is Status.SOLVED:
-        return ()
+        return ""
+    places, partial = Places(result.model), result.status is Status.PARTIAL
     blamed = {(label.span.file, label.span.start) for d in result.diagnoses for label in d.labels}
     (known,) = answers(result, every=False)
-    partial = result.status is Status.PARTIAL
-    found: dict[tuple[Span, str], RuleStatus] = {}
+    found: dict[tuple[str, Span, str], tuple[str, ...]] = {}
     rules: tuple[Equation | Requirement, ...] = (*result.model.equations, *result.model.requirements)
     for equation in rules:
         rule, waits_for = equation.rule, tuple(name for name in equation.names if name not in known)
-        if (rule.file, rule.start) in blamed:
-            found.setdefault((rule, ""), RuleStatus(BLAMED, equation, waits_for))
-        elif partial and waits_for:
-            found.setdefault((rule, equation.scope), RuleStatus(WAITING, equation, waits_for))
-    return tuple(sorted(found.values(), key=lambda status: status.mark != BLAMED))
-
-
-def rule_status_table(result: Result) -> str:
-    """The statuses as a table, empty where every rule is satisfied."""
-    statuses = rule_statuses(result)
-    if not statuses:
-        return ""
-    places = Places(result.model)
-    shown = statuses[:LIMIT]
-    rows = []
-    for mark, equation, waits_for in shown:
-        text = rule_text(equation.rule)
+        text = rule_text(rule)
         text = text if len(text) <= LONGEST else text[: LONGEST - 2] + " …"
-        rows.append((mark, places.of(equation), text, _few(waits_for, NAMED)))
-    head = ("St", "Place", "Rule", "Waits for" if any(s.waits_for for s in shown) else "")
-    hidden = len(statuses) - len(shown)
-    return table(head, rows, soft=(2, 3)) + (f"\n… and {hidden} more" if hidden else "")
+        told = places.of(equation), text, _few(waits_for, NAMED)
+        if (rule.file, rule.start) in blamed:
+            found.setdefault((BLAMED, rule, ""), told)
+        elif partial and waits_for:
+            found.setdefault((WAITING, rule, equation.scope), told)
+    if not found:
+        return ""
+    rows = sorted(((mark, *told) for (mark, _, _), told in found.items()), key=lambda row: row[0] != BLAMED)
+    shown, hidden = rows[:LIMIT], len(rows) - LIMIT
+    head = ("St", "Place", "Rule", "Waits for" if any(row[-1] for row in shown) else "")
+    return table(head, shown, soft=(2, 3)) + (f"\n… and {hidden} more" if hidden > 0 else "")
 
 
 NAMED, NAMES = 4, 6
@@ -211,7 +183,7 @@ def result_text(
     ``every`` puts all answers side by side; ``explain`` adds the locals, the path, and how
     many rules were needed; ``digits`` prints every number with the digits that are right.
     """
-    parts = [sheet_table(displayed(result, sheet_rows(result, every=every, digits=digits)))]
+    parts = [sheet_table(sheet_rows(result, every=every, digits=digits))]
     if explain:
         parts.extend(_explanation(result, every, digits))
     parts.append("\n".join(_verdict(result, every)))
@@ -227,17 +199,10 @@ def sheet_table(rows: Sequence[SheetRow]) -> str:
     count = len(header) - 5
     names = max((len(row.name) for row in rows), default=0)
     least = (0, INPUT_WIDTH, names, *(NUMBER_WIDTH,) * count)
-    cells = []
-    for row in rows:
-        given = tolerated(readable(row.input), row.tolerance)
-        cells.append((row.status, given, row.name, *_outputs(row), row.unit, row.comment))
+    cells = [row.cells() for row in rows]
     if count > 1 and not fits(header, cells):
         return _turned(rows)
     return table(header, cells, least, styles=("", "", "", *(ANSWER,) * count, "", "dim"))
-
-
-def _outputs(row: SheetRow) -> tuple[str, ...]:
-    return tuple(map(certain, row.outputs, row.errors) if row.errors else map(readable, row.outputs))
 
 
 def _turned(rows: Sequence[SheetRow]) -> str:
@@ -259,12 +224,12 @@ def _turned(rows: Sequence[SheetRow]) -> str:
 def _lines(rows: Sequence[SheetRow]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """A table of answers: names across, answers down. Its last column is empty, for nothing is cut."""
     head = (f"{row.name} [{row.unit}]" if row.unit else row.name for row in rows)
-    values = zip(*(_outputs(row) for row in rows), strict=True)
+    values = zip(*(row.cells()[3:-2] for row in rows), strict=True)
     return ("Answer", *head, ""), [(str(k), *line, "") for k, line in enumerate(values, 1)]
 
 
 def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
-    rows = displayed(result, sheet_rows(result, every=every, digits=digits, others=True))
+    rows = sheet_rows(result, every=every, digits=digits, others=True)
     if rows:
         yield "Locals\n" + sheet_table(rows)
     yield "Path\n" + path_text(result)

@@ -10,7 +10,7 @@ from rulesheets.model import Model
 from solver.facts import Status
 from solver.path import Check, Evaluate, Path, SolveBlock
 from solver.report.path import path_text
-from solver.report.text import result_text, rule_statuses, work_line
+from solver.report.text import result_text, rule_status_table, work_line
 from solver.result import Result, Solution
 
 
@@ -68,7 +68,7 @@ def test_an_unsolved_result_names_status_rules_and_diagnosis(unsolved: Result) -
 
 
 def test_a_solved_result_has_no_rule_status(solved: Result) -> None:
-    assert rule_statuses(solved) == ()
+    assert rule_status_table(solved) == ""
 
 
 @pytest.mark.parametrize(
