@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from rulesheets.checks.marks import PLACES, marks_of, parts
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import Figure
+from solver.derivatives import Sensitivities
 from solver.facts import Unsolved
 from solver.path import equations_of
 from solver.path.cases import outcomes
@@ -33,20 +34,18 @@ from solver.sweeps.tracing import CurveTable
 
 def outline(figure: Figure) -> dict[str, Any]:
     """What stays the same at every answer: names and kinds of points, strokes between them."""
-    places, strokes = [], []
-    for mark in marks_of(figure):
-        named, _ = parts(mark)
-        if mark.kind in PLACES:
-            places.append({"name": mark.name, "kind": mark.kind})
-        else:
-            strokes.append(
-                {"kind": mark.kind, "points": [node.name for node in named], "label": mark.name or ""}
-            )
+    marks = marks_of(figure)
+    places = [{"name": mark.name, "kind": mark.kind} for mark in marks if mark.kind in PLACES]
+    strokes = [
+        {"kind": mark.kind, "points": [node.name for node in parts(mark)[0]], "label": mark.name or ""}
+        for mark in marks
+        if mark.kind not in PLACES
+    ]
     return {
         "name": figure.name,
         "title": figure.comment or figure.name,
         "unit": figure.unit or "",
-        "polar": any(place["kind"] == "pole" for place in places),
+        "polar": any(mark.kind == "pole" for mark in marks),
         "places": places,
         "strokes": strokes,
     }
@@ -57,13 +56,10 @@ def geometry(model: Model, values: Mapping[str, Value]) -> list[dict[str, Any] |
 
     None for a figure that the values do not determine.
     """
+    drawn = drawable(model.figures, values)
     return [
-        one
-        and {
-            "places": [list(place) for place in one.places.values()],
-            "angles": [stroke.angle for stroke in one.strokes],
-        }
-        for one in drawable(model.figures, values)
+        one and {"places": list(map(list, one.places.values())), "angles": [s.angle for s in one.strokes]}
+        for one in drawn
     ]
 
 
@@ -91,6 +87,7 @@ RIGID = 1e-3
 _RIGID_STROKES = ("line", "slot", "body")
 
 Pair = tuple[Diagram, Diagram]
+Row = dict[str, Value]
 
 
 class Handle(NamedTuple):
@@ -104,11 +101,19 @@ class Handle(NamedTuple):
 
 def handles(result: Result, answer: int = 0) -> tuple[Handle, ...]:
     """Every point of the figures that can be dragged at an answer."""
-    if not result.solutions or not result.model.figures:
+    model, found = result.model, dict[tuple[int, str], Handle]()
+    if not result.solutions or not model.figures:
         return ()
-    motion, found = _Motion(result, answer), dict[tuple[int, str], Handle]()
-    for driver in motion.inputs:
-        pairs = motion.displaced(driver)
+    values = dict(result.solutions[answer])
+    drivers = [name for name, value in result.inputs.items() if isinstance(value, float)]
+    posted = (n for n, variable in model.variables.items() if variable.posted)
+    names = dict.fromkeys((*needed(model), *(n for n in posted if isinstance(values.get(n), float))))
+    slopes = result.sensitivity([n for n in names if n not in result.inputs], drivers, answer)
+    before = drawable(model.figures, values)
+    for driver in drivers:
+        moved = _displaced(slopes, values, driver)
+        both = enumerate(zip(before, drawable(model.figures, moved), strict=True))
+        pairs = {number: (a, b) for number, (a, b) in both if moved and a and b and not a.polar}
         if not any(_motion(*pair) for pair in pairs.values()) or not all(map(_rigid, pairs.values())):
             continue
         for number, (here, there) in pairs.items():
@@ -116,68 +121,47 @@ def handles(result: Result, answer: int = 0) -> tuple[Handle, ...]:
             for point, kind in here.kinds.items():
                 moves = dist(here.places[point], there.places[point]) > 1e-2 * most
                 if kind == "point" and moves and (number, point) not in found:
-                    variable = motion.variable(number, point, driver)
+                    variable = _variable(result, values, slopes, model.figures[number], point, driver)
                     found[number, point] = Handle(number, point, driver, variable)
     return tuple(found.values())
 
 
-class _Motion:
-    def __init__(self, result: Result, answer: int) -> None:
-        self.result, self.model = result, result.model
-        self.values = dict(result.solutions[answer])
-        self.inputs = [name for name, value in result.inputs.items() if isinstance(value, float)]
-        posted = (name for name, variable in self.model.variables.items() if variable.posted)
-        numbers = [name for name in posted if isinstance(self.values.get(name), float)]
-        names = dict.fromkeys((*needed(self.model), *numbers))
-        moving = [name for name in names if name not in result.inputs]
-        self.slopes = result.sensitivity(moving, self.inputs, answer)
-        self.before = drawable(self.model.figures, self.values)
-        self.decided = outcomes(self.model, self.values, result.inputs)
+def _displaced(slopes: Sensitivities, values: Row, driver: str) -> Row:
+    """The values after a small step of one input, to first order; none where a slope is missing."""
+    start = float(values[driver])
+    step, drawn = STEP * max(abs(start), 1.0), needed(slopes.model)
+    moved: Row = {**values, driver: start + step}
+    for name in slopes.outputs:
+        slope, value = slopes[name, driver], values.get(name)
+        if slope is None and name in drawn:
+            return {}
+        if slope is not None and isinstance(value, float):
+            moved[name] = value + step * slope
+    return moved
 
-    def displaced(self, driver: str) -> dict[int, Pair]:
-        """The plane figures by number, before and after a small step of one input, to first order.
 
-        None of them where a slope is missing.
-        """
-        start = self.values[driver]
-        assert isinstance(start, float)
-        step = STEP * max(abs(start), 1.0)
-        values: dict[str, Value] = {**self.values, driver: start + step}
-        for name in self.slopes.outputs:
-            slope, value = self.slopes[name, driver], self.values.get(name)
-            if slope is None and name in needed(self.model):
-                return {}
-            if slope is not None and isinstance(value, float):
-                values[name] = value + step * slope
-        both = enumerate(zip(self.before, drawable(self.model.figures, values), strict=True))
-        return {number: (here, there) for number, (here, there) in both if here and there and not here.polar}
+def _variable(
+    result: Result, values: Row, slopes: Sensitivities, figure: Figure, point: str, driver: str
+) -> str:
+    """The variable that a point stands for: of those beside its coordinates, the one nearest by rules.
 
-    def variable(self, number: int, point: str, driver: str) -> str:
-        """The variable that a point stands for: of those beside its coordinates, the one nearest by rules.
-
-        Better one of which the sheet says something: its unit, its comment or its value.
-        """
-        figure, known = self.model.figures[number], self.model.variables
-        alone = tuple(mark for mark in marks_of(figure) if mark.name == point)
-        wanted = variables([Figure(figure.name, figure.unit, alone)])
-        near = {n for e in self.model.equations if set(e.names) & set(wanted) for n in e.names} | {*wanted}
-        names = [driver, *(n for n in self.slopes.outputs if self.slopes[n, driver] and n in near)]
-        lengths = {n: self._length(n, driver, wanted) for n in names if known[n].posted}
-        reached = {n: length for n, length in lengths.items() if length is not None}
-        silent = {n for n in reached if not (known[n].unit or known[n].comment) and known[n].value is None}
-        return min(reached, key=lambda n: (n in silent, reached[n]), default=driver)
-
-    def _length(self, name: str, driver: str, wanted: tuple[str, ...]) -> int | None:
-        """The rules that lead from a variable as the input to the coordinates; None where they do not.
-
-        Those of blocks count squared, and steps with several branches as often.
-        """
-        known = frozenset({*self.result.inputs} - {driver} | {name})
-        asked = frozenset(wanted) - {name}
-        path = planner(self.model).path(known, self.decided, want=asked)
-        if asked & set(path.undetermined):
-            return None
-        return sum(len(equations_of(step)) ** 2 * getattr(step, "branches", 1) for step in path.steps)
+    The rules of blocks count squared, and steps with several branches as often. Better one of which the
+    sheet says something: its unit, its comment or its value.
+    """
+    known, decided = result.model.variables, outcomes(result.model, values, result.inputs)
+    alone = tuple(mark for mark in marks_of(figure) if mark.name == point)
+    wanted = frozenset(variables([Figure(figure.name, figure.unit, alone)]))
+    near = {n for e in result.model.equations if wanted & set(e.names) for n in e.names} | wanted
+    reached = dict[str, tuple[bool, int]]()
+    moving = (n for n in slopes.outputs if slopes[n, driver] and n in near)
+    for name in (n for n in (driver, *moving) if known[n].posted):
+        given, variable = frozenset({*result.inputs} - {driver} | {name}), known[name]
+        path = planner(result.model).path(given, decided, want=wanted - {name})
+        if not wanted & set(path.undetermined):
+            steps = (len(equations_of(step)) ** 2 * getattr(step, "branches", 1) for step in path.steps)
+            silent = not (variable.unit or variable.comment) and variable.value is None
+            reached[name] = silent, sum(steps)
+    return min(reached, key=reached.__getitem__, default=driver)
 
 
 def _motion(before: Diagram, after: Diagram) -> float:
@@ -203,8 +187,6 @@ def _rigid(pair: Pair) -> bool:
 
 
 _TURNS = {"deg": 360.0, "°": 360.0, "rad": 2 * pi}
-
-Row = dict[str, Value]
 
 
 def turn(model: Model, name: str) -> float:

@@ -16,11 +16,11 @@ from rulesheets.format import readable
 from rulesheets.inputs import variable_named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Condition, Expression, Name, Number, names, substitute
+from rulesheets.syntax.nodes import Condition, Expression, Name, Number, names
 from rulesheets.units import shown
 from solver.path import Evaluate, Select, Shown, SolveBlock, Step, equations_of
 from solver.path.cases import outcomes, solved_by
-from solver.path.isolate import TARGET, Isolation, isolate
+from solver.path.isolate import Isolation, isolate
 from solver.report import SCREEN, columns
 from solver.report.path import Notation, Places, Plain, Tex
 from solver.result import Result
@@ -52,31 +52,23 @@ def explicit_form(isolation: Isolation, values: Mapping[str, Value]) -> Expressi
 
 def _turned(isolation: Isolation, known: Mapping[str, Value], answer: float) -> Iterator[Expression]:
     """The forms with as many whole turns as bring them nearest to the answer."""
-    if isolation.period is None:
+    if (period := isolation.period) is None:
         return
-    at = next(i for i, stage in enumerate(isolation.stages) if stage.period)
-    period = isolation.stages[at].period or 0.0
-    for inside in _through(isolation, (isolation.start,), 0, at + 1):
-        (plain,) = _through(isolation, (inside,), at + 1, None)[:1]
-        (turned,) = _through(isolation, (nodes.add(inside, Number(period)),), at + 1, None)[:1]
-        stride = _value(turned, known) - _value(plain, known)
+    last = next(i for i, stage in enumerate(isolation.stages) if stage.period) + 1
+    rest = isolation._replace(stages=isolation.stages[last:])
+    for inside in isolation._replace(stages=isolation.stages[:last]).forms():
+        ends = (rest._replace(start=form).forms()[0] for form in (inside, nodes.add(inside, Number(period))))
+        plain, turned = (_value(form, known) for form in ends)
+        stride = turned - plain
         if not math.isfinite(stride) or stride == 0.0:
             continue
-        turns = round((answer - _value(plain, known)) / stride)
+        turns = round((answer - plain) / stride)
         whole: Expression = Number(abs(turns) * period)
         halves = round(period / math.pi)
         if math.isclose(period, halves * math.pi, rel_tol=1e-12):  # in radians: multiples of pi
             whole = nodes.multiply(Number(float(abs(turns) * halves)), nodes.call("pi"))
         moved = (nodes.add if turns >= 0 else nodes.subtract)(inside, whole)
-        yield from _through(isolation, (moved,), at + 1, None)
-
-
-def _through(
-    isolation: Isolation, targets: tuple[Expression, ...], first: int, last: int | None
-) -> tuple[Expression, ...]:
-    for stage in isolation.stages[first:last]:
-        targets = tuple(substitute(form, {TARGET.name: t}) for t in targets for form in stage.forms)
-    return targets
+        yield from rest._replace(start=moved).forms()
 
 
 def _value(form: Expression, known: Mapping[str, Value]) -> float:
