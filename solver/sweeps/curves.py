@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from itertools import groupby
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -215,28 +215,27 @@ def _same(leaf: Leaf, name: str, value: Value) -> bool:
 
 def _table(plan: Plan, name: str, found: Sequence[_Found]) -> CurveTable:
     want = tuple(n for n in plan.want if n != name)
-    runs = [run for one in found for run in _runs(one, want)]
-    rows = [(number, row) for number, run in enumerate(runs, start=1) for row in run.rows]
+    rows, branches = list[_Row](), list[Branch]()
+    for run, closed, start, end in (run for one in found for run in _runs(one, want)):
+        folds = [(place, row) for place, row in enumerate(run, len(rows)) if row.point.fold]
+        limits = tuple(Limit(float(row.point.z[-1]), row.greatest, place) for place, row in folds)
+        last = len(rows) + len(run)
+        branches.append(Branch(len(branches) + 1, len(rows), last, closed, start, end, limits))
+        rows += run
     columns = {
-        name: np.array([row.point.z[-1] for _, row in rows], dtype=np.float64),
-        **{n: column_of([row.values.get(n) for _, row in rows], n) for n in want},
+        name: np.array([row.point.z[-1] for row in rows], dtype=np.float64),
+        **{n: column_of([row.values.get(n) for row in rows], n) for n in want},
     }
     labels = free_name("branch", columns), free_name("arc", columns)
-    columns[labels[0]] = np.array([number for number, _ in rows], dtype=np.int64)
-    columns[labels[1]] = np.array([row.point.arc for _, row in rows], dtype=np.float64)
-    status = np.array([CODES[row.status] for _, row in rows], dtype=np.int8)
-    branches, first = list[Branch](), 0
-    for number, run in enumerate(runs, 1):
-        folds = [(place, row) for place, row in enumerate(run.rows, first) if row.point.fold]
-        limits = tuple(Limit(float(row.point.z[-1]), row.greatest, place) for place, row in folds)
-        last = first + len(run.rows)
-        branches.append(Branch(number, first, last, run.closed, run.start, run.end, limits))
-        first = last
+    sizes = [branch.last - branch.first for branch in branches]
+    columns[labels[0]] = np.repeat(np.arange(1, len(branches) + 1), sizes)
+    columns[labels[1]] = np.array([row.point.arc for row in rows], dtype=np.float64)
+    status = np.array([CODES[row.status] for row in rows], dtype=np.int8)
     return CurveTable(columns, status, name, tuple(branches), labels, plan.model.files)
 
 
-class _Filled(NamedTuple):
-    """A row with its wanted values."""
+class _Row(NamedTuple):
+    """A row with its wanted values; ``greatest``: the swept variable rises before it."""
 
     point: CurvePoint
     greatest: bool
@@ -244,30 +243,23 @@ class _Filled(NamedTuple):
     values: Mapping[str, Value]
 
 
-class _Run(NamedTuple):
-    """Rows that are connected, and why there are none before and after."""
-
-    rows: tuple[_Filled, ...]
-    closed: bool
-    start: str
-    end: str
+_Run: TypeAlias = tuple[Sequence[_Row], bool, str, str]
+"""Rows that are connected, whether they close, and why there are none before and after."""
 
 
 def _runs(found: _Found, want: Sequence[str]) -> Iterator[_Run]:
     """The rows of a branch. Where nothing can have several values, they part where there is no answer."""
     curve, system = found.curve, found.system
     scale = curve.pieces[0].problem.scale
-    rows = tuple(_Filled(*row, *system.filled(row[0], want, scale)) for row in found.rows)
+    rows = [_Row(*row, *system.filled(row[0], want, scale)) for row in found.rows]
     start = _end(curve.first_end, rows[0].point.z, system)
     end = _end(curve.last_end, rows[-1].point.z, system)
     if len(system.names) > 1:
         # an end where the rules do not hold to rounding goes: a curve comes only near to where it ends
-        ends = () if curve.closed else (rows[0], rows[-1])
-        sound = (
-            r for r in rows if r.point.fold or r.status is Status.SOLVED or not any(r is e for e in ends)
-        )
-        if kept := tuple(sound):
-            yield _Run(kept, curve.closed, start, end)
+        edges = () if curve.closed else (0, len(rows) - 1)
+        kept = [r for k, r in enumerate(rows) if k not in edges or r.point.fold or r.status is Status.SOLVED]
+        if kept:
+            yield kept, curve.closed, start, end
         return
 
     @cache
@@ -289,9 +281,9 @@ def _runs(found: _Found, want: Sequence[str]) -> Iterator[_Run]:
             expect_time()
             ends_at = float(rows[place].point.z[-1]), float(rows[place + 1].point.z[-1])
             if any(parted(*ends_at, partial(value, name), turn(name)) for name in want):
-                yield _Run(rows[first : place + 1], False, begins, BREAK)
+                yield rows[first : place + 1], False, begins, BREAK
                 first, begins = place + 1, BREAK
-        yield _Run(rows[first : last + 1], False, begins, end if last == len(rows) - 1 else End.DOMAIN.value)
+        yield rows[first : last + 1], False, begins, end if last == len(rows) - 1 else End.DOMAIN.value
 
 
 def _end(end: End, z: Vector, system: CoreSystem) -> str:
