@@ -36,9 +36,9 @@ from rulesheets.evaluate import Undefined, holds
 from rulesheets.model import Model
 from solver import Result, Status
 from solver.accuracy.forward_error import forward_errors
-from solver.files.tables import CODES
+from solver.files.tables import CODES, column_of
 from solver.result import Solution
-from solver.sweeps import Plan
+from solver.sweeps import Plan, sweep_answers
 from solver.trace.llvm import available
 
 ROUGH = (0.0, 1.0, -1.0, 1e300, -1e300, 1e-300, math.nan)
@@ -247,7 +247,7 @@ def _swept(plan: Plan, asked: list[tuple[float, ...]], kind: str) -> Iterator[tu
             row = tuple(table[name][place] for name in plan.want)
             yield status, [row] if status is Status.SOLVED else []
         return
-    codes, answers = plan.sweep_all(*columns, jit=jit)
+    codes, answers = sweep_answers(plan, list(map(column_of, columns)), jit)
     for row, (code, count) in enumerate(zip(codes, answers.counts, strict=True)):
         every = [tuple(column[row] for column in plane) for plane in answers.planes[: int(count)]]
         yield by_code[int(code)], every

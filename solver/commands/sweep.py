@@ -21,7 +21,7 @@ from solver.commands.inputs import Option, Request, add_input_options, read_requ
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.commands.running import Command
 from solver.files import Printed, write_file
-from solver.files.tables import Chunk, CsvFile, Table, csv_head, csv_rows, joined, table_file, write_table
+from solver.files.tables import Chunk, CsvFile, Table, csv_head, csv_rows, joined, table_file
 from solver.path.planner import planner
 from solver.pictures.drawing import picture_kind
 from solver.sweeps import prepare
@@ -237,7 +237,7 @@ def follow(arguments: Namespace) -> int:
     names = heads(tuple(table), model)
     columns = table.having(dict(zip(names, shown_columns(table, model).values(), strict=True)))
     if arguments.output:
-        write_table(arguments.output, columns)
+        columns.write(arguments.output)
     else:
         sys.stdout.write((csv_head(names) + csv_rows(columns)).decode("utf-8"))
     late, count = expired(), len(table.branches)

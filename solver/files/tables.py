@@ -81,7 +81,7 @@ class Table(Mapping[str, NDArray[Any]], Shown):
 
     def words(self) -> list[str]:
         """The status of each row, as a word."""
-        return [str(self.STATUSES[code]) for code in self.status]
+        return [WORDS[code] for code in self.status]
 
     def __repr__(self) -> str:
         names = ", ".join(self._columns)
@@ -100,7 +100,14 @@ class Table(Mapping[str, NDArray[Any]], Shown):
         and E418 for a file that the model was read from.
         """
         expect_no_input(path, self._files)
-        write_table(path, self)
+        symbols = [name for name, column in self.items() if column.dtype == object]
+        file = table_file(path, tuple(self), symbols)
+        try:
+            file.add(self)
+        except BaseException:
+            file.discard()
+            raise
+        file.close()
 
     def having(self, columns: Mapping[str, NDArray[Any]]) -> Table:
         """The same rows with these columns."""
@@ -194,10 +201,11 @@ class ParquetFile:
 
     def __init__(self, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
         self._file = Replacement(path)
+        self.discard = self._file.discard
         try:
             self._arrow, self._parquet = _pyarrow()
         except RuleSheetError:
-            self._file.discard()
+            self.discard()
             raise
         self._path, self._names, self._symbols = path, tuple(names), frozenset(symbols)
         self._rooms: list[Array] = []
@@ -229,9 +237,6 @@ class ParquetFile:
             self.discard()
             raise
         self._file.keep()
-
-    def discard(self) -> None:
-        self._file.discard()
 
     def _kind(self, name: str, column: Array) -> type:
         return object if name in self._symbols else np.int32 if column.dtype.kind == "i" else float
@@ -478,15 +483,3 @@ def table_file(path: str, names: Sequence[str], symbols: Collection[str]) -> Csv
         message, notes = f"{path} has an ending that no table is written under", ".csv or .parquet"
         raise RuleSheetError(error("E442", message, notes=(f"choose a name that ends in {notes}",)))
     return CsvFile(Replacement(path), names) if ending in CSV else ParquetFile(path, names, symbols)
-
-
-def write_table(path: str, table: Table) -> None:
-    """Write a whole table. Raises RuleSheetError: E416, E441, E442."""
-    symbols = [name for name, column in table.items() if column.dtype == object]
-    file = table_file(path, tuple(table), symbols)
-    try:
-        file.add(table)
-    except BaseException:
-        file.discard()
-        raise
-    file.close()

@@ -217,28 +217,17 @@ class Plan:
         With ``jit`` the records are compiled to machine code (extra ``jit``), which pays from about 1e5 rows.
         Raises ValueError for columns of different lengths, ImportError where the extra is absent.
         """
-        arrays = self._columns(columns)
+        if len(columns) != len(self.inputs):
+            told = plural(len(self.inputs), "column")
+            raise TypeError(f"this plan is prepared for {told}, not for {len(columns)}")
+        arrays = [column_of(column, name) for name, column in zip(self.inputs, columns, strict=True)]
+        one_length(self.inputs, arrays)
         inputs = dict(zip(self.inputs, arrays, strict=True))
         if _is_long(self, arrays) and (table := _in_pieces(self, inputs, jit)) is not None:
             return table
         status, answers = sweep_answers(self, arrays, jit, steady=True)
         first = kept(arrays, answers, self.turns, len(status))
         return one_answer(inputs, self.want, status, answers, first, own=True)
-
-    def sweep_all(self, *columns: Column, jit: bool = False) -> tuple[NDArray[np.int8], Answers]:
-        """Every answer of each row for one or more arrays (n,) of numbers, and the status codes (n,).
-
-        Raises ValueError and ImportError as ``sweep`` does.
-        """
-        return sweep_answers(self, self._columns(columns), jit)
-
-    def _columns(self, columns: Sequence[Column]) -> list[Array]:
-        if len(columns) != len(self.inputs):
-            told = plural(len(self.inputs), "column")
-            raise TypeError(f"this plan is prepared for {told}, not for {len(columns)}")
-        arrays = [column_of(column, name) for name, column in zip(self.inputs, columns, strict=True)]
-        one_length(self.inputs, arrays)
-        return arrays
 
     @cached_property
     def turns(self) -> Array:

@@ -26,6 +26,7 @@ from solver.derivatives import tolerances_of
 from solver.facts import Status
 from solver.files import missing_extra, other_sweep
 from solver.files.tables import (
+    CODES,
     WORDS,
     Array,
     Chunk,
@@ -338,7 +339,7 @@ def resumed(path: str, work: Work, chunks: Iterator[Chunk]) -> tuple[list[Solved
     if not set(WORDS) >= set(words.tolist()):
         raise RuleSheetError(other_sweep(path, "it has rows without a status"))
     codes = np.array([WORDS.index(word) for word in words.tolist()], dtype=np.int8)
-    done = np.flatnonzero(codes != WORDS.index(str(Status.FAILED)))
+    done = np.flatnonzero(codes != CODES[Status.FAILED])
     values = dict(zip(work.names, columns, strict=True))
     values[work.names[-1]] = columns[-1].astype(np.int64)  # the numbers of answers
     table = Table(values, codes).rows(0, int(done[-1]) + 1 if len(done) else 0)
@@ -363,9 +364,6 @@ def _after(path: str, table: Table, chunks: Iterator[Chunk], inputs: Sequence[st
         raise RuleSheetError(other_sweep(path, "it has more rows"))
 
 
-_STATUSES = tuple(Status)
-
-
 class Outcome(NamedTuple):
     """``counts`` are the rows by status code, ``several`` those of which one of several answers is shown;
     ``interrupted`` says that there would have been more.
@@ -381,13 +379,13 @@ class Outcome(NamedTuple):
 
     @property
     def all_solved(self) -> bool:
-        return self.counts[_STATUSES.index(Status.SOLVED)] == self.rows
+        return self.counts[CODES[Status.SOLVED]] == self.rows
 
     def __str__(self) -> str:
         """``361 rows: 340 solved, 21 infeasible``."""
         if not self.rows:
             return "no rows"
-        pairs = zip(self.counts, _STATUSES, strict=True)
+        pairs = zip(self.counts, WORDS, strict=True)
         parts = ", ".join(f"{count:,} {status}" for count, status in pairs if count)
         told = f"{self.rows:,} {'row' if self.rows == 1 else 'rows'}: {parts}"
         if not self.several:
@@ -409,7 +407,7 @@ def run(
     ``progress`` hears the number of rows done. An interrupt ends the sweep and keeps what is done. Anything
     else that ends it early discards the sinks and is raised, as is a second interrupt.
     """
-    counts, several = [0] * len(_STATUSES), 0
+    counts, several = [0] * len(WORDS), 0
     with Interrupts() as interrupts:
         try:
             for piece in _each(pieces, interrupts):

@@ -197,22 +197,20 @@ def traced(system: CoreSystem, seed: Vector, scale: Vector) -> Curve | None:
     forward, end = _onward(system, problem, ahead)
     if end is End.CLOSED:
         return Curve(tuple(forward), end, end)
-    # turning the tangent around changes the sign of the bordered determinant
-    behind = ahead._replace(tangent=-ahead.tangent, orientation=-ahead.orientation)
-    backward, first_end = _onward(system, problem, behind)
+    backward, first_end = _onward(system, problem, _turned(ahead))
     # one run through both: the backward one turned around, arc lengths counted from its far end
+    pieces = [piece._replace(points=tuple(map(_turned, piece.points[::-1]))) for piece in backward[::-1]]
     length = backward[-1].points[-1].arc
-    pieces = []
-    for piece in reversed(backward):
-        turned = (
-            p._replace(tangent=-p.tangent, orientation=-p.orientation, arc=length - p.arc)
-            for p in reversed(piece.points)
-        )
-        pieces.append(Piece(piece.problem, tuple(turned)))
-    for piece in forward:
-        moved = (p._replace(arc=p.arc + length) for p in piece.points)
-        pieces.append(Piece(piece.problem, tuple(moved)))
-    return Curve(tuple(pieces), first_end, end)
+    moved = (
+        piece._replace(points=tuple(p._replace(arc=p.arc + length) for p in piece.points))
+        for piece in (*pieces, *forward)
+    )
+    return Curve(tuple(moved), first_end, end)
+
+
+def _turned(point: CurvePoint) -> CurvePoint:
+    """The same point on the way back: turning the tangent changes the sign of the bordered determinant."""
+    return point._replace(tangent=-point.tangent, arc=-point.arc, orientation=-point.orientation)
 
 
 def _onward(system: CoreSystem, problem: Problem, home: CurvePoint) -> tuple[list[Piece], End]:
@@ -258,15 +256,10 @@ def curve_rows(curve: Curve, values: Vector) -> Iterator[tuple[CurvePoint, bool]
 
 def _crossing(problem: Problem, here: CurvePoint, there: CurvePoint, value: float) -> CurvePoint | None:
     """From the end whose tangent is the steeper: that of a fold does not reach to the swept value."""
-    if here.fold:
-        back = CurvePoint(there.z, -there.tangent, 0.0, -there.orientation)
-        reach = float((here.z - there.z) / problem.scale @ back.tangent)
-        found = crossing(problem, back, reach, value)
-        if found is None:
-            return None
-        return CurvePoint(found.z, -found.tangent, there.arc - found.arc, -found.orientation)
-    reach = float((there.z - here.z) / problem.scale @ here.tangent)
-    return crossing(problem, here, reach, value)
+    begin, end = (_turned(there), here) if here.fold else (here, there)
+    reach = float((end.z - begin.z) / problem.scale @ begin.tangent)
+    found = crossing(problem, begin, reach, value)
+    return _turned(found) if here.fold and found is not None else found
 
 
 class Limit(NamedTuple):

@@ -37,7 +37,6 @@ from solver.files.tables import (
     heading,
     pieces,
     stacked,
-    write_table,
 )
 from solver.ranking.branches import Answers
 from solver.sweeps import Plan, workers
@@ -157,7 +156,7 @@ def test_rows_come_from_parquet_as_from_csv(
     outputs = []
     for ending in ("csv", "parquet"):
         rows, out = (str(tmp_path / f"{name}.{ending}") for name in ("rows", "out"))
-        write_table(rows, columns(values, [0, 0, 0]))
+        columns(values, [0, 0, 0]).write(rows)
         words = ("sweep", str(sheet), "--rows", rows, "--columns", "u,f", "--want", "v", "-o", out)
         assert main(words) == 1
         assert capsys.readouterr().err == "3 rows: 2 solved, 1 partial\n"
@@ -177,7 +176,7 @@ def test_a_variable_that_may_hold_symbols_is_known_beforehand() -> None:
 def test_parquet_without_pyarrow_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(RuleSheetError) as caught:
-        write_table(str(tmp_path / "x.parquet"), columns({"x": [1.0]}, [0]))
+        columns({"x": [1.0]}, [0]).write(str(tmp_path / "x.parquet"))
     assert caught.value.diagnoses[0].code == "E441"
     assert "pip install 'backsolve[parquet]'" in caught.value.diagnoses[0].notes
     assert list(tmp_path.iterdir()) == []
@@ -221,7 +220,7 @@ def test_what_is_no_file_is_written_directly(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     reader = subprocess.Popen(["cat", str(pipe)], stdout=subprocess.PIPE, text=True)
-    write_table(str(pipe), columns({"x": [1.0]}, [0]))
+    columns({"x": [1.0]}, [0]).write(str(pipe))
     assert reader.communicate(timeout=10)[0] == "x,status\n1,solved\n"
 
 

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import rulesheets
 import solver
 from solver.files.tables import CODES
+from solver.sweeps import sweep_answers
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable
 from solver.trace.order import Order
@@ -78,8 +79,8 @@ def test_rows_of_the_crank_have_the_answers_of_a_solve(
     model = rulesheets.load(str(MODELS / "offset_slider_crank" / "model.tk"))
     plan = solver.prepare(model, [driver], want, given_inputs)
     rows = np.random.default_rng(3).uniform(low, high, 60)
-    plan.sweep_all(rows, jit=jit)  # learns
-    codes, answers = plan.sweep_all(rows, jit=jit)
+    sweep_answers(plan, [rows], jit)  # learns
+    codes, answers = sweep_answers(plan, [rows], jit)
     ends = np.cumsum(np.maximum(answers.counts, 1))
     for place, number in enumerate(rows.tolist()):
         verdict, _ = plan.judged((number,))
@@ -100,7 +101,7 @@ def test_symbols_that_are_wanted_come_with_their_answers() -> None:
     )
     plan = solver.prepare(model, ["y"], ["x", "side"])
     for _ in range(2):
-        codes, answers = plan.sweep_all(np.array([4.0, -1.0, 0.25] * 8))
+        codes, answers = sweep_answers(plan, [np.array([4.0, -1.0, 0.25] * 8)], jit=False)
     assert answers.counts.tolist() == [2, 0, 2] * 8
     assert answers.listed()[0].tolist() == pytest.approx([2.0, -2.0, math.nan, 0.5, -0.5] * 8, nan_ok=True)
     assert answers.listed()[1].tolist() == ["right", "left", None, "right", "left"] * 8
