@@ -251,26 +251,24 @@ def parse_input(
     (E460, E461).
     """
     sign = next((sign for sign in _PLUS_MINUS if sign in text), "")
-    middle, _, size = text.rpartition(sign) if sign else ("", "", text)
-    measured = None if sign and size.rstrip().endswith("%") else parted(size)
-    if variable is not None and measured is not None:
-        value, tolerance = parse_input(f"{middle}{sign}{measured[0]}", place)
-        unit = measured[1]
+    written, _, size = text.rpartition(sign) if sign else (text, "", "")
+    percent, unit = size.rstrip().endswith("%"), ""
+    if variable is not None and not percent and (measured := parted(size if sign else written)):
+        last, unit = measured
+        written, size = (written, last) if sign else (last, "")
+    value = parse_value(written, place)
+    width = parse_value(size.strip().removesuffix("%"), place) if sign else 0.0
+    if sign and (isinstance(value, str) or isinstance(width, str) or width < 0.0):
+        raise RuleSheetError(no_tolerance(isinstance(value, str), place))
+    if variable is not None and unit:
         if isinstance(value, str):
             text = f"'{value} [{unit}]"
             where = place or Span(Source("<value>", text), 0, len(text))
             raise RuleSheetError(not_a_value(text, where, "a symbol has no unit"))
-        (number,) = converted([value], unit, variable, place)
-        if tolerance is not None and not tolerance.percent:
-            tolerance = Tolerance(converted([tolerance.size], unit, variable, place, difference=True)[0])
-        return number, tolerance
-    if not sign:
-        return parse_value(text, place), None
-    digits = size.strip().removesuffix("%")
-    value, width = parse_value(middle, place), parse_value(digits, place)
-    if isinstance(value, str) or isinstance(width, str) or width < 0.0:
-        raise RuleSheetError(no_tolerance(isinstance(value, str), place))
-    return value, Tolerance(width, digits != size.strip())
+        (value,) = converted([value], unit, variable, place)
+        if not percent:
+            (width,) = converted([float(width)], unit, variable, place, difference=True)
+    return value, Tolerance(float(width), percent) if sign else None
 
 
 def with_tolerances(model: Model, tolerances: Mapping[str, Tolerance]) -> Model:

@@ -34,11 +34,11 @@ def _unit(text: str) -> tuple[str | None, str | None]:
     return unit.strip() or None, display.strip() or None
 
 
-class Misplaced(Exception):
-    """A word that lines of this kind do not have; ``place`` is an offset into the code."""
+class Unparsed(Exception):
+    """A line that cannot be read; ``place`` is where, as an offset into the line's code."""
 
     def __init__(self, place: int) -> None:
-        super().__init__(f"misplaced at {place}")
+        super().__init__(f"not parsed beyond {place}")
         self.place = place
 
 
@@ -111,7 +111,7 @@ class Builder(Transformer[Any, Any]):
     def local(self, token: Any) -> nodes.Name:
         """``position.yB``: the figures of a sheet see the locals of its calls, its rules do not."""
         if self.kind != "mark":
-            raise Misplaced(token.start_pos + min(token.find(sign) for sign in ".#" if sign in token))
+            raise Unparsed(token.start_pos + min(token.find(sign) for sign in ".#" if sign in token))
         return nodes.Name(str(token), self._span(token))
 
     def call(self, name: Token, arguments: tuple[Expression, ...], closing: Token) -> nodes.Call:

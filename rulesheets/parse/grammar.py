@@ -16,7 +16,7 @@ from lark.lexer import PatternRE, TerminalDef
 from rulesheets import store
 from rulesheets.diagnosis import RuleSheetError, refuse
 from rulesheets.parse import alike, foreign, mistakes
-from rulesheets.parse.builder import Builder, Misplaced
+from rulesheets.parse.builder import Builder, Unparsed
 from rulesheets.parse.layout import Line
 from rulesheets.parse.stop import Stop, Word
 from rulesheets.syntax import Source
@@ -33,14 +33,6 @@ MOST_FORMS = 10_000
 """Forms of rules that are remembered at a time."""
 
 _GRAMMAR = os.path.join(os.path.dirname(__file__), os.pardir, "rules.lark")
-
-
-class Unparsed(Exception):
-    """A line that the grammar rejects; ``place`` is where, as an offset into the line's code."""
-
-    def __init__(self, place: int) -> None:
-        super().__init__(f"not parsed beyond {place}")
-        self.place = place
 
 
 class Grammar(threading.local):
@@ -85,8 +77,6 @@ class Grammar(threading.local):
             raise Unparsed(len(line.code) if ended else int(stop.token.start_pos or 0)) from None
         except UnexpectedCharacters as stop:
             raise Unparsed(int(stop.pos_in_stream or 0)) from None
-        except Misplaced as stop:
-            raise Unparsed(stop.place) from None
 
     def words(self, line: Line, kind: str) -> tuple[Word, ...]:
         """The words of a line, right or wrong: a character that no terminal matches is an ``UNKNOWN``."""

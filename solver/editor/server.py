@@ -117,36 +117,37 @@ def stretch(document: TextDocument, start: int, end: int) -> lsp.Range:
 # --- what is asked about a place ---
 
 
-def word_at(document: TextDocument, position: lsp.Position) -> tuple[Names, Word | None]:
-    names = Names(document.source)
-    return names, names.at(document.offset_at_position(position))
+def asked(server: Server, params: Any) -> tuple[TextDocument, Names, int, Word | None]:
+    """The document, its names, the place in it that is asked about, and the word there."""
+    document = server.document(params.text_document.uri)
+    names, offset = Names(document.source), document.offset_at_position(params.position)
+    return document, names, offset, names.at(offset)
+
+
+def beside(document: TextDocument, word: Word) -> Path:
+    """The file that a quoted path of a document means."""
+    return Path(document.path or ".").parent / word.text.strip('"')
 
 
 def used_files(document: TextDocument, names: Names) -> Iterator[Path]:
     """The files that a document names in ``use``, those that are there."""
-    folder = Path(document.path or ".").parent
-    for word in names.words:
-        path = folder / word.text.strip('"')
-        if word.kind == "path" and path.is_file():
-            yield path
+    paths = (beside(document, word) for word in names.words if word.kind == "path")
+    return filter(Path.is_file, paths)
 
 
 def defined(server: Server, params: lsp.DefinitionParams) -> lsp.Location | None:
     """Where a symbol is declared, in the document or in a file that it uses; of a path, its file."""
-    document = server.document(params.text_document.uri)
-    names, word = word_at(document, params.position)
+    document, names, _, word = asked(server, params)
     if word and word.kind == "path":
-        path = Path(document.path or ".").parent / word.text.strip('"')
         start = lsp.Position(0, 0)
-        return lsp.Location(str(from_fs_path(str(path.resolve()))), lsp.Range(start, start))
-    named = symbol(word) if word else None
-    if named is None:
+        return lsp.Location(_uri(beside(document, word)), lsp.Range(start, start))
+    if word is None or (named := symbol(word)) is None:
         return None
     function, dot, local = named.name.partition(".")
     texts = [(document, names)]
     for path in used_files(document, names):
         text = read_source(path).text
-        texts.append((TextDocument(str(from_fs_path(str(path.resolve()))), text), Names(text)))
+        texts.append((TextDocument(_uri(path), text), Names(text)))
     wanted = Symbol(local, function.partition("#")[0].lower()) if dot else named
     for other, known in texts if dot or named.function else texts[:1]:
         if word := known.definition(wanted):
@@ -154,9 +155,12 @@ def defined(server: Server, params: lsp.DefinitionParams) -> lsp.Location | None
     return None
 
 
+def _uri(path: Path) -> str:
+    return str(from_fs_path(str(path.resolve())))
+
+
 async def hover(server: Server, params: lsp.HoverParams) -> lsp.Hover | None:
-    document = server.document(params.text_document.uri)
-    _, word = word_at(document, params.position)
+    document, _, _, word = asked(server, params)
     if word is None or not (said := await explained(server, document, word)):
         return None
     content = lsp.MarkupContent(lsp.MarkupKind.Markdown, said)
@@ -189,10 +193,8 @@ async def explained(server: Server, document: TextDocument, word: Word) -> str:
 
 def completions(server: Server, params: lsp.CompletionParams) -> Iterator[lsp.CompletionItem]:
     """Names of the scope, functions and keywords; symbols after ``'``."""
-    document = server.document(params.text_document.uri)
-    names, offset = Names(document.source), document.offset_at_position(params.position)
+    document, names, offset, word = asked(server, params)
     kinds = lsp.CompletionItemKind
-    word = names.at(offset)
     if word and word.kind in ("comment", "unit", "path"):
         return
     if word and (word.kind == "symbol" or word.text == "'"):
@@ -216,10 +218,8 @@ def completions(server: Server, params: lsp.CompletionParams) -> Iterator[lsp.Co
 
 async def renamed(server: Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
     """The edit that renames a symbol in one document. Raises for one that other files share."""
-    document = server.document(params.text_document.uri)
-    names, word = word_at(document, params.position)
-    named = symbol(word) if word else None
-    new = params.new_name
+    document, names, _, word = asked(server, params)
+    named, new = symbol(word) if word else None, params.new_name
     if named is None or "." in named.name:
         raise JsonRpcInvalidParams("only variables, points and functions of this file can be renamed")
     if not NAME.fullmatch(new) or new.lower() in RESERVED:
@@ -229,16 +229,14 @@ async def renamed(server: Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit
     if named.function and names.definition(named) is None:
         raise JsonRpcInvalidParams(f"{named.name} is defined in another file")
     places = names.places[named]
-    text, end = "", 0
-    for place in places:
-        text, end = text + document.source[end : place.start] + new, place.end
-    before, after = (
-        await server.check(document, document.source),
-        await server.check(document, text + document.source[end:]),
-    )
+    edits = [lsp.TextEdit(stretch(document, place.start, place.end), new) for place in places]
+    text = document.source
+    before = await server.check(document, text)
+    for place in reversed(places):
+        text = text[: place.start] + new + text[place.end :]
+    after = await server.check(document, text)
     if "wrong" in after and "wrong" not in before:
         raise JsonRpcInvalidParams(f"then this is wrong: {after['wrong'][0]['message']}")
-    edits = [lsp.TextEdit(stretch(document, place.start, place.end), new) for place in places]
     return lsp.WorkspaceEdit(changes={document.uri: edits})
 
 
