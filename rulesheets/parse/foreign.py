@@ -1,19 +1,131 @@
-"""Lines that other languages have, and misspelt heads of sections."""
+"""Where reading a line stopped; forms of other languages, misspelt heads, and lines too deep to read."""
 
 from __future__ import annotations
 
 import re
 import unicodedata
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
+
+from lark import Token
 
 from rulesheets.diagnosis import PROPERTIES, WRITE_IN_PYTHON, Diagnosis, closest, said
 from rulesheets.parse.layout import LONGEST, NESTING, Line
-from rulesheets.parse.stop import Stop
 from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import Condition, Expression, IfRule, Product, Quotient, RuleBody, children
 
 _CHAIN = (Product, Quotient)
+
+OPERATORS = frozenset("+-*/^=<>,;~") | {"<=", ">=", "<>", "≤", "≥", "≠"}
+LINKS = frozenset({"_AND", "_OR", "NOT"})
+_OPERANDS = frozenset({"NAME", "NUMBER", "SYMBOL", "LPAR", "GIVEN"})
+_ENDS = frozenset({"NAME", "NUMBER", "SYMBOL", "RPAR"})
+
+
+class Word(Token):
+    """A word with its kind (``type``) and its place in the code."""
+
+    start_pos: int
+    end_pos: int
+
+    @property
+    def relates(self) -> bool:
+        """Whether it is ``=`` or a sign of order."""
+        return self.type == "RELATION" or self == "="
+
+
+_NONE = Word("", "", 0, end_pos=0)
+"""What stands before the first word of a line and after the last: empty, and of no kind."""
+
+
+@dataclass(frozen=True)
+class Stop:
+    """The words of a line, and the index of the first one that does not fit (their number at the end)."""
+
+    source: Source
+    line: Line
+    words: tuple[Word, ...]
+    index: int
+
+    @property
+    def word(self) -> Word:
+        """The word that does not fit."""
+        return self.at(self.index)
+
+    @property
+    def before(self) -> Word:
+        return self.at(self.index - 1)
+
+    @property
+    def after(self) -> Word:
+        return self.at(self.index + 1)
+
+    def at(self, index: int) -> Word:
+        return self.words[index] if 0 <= index < len(self.words) else _NONE
+
+    # --- what kinds of words stand here ---
+
+    @property
+    def begins_operand(self) -> bool:
+        return self.word.type in _OPERANDS
+
+    @property
+    def follows_operand(self) -> bool:
+        return self.before.type in _ENDS
+
+    @property
+    def lacks_operand(self) -> bool:
+        """Whether something should stand between the word before and this one."""
+        before = self.before
+        return not before or before in OPERATORS or before == "(" or before.type in LINKS
+
+    @property
+    def adjacent(self) -> bool:
+        """Whether no blank parts the word from the one before."""
+        return bool(self.word and self.before) and self.word.start_pos == self.before.end_pos
+
+    def line_ends_before(self, index: int) -> bool:
+        """Whether a line of text ends between a word and the one before it."""
+        between = self.line.code[self.at(index - 1).end_pos : self.at(index).start_pos]
+        return 0 < index < len(self.words) and "\n" in between
+
+    def count(self, kind: str) -> int:
+        """How many words of a kind stand before the stop."""
+        return sum(word.type == kind for word in self.words[: self.index])
+
+    @property
+    def condition(self) -> tuple[Word, ...] | None:
+        """The words after an ``if`` that waits for its ``then``, up to the stop; None outside."""
+        for index in range(min(self.index, len(self.words)) - 1, -1, -1):
+            if self.words[index].type == "_THEN":
+                return None
+            if self.words[index].type == "IF":
+                return self.words[index + 1 : self.index]
+        return None
+
+    # --- places ---
+
+    def span(self, first: Word, last: Word | None = None) -> Span:
+        """The place of a word, or of all from one to another; the end of the line for none."""
+        if not first:
+            return Span(self.source, self.line.end, self.line.end + 1)
+        last = last or first
+        return Span(self.source, self.line.start + first.start_pos, self.line.start + last.end_pos)
+
+    @property
+    def here(self) -> Span:
+        return self.span(self.word)
+
+    @property
+    def whole(self) -> Span:
+        return self.span(self.words[0], self.words[-1])
+
+    def text(self, first: Word, last: Word) -> str:
+        return " ".join(self.line.code[first.start_pos : last.end_pos].split())
+
+
+# --- forms of other languages ----------------------------------------------------
 
 _NAME = r"(?P<name>[^\W\d]\w*)"
 _INDEX = r"(?:\d+|[ijkn])(?:\s*[-+]\s*\d+)?"

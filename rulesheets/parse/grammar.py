@@ -17,8 +17,8 @@ from rulesheets import store
 from rulesheets.diagnosis import RuleSheetError, refuse
 from rulesheets.parse import alike, foreign, mistakes
 from rulesheets.parse.builder import Builder, Unparsed
+from rulesheets.parse.foreign import Stop, Word
 from rulesheets.parse.layout import Line
-from rulesheets.parse.stop import Stop, Word
 from rulesheets.syntax import Source
 from rulesheets.syntax.forms import Form
 from rulesheets.syntax.nodes import Equality, Inequality
