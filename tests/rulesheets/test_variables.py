@@ -81,6 +81,12 @@ def test_what_is_wrong_is_told_with_its_place(tmp_path, text, code, line, column
         assert (span.line, span.column) == (line, column)
 
 
+def test_rows_of_no_variable_are_told_beside_the_others(tmp_path):
+    with pytest.raises(RuleSheetError) as caught:
+        read(tmp_path, "Name,Input,St\nAO,3,L\n,3,\nA0,3,\nAB,3,X\n")
+    assert codes(caught) == ["E412", "E413", "E407", "E412"]
+
+
 def test_all_wrong_rows_are_told_at_once(tmp_path):
     with pytest.raises(RuleSheetError) as caught:
         read(tmp_path, "Name,Input\nA0,3\nAO,1/0\n")
