@@ -152,7 +152,7 @@ def resolve_fold(system: ManyDigits, start: Sequence[float], scale: Sequence[flo
     for sizes in (own, typical) if typical != own else (own,):
         vectors = null_vectors(system, start, sizes)
         with suppress(Undefined, OverflowError, Singular, ZeroDivisionError):
-            if vectors and (fold := _Reduction(system, start, *vectors, sizes).resolve()):
+            if vectors and (fold := _Reduction(system, start, vectors, sizes).resolve()):
                 return fold
     return None
 
@@ -186,23 +186,19 @@ def null_vectors(
 
 
 class _Reduction:
-    """μ(t) along the null direction, by Newton on the bordered system."""
+    """μ(t) along the null direction, by Newton on the bordered system; ``vectors`` are v and u."""
 
     def __init__(
         self,
         system: ManyDigits,
         start: Sequence[float],
-        right: Sequence[float],
-        left: Sequence[float],
+        vectors: tuple[Sequence[float], Sequence[float]],
         sizes: Sequence[float],
     ) -> None:
-        mp = system.mp
-        self.system, self.mp, self.tiny = system, mp, system.tiny
-        self.start = [mp.mpf(v) for v in start]
-        self.along = [mp.mpf(v / s) for v, s in zip(right, sizes, strict=True)]
-        self.across = [mp.mpf(u) for u in left]
-        self.sizes = sizes
-        self.x, self.mu = list(self.start), mp.zero
+        self.system, self.mp, self.tiny, self.sizes = system, system.mp, system.tiny, sizes
+        self.start, self.across = (list(map(self.mp.mpf, numbers)) for numbers in (start, vectors[1]))
+        self.along = [self.mp.mpf(v / s) for v, s in zip(vectors[0], sizes, strict=True)]
+        self.x, self.mu = self.start, self.mp.zero
 
     def resolve(self) -> Fold | None:
         t, curvature = self._extreme()

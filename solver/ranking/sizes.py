@@ -138,7 +138,7 @@ def nearly_balanced(rules: Alike, unknowns: Sequence[str], known: Mapping[str, f
             lines = height + row[:, None] * count + np.arange(count)
             entries.append((shares[asked], lines[asked], at[column][asked]))
             rows = height + len(matrix) * count, width + free.size
-    if not entries:
+    if not rows[0]:
         return np.ones(n)
     data, lines, mine = (np.concatenate(parts) for parts in zip(*entries, strict=True))
     found = sparse_least_squares((data, lines, mine), rows, np.concatenate(rhs))[:n]

@@ -228,12 +228,12 @@ class Explorer:
 
     def _reopened(self, branch: Branch) -> bool:
         """Take up blocks again that determined too little, and of which more is known now."""
-        lost = {id(fact): fact for fact in branch.void.values() if isinstance(fact, RankLoss)}
-        waiting = {i for i, fact in lost.items() if any(name in branch.values for name in fact.free)}
-        for equation in [e for e, fact in branch.void.items() if id(fact) in waiting]:
+        lost = {e: fact.free for e, fact in branch.void.items() if isinstance(fact, RankLoss)}
+        again = [e for e, free in lost.items() if any(name in branch.values for name in free)]
+        for equation in again:
             del branch.void[equation]
             branch.settled.discard(equation)
-        return bool(waiting)
+        return bool(again)
 
     def _broken(self, branch: Branch) -> bool:
         """Whether the branch leads to no answer, by a requirement on what is known. Whole turns of an angle

@@ -204,9 +204,7 @@ def _bound(name: str, given: float, feasible: Callable[[float], bool]) -> Bound 
 
 def rounded(value: float, digits: int = 6) -> float:
     """The number with so many digits."""
-    if value == 0.0 or not math.isfinite(value):
-        return value
-    return round(value, digits - 1 - math.floor(math.log10(abs(value))))
+    return float(f"{value:.{digits}g}")
 
 
 def _edge(feasible: Callable[[float], bool], given: float) -> float | None:
