@@ -64,6 +64,10 @@ class Assume(NamedTuple):
 
     condition: int
 
+    @property
+    def conditions(self) -> tuple[int, ...]:
+        return (self.condition,)
+
 
 class Check(NamedTuple):
     """Evaluate an equation all of whose variables are known: a redundant rule."""

@@ -180,16 +180,13 @@ Bound: TypeAlias = tuple[float, int]
 
 def possible(signs: Iterable[Signed], known: Mapping[str, Value]) -> bool:
     """Whether the assumed signs leave every quantity a value."""
-    bounds: dict[Quantity, list[tuple[Bound, Bound]]] = {}
-    for pair, sign in signs:
-        found = _bounds(pair, sign, known)
+    ranges: dict[Quantity, tuple[Bound, Bound]] = {}
+    for found in (_bounds(pair, sign, known) for pair, sign in signs):
         if found is not None:
-            bounds.setdefault(found[0], []).append(found[1])
-    return all(
-        max(low for low, _ in each) <= min(high for _, high in each)
-        for each in bounds.values()
-        if len(each) > 1
-    )
+            quantity, (low, high) = found
+            least, most = ranges.get(quantity, (low, high))
+            ranges[quantity] = max(low, least), min(high, most)
+    return all(low <= high for low, high in ranges.values())
 
 
 def compatible(premises: Iterable[tuple[Condition, bool]], known: Mapping[str, Value]) -> bool:

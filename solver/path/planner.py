@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from heapq import heappop, heappush
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 from rulesheets.deadline import expect_time
 from rulesheets.model import Model, Premise, Value
@@ -107,14 +107,10 @@ def needed_steps(
 
 def read_by(graph: ModelGraph, step: Step) -> Iterator[str]:
     """The variables of the equations of a step, and of the conditions that it asks or that guard them."""
-    conditions: tuple[int, ...] = ()
-    if isinstance(step, Decide):
-        conditions = step.conditions
-    elif isinstance(step, Assume):
-        conditions = (step.condition,)
-    for equation in equations_of(step):
-        yield from graph.model.equations[equation].names
-        conditions = (*conditions, *(p.condition for p in graph.model.equations[equation].guard))
+    conditions = step.conditions if isinstance(step, Decide | Assume) else ()
+    for equation in (graph.model.equations[index] for index in equations_of(step)):
+        yield from equation.names
+        conditions = (*conditions, *(premise.condition for premise in equation.guard))
     for condition in conditions:
         yield from (graph.names[v] for v in graph.condition_occurs[condition])
 
@@ -287,18 +283,12 @@ def _value_said(condition: Condition) -> tuple[str, float | str] | None:
     return None
 
 
-Key: TypeAlias = tuple[
-    frozenset[str], frozenset[tuple[int, bool]], frozenset[int], frozenset[str] | None, bool
-]
-"""What a path answers to: known variables, outcomes of conditions, void equations, wanted variables."""
-
-
 @dataclass(eq=False)
 class Planner:
     """Paths of one model, kept by the pattern that they answer to."""
 
     graph: ModelGraph
-    _paths: dict[Key, Path] = field(default_factory=dict)
+    _paths: dict[tuple[Any, ...], Path] = field(default_factory=dict)
 
     def path(
         self,
@@ -314,20 +304,17 @@ class Planner:
         satisfy them, at the values at hand); ``want`` prunes to what these names need, and with ``required``
         to what direct steps of one value add for the requirements.
         """
-        key = (known, frozenset(decided.items()), void, want, required)
-        found = self._paths.get(key)
-        if found is None:
-            found = _Building(self.graph, known, decided, void, want, required).run()
-            self._paths[key] = found
-        return found
+        key = known, frozenset(decided.items()), void, want, required
+        if key not in self._paths:
+            self._paths[key] = _Building(self.graph, known, decided, void, want, required).run()
+        return self._paths[key]
 
 
 def planner(model: Model) -> Planner:
     """The planner of a model, with every path that it has found so far."""
-    found = model.__dict__.get("_planner")
+    found: Planner | None = model.__dict__.get("_planner")
     if found is None:
-        found = Planner(ModelGraph(model))
-        model.__dict__["_planner"] = found
+        found = model.__dict__["_planner"] = Planner(ModelGraph(model))
     return found
 
 
@@ -378,13 +365,8 @@ class PathTree(NamedTuple):
 
 def question(path: Path) -> tuple[int, ...]:
     """The conditions on which it depends how a path goes on."""
-    match path.steps[-1:]:
-        case (Decide(conditions=conditions),):
-            return conditions
-        case (Assume(condition=condition),):
-            return (condition,)
-        case _:
-            return ()
+    last = path.steps[-1] if path.steps else None
+    return last.conditions if isinstance(last, Decide | Assume) else ()
 
 
 def path_tree(planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] | None = None) -> PathTree:

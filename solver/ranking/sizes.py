@@ -99,7 +99,7 @@ class Suggestions:
         rows = _Rows((*unknowns, *known), vanishing, nodes=_nodes(self.model.equations))
         for equation in self.model.equations:
             rows.read(equation)
-        a, k, c = rows.parts(len(unknowns), len(known))
+        a, k, c = rows.parts(len(unknowns))
         inverse = np.linalg.pinv(a, rcond=RANK)
         places = [unknowns.index(name) for name in names]
         determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - FREE
@@ -152,7 +152,7 @@ def _balance_of_shape(rule: Equation, names: int, zero: NDArray[np.bool_]) -> tu
     read = _Rows(every, {name for name, none in zip(every, zero, strict=True) if none}, cancelling=True)
     shape, _ = shape_of(rule)
     read.read(replace(rule, left=shape.left, right=shape.right))
-    matrix, _, constants = read.parts(len(every), 0)
+    matrix, _, constants = read.parts(len(every))
     return matrix, constants
 
 
@@ -206,7 +206,7 @@ class _Rows:
         shares = [1.0 if _is_level(part) else drops for part, _ in found]
         self._balance([term for _, term in found], EXACT if exact else 1.0, shares)
 
-    def parts(self, unknowns: int, known: int) -> tuple[Vector, Vector, Vector]:
+    def parts(self, unknowns: int) -> tuple[Vector, Vector, Vector]:
         """The matrix of the unknowns (and of free numbers), that of known numbers, and the constants."""
         width = len(self.places)
         matrix = np.zeros((len(self.rows), width + self.free))
@@ -398,7 +398,7 @@ class Scalings:
         for equation in equations:
             rows.read(equation)
         self.places = rows.places
-        matrix = rows.parts(len(names), 0)[0]
+        matrix = rows.parts(len(names))[0]
         if len(matrix) > matrix.shape[1]:
             matrix = np.asarray(np.linalg.qr(matrix, mode="r"))
         self.exponents = np.eye(matrix.shape[1])  # an orthonormal basis of the null space

@@ -138,8 +138,8 @@ def cures(asked: Asked, names: Sequence[str], patience: Patience) -> tuple[tuple
             break
         rest = {n: v for n, v in asked.inputs.items() if n != name}
         tried = patience.shown(explore(asked._replace(inputs=rest), brief=True))
-        leaves = [leaf for leaf in tried.leaves if leaf.solved]
-        values = [leaf.branch.values[name] for leaf in leaves if name in leaf.branch.values]
+        solved = (leaf.branch.values for leaf in tried.leaves if leaf.solved)
+        values = [one[name] for one in solved if name in one]
         given, numbers = asked.inputs[name], [value for value in values if isinstance(value, float)]
         if isinstance(given, float) and numbers:
             values = [min(numbers, key=lambda number: abs(number - given))]

@@ -179,6 +179,12 @@ def test_rule_that_holds_for_any_value_leaves_it_free(rules: tuple[str, ...]) ->
     assert "x is not determined" in said(result)
 
 
+def test_where_a_given_rule_is_undefined_all_that_stays_unknown_is_told() -> None:
+    result = solve("sin(x)/x = 2", "y = 3*w", x=0.0)
+    assert str(result.status) == "singular"
+    assert set(result.undetermined) == {"y", "w"}
+
+
 @pytest.mark.parametrize(
     ("rule", "roots"),
     [
