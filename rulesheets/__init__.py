@@ -14,23 +14,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rulesheets.algebra import sympy_equations as sympy_equations
-    from rulesheets.diagnosis import Diagnosis as Diagnosis
-    from rulesheets.diagnosis import Label as Label
-    from rulesheets.diagnosis import RuleSheetError as RuleSheetError
-    from rulesheets.diagnosis import Severity as Severity
-    from rulesheets.files import shipped_models as shipped_models
-    from rulesheets.inputs import in_unit as in_unit
-    from rulesheets.loading import load as load
-    from rulesheets.loading import loads as loads
-    from rulesheets.model import Equation as Equation
-    from rulesheets.model import Model as Model
-    from rulesheets.model import Premise as Premise
-    from rulesheets.model import Value as Value
-    from rulesheets.model import Variable as Variable
-    from rulesheets.registered import function as function
-    from rulesheets.syntax import Source as Source
-    from rulesheets.syntax import Span as Span
+    from rulesheets.algebra import sympy_equations
+    from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity
+    from rulesheets.files import shipped_models
+    from rulesheets.inputs import in_unit
+    from rulesheets.loading import load, loads
+    from rulesheets.model import Equation, Model, Premise, Value, Variable
+    from rulesheets.registered import function
+    from rulesheets.syntax import Source, Span
+
+__all__ = ["Diagnosis", "Equation", "Label", "Model", "Premise", "RuleSheetError", "Severity", "Source"]
+__all__ += ["Span", "Value", "Variable", "function", "in_unit", "load", "loads", "shipped_models"]
+__all__ += ["sympy_equations"]
 
 _NAMES = {
     "algebra": "sympy_equations",
@@ -43,9 +38,6 @@ _NAMES = {
     "syntax": "Source Span",
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
-
-
-__all__ = [*_HOMES]
 
 
 def __getattr__(name: str) -> object:

@@ -175,8 +175,7 @@ def _clipped_text(text: str) -> str:
 
 
 def _plain(text: str) -> str:
-    shown = text.replace("\t", "    ")
-    return shown if shown.isprintable() else "".join(c if c.isprintable() else " " for c in shown)
+    return "".join(c if c.isprintable() else " " for c in text.replace("\t", "    "))
 
 
 # --- the catalogue of codes --------------------------------------------------

@@ -20,21 +20,8 @@ from rulesheets.diagnosis import (
     suggestion,
 )
 from rulesheets.functions import PLANNED, TABLE
-from rulesheets.syntax import Span
-from rulesheets.syntax.nodes import (
-    Call,
-    CallRule,
-    Comparison,
-    Condition,
-    Equality,
-    Expression,
-    Function,
-    Given,
-    Name,
-    RuleBody,
-    Symbol,
-    children,
-)
+from rulesheets.syntax import Span, nodes
+from rulesheets.syntax.nodes import children
 from rulesheets.syntax.program import Program, bodies, components, names_of, rules_of, walk
 
 
@@ -68,7 +55,7 @@ class Scope:
     """The sheet itself, or one function of it."""
 
     program: Program
-    function: Function | None = None
+    function: nodes.Function | None = None
 
     @property
     def title(self) -> str:
@@ -82,26 +69,26 @@ class Scope:
         return (*self.function.arguments, *self.function.results, *self.function.parameters)
 
     @cached_property
-    def parts(self) -> list[RuleBody]:
+    def parts(self) -> list[nodes.RuleBody]:
         """What the rules consist of, in source order: scalar equalities, calls, conditions …"""
         rules = rules_of(self.function or self.program.sheet)
         every = (body for rule in rules for body in bodies(rule.body))
         return [part for body in every for part in components(body, self.program.functions)]
 
     @cached_property
-    def unlike(self) -> list[RuleBody]:
+    def unlike(self) -> list[nodes.RuleBody]:
         """The parts but for rules that are like others, of which nothing but the names is to be checked."""
-        return [part for part in self.parts if not isinstance(part, Equality) or part.like is None]
+        return [part for part in self.parts if not isinstance(part, nodes.Equality) or part.like is None]
 
     @cached_property
-    def nodes(self) -> list[Expression | Condition]:
+    def every(self) -> list[nodes.Expression | nodes.Condition]:
         """All that the rules are made of, in source order, but for rules that are like others."""
         return [node for part in self.unlike for operand in children(part) for node in walk(operand)]
 
     @cached_property
-    def places(self) -> dict[str, RuleBody]:
+    def places(self) -> dict[str, nodes.RuleBody]:
         """The variables in the rules, each with the first part that has it."""
-        found: dict[str, RuleBody] = {}
+        found: dict[str, nodes.RuleBody] = {}
         for part in self.parts:
             for name in names_of(part):
                 found.setdefault(name, part)
@@ -110,7 +97,7 @@ class Scope:
     def place(self, name: str) -> Span | None:
         """Where a variable stands first in the rules."""
         inside = (node for operand in children(self.places[name]) for node in walk(operand))
-        return next(node.span for node in inside if isinstance(node, Name) and node.name == name)
+        return next(node.span for node in inside if isinstance(node, nodes.Name) and node.name == name)
 
     @cached_property
     def names(self) -> dict[str, None]:
@@ -118,12 +105,12 @@ class Scope:
         return dict.fromkeys((*self.declared, *self.places))
 
     @cached_property
-    def calls(self) -> list[Call | CallRule]:
+    def calls(self) -> list[nodes.Call | nodes.CallRule]:
         """Calls with results beside them (``call f(a; x)``, ``x = f(a)``), then those in expressions."""
-        rules = [part for part in self.parts if isinstance(part, CallRule)]
-        return [*rules, *(node for node in self.nodes if isinstance(node, Call))]
+        rules = [part for part in self.parts if isinstance(part, nodes.CallRule)]
+        return [*rules, *(node for node in self.every if isinstance(node, nodes.Call))]
 
-    def callees(self) -> Iterator[tuple[Call | CallRule, Function]]:
+    def callees(self) -> Iterator[tuple[nodes.Call | nodes.CallRule, nodes.Function]]:
         """Every call of a rule function that exists, with that function."""
         for call in self.calls:
             function = self.program.functions.get(call.function.lower())
@@ -134,22 +121,22 @@ class Scope:
 # --- places ---------------------------------------------------------------------
 
 
-def head_of(function: Function) -> Span | None:
+def head_of(function: nodes.Function) -> Span | None:
     """The first line of a function: what it is called and what it takes."""
     span = function.span
     return span and span.part(0, len(span.text.partition("\n")[0].split('"')[0].rstrip()))
 
 
-def name_in(call: Call | CallRule) -> Span | None:
+def name_in(call: nodes.Call | nodes.CallRule) -> Span | None:
     """The place of the function's name in a call."""
     span = call.span
     if span is None:
         return None
-    start = span.text.lower().find(call.function.lower(), 4 if isinstance(call, CallRule) else 0)
+    start = span.text.lower().find(call.function.lower(), 4 if isinstance(call, nodes.CallRule) else 0)
     return span if start < 0 else span.part(start, len(call.function))
 
 
-def _usage(function: Function) -> str:
+def _usage(function: nodes.Function) -> str:
     """``position(thetaAO; xA, xB)`` as the head says it."""
     return f"{function.name}({', '.join(function.arguments)}; {', '.join(function.results)})"
 
@@ -165,17 +152,19 @@ _ELSEWHERE = {
 """What stands in place of functions that people know from EES."""
 
 
-def _check_rule_function(call: Call | CallRule, function: Function, scope: Scope) -> Iterator[Diagnosis]:
+def _check_rule_function(
+    call: nodes.Call | nodes.CallRule, function: nodes.Function, scope: Scope
+) -> Iterator[Diagnosis]:
     name, head = function.name, head_of(function)
     if len(call.arguments) != len(function.arguments):
         expected = plural(len(function.arguments), "argument")
         yield _argument_count(call, name, expected, _usage(function), head)
-    given = len(call.results) if isinstance(call, CallRule) else 1
+    given = len(call.results) if isinstance(call, nodes.CallRule) else 1
     if given != len(function.results):
         expected = plural(len(function.results), "result")
         message = f"{name} gives {expected}, not {given or 'none'}"
         note = f"it is called as {_usage(function)}"
-        if isinstance(call, Call):
+        if isinstance(call, nodes.Call):
             message = f"{name} has {expected}, so it has no single value in an expression"
             note = f"call it on a line of its own: call {_usage(function)}"
         places = labels((call.span, f"{plural(given, 'result')} asked for"), (head, "defined here"))
@@ -193,7 +182,7 @@ def _check_rule_function(call: Call | CallRule, function: Function, scope: Scope
 
 
 def _argument_count(
-    call: Call | CallRule, name: str, expected: str, usage: str, head: Span | None
+    call: nodes.Call | nodes.CallRule, name: str, expected: str, usage: str, head: Span | None
 ) -> Diagnosis:
     count = len(call.arguments)
     places = labels((call.span, f"{plural(count, 'argument')} given"), (head, "defined here"))
@@ -202,7 +191,7 @@ def _argument_count(
 
 
 def check_builtin(
-    call: Call | CallRule, own: Iterable[str] = (), variables: Iterable[str] = ()
+    call: nodes.Call | nodes.CallRule, own: Iterable[str] = (), variables: Iterable[str] = ()
 ) -> Iterator[Diagnosis]:
     """A call of no function of one's own; ``own`` and ``variables`` are what may be meant instead."""
     name, place = call.function.lower(), name_in(call)
@@ -225,7 +214,7 @@ def check_builtin(
             least, most = row.arity
             expected = f"{'' if most is not None else 'at least '}{plural(least, 'argument')}"
             yield _argument_count(call, call.function, expected, f"{call.function}({row.arguments})", None)
-        if isinstance(call, CallRule) and len(call.results) != 1:
+        if isinstance(call, nodes.CallRule) and len(call.results) != 1:
             message = f"{call.function} gives one result, not {len(call.results) or 'none'}"
             yield said("E204", message, call.span, f"write it in a rule: y = {call.function}(…)")
 
@@ -239,7 +228,7 @@ MAX_DEPTH = 100
 def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diagnosis]:
     """A diagnosis for a ring of calls, if there is one, else for calls that are too many or too deep."""
     scopes = {**functions, "": sheet}
-    calls: dict[str, dict[str, list[Call | CallRule]]] = {name: {} for name in scopes}
+    calls: dict[str, dict[str, list[nodes.Call | nodes.CallRule]]] = {name: {} for name in scopes}
     for name, scope in scopes.items():
         for call, function in scope.callees():
             calls[name].setdefault(function.name.lower(), []).append(call)
@@ -259,7 +248,7 @@ def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diag
         return
     sizes: dict[str, tuple[int, int]] = {}  # equations of a scope with its calls, and how deep these nest
     for name in inner_first:
-        equations = sum(isinstance(part, Equality) for part in scopes[name].parts)
+        equations = sum(isinstance(part, nodes.Equality) for part in scopes[name].parts)
         equations += sum(sizes[callee][0] * len(every) for callee, every in calls[name].items())
         sizes[name] = equations, max((1 + sizes[callee][1] for callee in calls[name]), default=0)
     equations, depth = sizes[""]
@@ -276,7 +265,7 @@ def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diag
 def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
     """Tuples of unlike length."""
     for part in scope.unlike:
-        if isinstance(part, Equality) and len(part.left) != len(part.right):
+        if isinstance(part, nodes.Equality) and len(part.left) != len(part.right):
             left, right = len(part.left), len(part.right)
             message = f"the two sides differ in length: {left} on the left, {right} on the right"
             note = "write as many expressions on either side, as in (a, b) = (c, d)"
@@ -297,22 +286,19 @@ def check_names(scope: Scope) -> Iterator[Diagnosis]:
     else:
         declared = [(name, head_of(scope.function)) for name in scope.declared]
     own = {function.name: function for function in scope.program.functions.values()}
-    for name, place in declared:
-        if _reserved(name):
-            yield _name_of_function(name, place, None)
-    for name in scope.places:
-        if (_reserved(name) or name in own) and name not in scope.declared:
-            yield _name_of_function(name, scope.place(name), own.get(name))
+    found: list[tuple[str, Span | None, nodes.Function | None]]
+    found = [(name, place, None) for name, place in declared if _reserved(name)]
+    others = (name for name in scope.places if name not in scope.declared)
+    found += [(n, scope.place(n), own.get(n)) for n in others if _reserved(n) or n in own]
+    for name, place, function in found:
+        use = f"{function.name}({', '.join(function.arguments)})" if function else f"{name}(x)"
+        note = f"call it as {use}, or give the variable another name"
+        message = f"{name} is a function, not a variable"
+        yield said("E210", message, place, note, label="the name of a function")
 
 
 def _reserved(name: str) -> bool:
     return name.lower() in TABLE and name.lower() not in FREE
-
-
-def _name_of_function(name: str, place: Span | None, function: Function | None) -> Diagnosis:
-    use = f"{function.name}({', '.join(function.arguments)})" if function else f"{name}(x)"
-    note = f"call it as {use}, or give the variable another name"
-    return said("E210", f"{name} is a function, not a variable", place, note, label="the name of a function")
 
 
 def check_rows(program: Program) -> Iterator[Diagnosis]:
@@ -332,7 +318,7 @@ def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
     for end in (end for limits in ranges for end in (limits.lower, limits.upper) if end is not None):
         yield from check_constant(end)
         for node in walk(end):
-            if isinstance(node, Name) and node.name not in scope.names:
+            if isinstance(node, nodes.Name) and node.name not in scope.names:
                 message = f"the end of a range names {node.name}, which is no variable of this sheet"
                 notes = suggestion(node.name, scope.names) or (f"no rule and no other row names {node.name}",)
                 yield said("E218", message, node.span, *notes)
@@ -341,28 +327,28 @@ def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
 def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
     """Symbols in arithmetic (not those that a call passes on), and those that are compared by order; names
     that ``given`` asks for."""
-    own, kinds = scope.program.functions, set(map(type, scope.nodes))
-    for node in () if kinds.isdisjoint((Symbol, Given)) else scope.nodes:
-        if isinstance(node, Call) and node.function.lower() in own:
+    own, kinds = scope.program.functions, set(map(type, scope.every))
+    for node in () if kinds.isdisjoint((nodes.Symbol, nodes.Given)) else scope.every:
+        if isinstance(node, nodes.Call) and node.function.lower() in own:
             continue
-        if isinstance(node, Given):
+        if isinstance(node, nodes.Given):
             if node.name not in scope.names:
                 message = f"given('{node.name}) asks for a variable that is not there"
                 notes = suggestion(node.name, scope.names) or (f"no rule and no row names {node.name}",)
                 yield said("E214", message, node.span, *notes)
-        elif not isinstance(node, Comparison):
+        elif not isinstance(node, nodes.Comparison):
             yield from _symbols_in(node)
         elif node.operator not in ("=", "<>"):
-            symbol = next((side for side in (node.left, node.right) if isinstance(side, Symbol)), None)
+            symbol = next((side for side in (node.left, node.right) if isinstance(side, nodes.Symbol)), None)
             if symbol is not None:
                 message = f"the symbol '{symbol.name} is neither greater nor smaller than anything"
                 note = "symbols are compared by = and <> only"
                 yield said("E212", message, node.span, note, label=f"compared by {node.operator}")
 
 
-def _symbols_in(node: Expression | Condition) -> Iterator[Diagnosis]:
+def _symbols_in(node: nodes.Expression | nodes.Condition) -> Iterator[Diagnosis]:
     for part in children(node):
-        if isinstance(part, Symbol):
+        if isinstance(part, nodes.Symbol):
             yield said(
                 "E211",
                 f"the symbol '{part.name} is no number, so there is no arithmetic with it",
@@ -373,15 +359,15 @@ def _symbols_in(node: Expression | Condition) -> Iterator[Diagnosis]:
             )
 
 
-def check_constant(expression: Expression) -> Iterator[Diagnosis]:
+def check_constant(expression: nodes.Expression) -> Iterator[Diagnosis]:
     """An input as written: numbers and built-in functions, no arithmetic with symbols."""
     for node in walk(expression):
-        if isinstance(node, Call):
+        if isinstance(node, nodes.Call):
             yield from check_builtin(node)
         yield from _symbols_in(node)
 
 
-def check_head(function: Function) -> Iterator[Diagnosis]:
+def check_head(function: nodes.Function) -> Iterator[Diagnosis]:
     place = head_of(function)
     if function.name.lower() in TABLE or function.name.lower() in PLANNED:
         message = f"{function.name} is a built-in function and cannot be defined anew"

@@ -5,24 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from rulesheets.syntax import Source, Span
-from rulesheets.syntax.nodes import (
-    Call,
-    CallRule,
-    Condition,
-    Equality,
-    Expression,
-    Function,
-    IfRule,
-    Name,
-    Rule,
-    RuleBody,
-    RuleSheet,
-    UnitRow,
-    VariableRow,
-    children,
-    names,
-)
+from rulesheets.syntax import Source, Span, nodes
+from rulesheets.syntax.nodes import children, names
 
 
 class Program(NamedTuple):
@@ -33,69 +17,69 @@ class Program(NamedTuple):
     files that have registered functions for it.
     """
 
-    sheet: RuleSheet
-    functions: Mapping[str, Function]
-    units: Sequence[UnitRow] = ()
+    sheet: nodes.RuleSheet
+    functions: Mapping[str, nodes.Function]
+    units: Sequence[nodes.UnitRow] = ()
     texts: Sequence[Source] = ()
     links: Sequence[tuple[str, str]] = ()
     python: Sequence[str] = ()
 
     @property
-    def rows(self) -> tuple[VariableRow, ...]:
+    def rows(self) -> tuple[nodes.VariableRow, ...]:
         """The rows of the variables section, without its comment lines and settings."""
-        rows = (row for row in self.sheet.variables or () if isinstance(row, VariableRow))
+        rows = (row for row in self.sheet.variables or () if isinstance(row, nodes.VariableRow))
         return tuple(row for row in rows if _setting(row.name, row.value) is None)
 
     @property
     def limits(self) -> bool:
         """Whether the sheet says ``limits = yes``, in its variables section or among its rules."""
-        rows = (row for row in self.sheet.variables or () if isinstance(row, VariableRow))
+        rows = (row for row in self.sheet.variables or () if isinstance(row, nodes.VariableRow))
         settings = [_setting(row.name, row.value) for row in rows]
-        settings += [_said(rule) for rule in self.sheet.rules if isinstance(rule, Rule)]
+        settings += [_said(rule) for rule in self.sheet.rules if isinstance(rule, nodes.Rule)]
         return next((setting for setting in reversed(settings) if setting is not None), False)
 
 
-def _setting(name: str, value: Expression | None) -> bool | None:
+def _setting(name: str, value: nodes.Expression | None) -> bool | None:
     """What ``limits = yes`` and ``limits = no`` say; None for anything else."""
-    if name != "limits" or not isinstance(value, Name) or value.name not in ("yes", "no"):
+    if name != "limits" or not isinstance(value, nodes.Name) or value.name not in ("yes", "no"):
         return None
     return value.name == "yes"
 
 
-def _said(rule: Rule) -> bool | None:
+def _said(rule: nodes.Rule) -> bool | None:
     match rule.body:
-        case Equality(like=like) if like is not None and len(like.names) != 2:
+        case nodes.Equality(like=like) if like is not None and len(like.names) != 2:
             return None
-        case Equality((Name(name),), (value,)):
+        case nodes.Equality((nodes.Name(name),), (value,)):
             return _setting(name, value)
         case _:
             return None
 
 
-def rules_of(owner: RuleSheet | Function) -> Iterator[Rule]:
+def rules_of(owner: nodes.RuleSheet | nodes.Function) -> Iterator[nodes.Rule]:
     """The rules of a sheet or a function, without settings and the comment lines between them."""
-    return (rule for rule in owner.rules if isinstance(rule, Rule) and _said(rule) is None)
+    return (rule for rule in owner.rules if isinstance(rule, nodes.Rule) and _said(rule) is None)
 
 
-def bodies(body: RuleBody) -> Iterator[RuleBody]:
+def bodies(body: nodes.RuleBody) -> Iterator[nodes.RuleBody]:
     """A rule body and every body nested in its arms, in source order."""
-    stack: list[RuleBody] = [body]
+    stack: list[nodes.RuleBody] = [body]
     while stack:
         item = stack.pop()
         yield item
-        if isinstance(item, IfRule):
+        if isinstance(item, nodes.IfRule):
             stack.extend(arm for arm in (item.otherwise, item.then) if arm is not None)
 
 
-def names_of(body: RuleBody) -> Iterable[str]:
+def names_of(body: nodes.RuleBody) -> Iterable[str]:
     """The variables of a rule, not of its arms, left to right."""
-    if isinstance(body, Equality) and body.like is not None:
+    if isinstance(body, nodes.Equality) and body.like is not None:
         found: Iterable[str] = body.like.names
         return found
     return (name for operand in children(body) for name in names(operand))
 
 
-def walk(*roots: Expression | Condition) -> Iterator[Expression | Condition]:
+def walk(*roots: nodes.Expression | nodes.Condition) -> Iterator[nodes.Expression | nodes.Condition]:
     """Nodes and all their parts, each before its own parts, left to right."""
     stack = [*reversed(roots)]
     while stack:
@@ -104,13 +88,13 @@ def walk(*roots: Expression | Condition) -> Iterator[Expression | Condition]:
         stack.extend(reversed(children(item)))
 
 
-def components(rule: RuleBody, functions: Mapping[str, Function]) -> tuple[RuleBody, ...]:
+def components(rule: nodes.RuleBody, functions: Mapping[str, nodes.Function]) -> tuple[nodes.RuleBody, ...]:
     """An equality as scalar equalities and calls, in order; any other rule alone.
 
     ``(x, y) = f(a)`` and ``x = f(a)`` are calls of f with these results. Sides of
     unlike length that no call explains come back as they are.
     """
-    if not isinstance(rule, Equality) or rule.like is not None:
+    if not isinstance(rule, nodes.Equality) or rule.like is not None:
         return (rule,)
     if len(rule.left) == len(rule.right) == 1 and not functions:
         return (rule,)
@@ -125,15 +109,21 @@ def components(rule: RuleBody, functions: Mapping[str, Function]) -> tuple[RuleB
 
 
 def _component(
-    left: Expression, right: Expression, span: Span | None, functions: Mapping[str, Function]
-) -> Equality | CallRule:
+    left: nodes.Expression,
+    right: nodes.Expression,
+    span: Span | None,
+    functions: Mapping[str, nodes.Function],
+) -> nodes.Equality | nodes.CallRule:
     call = _as_call(right, (left,), span, functions) or _as_call(left, (right,), span, functions)
-    return call or Equality((left,), (right,), span)
+    return call or nodes.Equality((left,), (right,), span)
 
 
 def _as_call(
-    side: Expression, results: tuple[Expression, ...], span: Span | None, functions: Mapping[str, Function]
-) -> CallRule | None:
-    if not isinstance(side, Call) or side.function not in functions:
+    side: nodes.Expression,
+    results: tuple[nodes.Expression, ...],
+    span: Span | None,
+    functions: Mapping[str, nodes.Function],
+) -> nodes.CallRule | None:
+    if not isinstance(side, nodes.Call) or side.function not in functions:
         return None
-    return CallRule(side.function, side.arguments, results, side.span or span)
+    return nodes.CallRule(side.function, side.arguments, results, side.span or span)

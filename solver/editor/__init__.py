@@ -77,56 +77,46 @@ def _code(text: str) -> Iterator[Word]:
         if head and head != "parameters":
             scope = scope if head == "rules" else ""
             section, shared = head, shared if scope else set()
-        place = _Place(section, head)
-        for match in _WORD.finditer(line.code):
-            kind, said = place.kind(match, line.code), match.group()
+        for match, kind, reckoned in _kinds(line.code, section, head):
+            said = match.group()
             if head == "function" and kind == "function":
                 scope = said.lower()
             if head == "parameters" and kind == "name":
                 shared.add(said)
             if head == "figure" and kind == "title":
                 scope = f"{said}:"
-            drawn = section == "figure" and not place.expression
+            drawn = section == "figure" and not reckoned
             within = scope if drawn or (section != "figure" and said not in shared) else ""
             yield Word(kind, line.start + match.start(), line.start + match.end(), said, within, section)
 
 
-@dataclass(slots=True)
-class _Place:
-    """Where the next word of a line stands. ``expression``: it is no point of a figure, but a variable."""
-
-    section: str
-    head: str
-    mark: str = ""
-    first: bool = True
-    expression: bool = False
-
-    def kind(self, match: re.Match[str], code: str) -> str:
-        first, self.first = self.first, False
+def _kinds(code: str, section: str, head: str) -> Iterator[tuple[re.Match[str], str, bool]]:
+    """Each word of a line with its kind, and whether it is no point of a figure, but a variable."""
+    mark, reckoned = "", False
+    for index, match in enumerate(_WORD.finditer(code)):
         kind, word = str(match.lastgroup), match.group().lower()
-        if self.section == "figure" and self.mark:
-            shape = KINDS[self.mark].shape
+        called, ranged = (following.match(code, match.end()) for following in (_CALLED, _RANGE))
+        if mark:
+            shape = KINDS[mark].shape
             opened = word == "(" and shape is Shape.COORDINATES
-            self.expression |= opened or (word == "," and shape is Shape.DIRECTED)
+            reckoned |= opened or (word == "," and shape is Shape.DIRECTED)
         if kind != "name":
-            return kind
-        if first and self.head:
-            return "head"
-        if first and self.section == "figure" and word in MARKS:
-            self.mark = word
-            return "mark"
-        if self.head == "figure":
-            return "title"
-        if self.section == "units":
-            return "unit"
-        called = _CALLED.match(code, match.end())
-        if word in KEYWORDS and (word in RESERVED or (word == "given" and called)):
-            return "keyword"
-        if word == "in" and _RANGE.match(code, match.end()):
-            return "keyword"
-        if called and not (self.section == "figure" and not self.expression):
-            return "builtin" if word in TABLE else "function"
-        return "constant" if match.group() == "pi" else "name"
+            pass
+        elif index == 0 and head:
+            kind = "head"
+        elif index == 0 and section == "figure" and word in MARKS:
+            kind, mark = "mark", word
+        elif head == "figure":
+            kind = "title"
+        elif section == "units":
+            kind = "unit"
+        elif word in RESERVED or (word == "given" and called) or (word == "in" and ranged):
+            kind = "keyword"
+        elif called and (section != "figure" or reckoned):
+            kind = "builtin" if word in TABLE else "function"
+        elif match.group() == "pi":
+            kind = "constant"
+        yield match, kind, reckoned
 
 
 class Symbol(NamedTuple):

@@ -5,39 +5,28 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import ClassVar
 
+from pygments import token
 from pygments.lexer import Lexer
-from pygments.token import (
-    Comment,
-    Error,
-    Keyword,
-    Name,
-    Number,
-    Operator,
-    Punctuation,
-    String,
-    Text,
-    _TokenType,
-)
 
 from solver.editor import words
 
 TOKENS = {
-    "number": Number,
-    "name": Name.Variable,
-    "symbol": String.Symbol,
-    "unit": Name.Label,
-    "path": String,
-    "operator": Operator,
-    "punctuation": Punctuation,
-    "error": Error,
-    "keyword": Keyword,
-    "head": Keyword.Namespace,
-    "mark": Keyword.Type,
-    "title": Name.Entity,
-    "constant": Name.Constant,
-    "builtin": Name.Builtin,
-    "function": Name.Function,
-    "comment": Comment,
+    "number": token.Number,
+    "name": token.Name.Variable,
+    "symbol": token.String.Symbol,
+    "unit": token.Name.Label,
+    "path": token.String,
+    "operator": token.Operator,
+    "punctuation": token.Punctuation,
+    "error": token.Error,
+    "keyword": token.Keyword,
+    "head": token.Keyword.Namespace,
+    "mark": token.Keyword.Type,
+    "title": token.Name.Entity,
+    "constant": token.Name.Constant,
+    "builtin": token.Name.Builtin,
+    "function": token.Name.Function,
+    "comment": token.Comment,
 }
 
 
@@ -49,13 +38,13 @@ class SheetLexer(Lexer):  # type: ignore[misc]
     filenames: ClassVar[list[str]] = ["*.tk"]
     url = ""
 
-    def get_tokens_unprocessed(self, text: str) -> Iterator[tuple[int, _TokenType, str]]:
+    def get_tokens_unprocessed(self, text: str) -> Iterator[tuple[int, token._TokenType, str]]:
         """Offset, token and text of every word, and of the blanks between."""
         end = 0
         for word in words(text):
             if end < word.start:
-                yield end, Text, text[end : word.start]
+                yield end, token.Text, text[end : word.start]
             yield word.start, TOKENS[word.kind], word.text
             end = word.end
         if end < len(text):
-            yield end, Text, text[end:]
+            yield end, token.Text, text[end:]
