@@ -359,11 +359,11 @@ class Intervals(Arithmetic[Interval]):
         return power(*base, *exponent)
 
     def applied(self, node: Call, arguments: list[Interval]) -> Interval:
-        bounds: Interval = FLOAT_INTERVALS[node.function](*(end for pair in arguments for end in pair))
+        bounds: Interval = INTERVALS[node.function](*(end for pair in arguments for end in pair))
         return bounds
 
 
-FLOAT_INTERVALS = Forms(TABLE, lambda row: unknown if row.interval is None else row.interval)
+INTERVALS = Forms(TABLE, lambda row: unknown if row.interval is None else row.interval)
 
 
 LARGEST = 64

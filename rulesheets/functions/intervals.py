@@ -2,8 +2,7 @@
 
 Infinite ends mean unbounded, two nan mean empty; one nan alone is an end that nothing is known of. Every
 operation contains the exact result of every choice of real arguments from its intervals for which it is
-defined; where there is none it is empty, and an empty argument makes the result empty. One box at a time;
-``arrays`` does the same to many boxes, each operation a few dozen times as fast on them. (R. E. Moore, R. B.
+defined; where there is none it is empty, and an empty argument makes the result empty. (R. E. Moore, R. B.
 Kearfott, M. J. Cloud, *Introduction to Interval Analysis*, 2009.)
 """
 
@@ -70,28 +69,22 @@ def add(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
 
 def multiply(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
     """Product; 0 times an unbounded interval is 0."""
-    if isnan(a_low) or isnan(b_low):
-        return EMPTY
-    return _hull(
-        a_low * b_low, a_low * b_high, a_high * b_low, a_high * b_high, (a_low, a_high), (b_low, b_high)
-    )
+    corners = a_low * b_low, a_low * b_high, a_high * b_low, a_high * b_high
+    return _hull(*corners, a_low, a_high, b_low, b_high)
 
 
 def divide(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
     """Quotient over the divisors that are not 0: a half line where 0 is an end of the divisor."""
+    if b_low > 0.0 or b_high < 0.0:
+        corners = a_low / b_low, a_low / b_high, a_high / b_low, a_high / b_high
+        return _hull(*corners, a_low, a_high, b_low, b_high)
     if isnan(a_low) or isnan(b_low) or b_low == b_high == 0.0:
         return EMPTY
     if b_low < 0.0 < b_high and not a_low == a_high == 0.0:
         return -inf, inf
     b_low, b_high = b_low or 0.0, b_high or -0.0
-    return _hull(
-        _quotient(a_low, b_low),
-        _quotient(a_low, b_high),
-        _quotient(a_high, b_low),
-        _quotient(a_high, b_high),
-        (a_low, a_high),
-        (b_low, b_high),
-    )
+    first, second, third, fourth = (_quotient(a, b) for a in (a_low, a_high) for b in (b_low, b_high))
+    return _hull(first, second, third, fourth, a_low, a_high, b_low, b_high)
 
 
 def _quotient(a: float, b: float) -> float:
@@ -101,29 +94,44 @@ def _quotient(a: float, b: float) -> float:
     return copysign(inf, a) * copysign(1.0, b) if a else nan
 
 
-def _hull(first: float, second: float, third: float, fourth: float, a: Interval, b: Interval) -> Interval:
+def _hull(
+    first: float,
+    second: float,
+    third: float,
+    fourth: float,
+    a_low: float,
+    a_high: float,
+    b_low: float,
+    b_high: float,
+) -> Interval:
     """Least and greatest of four corners, rounded outward, but not across 0 where the signs of a and b
     exclude that; an indeterminate corner (0*inf, 0/0, inf/inf) counts as 0."""
-    if isnan(first + second + third + fourth):
-        if isnan(a[1]) or isnan(b[1]):
+    low, high = (first, second) if first < second else (second, first)
+    low, high = (third, high) if third < low else (low, third if third > high else high)
+    low, high = (fourth, high) if fourth < low else (low, fourth if fourth > high else high)
+    total = first + second + third + fourth
+    if total != total:
+        if isnan(a_low) or isnan(b_low):
+            return EMPTY
+        if isnan(a_high) or isnan(b_high):
             return -inf, inf
         corners = [0.0 if isnan(corner) else corner for corner in (first, second, third, fourth)]
         low, high = min(corners), max(corners)
-    else:
-        low, high = min(first, second, third, fourth), max(first, second, third, fourth)
-    low, high = nextafter(low, -inf), nextafter(high, inf)
-    if low < 0.0 and ((a[0] >= 0.0 and b[0] >= 0.0) or (a[1] <= 0.0 and b[1] <= 0.0)):
-        low = 0.0
-    if high > 0.0 and ((a[0] >= 0.0 and b[1] <= 0.0) or (a[1] <= 0.0 and b[0] >= 0.0)):
-        high = 0.0
-    return low, high
+    if low and high:
+        return nextafter(low, -inf), nextafter(high, inf)
+    alike = (a_low >= 0.0 and b_low >= 0.0) or (a_high <= 0.0 and b_high <= 0.0)
+    opposed = (a_low >= 0.0 and b_high <= 0.0) or (a_high <= 0.0 and b_low >= 0.0)
+    return (
+        nextafter(low, -inf) if low or not alike else 0.0,
+        nextafter(high, inf) if high or not opposed else 0.0,
+    )
 
 
 def square(low: float, high: float) -> Interval:
     """The product of a number with itself, which is never negative."""
     small, large = magnitudes(low, high)
-    below, above = nextafter(small * small, -inf), nextafter(large * large, inf)
-    return 0.0 if below < 0.0 else below, above if large else 0.0
+    below = small * small
+    return nextafter(below, -inf) if below else 0.0, nextafter(large * large, inf) if large else 0.0
 
 
 def scaled(factor: float, _: float, low: float, high: float) -> Interval:
@@ -206,7 +214,7 @@ SPECIAL_ULPS = 32.0
 TINY = 1e-14
 LINE = -inf, inf
 UNIT, POSITIVE = (-1.0, 1.0), (0.0, inf)
-_SLACK = 8.0 * EPSILON
+SLACK = 8.0 * EPSILON
 """What a count of turns can be off by, relative to the count or one."""
 _LARGEST_ANGLE = 1e15
 """Up to here 180 times a whole number plus 90 is exact."""
@@ -269,8 +277,8 @@ class Even(NamedTuple):
 
 def _may_contain(low: float, high: float, offset: float) -> bool:
     """Whether some whole number plus ``offset`` may lie between two counts of turns."""
-    first = low - offset - _SLACK * (abs(low) + 1.0)
-    return ceil(first) <= floor(high - offset + _SLACK * (abs(high) + 1.0))
+    first = low - offset - SLACK * (abs(low) + 1.0)
+    return ceil(first) <= floor(high - offset + SLACK * (abs(high) + 1.0))
 
 
 class Wave(NamedTuple):

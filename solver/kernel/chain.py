@@ -1,7 +1,7 @@
 """A torn block as chains of assignments: from the tear to every other unknown and to the residual.
 
 Every combination of preimages of the explicit steps gives one chain. A chain is evaluated
-on floats (compiled) and on arrays of intervals, with its slope by forward accumulation.
+on floats (compiled) and on intervals, with its slope by forward accumulation.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Expressions compiled to Python source: straight-line code, common parts computed once.
 
-For floats, numpy arrays and intervals. Code for intervals works on one box of floats and on arrays of boxes:
-what differs are the functions that it calls (``enclosure.py``).
+For floats, numpy arrays and intervals of floats.
 """
 
 from __future__ import annotations
@@ -9,14 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
-from math import inf, nan
+from math import inf, nan, nextafter
 from types import CodeType
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
-from rulesheets.evaluate.number import Arithmetic
-from rulesheets.functions import TABLE
+from rulesheets.evaluate.number import INTERVALS, Arithmetic
+from rulesheets.functions import TABLE, intervals
 from rulesheets.functions.arrays import ARRAYS
 from rulesheets.functions.row import ROUNDED as ROUNDED_SLOPES
 from rulesheets.functions.row import Forms
@@ -76,8 +75,10 @@ class _Source(Arithmetic[T]):
 
     def function(self, results: Iterable[str]) -> Callable[..., Any]:
         """A function of the arguments, in their order, that returns the values of these tokens."""
-        body = "\n    ".join([*self.lines, f"return ({''.join(f'{token}, ' for token in results)})"])
-        namespace = dict(self.globals)
+        return self._kernel([*self.lines, f"return ({''.join(f'{token}, ' for token in results)})"])
+
+    def _kernel(self, lines: Iterable[str]) -> Callable[..., Any]:
+        namespace, body = dict(self.globals), "\n    ".join(lines)
         exec(_compiled(f"def kernel({self._header}):\n    {body}\n"), namespace)
         return namespace["kernel"]  # type: ignore[no-any-return]
 
@@ -180,53 +181,63 @@ ROUNDED: Mapping[float, tuple[float, float]] = {
 """Floats that slopes have in place of numbers next to them that no float holds."""
 
 
-class Operations(NamedTuple):
-    """What compiled code calls: ``number`` makes a constant of a float, ``calls`` are the interval forms of
-    the functions of the language, ``forms`` those of arithmetic and of what callers of the emitter add."""
-
-    number: Callable[[float], Any]
-    calls: Mapping[str, Callable[..., Any]]
-    forms: Mapping[str, Callable[..., Any]]
+ARITHMETIC = {
+    name: getattr(intervals, name) for name in ("add", "divide", "multiply", "power", "square", "scaled")
+}
 
 
 class IntervalEmitter(_Source[Pair]):
-    """Code for the two ends of expressions. Names in ``points`` are single numbers, with one end."""
+    """Code for the two ends of expressions. Names in ``points`` are single numbers, with one end.
 
-    def __init__(self, boxes: Sequence[str], points: Sequence[str], operations: Operations) -> None:
-        self._operations = operations
-        names = {name: (f"l{i}", f"h{i}") for i, name in enumerate(boxes)}
-        ends = [*(end for pair in names.values() for end in pair), *(f"p{i}" for i in range(len(points)))]
-        names |= {name: (f"p{i}", f"p{i}") for i, name in enumerate(points)}
-        super().__init__(ends, names, **{"__builtins__": {}, **operations.forms})
+    ``forms`` are further operations that a caller of ``apply`` may name.
+    """
+
+    def __init__(self, boxes: Sequence[str], points: Sequence[str], **forms: Callable[..., Any]) -> None:
+        pairs, single = [(f"l{i}", f"h{i}") for i in range(len(boxes))], [f"p{i}" for i in range(len(points))]
+        names = dict(zip((*boxes, *points), (*pairs, *zip(single, single, strict=True)), strict=True))
+        self._ends = ", ".join(end for pair in pairs for end in pair)
+        self._fixed, self._once = set(single), list[str]()
+        constants = {"__builtins__": {}, "inf": inf, "nan": nan, "nextafter": nextafter}
+        super().__init__(single, names, **constants, **ARITHMETIC, **forms)
+
+    def function(self, results: Iterable[str]) -> Callable[..., Any]:
+        """A function of the points, in their order, that returns one of the ends of a box.
+
+        What depends on points alone is computed once for all boxes.
+        """
+        body = (f"    {line}" for line in (*self.lines, f"return ({', '.join(results)})"))
+        return self._kernel([*self._once, f"def on_box({self._ends}):", *body, "return on_box"])
 
     def apply(self, name: str, *operands: Pair, more: str = "") -> Pair:
         """The pair that the operation of that name returns for the ends of the operands."""
         ends = ", ".join(end for pair in operands for end in pair)
-        return self._assigned(f"{name}({ends}{more})")
+        return self._assigned(f"{name}({ends}{more})", *operands)
 
     # --- the arithmetic ---
 
     def number(self, node: Number) -> Pair:
-        token = f"c{node.value!r}".replace("-", "m").replace(".", "_").replace("+", "")
-        ends = ROUNDED.get(node.value)
-        if ends is None:
-            self.globals[token] = self._operations.number(node.value)
-            return token, token
-        for side, end in enumerate(ends):
-            self.globals[f"{token}_{side}"] = self._operations.number(end)
-        return f"{token}_0", f"{token}_1"
+        low, high = map(repr, ROUNDED.get(node.value, (node.value, node.value)))
+        self._fixed |= {low, high}
+        return low, high
 
     def symbol(self, node: Symbol) -> Pair:
         return self.number(Number(nan))
 
     def negative(self, node: Negative) -> Pair:
         low, high = self.of(node.operand)
-        return self._assigned(f"-{high}, -{low}")
+        return self._assigned(f"-{high}, -{low}", (low, high))
 
     def sum(self, node: Sum) -> Pair:
         total = self.of(node.terms[0])
         for term in node.terms[1:]:
-            total = self.apply("add", total, self.of(term))
+            part = self.of(term)
+            if {total[0], part[0]} <= self._fixed:
+                total = self.apply("add", total, part)
+            else:
+                total = self._assigned(f"{total[0]} + {part[0]}, {total[1]} + {part[1]}", total, part)
+                low, high = total  # a sum that is 0 is exact
+                rounded = f"{low} and nextafter({low}, -inf), {high} and nextafter({high}, inf)"
+                total = self._assigned(rounded, total)
         return total
 
     def product(self, node: Product) -> Pair:
@@ -245,9 +256,15 @@ class IntervalEmitter(_Source[Pair]):
         return self.apply("square", base) if is_square(node) else self.apply("power", base, exponent)
 
     def applied(self, node: Call, arguments: list[Pair]) -> Pair:
-        self.globals[f"f_{node.function}"] = self._operations.calls[node.function]
+        self.globals[f"f_{node.function}"] = INTERVALS[node.function]
         return self.apply(f"f_{node.function}", *arguments)
 
-    def _assigned(self, text: str) -> Pair:
-        low, high = self.temporary(text, "a{0}, b{0}").split(", ")
+    def _assigned(self, text: str, *operands: Pair) -> Pair:
+        token = self._tokens.get(text)
+        if token is None:
+            token = self._tokens[text] = "a{0}, b{0}".format(len(self._tokens))
+            fixed = all(pair[0] in self._fixed for pair in operands)
+            (self._once if fixed else self.lines).append(f"{token} = {text}")
+            self._fixed |= set(token.split(", ") if fixed else ())
+        low, high = token.split(", ")
         return low, high

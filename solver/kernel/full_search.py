@@ -21,7 +21,6 @@ from solver.accuracy.alike import MANY
 from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import BlockOutcome, Candidates, left_free
 from solver.kernel.emitter import IntervalEmitter
-from solver.kernel.enclosure import ARRAYS
 from solver.kernel.question import Budget, Question
 from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import (
@@ -67,16 +66,14 @@ def search_boxes(question: Question, candidates: Candidates, thorough: bool = Fa
 
 def _bounds(forms: Sequence[Expression], question: Question, shape: tuple[int, ...]) -> Any:
     """Bounds (k, *shape) of as many forms over boxes (k, n), compiled."""
-    emitter = IntervalEmitter(question.unknowns, question.kernel.known, ARRAYS)
+    emitter = IntervalEmitter(question.unknowns, question.kernel.known)
     ends = [end for form in forms for end in emitter.of(form)]
-    compiled = emitter.function(ends)
-    known = [np.float64(number) for number in question.known]
+    on_box = emitter.function(ends)(*question.known)
 
     def bounds(low: Array, high: Array) -> tuple[Array, Array]:
-        corners = [corner[:, i] for i in range(low.shape[1]) for corner in (low, high)]
-        found = [np.broadcast_to(end, len(low)) for end in compiled(*corners, *known)]
-        below, above = np.stack(found[0::2], 1), np.stack(found[1::2], 1)
-        return below.reshape(-1, *shape), above.reshape(-1, *shape)
+        boxes = np.stack([low, high], axis=2).reshape(len(low), -1).tolist()
+        found = np.array([on_box(*box) for box in boxes]).reshape(len(low), *shape, 2)
+        return found[..., 0], found[..., 1]
 
     return bounds
 

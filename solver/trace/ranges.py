@@ -17,8 +17,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from rulesheets.functions import TABLE
-from rulesheets.functions.arrays import ARRAYS, INTERVALS
-from rulesheets.functions.intervals import ULPS, Monotone, Wave
+from rulesheets.functions.arrays import ARRAYS
+from rulesheets.functions.intervals import SLACK, ULPS, Monotone, Wave
 from solver.trace.arrays import DEGREE
 from solver.trace.flow import Flow
 from solver.trace.graph import LEAVES, TOLERANCE, Operand, operands, schedule
@@ -79,15 +79,24 @@ def _form(kind: Operand, *rest: Operand) -> Callable[..., Pair]:
         return _FORMS[name]
     row = TABLE.get(name)
     if row is not None and isinstance(row.interval, Wave):
-        return partial(_wave, INTERVALS[name])
+        return partial(_wave, row.interval, ARRAYS[name])
     if row is not None and isinstance(row.interval, Monotone) and row.interval.ulps <= ULPS:
         return partial(_monotone, ARRAYS[name])
     return lambda *_: (np.array(np.nan), np.array(np.nan))
 
 
-def _wave(function: Callable[..., Pair], a: Pair) -> Pair:
-    low, high = function(*a)
+def _wave(form: Wave, function: Callable[..., Any], a: Pair) -> Pair:
+    """A sine is between its ends, if no crest and no trough may lie in between."""
+    first, last, one, other = a[0] / form.turn, a[1] / form.turn, function(a[0]), function(a[1])
+    low = np.where(_may_contain(first, last, form.top + 0.5), -1.0, np.minimum(one, other))
+    high = np.where(_may_contain(first, last, form.top), 1.0, np.maximum(one, other))
     return _outward(np.where(_size(a)[1] > FAR, np.nan, low), high)
+
+
+def _may_contain(low: Any, high: Any, offset: float) -> Any:
+    """Whether some whole number plus ``offset`` may lie between two counts of turns."""
+    first, last = low - offset - SLACK * (abs(low) + 1.0), high - offset + SLACK * (abs(high) + 1.0)
+    return np.ceil(first) <= np.floor(last)
 
 
 def _outward(low: Any, high: Any) -> Pair:
