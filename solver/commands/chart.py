@@ -55,9 +55,9 @@ MOST = 2_000
 
 State: TypeAlias = Mapping[str, Any]
 """Numbers by name, exact ones of many digits, and symbols."""
-Run: TypeAlias = Callable[[], tuple[Sequence[State], str, int | None]]
-"""Gives answers, what is said where there are none, and iterations."""
-Method: TypeAlias = tuple[str, float | None, Run]
+Ended: TypeAlias = tuple[Sequence[State], str, int | None]
+"""The answers of a method, what is said where there are none, and iterations."""
+Method: TypeAlias = tuple[str, float | None, Callable[[], Ended]]
 """A family, its own tolerance, and a run."""
 
 
@@ -112,14 +112,14 @@ def mode_at(model: Model, values: Mapping[str, Value], inputs: Mapping[str, Valu
 def _ours(plan: Plan, given: Mapping[str, Value | None], inputs: Mapping[str, Value]) -> Iterator[Method]:
     """``solver.solve`` from the model on, the prepared plan, and answers that are proved."""
 
-    def solved(prove: bool = False) -> tuple[Sequence[State], str, None]:
+    def solved(prove: bool = False) -> Ended:
         result = solve(plan.model, given, plan.want, plan.guesses, prove=prove)
         if result.status is not Status.SOLVED:
             return (), str(result.status), None
         kept = [s for s in result.solutions if not prove or (s.proof is not None and s.proof.proved)]
         return kept, "not proved", None
 
-    def prepared() -> tuple[Sequence[State], str, None]:
+    def prepared() -> Ended:
         try:
             rows = plan.all(*(inputs[name] for name in plan.inputs))
         except Unsolved as unsolved:
@@ -143,7 +143,7 @@ def _others(plan: Plan, mode: Mode, before: Mode | None, inputs: Mapping[str, Va
         start = [float(before.state[name]) for name in rules.unknowns]
     system = kernel.residual(known), kernel.jacobian(known), start
 
-    def ended(run: Callable[[], ScipyRoot]) -> tuple[Sequence[State], str, int | None]:
+    def ended(run: Callable[[], ScipyRoot]) -> Ended:
         x, success, used = run()
         return [dict(zip(rules.unknowns, x, strict=True))] if success else [], "no convergence", used
 
@@ -240,7 +240,8 @@ def _arguments(parser: ArgumentParser) -> None:
     add_input_options(parser)
     along = parser.add_mutually_exclusive_group()
     along.add_argument("--over", metavar="NAME=START:STOP:STEP", help="a chart over the values of an input")
-    along.add_argument("--approach", metavar="NAME=LIMIT:1e-1..1e-15", help="a chart towards a limit of it")
+    towards = "a chart towards a limit of it, such as NAME=3:1e-1..1e-15"
+    along.add_argument("--approach", metavar="NAME=X:A..B", help=towards)
     parser.add_argument("-o", "--output", metavar="FILE", help="write the chart: .png, .svg or .csv")
 
 
@@ -253,14 +254,14 @@ def _run(arguments: Namespace) -> int:
     numbers: list[float] = []
     if arguments.approach:
         name, distances = read_approach(arguments.approach, request.model)
+        request.swept([name])
         numbers = list(distances)
     elif arguments.over:
-        ((name, axis),) = read_axes([arguments.over], request.model).items()
+        ((name, axis),) = read_axes([arguments.over], request).items()
         numbers = axis[: MOST + 1].tolist()
         if len(numbers) > MOST or not all(isinstance(number, float) for number in numbers):
             said, note = f"a chart is over at most {MOST:,} numbers", "take a larger step"
             raise RuleSheetError(Option("over", arguments.over).wrong("E424", said, note))
-    request.swept([name] if name else ())
     marks = tuple(measure(request, name, numbers))
     if all(math.isnan(mark.error) for mark in marks):
         first = {**request.inputs, name: numbers[0]} if name and numbers else request.inputs

@@ -34,9 +34,13 @@ LIMIT = 10**12
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 
 
-def read_axes(texts: Iterable[str], model: Model) -> dict[str, Axis]:
-    """The values by name, in the order given. Raises RuleSheetError for what gives no variable its values."""
+def read_axes(texts: Iterable[str], request: Request) -> dict[str, Axis]:
+    """The values by name, in the order given.
+
+    Raises RuleSheetError for what gives no variable its values, and for names that other options give.
+    """
     axes: dict[str, Axis] = {}
+    model = request.model
     for text in texts:
         option = Option("over", text)
         name, _, stretch = (part.strip() for part in text.partition("="))
@@ -46,6 +50,7 @@ def read_axes(texts: Iterable[str], model: Model) -> dict[str, Axis]:
         if name in axes:
             raise RuleSheetError(option.repeated(name))
         axes[name] = _axis(option, variable, stretch, model)
+    request.swept(axes)
     return axes
 
 
@@ -149,8 +154,7 @@ def read_states(
     if len(ranges) > 1:
         note = "list the values of the other variable: they stand side by side"
         raise RuleSheetError(Option("over", ranges[1]).wrong("E424", "a film runs over one range", note))
-    axes = read_axes(texts, request.model)
-    request.swept(axes)
+    axes = read_axes(texts, request)
     moving = ranges[0].partition("=")[0].strip() if ranges else None
     if moving is not None and len(axes[moving]) > FRAMES:
         message = f"a film has at most {FRAMES:,} frames"
@@ -178,7 +182,7 @@ class Swept(NamedTuple):
         return self.shape[-1] if self.shape else sys.maxsize
 
 
-def read_swept(arguments: Namespace, model: Model) -> Swept:
+def read_swept(arguments: Namespace, request: Request) -> Swept:
     """The rows of ``--over`` or ``--rows``.
 
     Raises RuleSheetError where these make no sense, and for ranges that cannot be combined.
@@ -187,8 +191,10 @@ def read_swept(arguments: Namespace, model: Model) -> Swept:
         note = "give --over NAME=START:STOP:STEP, or --rows FILE"
         raise RuleSheetError(error("E443", "a sweep needs either ranges or a file of rows", notes=(note,)))
     if arguments.rows:
-        return _file_rows(arguments.rows, arguments.columns, model)
-    axes = read_axes(arguments.over, model)
+        rows_of_file = _file_rows(arguments.rows, arguments.columns, request.model)
+        request.swept(rows_of_file.names)
+        return rows_of_file
+    axes = read_axes(arguments.over, request)
     lengths = {name: len(axis) for name, axis in axes.items()}
     first, length = next(iter(lengths.items()))
     if not arguments.zip and math.prod(lengths.values()) > LIMIT:

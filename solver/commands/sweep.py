@@ -172,7 +172,7 @@ def _run(arguments: Namespace) -> int:
         request = request._replace(files=(*request.files, arguments.rows))
     request.expect_output(arguments.output)
     request.expect_output(arguments.plot)
-    swept = read_swept(arguments, request.model)
+    swept = read_swept(arguments, request)
     work, before, chunks = _prepared(arguments, swept, request)
     progress = Progress(sys.stderr, swept.total)
     names, sinks = heads(work.names, work.model), list[Sink]()
@@ -203,7 +203,6 @@ def _prepared(
     arguments: Namespace, swept: Swept, request: Request
 ) -> tuple[Work, list[Solved], Iterator[Chunk]]:
     """What is to be solved for each row, what an earlier run has left, and the rows that are left."""
-    request.swept(swept.names)
     given = {name: value for name, value in request.inputs.items() if name not in swept.names}
     plan = prepare(request.model, swept.names, request.want, given, request.guesses)
     options = {"every": arguments.all, "jit": arguments.jit, "timeout": arguments.timeout}
@@ -229,7 +228,7 @@ def follow(arguments: Namespace) -> int:
     if len(arguments.over) != 1 or others:
         said = f"a curve is followed over one range{''.join(others[:1])}"
         raise RuleSheetError(error("E447", said, notes=("give one --over, and --want",)))
-    ((name, axis),) = read_axes(arguments.over, request.model).items()
+    ((name, axis),) = read_axes(arguments.over, request).items()
     if request.inputs.get(name) is not None:
         raise RuleSheetError(Option("over", name).repeated(name))
     model, given = request.model, {n: value for n, value in request.inputs.items() if n != name}

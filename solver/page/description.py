@@ -25,7 +25,7 @@ from solver.path import equations_of
 from solver.path.cases import activity, outcomes
 from solver.report.derivation import Derivation, Page
 from solver.report.path import Places, Plain, Tex, rule_text, told
-from solver.report.sheet import finite
+from solver.report.sheet import diagnosis_json, finite
 from solver.result import Result
 from solver.solving import solve
 from solver.sweeps.sweep import sweep
@@ -59,17 +59,9 @@ def described(model: Model) -> dict[str, Any]:
 
 
 def _variable(variable: Variable) -> dict[str, Any]:
-    return {
-        "name": variable.name,
-        "value": variable.value,
-        "guess": variable.guess,
-        "unit": variable.display_unit or variable.unit or "",
-        "scale": list(displaying(variable)),
-        "low": variable.low if isfinite(variable.low) else None,
-        "high": variable.high if isfinite(variable.high) else None,
-        "comment": variable.comment,
-        "posted": variable.posted,
-    }
+    limits = {name: size if isfinite(size := getattr(variable, name)) else None for name in ("low", "high")}
+    own = {name: getattr(variable, name) for name in ("name", "value", "guess", "comment", "posted")}
+    return {**own, **limits, "unit": variable.shown_unit, "scale": list(displaying(variable))}
 
 
 def rule_groups(model: Model) -> list[list[Equation]]:
@@ -97,18 +89,10 @@ def typeset(model: Model) -> list[list[str]]:
 
 def complaint(diagnosis: Diagnosis) -> dict[str, Any]:
     """A diagnosis with its places, and as the terminal prints it."""
-    return {
-        "code": diagnosis.code,
-        "severity": str(diagnosis.severity),
-        "message": diagnosis.message,
-        "notes": [NO_CODE] if diagnosis.code == "E313" else list(diagnosis.notes),
-        "variables": list(diagnosis.variables),
-        "places": [
-            {name: getattr(label.span, name) for name in ("file", "start", "end", "line")}
-            for label in diagnosis.labels
-        ],
-        "printed": render(diagnosis),
-    }
+    spans = [label.span for label in diagnosis.labels]
+    places = [{name: getattr(span, name) for name in ("file", "start", "end", "line")} for span in spans]
+    told = {**diagnosis_json(diagnosis), "places": places, "printed": render(diagnosis)}
+    return told | ({"notes": [NO_CODE]} if diagnosis.code == "E313" else {})
 
 
 def answered(result: Result) -> dict[str, Any]:

@@ -107,9 +107,7 @@ def _export(arguments: Namespace) -> int:
     from solver.page.description import export
 
     request = read_request(arguments)
-    axes = read_axes(arguments.over, request.model)
-    request.swept(axes)
-    values = {name: axis[:].tolist() for name, axis in axes.items()}
+    values = {name: axis[:].tolist() for name, axis in read_axes(arguments.over, request).items()}
     exported = export(request.model, request.inputs, request.guesses, values, request.want)
     path = arguments.output or f"{request.model.name}.html"
     write_file(path, exported.page.encode())
