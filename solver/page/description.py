@@ -52,9 +52,9 @@ def described(model: Model) -> dict[str, Any]:
                 "scope": group[0].scope,
                 "names": sorted({name for equation in group for name in equation.names}),
             }
-            for group in rule_groups(model)
+            for group in places.groups.values()
         ],
-        "figures": [outline(figure) for figure in model.figures],
+        "figures": list(map(outline, model.figures)),
     }
 
 
@@ -62,15 +62,6 @@ def _variable(variable: Variable) -> dict[str, Any]:
     limits = {name: size if isfinite(size := getattr(variable, name)) else None for name in ("low", "high")}
     own = {name: getattr(variable, name) for name in ("name", "value", "guess", "comment", "posted")}
     return {**own, **limits, "unit": variable.shown_unit, "scale": list(displaying(variable))}
-
-
-def rule_groups(model: Model) -> list[list[Equation]]:
-    """The equations of each rule, each rule once a call."""
-    groups: dict[tuple[str, int, str], list[Equation]] = {}
-    for equation in model.equations:
-        key = equation.rule.file, equation.rule.start, equation.scope
-        groups.setdefault(key, []).append(equation)
-    return list(groups.values())
 
 
 def typeset(model: Model) -> list[list[str]]:
@@ -84,7 +75,7 @@ def typeset(model: Model) -> list[list[str]]:
             body += rf"\quad \text{{if }} {notation.conditions(outcomes)}"
         return _SCOPE.sub("", body)
 
-    return [list(map(line, group)) for group in rule_groups(model)]
+    return [list(map(line, group)) for group in Places(model).groups.values()]
 
 
 def complaint(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -124,7 +115,7 @@ def _rules(result: Result) -> list[dict[str, Any]]:
                 place.setdefault(index, number)
     blamed = {(label.span.file, label.span.start) for d in result.diagnoses for label in d.labels}
     rows = []
-    for group in rule_groups(result.model):
+    for group in Places(result.model).groups.values():
         steps = [place[equation.index] for equation in group if equation.index in place]
         missing = sorted({name for equation in group for name in equation.names if name not in known})
         state = "used" if steps else "idle"

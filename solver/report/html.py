@@ -161,10 +161,8 @@ def _samples_text(samples: Samples, bands: ToleranceBands) -> str:
 
 
 def _band_json(name: str, band: Band | None) -> dict[str, object]:
-    if band is None:
-        return {"output": name, "value": None, "worst": None, "rss": None, "contributions": []}
-    parts = [one._asdict() for one in band.contributions]
-    sizes = {"value": band.value, "worst": band.worst, "rss": band.rss}
+    sizes = {size: getattr(band, size, None) for size in ("value", "worst", "rss")}
+    parts = [one._asdict() for one in band.contributions] if band else []
     return {"output": name, **sizes, "contributions": parts}
 
 

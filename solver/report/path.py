@@ -94,15 +94,18 @@ def short_names(files: Iterable[str]) -> Mapping[str, str]:
 
 
 class Places:
-    """``file:line`` of the rules of a model, the files by their shortest names; and what the rules say."""
+    """``file:line`` of the rules of a model, the files by their shortest names; and what the rules say.
+
+    ``groups`` are the equations of each rule, once a call.
+    """
 
     def __init__(self, model: Model) -> None:
         self._model = model
         spans = [*(e.rule for e in model.equations), *(r.rule for r in model.requirements)]
         self._short = short_names(span.file for span in spans)
-        self._guards: dict[tuple[str, Span], set[tuple[Premise, ...]]] = {}
+        self.groups: dict[tuple[str, Span], list[Equation]] = {}
         for equation in model.equations:
-            self._guards.setdefault((equation.scope, equation.rule), set()).add(equation.guard)
+            self.groups.setdefault((equation.scope, equation.rule), []).append(equation)
 
     def of(self, rule: Equation | Requirement) -> str:
         return f"{self._short[rule.rule.file]}:{rule.rule.line}"
@@ -114,7 +117,7 @@ class Places:
     def said(self, equation: Equation) -> str:
         """The rule of an equation; of a rule with several arms the arm that the equation stands in."""
         left, right = equation.left.span, equation.right.span
-        arms = self._guards[equation.scope, equation.rule]
+        arms = {one.guard for one in self.groups[equation.scope, equation.rule]}
         if len(arms) == 1 or not equation.guard or left is None or right is None or left == right:
             return rule_text(equation.rule)
         arm = f"{rule_text(left)} = {rule_text(right)}"

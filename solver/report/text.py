@@ -136,23 +136,20 @@ def work_line(result: Result) -> str:
     Rules are counted by equation: a tuple counts for each of its halves, a rule function
     once a call. The last part is there where there is an answer, or a part of one.
     """
-    direct, sizes, total = *_counted(result.path), len(result.model.equations)
+    direct, sizes = _counted(result.path)
+    used, total = direct + sum(sizes), len(result.model.equations)
     parts = [f"{direct} direct"] if direct or not sizes else []
     if sizes:
         low, high = min(sizes), max(sizes)
-        parts.append(f"{plural(len(sizes), 'block')} of {low}" + (f" to {high}" if low < high else ""))
-    checked = result.solutions[0].checked if result.solutions else 0
-    if result.solutions:
-        used = direct + sum(sizes)
-        if checked > used:
-            parts.append(plural(checked - used, "check"))
-        if total > max(checked, used):
-            parts.append(f"{total - max(checked, used)} idle")
-    line = f"{plural(total, 'rule')}: {', '.join(parts)}"
-    if not checked:
-        return line
+        parts.append(f"{plural(len(sizes), 'block')} of {low}" + f" to {high}" * (low < high))
+    if not result.solutions:
+        return f"{plural(total, 'rule')}: {', '.join(parts)}"
+    checked, worst = result.solutions[0].checked, magnitude(result.solutions[0].worst_residual)
+    parts += [plural(checked - used, "check")] * (checked > used)
+    parts += [f"{total - max(checked, used)} idle"] * (total > max(checked, used))
     satisfied = "all" if result.status is Status.SOLVED else str(checked)
-    return f"{line}; {satisfied} satisfied, worst residual {magnitude(result.solutions[0].worst_residual)}"
+    held = f"; {satisfied} satisfied, worst residual {worst}" * bool(checked)
+    return f"{plural(total, 'rule')}: {', '.join(parts)}{held}"
 
 
 def _counted(path: Path) -> tuple[int, list[int]]:
@@ -210,14 +207,13 @@ def _turned(rows: Sequence[SheetRow]) -> str:
     for each answer."""
     given = [row for row in rows if not any(v is not None for v in row.outputs)]
     parts = [sheet_table([row._replace(outputs=(None,), errors=()) for row in given])] if given else []
-    groups: list[list[SheetRow]] = []
+    groups: list[list[SheetRow]] = [[]]
     for row in (row for row in rows if row not in given):
-        if groups and fits(*_lines([*groups[-1], row])):
-            groups[-1].append(row)
-        else:
-            groups.append([row])
-    for group in groups:
-        parts.append(table(*_lines(group), styles=("dim", *(ANSWER,) * len(group)), soft=()))
+        if groups[-1] and not fits(*_lines([*groups[-1], row])):
+            groups.append([])
+        groups[-1].append(row)
+    styles = ("dim", *(ANSWER,) * len(rows))
+    parts += (table(*_lines(group), styles=styles[: len(group) + 1], soft=()) for group in groups if group)
     return "\n\n".join(parts)
 
 
