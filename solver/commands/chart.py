@@ -44,8 +44,8 @@ from solver.sweeps import Plan, prepare
 
 OURS = "backsolve"
 DIGITS = 60
-OFF = 0.05
-"""How far off the answer iterations begin, relative to each unknown."""
+STEPS, OFF = 60, 0.05
+"""Of Newton's method at most; and how far off the answer iterations begin, relative to each unknown."""
 TOLERANCES, FEW = tuple(10.0**-k for k in range(2, 16)), (1e-6, 1e-12)
 """Of Newton's method at one set of inputs, and along an input."""
 NONE = 1e-30
@@ -154,19 +154,16 @@ def _others(plan: Plan, mode: Mode, before: Mode | None, inputs: Mapping[str, Va
 
 
 def plain_newton(
-    residual: Residual, jacobian: Jacobian, start: Sequence[float], tolerance: float, most: int = 60
+    residual: Residual, jacobian: Jacobian, start: Sequence[float], tolerance: float
 ) -> ScipyRoot:
     """Full steps from ``start`` (n,) until one is short; no success where one leaves the domain."""
     system, x = System(residual, jacobian, [abs(v) or 1.0 for v in start]), np.array(start)
-    for used in range(1, most + 1):
+    used, short = 0, False
+    while used < STEPS and not short and (point := system.point(x)) is not None:
         expect_time()
-        point = system.point(x)
-        if point is None:
-            break
-        x = x + point.step
-        if point.norm(point.step) <= tolerance:
-            return ScipyRoot(tuple(x.tolist()), True, used)
-    return ScipyRoot(tuple(x.tolist()), False, used)
+        x, short = x + point.step, point.norm(point.step) <= tolerance
+        used += 1
+    return ScipyRoot(tuple(x.tolist()), short, used)
 
 
 def _mark(plan: Plan, modes: Sequence[Mode], method: Method, at: float | None) -> Mark:
