@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from math import inf
 from threading import current_thread, main_thread
@@ -23,31 +23,27 @@ class TimeIsUp(Exception):
 
 
 @contextmanager
-def time_limit(seconds: float | None) -> Iterator[None]:
+def _until(end: float) -> Iterator[None]:
+    before = _END.set(end)
+    try:
+        yield
+    finally:
+        _END.reset(before)
+
+
+def time_limit(seconds: float | None) -> AbstractContextManager[None]:
     """Raise TimeIsUp from :func:`expect_time` after so many seconds; None is no limit beside those around.
 
     Raises ValueError for a limit that is not positive.
     """
-    if seconds is None:
-        yield
-        return
-    if not seconds > 0.0:
+    if seconds is not None and not seconds > 0.0:
         raise ValueError(f"a limit in time is a positive number of seconds, and this is {seconds}")
-    before = _END.set(min(monotonic() + seconds, _END.get()))
-    try:
-        yield
-    finally:
-        _END.reset(before)
+    return _until(min(monotonic() + (inf if seconds is None else seconds), _END.get()))
 
 
-@contextmanager
-def grace(seconds: float) -> Iterator[None]:
+def grace(seconds: float) -> AbstractContextManager[None]:
     """So much time in any case: for what is to be said of a solve whose time is up."""
-    before = _END.set(monotonic() + seconds if _END.get() < inf else inf)
-    try:
-        yield
-    finally:
-        _END.reset(before)
+    return _until(monotonic() + seconds if limited() else inf)
 
 
 def limited() -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 from lark import Token
@@ -39,56 +38,27 @@ _NONE = Word("", "", 0, end_pos=0)
 """What stands before the first word of a line and after the last: empty, and of no kind."""
 
 
-@dataclass(frozen=True)
 class Stop:
-    """The words of a line, and the index of the first one that does not fit (their number at the end)."""
+    """Where reading a line stopped: at the word ``index`` of its ``words`` (their number at the end).
 
-    source: Source
-    line: Line
-    words: tuple[Word, ...]
-    index: int
+    ``before``, ``word`` and ``after`` are the words around that place, empty where there is none;
+    ``lacks_operand``: something should stand between the first two, ``adjacent``: not even a blank does.
+    """
 
-    @property
-    def word(self) -> Word:
-        """The word that does not fit."""
-        return self.at(self.index)
-
-    @property
-    def before(self) -> Word:
-        return self.at(self.index - 1)
-
-    @property
-    def after(self) -> Word:
-        return self.at(self.index + 1)
-
-    def at(self, index: int) -> Word:
-        return self.words[index] if 0 <= index < len(self.words) else _NONE
-
-    # --- what kinds of words stand here ---
-
-    @property
-    def begins_operand(self) -> bool:
-        return self.word.type in _OPERANDS
-
-    @property
-    def follows_operand(self) -> bool:
-        return self.before.type in _ENDS
-
-    @property
-    def lacks_operand(self) -> bool:
-        """Whether something should stand between the word before and this one."""
-        before = self.before
-        return not before or before in OPERATORS or before == "(" or before.type in LINKS
-
-    @property
-    def adjacent(self) -> bool:
-        """Whether no blank parts the word from the one before."""
-        return bool(self.word and self.before) and self.word.start_pos == self.before.end_pos
+    def __init__(self, source: Source, line: Line, words: tuple[Word, ...], index: int) -> None:
+        self.source, self.line, self.words, self.index = source, line, words, index
+        before, word, after = (_NONE, *words, _NONE, _NONE)[index : index + 3]
+        self.before, self.word, self.after = before, word, after
+        self.begins_operand, self.follows_operand = word.type in _OPERANDS, before.type in _ENDS
+        self.lacks_operand = not before or before in OPERATORS or before == "(" or before.type in LINKS
+        self.adjacent = bool(word and before) and word.start_pos == before.end_pos
+        self.here = self.span(word)
 
     def line_ends_before(self, index: int) -> bool:
         """Whether a line of text ends between a word and the one before it."""
-        between = self.line.code[self.at(index - 1).end_pos : self.at(index).start_pos]
-        return 0 < index < len(self.words) and "\n" in between
+        if not 0 < index < len(self.words):
+            return False
+        return "\n" in self.line.code[self.words[index - 1].end_pos : self.words[index].start_pos]
 
     def count(self, kind: str) -> int:
         """How many words of a kind stand before the stop."""
@@ -112,10 +82,6 @@ class Stop:
             return Span(self.source, self.line.end, self.line.end + 1)
         last = last or first
         return Span(self.source, self.line.start + first.start_pos, self.line.start + last.end_pos)
-
-    @property
-    def here(self) -> Span:
-        return self.span(self.word)
 
     @property
     def whole(self) -> Span:
