@@ -10,6 +10,7 @@ import os
 import stat
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from functools import partial
 from io import RawIOBase
 from mmap import mmap
 from threading import Thread
@@ -164,6 +165,35 @@ class Replacement:
             self.discard()
 
 
+class Behind:
+    """One task at a time in a thread of its own. A failure is raised by what is asked next."""
+
+    def __init__(self) -> None:
+        self._thread: Thread | None = None
+        self._failure: Exception | None = None
+
+    def start(self, task: Callable[[], object]) -> None:
+        """Once the task before has come to its end."""
+        self.wait()
+        self._thread = Thread(target=self._run, args=(task,))
+        self._thread.start()
+
+    def wait(self) -> None:
+        self.join()
+        if self._failure is not None:
+            raise self._failure
+
+    def join(self) -> None:
+        if self._thread is not None:
+            self._thread.join()
+
+    def _run(self, task: Callable[[], object]) -> None:
+        try:
+            task()
+        except Exception as failure:
+            self._failure = failure
+
+
 BLOCK = 2**22
 """Bytes that are written at once: larger writes are no quicker."""
 DIRECT: int = getattr(os, "O_DIRECT", 0)
@@ -181,9 +211,7 @@ class LongFile(RawIOBase):
     def __init__(self, handle: int) -> None:
         self._handle, self._direct = handle, DIRECT
         self._filling, self._full = mmap(-1, BLOCK), mmap(-1, BLOCK)  # each at a whole page
-        self._held = 0
-        self._writer: Thread | None = None
-        self._failure: OSError | None = None
+        self._held, self._behind = 0, Behind()
 
     def fileno(self) -> int:
         return self._handle
@@ -198,16 +226,15 @@ class LongFile(RawIOBase):
             self._filling[self._held : self._held + len(part)] = part
             self._held, rest = self._held + len(part), rest[len(part) :]
             if self._held == BLOCK:
-                self._wait()
+                self._behind.start(partial(self._put, memoryview(self._filling)))
                 self._filling, self._full, self._held = self._full, self._filling, 0
-                self._writer = Thread(target=self._write_full)
-                self._writer.start()
         return size
 
     def flush(self) -> None:
         """Write what is left."""
-        self._wait()
-        self._put(memoryview(self._filling)[: self._held], 0)
+        self._behind.wait()
+        self._direct = 0
+        self._put(memoryview(self._filling)[: self._held])
         self._held = 0
 
     def close(self) -> None:
@@ -215,37 +242,20 @@ class LongFile(RawIOBase):
             try:
                 super().close()  # writes what is left
             finally:
-                if self._writer is not None:  # an interrupt may have come while it was waited for
-                    self._writer.join()
+                self._behind.join()  # an interrupt may have come while it was waited for
                 os.close(self._handle)
 
-    def _wait(self) -> None:
-        if self._writer is not None:
-            self._writer.join()
-            self._writer = None
-        if self._failure is not None:
-            raise self._failure
-
-    def _write_full(self) -> None:
-        try:
-            self._put(memoryview(self._full), self._direct)
-        except OSError as failure:
-            self._failure = failure
-
-    def _put(self, rest: memoryview, direct: int) -> None:
+    def _put(self, rest: memoryview) -> None:
         while len(rest):
             try:
-                self._divert(direct)
+                if DIRECT:
+                    flags = fcntl.fcntl(self._handle, fcntl.F_GETFL) & ~DIRECT
+                    fcntl.fcntl(self._handle, fcntl.F_SETFL, flags | self._direct)
                 rest = rest[os.write(self._handle, rest) :]
             except OSError as failure:
-                if not direct or failure.errno != errno.EINVAL:
+                if not self._direct or failure.errno != errno.EINVAL:
                     raise
-                self._direct = direct = 0
-
-    def _divert(self, direct: int) -> None:
-        if DIRECT:
-            flags = fcntl.fcntl(self._handle, fcntl.F_GETFL) & ~DIRECT
-            fcntl.fcntl(self._handle, fcntl.F_SETFL, flags | direct)
+                self._direct = 0
 
 
 class Printed:

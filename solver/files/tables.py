@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Sized
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from io import StringIO
 from itertools import islice
@@ -19,7 +19,15 @@ from rulesheets.files import expect_regular, unwritable
 from rulesheets.format import exact
 from rulesheets.inputs import decimal_point, delimiter, is_symbol, parse_value
 from solver.facts import Status, UnknownName
-from solver.files import Printed, Replacement, expect_no_input, missing_extra, unreadable_rows, wrong_cell
+from solver.files import (
+    Behind,
+    Printed,
+    Replacement,
+    expect_no_input,
+    missing_extra,
+    unreadable_rows,
+    wrong_cell,
+)
 from solver.path import Shown
 
 Array: TypeAlias = NDArray[Any]
@@ -192,7 +200,7 @@ BATCH = 65_536
 
 
 class ParquetFile:
-    """Row groups of Parquet, each written when it is full, from the same memory as the one before.
+    """Row groups of Parquet, each written when it is full, while the next one is filled.
 
     Numbers are doubles, symbols and the status are texts, and where a row has no value there is null.
     ``symbols`` names the columns that hold symbols. Raises RuleSheetError where pyarrow is missing
@@ -200,8 +208,7 @@ class ParquetFile:
     """
 
     def __init__(self, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
-        self._file = Replacement(path)
-        self.discard = self._file.discard
+        self._file, self._behind = Replacement(path), Behind()
         try:
             self._arrow, self._parquet = _pyarrow()
         except RuleSheetError:
@@ -209,6 +216,7 @@ class ParquetFile:
             raise
         self._path, self._names, self._symbols = path, tuple(names), frozenset(symbols)
         self._rooms: list[Array] = []
+        self._others: list[Array] = []
         self._held = 0
         self._writer: Any = None
 
@@ -217,6 +225,7 @@ class ParquetFile:
         if not self._rooms:
             kinds = [self._kind(*pair) for pair in zip(self._names, table.values(), strict=True)]
             self._rooms = [np.empty(ROW_GROUP, kind) for kind in (*kinds, np.int8)]
+            self._others = list(map(np.empty_like, self._rooms))
         start, rows = 0, len(table.status)
         while start < rows:
             more = min(rows - start, ROW_GROUP - self._held)
@@ -232,18 +241,27 @@ class ParquetFile:
             if not self._rooms:
                 self.add(Table(dict.fromkeys(self._names, np.empty(0)), np.empty(0, np.int8)))
             self._write()
+            self._behind.wait()
             self._guarded(self._writer.close)
         except BaseException:
             self.discard()
             raise
         self._file.keep()
 
+    def discard(self) -> None:
+        self._behind.join()
+        self._file.discard()
+
     def _kind(self, name: str, column: Array) -> type:
         return object if name in self._symbols else np.int32 if column.dtype.kind == "i" else float
 
     def _write(self) -> None:
-        """Write the rows that wait, if there are any, as a row group."""
-        *columns, codes = (room[: self._held] for room in self._rooms)
+        """Let the rows that wait be written as a row group, while others fill the other rooms."""
+        self._behind.start(partial(self._write_group, [room[: self._held] for room in self._rooms]))
+        self._rooms, self._others, self._held = self._others, self._rooms, 0
+
+    def _write_group(self, group: Sequence[Array]) -> None:
+        *columns, codes = group
         status = self._arrow.DictionaryArray.from_arrays(codes, self._arrow.array(WORDS))
         names = [*self._names, free_name("status", self._names)]
         rows = self._arrow.table([*map(self._array, columns), status], names=names)
@@ -256,9 +274,8 @@ class ParquetFile:
                 store_schema=False,  # a reader finds texts of the status, not its codes
                 write_batch_size=BATCH,
             )
-        if self._held:
+        if len(codes):
             self._guarded(lambda: self._writer.write_table(rows, row_group_size=ROW_GROUP))
-        self._held = 0
 
     def _array(self, column: Array) -> Any:
         if column.dtype == object:
