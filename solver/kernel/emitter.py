@@ -150,7 +150,7 @@ class Emitter(_Source[str]):
     def raised(self, node: Power, base: str, exponent: str) -> str:
         if is_square(node):
             return self.temporary(f"{base} * {base}")
-        return self._called("power", self._power, [base, exponent])
+        return self._called("POWER", self._power, [base, exponent])  # no function has capitals
 
     def applied(self, node: Call, arguments: list[str]) -> str:
         return self._called(node.function, self._functions[node.function], arguments)

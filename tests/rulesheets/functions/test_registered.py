@@ -53,6 +53,14 @@ def sheet(tmp_path: Path) -> Path:
     return tmp_path / "steam.tk"
 
 
+def test_a_function_called_like_an_operation_is_not_taken_for_it() -> None:
+    rulesheets.function("power", lambda x, y: x * y + 1)
+    result = solver.solve(rulesheets.loads("x^1.5 + power(x, y) = 10\ny^1.5 + power(y, x) + x = 8"))
+    assert result.status is solver.Status.SOLVED
+    x, y = float(result["x"]), float(result["y"])
+    assert x**1.5 + x * y + 1 == pytest.approx(10)
+
+
 def test_functions_of_ones_own_are_no_part_of_a_kept_model(tmp_path: Path) -> None:
     (tmp_path / "own.tk").write_text("y = twice_as(3)\n")
     rulesheets.function("twice_as", lambda x: 2 * x)
