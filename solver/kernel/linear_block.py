@@ -18,7 +18,7 @@ import numpy as np
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Value
-from rulesheets.syntax.nodes import Expression, names
+from rulesheets.syntax.nodes import Expression
 from solver.accuracy.rule_check import blur, check_rule, half_unit, with_named_numbers
 from solver.facts import BeyondFloats, Conflict
 from solver.kernel.candidates import Answer, BlockOutcome, left_free
@@ -26,9 +26,6 @@ from solver.kernel.question import Question
 from solver.numerics.linear_algebra import EXACT_LIMIT, LinearOutcome, solve_linear
 from solver.numerics.newton import newton
 from solver.numerics.tolerances import ROUNDINGS, SMALLEST_NORMAL
-
-NUDGE = 1e-5
-"""Relative step of the differences that tell how a coefficient depends on a known number."""
 
 
 class Perturbed:
@@ -47,23 +44,20 @@ class Perturbed:
         self.moves = {name: error for name, error in own.items() if error}
 
     def reach(self, w: Sequence[float], z: Sequence[float]) -> float:
-        """How far w·A z moves as every number moves by what it may be off; nan where that is not known."""
-        along, total = list(zip(self.question.unknowns, z, strict=True)), 0.0
-        for name, error in self.moves.items():
-            number, far = self.at[name], 0.0
-            assert isinstance(number, float)
-            step = max(NUDGE * abs(number), error)
+        """How far w·A z, which is w·(F(z) - F(0)) of linear rules F, moves to first order as every number
+        moves by what it may be off; nan where that is not known."""
+        there = {**self.at, **dict(zip(self.question.unknowns, z, strict=True))}
+        far = dict.fromkeys(self.moves, 0.0)
+        try:
             for share, form in zip(w, self.forms, strict=True):
-                if name not in names(form):
-                    continue
-                there = ({**self.at, name: number + s} for s in (step, -step))
-                try:
-                    ahead, behind = (derivatives(form, at)[1] for at in there)
-                except Undefined:
-                    return math.nan
-                far += share * sum((ahead.get(u, 0.0) - behind.get(u, 0.0)) * q for u, q in along)
-            total += abs(far * (error / step / 2))  # nan of an infinite error
-        return total
+                for sign, at in ((share, there), (-share, self.at)):
+                    for name, slope in derivatives(form, at)[1].items():
+                        if name in far:
+                            far[name] += sign * slope
+        except Undefined:
+            return math.nan
+        total = sum(abs(moved * self.moves[name]) for name, moved in far.items())
+        return total if total < math.inf else math.nan
 
     def holds(self, point: Mapping[str, float]) -> bool:
         """Whether the rule check accepts every equation, or what is known may be as far off as it misses.
@@ -107,15 +101,6 @@ Blur = Callable[[], Mapping[str, float]]
 """How far each known number may be off, worked out when it is asked for."""
 
 
-def _nearly_singular(matrix: Sequence[Sequence[float]]) -> bool:
-    """Whether a matrix (n, n), rows and columns scaled, has a small singular value."""
-    with np.errstate(all="ignore"):
-        try:
-            return bool(_Nearly(matrix, [0.0] * len(matrix)).left)
-        except np.linalg.LinAlgError:
-            return False
-
-
 def undetermined(
     question: Question,
     matrix: Sequence[Sequence[Any]],
@@ -131,36 +116,25 @@ def undetermined(
     ``matrix`` and ``rhs`` hold numbers of the kind that ``exact`` makes of floats. ``singular``: the matrix
     is known to be, to all the digits at hand. ``slack``: numbers may be so many times as far ``off``.
     """
+    near = _Nearly.of(matrix, rhs)
+    if near is None:
+        return None
     with np.errstate(all="ignore"):  # what overflows is no point at which a rule holds
         try:
-            return _undetermined(question, _Nearly(matrix, rhs), exact, off, singular, slack)
-        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            moved = Perturbed(question, off(), slack)
+            lost = near.lost(exact, moved, SECOND_ORDER if singular else 0.0)
+            if not lost:
+                return None
+            point, directions = question.named(near.point(len(lost))), list(map(question.named, lost))
+            if not moved.holds(point):
+                return near.contradiction(question, len(lost))
+            # a second point, further from the first than that is large: at just its size, unknowns that are
+            # each other's negatives would become 0, where nothing of a rule is left to go by
+            reach = FAR * max(1.0, *map(abs, point.values()))
+            if not all(moved.holds({n: v + reach * z[n] for n, v in point.items()}) for z in directions):
+                return None
+        except (ArithmeticError, ValueError):
             return None
-
-
-def _undetermined(
-    question: Question,
-    near: _Nearly,
-    exact: Callable[[float], Any],
-    off: Blur,
-    singular: bool,
-    slack: float,
-) -> BlockOutcome | None:
-    if not near.left:
-        return None
-    moved = Perturbed(question, off(), slack)
-    lost = near.lost(exact, moved, SECOND_ORDER if singular else 0.0)
-    if not lost:
-        return None
-    point = question.named(near.point(len(lost)))
-    directions = [question.named(z) for z in lost]
-    if not moved.holds(point):
-        return near.contradiction(question, len(lost))
-    # a second point, further from the first than that is large: at just its size, unknowns that are each
-    # other's negatives would become 0, where nothing of a rule is left to go by
-    reach = FAR * max(1.0, *map(abs, point.values()))
-    if not all(moved.holds({n: v + reach * z[n] for n, v in point.items()}) for z in directions):
-        return None
     free = tuple(n for n in question.unknowns if any(abs(d[n]) > STILL for d in directions))
     return left_free(question, point, directions[0], free)
 
@@ -201,6 +175,16 @@ class _Nearly:
         kept = len(a) - int((self.s <= SUSPECT * self.s[0]).sum())
         self.left = (self.u[:, kept:].T / self.rows).tolist()
         self.right = (self.v[kept:] / self.columns).tolist()
+
+    @classmethod
+    def of(cls, matrix: Sequence[Sequence[Any]], rhs: Sequence[Any]) -> _Nearly | None:
+        """None where nothing of it is small."""
+        with np.errstate(all="ignore"):
+            try:
+                near = cls(matrix, rhs)
+            except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+                return None
+        return near if near.left else None
 
     def lost(self, exact: Callable[[float], Any], moved: Perturbed, least: float) -> list[list[float]]:
         """Null directions (n,) of what the matrix may as well be, the largest entry of each 1."""
@@ -262,7 +246,7 @@ def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
         return left_free(question, point, direction, tuple(question.unknowns[j] for j in facts.free))
     if len(point) < len(question.unknowns):
         return None
-    near = len(matrix) <= EXACT_LIMIT and _nearly_singular(matrix)
+    near = len(matrix) <= EXACT_LIMIT and _Nearly.of(matrix, rhs) is not None
     found = undetermined(question, matrix, rhs, Fraction, off) if near else None
     found = found or _regular(question, point)
     if near or found is None:
