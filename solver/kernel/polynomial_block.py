@@ -11,6 +11,7 @@ its eliminant is accounted for.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import reduce
@@ -21,7 +22,6 @@ import numpy as np
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
-from rulesheets.evaluate.number import enclose
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
@@ -29,7 +29,21 @@ from solver.kernel.root_check import astray
 from solver.numerics.one_unknown import real_roots, simple_part
 from solver.numerics.tolerances import BACKWARD, KEPT_AT_REAL, OFF, POLISHED, REAL, SAME_VALUE, TOUCHING
 from solver.path.isolate import smooth
-from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, letter
+from solver.path.polynomial import (
+    UNIT,
+    NoForm,
+    Polynomial,
+    constant,
+    degree,
+    letter,
+    letters,
+    minus,
+    name_of,
+    plus,
+    right_angles,
+    scaled,
+    times,
+)
 
 HIGHEST_DEGREE = 12
 NOWHERE: Mapping[str, Fraction] = {}
@@ -39,8 +53,8 @@ Coefficients: TypeAlias = Sequence[Fraction]
 Forms: TypeAlias = Sequence[tuple[str, Expression]]
 Point: TypeAlias = Mapping[str, float]
 
-Ratio: TypeAlias = tuple[Polynomial, Polynomial, int]
-"""A polynomial over (1 + t²) to that power; second, what it would be if nothing cancelled in it."""
+Gross: TypeAlias = tuple[Polynomial, Polynomial]
+"""A polynomial; and what it would be if nothing cancelled in it."""
 
 CANCELLED = 10**9
 """A coefficient so many times smaller than what it was made of may be but the rounding of the inputs."""
@@ -51,29 +65,24 @@ class NotPolynomial(Exception):
 
 
 class _Steps:
-    """The steps of a block followed in polynomials of its tears, or of the tangent of half of one."""
+    """The steps of a block followed in polynomials of its tears, or of the cosine and the sine of one."""
 
     def __init__(self, question: Question, forms: Forms, turn: float | None = None) -> None:
         tears = question.kernel.block.tears
         self.turn, self.tear = turn, tears[0]
         self.values = {n: self._number(v) for n, v in zip(question.kernel.known, question.known, strict=True)}
         if turn is None:
-            self.values |= {tear: (letter(tear), letter(tear), 0) for tear in tears}
-        else:
-            t, one = letter(self.tear), constant(1.0)
-            self.circle = one + t * t
-            self.cosine = one - t * t, self.circle, 1
-            self.sine = t + t, t + t, 1
+            self.values |= {tear: (letter(tear), letter(tear)) for tear in tears}
         for name, form in forms:
             expect_time()
             self.values[name] = self._value(form)
 
-    def residuals(self, question: Question) -> list[Ratio]:
+    def residuals(self, question: Question) -> list[Gross]:
         """What must vanish. Raises NotPolynomial."""
         equations = (question.graph.model.equations[number] for number in question.kernel.block.residuals)
         return [self._value(smooth(equation.left, equation.right)) for equation in equations]
 
-    def _value(self, node: Expression) -> Ratio:
+    def _value(self, node: Expression) -> Gross:
         match node:
             case Number(number):
                 return self._number(number)
@@ -82,84 +91,89 @@ class _Steps:
             case Negative(operand):
                 return _scaled(self._value(operand), Fraction(-1))
             case Sum(terms):
-                return reduce(self._plus, map(self._value, terms))
+                parts = [self._value(term) for term in terms]
+                return plus(*(part for part, _ in parts)), plus(*(gross for _, gross in parts))
             case Product(left, right):
                 return self._times(self._value(left), self._value(right))
             case Quotient(left, right):
-                divisor, gross, power = self._value(right)
+                divisor, gross = self._value(right)
                 by = divisor.get(UNIT, Fraction(0))
-                if power or gross.letters or CANCELLED * abs(by) <= gross.get(UNIT, 0):
+                if letters(gross) or CANCELLED * abs(by) <= gross.get(UNIT, 0):
                     raise NotPolynomial
                 return _scaled(self._value(left), 1 / by)
             case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
                 return reduce(self._times, [self._value(base)] * int(exponent))
-            case Call(function, (argument,)) if self.turn is not None:
+            case Call("cos" | "sin" | "cosd" | "sind" as function, (argument,)) if self.turn is not None:
                 return self._wave(function, argument, self.turn)
             case _:
                 raise NotPolynomial
 
-    def _times(self, a: Ratio, b: Ratio) -> Ratio:
+    def _times(self, a: Gross, b: Gross) -> Gross:
         expect_time()
-        if _degree(a[0]) + _degree(b[0]) > HIGHEST_DEGREE:
+        if self._degree(a[0]) + self._degree(b[0]) > HIGHEST_DEGREE:
             raise NotPolynomial
-        return a[0] * b[0], a[1] * b[1], a[2] + b[2]
+        return times(a[0], b[0]), times(a[1], b[1])
 
-    def _number(self, number: float) -> Ratio:
+    def _degree(self, polynomial: Polynomial) -> int:
+        """In one of its tears, the highest, or in t."""
+        if self.turn is not None:
+            return 2 * _total(polynomial)
+        return max((exponent for monomial in polynomial for _, exponent in monomial), default=0)
+
+    def _number(self, number: float) -> Gross:
         if not math.isfinite(number):
             raise NotPolynomial
-        return constant(number), constant(abs(number)), 0
+        return constant(number), constant(abs(number))
 
-    def _plus(self, a: Ratio, b: Ratio) -> Ratio:
-        power = max(a[2], b[2])
-        parts = []
-        for part, gross, own in (a, b):
-            for _ in range(power - own):
-                part, gross = part * self.circle, gross * self.circle
-            parts.append((part, gross))
-        (p, p_gross), (q, q_gross) = parts
-        return p + q, p_gross + q_gross, power
-
-    def _wave(self, function: str, argument: Expression, turn: float) -> Ratio:
+    def _wave(self, function: str, argument: Expression, turn: float) -> Gross:
         """Sine or cosine of plus or minus the angle and some quarter turns. Raises NotPolynomial."""
-        functions = ("cosd", "sind") if turn == 360.0 else ("cos", "sin")
-        sign, offset = self._angle(argument)
-        quarters, rest = divmod(offset, 90.0)
-        if function not in functions or rest or (offset and turn != 360.0):
+        if function.endswith("d") != (turn == 360.0):
             raise NotPolynomial
-        cosine, sine = self.cosine, _scaled(self.sine, Fraction(sign))
-        for _ in range(int(quarters) % 4):
-            cosine, sine = _scaled(sine, Fraction(-1)), cosine
-        return cosine if function == functions[0] else sine
-
-    def _angle(self, node: Expression) -> tuple[int, float]:
-        match node:
-            case Name(name) if name == self.tear:
-                return 1, 0.0
-            case Negative(operand):
-                sign, offset = self._angle(operand)
-                return -sign, -offset
-            case Sum((Number(number), other)) | Sum((other, Number(number))):
-                sign, offset = self._angle(other)
-                return sign, offset + number
-            case Sum((other, Negative(Number(number)))):
-                sign, offset = self._angle(other)
-                return sign, offset - number
-            case _:
+        cosine, sine, angles = letter(COSINE), letter(SINE), 0
+        for term in argument.terms if isinstance(argument, Sum) else (argument,):
+            if name_of(term) == self.tear:
+                sine, angles = scaled(sine, Fraction(-1 if isinstance(term, Negative) else 1)), angles + 1
+            elif turn != 360.0 or (quarters := right_angles(term, 90.0)) is None:
                 raise NotPolynomial
+            else:
+                for _ in range(quarters % 4):
+                    cosine, sine = scaled(sine, Fraction(-1)), cosine
+        if angles != 1:
+            raise NotPolynomial
+        wave = cosine if function.startswith("cos") else sine
+        return wave, {monomial: abs(c) for monomial, c in wave.items()}
 
 
-def _scaled(ratio: Ratio, factor: Fraction) -> Ratio:
-    return ratio[0] * factor, ratio[1] * abs(factor), ratio[2]
+COSINE, SINE, HALF = "#cos", "#sin", "#half"
 
 
-def _degree(polynomial: Polynomial) -> int:
-    """In any of its unknowns, the highest."""
-    return max((exponent for monomial in polynomial for _, exponent in monomial), default=0)
+def _half_angle(polynomial: Polynomial, power: int, cosine: Polynomial) -> Polynomial:
+    """A polynomial of cosine and sine as one of t = tan(θ/2), times (1 + t²) to a power: ``cosine`` times
+    1 + t² is 1 - t², or what that would be if nothing cancelled in it."""
+    total: Polynomial = {}
+    for monomial, coefficient in polynomial.items():
+        exponents = Counter(dict(monomial))
+        i, j = exponents[COSINE], exponents[SINE]
+        factors = [cosine] * i + [scaled(letter(HALF), Fraction(2))] * j + [CIRCLE] * (power - i - j)
+        total = plus(total, reduce(times, factors, constant(coefficient)))
+    return total
+
+
+CIRCLE = plus(constant(1.0), times(letter(HALF), letter(HALF)))
+
+
+def _scaled(gross: Gross, factor: Fraction) -> Gross:
+    return scaled(gross[0], factor), scaled(gross[1], abs(factor))
+
+
+def _total(polynomial: Polynomial) -> int:
+    """The highest total degree of a monomial."""
+    return max((sum(exponent for _, exponent in monomial) for monomial in polynomial), default=0)
 
 
 def _dense(polynomial: Polynomial, unknown: str, at: Mapping[str, Fraction] = NOWHERE) -> list[Fraction]:
     """Coefficients of a polynomial in one unknown, the others having values."""
-    found = [Fraction(0)] * (polynomial.degree(unknown) + 1)
+    found = [Fraction(0)] * (degree(polynomial, unknown) + 1)
     for monomial, coefficient in polynomial.items():
         others = (at[name] ** exponent for name, exponent in monomial if name != unknown)
         found[dict(monomial).get(unknown, 0)] += coefficient * math.prod(others)
@@ -181,18 +195,22 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
     if turn is not None and (not question.graph.is_turning(tears[0]) or domain != (-turn / 2, turn / 2)):
         return False
     try:
-        ((whole, gross, power),) = _Steps(question, forms, turn).residuals(question)
+        ((whole, gross),) = _Steps(question, forms, turn).residuals(question)
+        power = _total(gross)
+        if turn is not None:
+            cosine = minus(constant(2.0), CIRCLE)
+            whole, gross = _half_angle(whole, power, cosine), _half_angle(gross, power, CIRCLE)
     except (NotPolynomial, NoForm, OverflowError):
         return False
     if any(CANCELLED * abs(c) <= gross.get(monomial, 0) for monomial, c in whole.items()):
         return False
-    polynomial = _dense(whole, tears[0])
+    polynomial = _dense(whole, tears[0] if turn is None else HALF)
     at_half_turn = 2 * power - max(len(polynomial) - 1, 0)  # how often t = ∞ is a root
     simple = simple_part(polynomial)
     # of a range with what rounding may lead beyond its ends
     slack = BACKWARD * max([abs(end) for end in domain if math.isfinite(end)], default=0.0)
-    roots = real_roots(simple, *((domain[0] - slack, domain[1] + slack) if turn is None else ()))
-    if roots is None or _doubtful_extremum(simple):
+    roots = _clear_roots(simple, *((domain[0] - slack, domain[1] + slack) if turn is None else ()))
+    if roots is None:
         return False
     if turn is not None:
         roots = *(2.0 * math.atan(t) * turn / math.tau for t in roots), *[turn / 2] * (at_half_turn > 0)
@@ -221,18 +239,21 @@ def _explicit_forms(question: Question) -> Forms | None:
     return found
 
 
-def _doubtful_extremum(polynomial: Coefficients) -> bool:
-    """Whether an extremum may be a double root but for the rounding of the inputs."""
-    if len(polynomial) <= 2:
-        return False
-    extrema = real_roots(simple_part([k * c for k, c in enumerate(polynomial)][1:]))
+def _clear_roots(
+    simple: Coefficients, low: float = -math.inf, high: float = math.inf
+) -> tuple[float, ...] | None:
+    """The real roots in a range of a polynomial that has each once; None where they are not known, or an
+    extremum may be a double root but for the rounding of the inputs."""
+    roots = real_roots(simple, low, high)
+    slope = [k * c for k, c in enumerate(simple)][1:]
+    extrema = real_roots(simple_part(slope)) if len(simple) > 2 else ()
     if extrema is None:
-        return True
+        return None
     for x in map(Fraction, extrema):
-        terms = [c * x**k for k, c in enumerate(polynomial)]
+        terms = [c * x**k for k, c in enumerate(simple)]
         if abs(sum(terms, Fraction(0))) <= TOUCHING * sum(map(abs, terms), Fraction(0)):
-            return True
-    return False
+            return None
+    return roots
 
 
 def _point_at(question: Question, forms: Forms, tears: Mapping[str, float]) -> dict[str, float] | None:
@@ -264,11 +285,8 @@ def counted(question: Question, candidates: Candidates) -> bool:
     found = eliminant(equation.left, equation.right, block.tears[0], forms, known)
     if found is None or any(_may_be_free(question, factor) for factor in found.indeterminate):
         return False
-    simple = simple_part(found.polynomial)
-    roots = real_roots(simple, *question.domain(block.tears[0]))
-    if roots is None or _doubtful_extremum(simple):
-        return False
-    return all(_settled(question, candidates, forms, root) for root in roots)
+    roots = _clear_roots(simple_part(found.polynomial), *question.domain(block.tears[0]))
+    return roots is not None and all(_settled(question, candidates, forms, root) for root in roots)
 
 
 def _may_be_free(question: Question, factor: Coefficients) -> bool:
@@ -276,14 +294,8 @@ def _may_be_free(question: Question, factor: Coefficients) -> bool:
     excludes that value of the tear, whatever the other unknowns are."""
     tear = question.kernel.block.tears[0]
     zeros = real_roots(simple_part(factor), *question.domain(tear))
-    known = {name: (v, v) for name, v in question.here.items() if isinstance(v, float)}
-    box = known | {name: question.domain(name) for name in question.unknowns}
-    for zero in zeros or ():
-        box[tear] = math.nextafter(zero, -math.inf), math.nextafter(zero, math.inf)
-        ranges = (enclose(form, box) for form in question.kernel.forms)
-        if all(low <= 0.0 <= high for low, high in ranges):
-            return True
-    return zeros is None
+    beside = ((math.nextafter(zero, -math.inf), math.nextafter(zero, math.inf)) for zero in zeros or ())
+    return zeros is None or not all(question.excludes(tear, *ends) for ends in beside)
 
 
 def _settled(question: Question, candidates: Candidates, forms: Forms, root: float) -> bool:
@@ -328,19 +340,18 @@ def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
     if forms is None:
         return False
     try:
-        p, q = (polynomial for polynomial, _, _ in _Steps(question, forms).residuals(question))
+        p, q = (polynomial for polynomial, _ in _Steps(question, forms).residuals(question))
     except (NotPolynomial, NoForm, OverflowError):
         return False
-    if not 0 < max(f.degree(tears[1]) for f in (p, q)) <= HIGHEST_OF_TWO:
+    if not 0 < max(degree(f, tears[1]) for f in (p, q)) <= HIGHEST_OF_TWO:
         return False
     from rulesheets.algebra.polynomials import resultant_of  # brings sympy
 
     resultant = resultant_of(p, q, tears)
     if not 0 < len(resultant) <= HIGHEST_RESULTANT + 1:
         return False
-    simple = simple_part(resultant)
-    roots = real_roots(simple)
-    if roots is None or _doubtful_extremum(simple):
+    roots = _clear_roots(simple_part(resultant))
+    if roots is None:
         return False
     trial = Candidates(question)
     for x in roots:

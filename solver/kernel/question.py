@@ -18,6 +18,7 @@ import numpy as np
 
 from rulesheets.deadline import expect_time, limited
 from rulesheets.evaluate import derivatives
+from rulesheets.evaluate.number import enclose
 from rulesheets.model import Value
 from solver.accuracy.alike import MANY, accepted
 from solver.accuracy.rule_check import check_rule
@@ -172,6 +173,13 @@ class Question:
         """
         moved = {v.name: v.nearest(point[v.name]) for v in self.variables}
         return moved if moved != point and self.holds(moved) else point
+
+    def excludes(self, name: str, low: float, high: float) -> bool:
+        """Whether some rule can't hold where an unknown lies between two ends, whatever the others are."""
+        box = {n: (v, v) for n, v in self.here.items() if isinstance(v, float)}
+        box |= {n: self.domain(n) for n in self.unknowns} | {name: (low, high)}
+        ranges = (enclose(form, box) for form in self.kernel.forms)
+        return not all(below <= 0.0 <= above for below, above in ranges)
 
     @cached_property
     def _free_turns(self) -> dict[str, float]:

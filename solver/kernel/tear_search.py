@@ -16,7 +16,7 @@ from typing import Any
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context
-from rulesheets.evaluate.number import Inexact, enclose, exactly
+from rulesheets.evaluate.number import Inexact, exactly
 from rulesheets.functions.intervals import Interval
 from rulesheets.syntax.nodes import Expression, Number
 from rulesheets.syntax.program import walk
@@ -199,12 +199,7 @@ class TearSearch:
 
         if not is_zero(residual.expression):
             return False
-        if any(map(is_zero, self.question.kernel.divisors)):
-            return True
-        box = {n: (v, v) for n, v in self.question.here.items() if isinstance(v, float)}
-        box |= {**dict.fromkeys(self.question.unknowns, (-math.inf, math.inf)), self.tear: (x, x)}
-        ranges = (enclose(form, box) for form in self.question.kernel.forms)
-        return any(low > 0.0 or high < 0.0 for low, high in ranges)
+        return any(map(is_zero, self.question.kernel.divisors)) or self.question.excludes(self.tear, x, x)
 
     def _is_doubtful(self) -> bool:
         """Whether a search proves nothing: some number is so large or small that answers may lie where it

@@ -226,25 +226,25 @@ class Letters:
     def _circular(self, function: str, argument: Expression) -> Polynomial:
         """Of ``±base + 90·quarters + rest``: at most one unknown, at most once."""
         unit, cosine = _CIRCULAR[function], function.startswith("cos")
-        turns = _count(argument, _QUARTER[unit])
+        turns = right_angles(argument, _QUARTER[unit])
         if turns is not None and unit:
             whole = (1.0, 0.0, -1.0, 0.0)
             return constant(whole[(turns if cosine else turns - 1) % 4])
         terms = argument.terms if isinstance(argument, Sum) else (argument,)
         unknown = [term for term in terms if self.unknowns.intersection(names(term))]
-        base = next((t for t in unknown or terms if _name_of(t)), None)
+        base = next((t for t in unknown or terms if name_of(t)), None)
         if len(unknown) > 1 or (unknown and base is None):
             raise NoForm
         quarters, rest = 0, []
         for term in terms:
-            count = _count(term, _QUARTER[unit])
+            count = right_angles(term, _QUARTER[unit])
             if count is not None:
                 quarters += count
             elif term is not base:
                 rest.append(term)
         if base is None or (rest and not unknown):
             return self._pair(argument, unit)[not cosine]
-        name = _name_of(base)
+        name = name_of(base)
         c, s = self._of_unknown(name, unit) if unknown else self._pair(Name(name), unit)
         s = -s if isinstance(base, Negative) else s
         for _ in range(quarters % 4):
@@ -272,13 +272,13 @@ class Letters:
         return letter(cosine), letter(sine)
 
 
-def _name_of(term: Expression) -> str:
+def name_of(term: Expression) -> str:
     """The name that a term is, with either sign; blank where it is none."""
     inner = term.operand if isinstance(term, Negative) else term
     return inner.name if isinstance(inner, Name) else ""
 
 
-def _count(term: Expression, quarter: float) -> int | None:
+def right_angles(term: Expression, quarter: float) -> int | None:
     """How many right angles a term is."""
     inner, sign = (term.operand, -1) if isinstance(term, Negative) else (term, 1)
     count = sign * inner.value / quarter if isinstance(inner, Number) else 0.5
