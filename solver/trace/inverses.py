@@ -10,7 +10,7 @@ from rulesheets.model import Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name
 from solver.kernel.block import kernel_of
-from solver.kernel.preimages import SAME_TURN, is_affine, is_scaled
+from solver.kernel.step import SAME_TURN, is_affine, is_scaled
 from solver.numerics.tolerances import EPS
 from solver.path import Select, SolveBlock
 from solver.path.cases import activity
