@@ -51,14 +51,11 @@ def search_boxes(question: Question, candidates: Candidates, thorough: bool = Fa
     from solver.numerics.subdivision import SubdivisionLimits, branch_and_prune  # few blocks come to this
 
     kernel = question.kernel
-    ranges = [question.domain(name) for name in question.unknowns]
-    partials = [partial for partial in kernel.partials if partial is not None]
-    n = len(question.unknowns)
+    ranges, n = [question.domain(name) for name in question.unknowns], len(question.unknowns)
     residual = _bounds(kernel.forms, question, (n,))
-    jacobian = _bounds(partials, question, (n, n))
-    found = branch_and_prune(
-        residual, jacobian, ranges, SubdivisionLimits(*(THOROUGH if thorough else LIMITS))
-    )
+    jacobian = _bounds([slope for slope in kernel.partials if slope is not None], question, (n, n))
+    limits = SubdivisionLimits(*(THOROUGH if thorough else LIMITS))
+    found = branch_and_prune(residual, jacobian, ranges, limits)
     for root in found.roots:
         candidates.refine(list(root))
     return found.complete
@@ -110,9 +107,8 @@ def search_from_starts(question: Question, candidates: Candidates, budget: Budge
 
 def _guess_and_beside(question: Question, count: int) -> Iterator[list[float]]:
     """The guess, 1 for an unknown without one, and points that fill the ranges."""
-    ranges = [question.domain(name) for name in question.unknowns]
     guess = [question.guesses.get(name, 1.0) for name in question.unknowns]
-    return starting_points(guess, ranges, question.scale, count)
+    return starting_points(guess, [*map(question.domain, question.unknowns)], question.scale, count)
 
 
 # --- hundreds of starts at once ---
@@ -178,12 +174,12 @@ def _beside_zeros(question: Question, candidates: Candidates, starts: Array) -> 
 
 def starts_of(question: Question, first: int, last: int) -> Array:
     """Half of them along the chains, the others with every unknown on its own."""
-    sizes = dict(zip(question.unknowns, question.sizes.tolist(), strict=True))
+    sizes = question.named(question.sizes)
 
     def points(names: Sequence[str]) -> Array:
         """Those (last - first, names) of a sequence that is spread over the ranges of unknowns."""
-        ranges = [question.domain(name) for name in names]
-        return np.array(list(spread(ranges, [sizes[name] for name in names], last - first, first)))
+        around = [sizes[name] for name in names]
+        return np.array(list(spread([*map(question.domain, names)], around, last - first, first)))
 
     with np.errstate(all="ignore"):
         along = question.kernel.arrays.starts(question.known, points(question.kernel.block.tears))
@@ -254,9 +250,8 @@ def free_curve(question: Question, point: Mapping[str, float] | None = None) -> 
     with np.errstate(all="ignore"):
         try:
             curve = _Curve(question)
-            if point is None:
-                return curve.found()
-            return curve.through(np.array([point[name] for name in question.unknowns]))
+            given = [] if point is None else [np.array([point[name] for name in question.unknowns])]
+            return next(filter(None, map(curve.through, given or curve.points())), None)
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None
 
@@ -267,14 +262,12 @@ class _Curve:
         low, high = np.array([(variable.low, variable.high) for variable in question.variables]).T
         self.projected = partial(_arrivals, question, ranges=(low, high), by=GAUSS_NEWTON)
 
-    def found(self) -> BlockOutcome | None:
+    def points(self) -> Iterator[Array]:
+        """Points at which every rule holds, of a few starts."""
         count = min(max(WORK // len(self.scale), FEWEST_STARTS), MOST_STARTS)
         ends = self.projected(starts_of(self.question, 0, count // 2))
-        for end in sorted(ends, key=lambda x: float(max(abs(x) / self.scale)))[:ENDS]:
-            point = self._settled(end)
-            if point is not None and (freedom := self.through(point)) is not None:
-                return freedom
-        return None
+        nearest = sorted(ends, key=lambda x: float(max(abs(x) / self.scale)))[:ENDS]
+        return (point for end in nearest if (point := self._settled(end)) is not None)
 
     def _settled(self, x: Array) -> Array | None:
         """The point with a few corrections of least norm, if every rule holds there and it is in range."""
@@ -318,14 +311,14 @@ class _Curve:
 
     def _along(self, x: Array, way: Array) -> Array | None:
         """A point some way on at which every rule holds, on either side."""
-        for side in (AWAY, -AWAY):
-            for there in self.projected((x + side * way)[None, :]):
-                settled = self._settled(there)
-                if settled is None:
-                    continue
-                moved, meant = float(abs(settled - x).max()), float(abs(AWAY * way).max())
-                if 0.1 * meant <= moved <= 10.0 * meant and math.isfinite(moved):
-                    return settled
+        meant = float(abs(AWAY * way).max())
+        for there in self.projected(x + np.outer((AWAY, -AWAY), way)):
+            settled = self._settled(there)
+            if (
+                settled is not None
+                and 0.1 * meant <= float(abs(settled - x).max()) <= 10.0 * meant < math.inf
+            ):
+                return settled
         return None
 
 
@@ -366,13 +359,12 @@ def without_curves(question: Question, outcome: BlockOutcome) -> BlockOutcome:
     suspects = [answer for answer in outcome.answers if answer.double]
     if not suspects or outcome.free or len(question.unknowns) == 1:
         return outcome
-    found = [free_curve(question, answer.values) for answer in suspects[:MOST_SUSPECTS]]
-    curves = [curve for curve in found if curve is not None]
+    looked_at = [(answer, free_curve(question, answer.values)) for answer in suspects[:MOST_SUSPECTS]]
+    curves = [curve for _, curve in looked_at if curve is not None]
     if not curves:
         return outcome
-    looked_at = zip(suspects, found, strict=False)
-    points = [a for a, curve in looked_at if curve is not None] + suspects[MOST_SUSPECTS:]
-    others = tuple(answer for answer in outcome.answers if not any(answer is point for point in points))
+    alone = [answer for answer, curve in looked_at if curve is None]
+    others = tuple(a for a in outcome.answers if not a.double or any(a is one for one in alone))
     if others:
         facts = (*outcome.facts, beside(curves[0]))
         return outcome._replace(answers=others, complete=False, whole=False, stretches=(), facts=facts)
