@@ -35,9 +35,8 @@ from solver.kernel.chain import (
     jumps,
     through,
 )
-from solver.kernel.emitter import Emitter, compile_expressions
+from solver.kernel.emitter import Emitter, SparseSystem, compile_expressions, divisors
 from solver.kernel.enclosure import Enclosure
-from solver.kernel.sparse_system import SparseSystem, divisors
 from solver.numerics.linear_algebra import Array
 from solver.path import SolveBlock
 from solver.path.elimination import ClosedForm, closed_form

@@ -174,7 +174,7 @@ def _beside_zeros(question: Question, candidates: Candidates, starts: Array) -> 
 
 def starts_of(question: Question, first: int, last: int) -> Array:
     """Half of them along the chains, the others with every unknown on its own."""
-    sizes = question.named(question.sizes)
+    sizes = question.named(question.sizes.tolist())
 
     def points(names: Sequence[str]) -> Array:
         """Those (last - first, names) of a sequence that is spread over the ranges of unknowns."""

@@ -25,8 +25,8 @@ from rulesheets.evaluate.digits import context
 from solver.accuracy.alike import MANY, evaluated
 from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import gross, size
+from solver.kernel.emitter import BESIDE
 from solver.kernel.question import Question, Sparse
-from solver.kernel.sparse_system import BESIDE
 from solver.numerics.linear_algebra import eliminate, inverse
 from solver.numerics.sparse_newton import SparseFactor
 from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS, ORDINARY, REFINED, SAFETY, SETTLED
