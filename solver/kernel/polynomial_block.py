@@ -10,15 +10,13 @@ its eliminant is accounted for.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import reduce
-from itertools import zip_longest
 from typing import TypeAlias
-
-import numpy as np
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
@@ -27,7 +25,7 @@ from solver.kernel.candidates import Candidates
 from solver.kernel.question import Question
 from solver.kernel.root_check import astray
 from solver.numerics.one_unknown import real_roots, simple_part
-from solver.numerics.tolerances import BACKWARD, KEPT_AT_REAL, OFF, POLISHED, REAL, SAME_VALUE, TOUCHING
+from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, TOUCHING
 from solver.path.isolate import smooth
 from solver.path.polynomial import (
     UNIT,
@@ -46,7 +44,6 @@ from solver.path.polynomial import (
 )
 
 HIGHEST_DEGREE = 12
-NOWHERE: Mapping[str, Fraction] = {}
 
 Coefficients: TypeAlias = Sequence[Fraction]
 """Of a polynomial in one tear, lowest degree first."""
@@ -171,15 +168,10 @@ def _total(polynomial: Polynomial) -> int:
     return max((sum(exponent for _, exponent in monomial) for monomial in polynomial), default=0)
 
 
-def _dense(polynomial: Polynomial, unknown: str, at: Mapping[str, Fraction] = NOWHERE) -> list[Fraction]:
-    """Coefficients of a polynomial in one unknown, the others having values."""
-    found = [Fraction(0)] * (degree(polynomial, unknown) + 1)
-    for monomial, coefficient in polynomial.items():
-        others = (at[name] ** exponent for name, exponent in monomial if name != unknown)
-        found[dict(monomial).get(unknown, 0)] += coefficient * math.prod(others)
-    while found and not found[-1]:
-        found.pop()
-    return found
+def _dense(polynomial: Polynomial) -> list[Fraction]:
+    """Coefficients of a polynomial in one unknown."""
+    by_degree = {sum(exponent for _, exponent in monomial): c for monomial, c in polynomial.items()}
+    return [by_degree.get(k, Fraction(0)) for k in range(max(by_degree, default=-1) + 1)]
 
 
 def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
@@ -204,7 +196,7 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
         return False
     if any(CANCELLED * abs(c) <= gross.get(monomial, 0) for monomial, c in whole.items()):
         return False
-    polynomial = _dense(whole, tears[0] if turn is None else HALF)
+    polynomial = _dense(whole)
     at_half_turn = 2 * power - max(len(polynomial) - 1, 0)  # how often t = ∞ is a root
     simple = simple_part(polynomial)
     # of a range with what rounding may lead beyond its ends
@@ -319,16 +311,14 @@ def _settled(question: Question, candidates: Candidates, forms: Forms, root: flo
 
 # --- two polynomials in two tears ---
 #
-# Where two polynomials p and q of x and y have a common root, their resultant, a polynomial of x, is 0
-# (D. Cox, J. Little, D. O'Shea, *Ideals, Varieties, and Algorithms*, section 3.6): its real roots are
-# counted, and at each of them the roots y of p are tried.
+# Where two polynomials p and q of x and y have a common root, their resultant by y, a polynomial of x, is 0,
+# and so is that by x, a polynomial of y (D. Cox, J. Little, D. O'Shea, *Ideals, Varieties, and Algorithms*,
+# section 3.6): the real roots of both are counted, and tried in pairs. Of p and q with a common factor, a
+# curve, one of the two is 0 everywhere.
 
 
 HIGHEST_OF_TWO, HIGHEST_RESULTANT = 6, 15
-"""Degree of two residuals in the second tear, and of their resultant in the first."""
-BESIDE = 2.0**-20
-FADED = Fraction(1, 2**10)
-"""Share of its size so far beside a root which is left of a residual that holds there whatever y is."""
+"""Degree of two residuals in each tear, and of their resultants."""
 
 
 def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
@@ -343,70 +333,42 @@ def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
         p, q = (polynomial for polynomial, _ in _Steps(question, forms).residuals(question))
     except (NotPolynomial, NoForm, OverflowError):
         return False
-    if not 0 < max(degree(f, tears[1]) for f in (p, q)) <= HIGHEST_OF_TWO:
+    if not all(0 < max(degree(f, tear) for f in (p, q)) <= HIGHEST_OF_TWO for tear in tears):
         return False
     from rulesheets.algebra.polynomials import resultant_of  # brings sympy
 
-    resultant = resultant_of(p, q, tears)
-    if not 0 < len(resultant) <= HIGHEST_RESULTANT + 1:
-        return False
-    roots = _clear_roots(simple_part(resultant))
-    if roots is None:
-        return False
-    trial = Candidates(question)
-    for x in roots:
-        expect_time()
-        beside = Fraction(x) + Fraction(max(abs(x), 1.0) * BESIDE)
-        places = ({tears[0]: Fraction(x)}, {tears[0]: beside})
-        pairs = [tuple(_dense(f, tears[1], place) for place in places) for f in (p, q)]
-        pairs = [(here, there) for here, there in pairs if _size(here) > FADED * _size(there)]
-        if not pairs:
-            return False  # both hold for any y: a curve, of which this x may be but a part
-        try:
-            found = list(_real_parts(*max(pairs, key=lambda pair: len(pair[0]) > 1)))
-        except OverflowError:
+    roots = []
+    for unknowns in (tears, tears[::-1]):
+        resultant = resultant_of(p, q, unknowns)
+        found = _clear_roots(simple_part(resultant)) if 0 < len(resultant) <= HIGHEST_RESULTANT + 1 else None
+        if found is None:
             return False
-        if not all(_tried_beside(question, trial, forms, {tears[0]: x, tears[1]: y}) for y in found):
+        roots.append(found)
+    trial = Candidates(question)
+    for pair in itertools.product(*roots):
+        expect_time()
+        at = dict(zip(tears, pair, strict=True))
+        if not (_misses(p, at) or _misses(q, at) or _refined(question, trial, forms, at)):
             return False
     candidates.take(trial)
     return True
 
 
-def _size(polynomial: Coefficients) -> Fraction:
-    return max(map(abs, polynomial), default=Fraction(0))
+def _misses(polynomial: Polynomial, at: Mapping[str, float]) -> bool:
+    """Whether a polynomial is not 0 anywhere near a point, by more than the rounding of the inputs."""
+    terms = [
+        c * math.prod(Fraction(at[name]) ** exponent for name, exponent in monomial)
+        for monomial, c in polynomial.items()
+    ]
+    none = Fraction(0)
+    return abs(sum(terms, none)) > TOUCHING * HIGHEST_DEGREE * sum(map(abs, terms), none)
 
 
-def _real_parts(polynomial: Coefficients, beside: Coefficients) -> Iterator[float]:
-    """The real parts of the roots that may be real but for the rounding of the coefficients.
-
-    ``beside``: the polynomial at a first tear that is further off than its digits are. Raises OverflowError
-    where one is beyond floats.
-    """
-    pairs = zip_longest(polynomial, beside, fillvalue=Fraction(0))
-    slack = [abs(c) * KEPT_AT_REAL + abs(other - c) for c, other in pairs]
-    largest = _size(polynomial) or Fraction(1)
-    with np.errstate(all="ignore"):  # seen to below
-        try:
-            roots = np.roots([float(c / largest) for c in reversed(polynomial)])
-        except np.linalg.LinAlgError:
-            raise OverflowError from None
-    if not np.isfinite(roots).all():
-        raise OverflowError
-    for root in map(complex, roots):
-        real, size = Fraction(root.real), Fraction(abs(root))
-        kept = abs(sum((c * real**k for k, c in enumerate(polynomial)), Fraction(0)))
-        off = sum(share * size**k for k, share in enumerate(slack))
-        if abs(root.imag) <= REAL * abs(root) or kept <= off:
-            yield root.real
-
-
-def _tried_beside(question: Question, trial: Candidates, forms: Forms, tears: dict[str, float]) -> bool:
-    """Whether it is plain that the point with these tears is an answer (then kept), or that it is none."""
+def _refined(question: Question, trial: Candidates, forms: Forms, tears: dict[str, float]) -> bool:
+    """Whether the point with these tears is next to an answer, which is kept, or to one out of range."""
     point = _point_at(question, forms, tears)
     if point is None:
         return False
-    if astray(question, point, OFF):
-        return True
     outside = trial.outside
     trial.refine(list(point.values()))
     sizes = [max(abs(point[n]), 1e-3 * s) for n, s in zip(question.unknowns, question.scale, strict=True)]

@@ -233,15 +233,6 @@ of CLOSE, as a fold is a parabola."""
 TOUCHING = Fraction(1, 10**9)
 """An extremum this near to 0 beside its terms may be a double root that rounding of inputs has parted."""
 
-REAL = 1e-4
-"""How far from the real axis a root may be, relative to its size, that may be a real one but for rounding."""
-
-KEPT_AT_REAL = Fraction(1, 10**8)
-"""Share of its terms that a polynomial may keep at the real part of such a root: the square of REAL."""
-
-OFF = 1e-3
-"""A point of two tears that misses an equation by more than this, relative to its terms, is no answer."""
-
 POLISHED = 1e-2
 """Relative distance of an answer from the point that was refined to it."""
 
