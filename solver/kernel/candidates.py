@@ -102,7 +102,7 @@ class Candidates:
     def refine(self, start: Sequence[float], limits: NewtonLimits = STANDARD_LIMITS) -> None:
         """Newton on the whole block, so that the digits do not depend on the way to the candidate."""
         question = self.question
-        sizes = [max(abs(v), TINY * s) for v, s in zip(start, question.scale, strict=True)]
+        sizes = question.sizes_at(start, TINY)
         result = newton(question.residual, question.jacobian, start, sizes, limits)
         trials = [tuple(start)]
         if result.outcome.found:
@@ -194,7 +194,7 @@ class Candidates:
 
     def _open(self, point: Mapping[str, float], blur: Sequence[float], share: float) -> bool:
         """Whether rounding leaves an unknown open by more than that share of its size."""
-        sizes = (max(abs(v), scale) for v, scale in zip(point.values(), self.question.scale, strict=True))
+        sizes = self.question.sizes_at(list(point.values()))
         return any(error > share * size for error, size in zip(blur, sizes, strict=True))
 
     def settles(self, point: dict[str, float]) -> bool:

@@ -234,13 +234,16 @@ def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
     facts = solve_linear(matrix, rhs)
     if facts.conflict:
         rows = tuple(question.equations[i] for i in facts.conflict)
-        fact = Conflict(rows, facts.miss, dict(question.values))
-        conflict = BlockOutcome(complete=True, facts=(fact,), doubtful=_rounded(question, facts))
+        against = Conflict(rows, facts.miss, dict(question.values))
+        conflict = BlockOutcome(complete=True, facts=(against,), doubtful=_rounded(question, facts))
         return _free_to_witness(question, matrix, rhs, off, conflict)
     assert facts.solution is not None
     point = {n: v for n, v in zip(question.unknowns, facts.solution, strict=True) if v is not None}
-    if (beyond := _beyond_floats(question, matrix, facts, math.inf)) is not None:
-        return beyond
+    for column, number in enumerate(facts.solution):
+        if number is not None and math.isinf(number):
+            reader = next(i for i, row in enumerate(matrix) if row[column])
+            fact = BeyondFloats(question.equations[reader], question.unknowns[column])
+            return BlockOutcome(facts=(fact,))
     if facts.free:
         direction = dict(zip(question.unknowns, facts.nullspace[0], strict=True))
         return left_free(question, point, direction, tuple(question.unknowns[j] for j in facts.free))
@@ -251,22 +254,7 @@ def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
     found = found or _regular(question, point)
     if near or found is None:
         found = _free_to_witness(question, matrix, rhs, off, found)
-    if near:
-        return found and found._replace(doubtful=True)
-    return found or _beyond_floats(question, matrix, facts, 0.0)
-
-
-def _beyond_floats(
-    question: Question, matrix: Sequence[Sequence[float]], facts: LinearOutcome, end: float
-) -> BlockOutcome | None:
-    """The first unknown whose exact value no float holds, for being next to 0 or to infinity."""
-    assert facts.solution is not None
-    for column, number in enumerate(facts.solution):
-        if number is not None and (math.isinf(number) if end else abs(number) < SMALLEST_NORMAL):
-            reader = next(i for i, row in enumerate(matrix) if row[column])
-            fact = BeyondFloats(question.equations[reader], question.unknowns[column])
-            return BlockOutcome(facts=(fact,))
-    return None
+    return found._replace(doubtful=True) if near and found is not None else found
 
 
 def _rounded(question: Question, facts: LinearOutcome) -> bool:

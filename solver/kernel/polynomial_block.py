@@ -371,7 +371,7 @@ def _refined(question: Question, trial: Candidates, forms: Forms, tears: dict[st
         return False
     outside = trial.outside
     trial.refine(list(point.values()))
-    sizes = [max(abs(point[n]), 1e-3 * s) for n, s in zip(question.unknowns, question.scale, strict=True)]
+    sizes = question.sizes_at(list(point.values()), 1e-3)
     near = (
         all(abs(v - one.values[n]) <= POLISHED * s for (n, v), s in zip(point.items(), sizes, strict=True))
         for one in trial.answers

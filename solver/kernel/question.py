@@ -200,6 +200,10 @@ class Question:
             for name in self.unknowns
         ]
 
+    def sizes_at(self, x: Sequence[float], share: float = 1.0) -> list[float]:
+        """How large the unknowns are at a point (n,): at least so large a share of their typical size."""
+        return [max(abs(v), share * size) for v, size in zip(x, self.scale, strict=True)]
+
     @cached_property
     def sizes(self) -> Array:
         """The size of every unknown (n,): that of its guess, else what the known numbers make of it."""

@@ -174,14 +174,14 @@ def check_root(
     if found.relative is not None:  # a large block: its slopes stay those of floats
         there = dict(point)
         if found.relative > ORDINARY * EPS:
-            sharp = _settled(question, start, found) or sharp_root(question, start, _sizes(question, start))
+            sharp = _settled(question, start, found) or sharp_root(question, start, question.sizes_at(start))
             if sharp is None or not _within(start, sharp, found.errors, SAFETY):
                 return RootCheck.NO_ROOT, there
             there = question.named(sharp)
         # a rule that is steep because differences cancel in it is none the worse
         beside = is_beside_pole(question, there, found)
         return (RootCheck.BESIDE_POLE if beside else RootCheck.STANDS), there
-    bars = [min(bar, NEAR * size) for bar, size in zip(found.errors, _sizes(question, start), strict=True)]
+    bars = [min(bar, NEAR * size) for bar, size in zip(found.errors, question.sizes_at(start), strict=True)]
     try:
         end = _solved_on(question, start, bars)
         if not end[0]:  # at the turn of a fold steps are long however near two roots are
@@ -229,7 +229,7 @@ def _settled(question: Question, start: Sequence[float], found: Uncertainty) -> 
     assert question.sparse is not None
     bars, before = np.array(found.errors), math.inf
     x: Any = np.array(start, dtype=np.longdouble)
-    factor = question.factor(start, _sizes(question, start))
+    factor = question.factor(start, question.sizes_at(start))
     if factor.rank < factor.columns or not np.isfinite(bars).all():
         return None
     for _ in range(ROUNDS):
@@ -254,7 +254,7 @@ def root_beside(
     whether it leads away. Then no root is near, although other rules made of the block's hold there. At 0/0
     the method starts beside the point."""
     start = list(point.values())
-    bars = [reach / FAR * size for size in _sizes(question, start)]
+    bars = [reach / FAR * size for size in question.sizes_at(start)]
     for nudge in (0.0, NUDGE):
         try:
             root, settled = _solved_on(question, start, bars, nudge, most)
@@ -267,10 +267,6 @@ def root_beside(
         if root is not None:
             return (question.named(root) if settled else None), False
     return None, True
-
-
-def _sizes(question: Question, start: Sequence[float]) -> list[float]:
-    return [max(abs(v), scale) for v, scale in zip(start, question.scale, strict=True)]
 
 
 def _solved_on(
