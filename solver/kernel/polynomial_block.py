@@ -16,6 +16,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import reduce
+from operator import mul
 from typing import TypeAlias
 
 from rulesheets.deadline import expect_time
@@ -27,21 +28,7 @@ from solver.kernel.root_check import astray
 from solver.numerics.one_unknown import real_roots, simple_part
 from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, TOUCHING
 from solver.path.isolate import smooth
-from solver.path.polynomial import (
-    UNIT,
-    NoForm,
-    Polynomial,
-    constant,
-    degree,
-    letter,
-    letters,
-    minus,
-    name_of,
-    plus,
-    right_angles,
-    scaled,
-    times,
-)
+from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, letter, name_of, right_angles
 
 HIGHEST_DEGREE = 12
 
@@ -89,13 +76,14 @@ class _Steps:
                 return _scaled(self._value(operand), Fraction(-1))
             case Sum(terms):
                 parts = [self._value(term) for term in terms]
-                return plus(*(part for part, _ in parts)), plus(*(gross for _, gross in parts))
+                none = Polynomial()
+                return sum((part for part, _ in parts), none), sum((gross for _, gross in parts), none)
             case Product(left, right):
                 return self._times(self._value(left), self._value(right))
             case Quotient(left, right):
                 divisor, gross = self._value(right)
                 by = divisor.get(UNIT, Fraction(0))
-                if letters(gross) or CANCELLED * abs(by) <= gross.get(UNIT, 0):
+                if gross.letters or CANCELLED * abs(by) <= gross.get(UNIT, 0):
                     raise NotPolynomial
                 return _scaled(self._value(left), 1 / by)
             case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
@@ -109,7 +97,7 @@ class _Steps:
         expect_time()
         if self._degree(a[0]) + self._degree(b[0]) > HIGHEST_DEGREE:
             raise NotPolynomial
-        return times(a[0], b[0]), times(a[1], b[1])
+        return a[0] * b[0], a[1] * b[1]
 
     def _degree(self, polynomial: Polynomial) -> int:
         """In one of its tears, the highest, or in t."""
@@ -129,38 +117,39 @@ class _Steps:
         cosine, sine, angles = letter(COSINE), letter(SINE), 0
         for term in argument.terms if isinstance(argument, Sum) else (argument,):
             if name_of(term) == self.tear:
-                sine, angles = scaled(sine, Fraction(-1 if isinstance(term, Negative) else 1)), angles + 1
+                sine, angles = -sine if isinstance(term, Negative) else sine, angles + 1
             elif turn != 360.0 or (quarters := right_angles(term, 90.0)) is None:
                 raise NotPolynomial
             else:
                 for _ in range(quarters % 4):
-                    cosine, sine = scaled(sine, Fraction(-1)), cosine
+                    cosine, sine = -sine, cosine
         if angles != 1:
             raise NotPolynomial
         wave = cosine if function.startswith("cos") else sine
-        return wave, {monomial: abs(c) for monomial, c in wave.items()}
+        return wave, Polynomial({monomial: abs(c) for monomial, c in wave.items()})
 
 
 COSINE, SINE, HALF = "#cos", "#sin", "#half"
 
 
+TANGENT = letter(HALF)
+CIRCLE = constant(1.0) + TANGENT * TANGENT
+
+
 def _half_angle(polynomial: Polynomial, power: int, cosine: Polynomial) -> Polynomial:
     """A polynomial of cosine and sine as one of t = tan(θ/2), times (1 + t²) to a power: ``cosine`` times
     1 + t² is 1 - t², or what that would be if nothing cancelled in it."""
-    total: Polynomial = {}
+    total = Polynomial()
     for monomial, coefficient in polynomial.items():
         exponents = Counter(dict(monomial))
         i, j = exponents[COSINE], exponents[SINE]
-        factors = [cosine] * i + [scaled(letter(HALF), Fraction(2))] * j + [CIRCLE] * (power - i - j)
-        total = plus(total, reduce(times, factors, constant(coefficient)))
+        factors = [cosine] * i + [TANGENT + TANGENT] * j + [CIRCLE] * (power - i - j)
+        total += reduce(mul, factors, constant(coefficient))
     return total
 
 
-CIRCLE = plus(constant(1.0), times(letter(HALF), letter(HALF)))
-
-
 def _scaled(gross: Gross, factor: Fraction) -> Gross:
-    return scaled(gross[0], factor), scaled(gross[1], abs(factor))
+    return gross[0] * factor, gross[1] * abs(factor)
 
 
 def _total(polynomial: Polynomial) -> int:
@@ -190,7 +179,7 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
         ((whole, gross),) = _Steps(question, forms, turn).residuals(question)
         power = _total(gross)
         if turn is not None:
-            cosine = minus(constant(2.0), CIRCLE)
+            cosine = constant(2.0) - CIRCLE
             whole, gross = _half_angle(whole, power, cosine), _half_angle(gross, power, CIRCLE)
     except (NotPolynomial, NoForm, OverflowError):
         return False
@@ -333,7 +322,7 @@ def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
         p, q = (polynomial for polynomial, _ in _Steps(question, forms).residuals(question))
     except (NotPolynomial, NoForm, OverflowError):
         return False
-    if not all(0 < max(degree(f, tear) for f in (p, q)) <= HIGHEST_OF_TWO for tear in tears):
+    if not all(0 < max(f.degree(tear) for f in (p, q)) <= HIGHEST_OF_TWO for tear in tears):
         return False
     from rulesheets.algebra.polynomials import resultant_of  # brings sympy
 
