@@ -168,21 +168,18 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
 
     The only tear is a number, or an angle free to turn. Multiple roots are what they are in exact numbers.
     """
-    tears = question.kernel.block.tears
-    forms = _explicit_forms(question) if len(tears) == 1 else None
-    if forms is None:
+    (tear,) = question.kernel.block.tears
+    turn, domain = question.turn(tear), question.domain(tear)
+    if turn is not None and (not question.graph.is_turning(tear) or domain != (-turn / 2, turn / 2)):
         return False
-    turn, domain = question.turn(tears[0]), question.domain(tears[0])
-    if turn is not None and (not question.graph.is_turning(tears[0]) or domain != (-turn / 2, turn / 2)):
+    followed = _followed(question, turn)
+    if followed is None:
         return False
-    try:
-        ((whole, gross),) = _Steps(question, forms, turn).residuals(question)
-        power = _total(gross)
-        if turn is not None:
-            cosine = constant(2.0) - CIRCLE
-            whole, gross = _half_angle(whole, power, cosine), _half_angle(gross, power, CIRCLE)
-    except (NotPolynomial, NoForm, OverflowError):
-        return False
+    forms, ((whole, gross),) = followed
+    power = _total(gross)
+    if turn is not None:
+        cosine = constant(2.0) - CIRCLE
+        whole, gross = _half_angle(whole, power, cosine), _half_angle(gross, power, CIRCLE)
     if any(CANCELLED * abs(c) <= gross.get(monomial, 0) for monomial, c in whole.items()):
         return False
     polynomial = _dense(whole)
@@ -198,7 +195,7 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
     trial = Candidates(question)
     several = len(simple) < len(polynomial) or (turn is not None and at_half_turn > 1)
     for root in roots:
-        point = _point_at(question, forms, {tears[0]: root})
+        point = _point_at(question, forms, {tear: root})
         if point is None:
             return False
         if question.holds(point):
@@ -207,6 +204,15 @@ def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
             return False
     candidates.take(trial)
     return True
+
+
+def _followed(question: Question, turn: float | None = None) -> tuple[Forms, list[Gross]] | None:
+    """The explicit forms of the steps, and what must vanish; None where that is no polynomial."""
+    forms = _explicit_forms(question)
+    try:
+        return None if forms is None else (forms, _Steps(question, forms, turn).residuals(question))
+    except (NotPolynomial, NoForm, OverflowError):
+        return None
 
 
 def _explicit_forms(question: Question) -> Forms | None:
@@ -315,13 +321,10 @@ def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
     tears = question.kernel.block.tears
     if len(tears) != 2 or any(question.turn(tear) is not None for tear in tears):
         return False
-    forms = _explicit_forms(question)
-    if forms is None:
+    followed = _followed(question)
+    if followed is None:
         return False
-    try:
-        p, q = (polynomial for polynomial, _ in _Steps(question, forms).residuals(question))
-    except (NotPolynomial, NoForm, OverflowError):
-        return False
+    forms, ((p, _), (q, _)) = followed
     if not all(0 < max(f.degree(tear) for f in (p, q)) <= HIGHEST_OF_TWO for tear in tears):
         return False
     from rulesheets.algebra.polynomials import resultant_of  # brings sympy
