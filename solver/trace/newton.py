@@ -18,6 +18,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial, reduce
+from itertools import islice
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -375,12 +376,18 @@ class BlockNewton:
         """The root as nodes of another graph, by as many steps as it takes beside the record; nan where these
         are not enough.
         """
-        scale, add, split = self.scale, flow.node, flow.constant(SPLITTER)
         x = self._predicted(flow, known)
-        for _ in range(1, self._enough):
-            gone = copied(self.flow, flow, self.step, [*x, *known])
-            x = [add("sub", a, d) for a, d in zip(x, gone, strict=True)]
         step = copied(self.flow, flow, self.step, [*x, *known])
+        for _ in range(1, self._enough):
+            x = [flow.node("sub", a, d) for a, d in zip(x, step, strict=True)]
+            step = copied(self.flow, flow, self.step, [*x, *known])
+        return self._corrected(flow, x, known, step)
+
+    def _corrected(
+        self, flow: Graph, x: Sequence[int], known: Sequence[int], step: Sequence[int]
+    ) -> list[int]:
+        """The root that a last step leads next to, rounded and corrected; nan where that goes far."""
+        scale, add, split = self.scale, flow.node, flow.constant(SPLITTER)
         rounded = []
         for a, d in zip(x, step, strict=True):
             root = add("sub", a, d)
@@ -445,8 +452,18 @@ class BlockNewton:
 
     @cached_property
     def _kernels(self) -> tuple[ArrayKernel, ...]:
-        pairs = (self.flow, self.step), (self.flow, (*self.last, *self.moved)), self.prediction
+        """What predicts roots, what a step takes away from them, and what corrects them."""
+        last, ends = Flow(plain=True), (len(self.start), len(self.sample), len(self.start))
+        places = iter([last.input(place) for place in range(sum(ends))])
+        corrected = self._corrected(last, *(list(islice(places, count)) for count in ends))
+        pairs = self.prediction, (self.flow, self.step), (last, corrected)
         return tuple(ArrayKernel(flow, wanted) for flow, wanted in pairs)
+
+    def _run(self, kernel: int, *columns: Array) -> Array:
+        """The results (unknowns, n) of one of the kernels."""
+        found = np.empty((len(self.start), columns[0].shape[1]))
+        self._kernels[kernel]([row for some in columns for row in some], list(found))
+        return found
 
     def array(self, *known: Any) -> Array:
         """The roots (unknowns, n); nan where the branch is not followed."""
@@ -456,9 +473,7 @@ class BlockNewton:
         start = np.repeat(np.array(self.start)[:, None], count, axis=1)
         sample = np.repeat(np.array(self.sample)[:, None], count, axis=1)
         with np.errstate(all="ignore"):
-            predicted = np.empty(start.shape)
-            self._kernels[2](list(columns), list(predicted))
-            return self._rows(start, sample, columns, 1.0, predicted)
+            return self._rows(start, sample, columns, 1.0, self._run(0, columns))
 
     def _rows(
         self, start: Array, before: Array, known: Array, share: float, predicted: Array | None = None
@@ -475,42 +490,24 @@ class BlockNewton:
                 found[:, some] = self._rows(between[:, on], middle[:, on], known[:, some], 0.5 * share)
         return found
 
-    def _iterate(self, start: Array, known: Array) -> Array:
+    def _iterate(self, x: Array, known: Array) -> Array:
         """As the loop of one row, on all rows that have not converged."""
-        count = known.shape[1]
-        roots = np.full(start.shape, np.nan)
-        left, x, k = np.arange(count), start, known
-        before = np.full(count, np.inf)
+        roots, left = np.full(x.shape, np.nan), np.arange(known.shape[1])
+        before = np.full(known.shape[1], np.inf)
         weights = (1.0 / np.array(self.scale))[:, None]
         for _ in range(ITERATIONS):
-            step = np.empty(x.shape)
-            self._kernels[0]([*x, *k, *x], list(step))
+            if not left.size:
+                break
+            step = self._run(1, x, known)
             length = np.square(step * weights).sum(axis=0)
             near = length < CONVERGED**2
-            if near.all():
-                roots[:, left] = self._corrected(x, k, step)
-                break
             if near.any():
-                roots[:, left[near]] = self._corrected(x[:, near], k[:, near], step[:, near])
+                here = slice(None) if near.all() else near
+                roots[:, left[here]] = self._run(2, x[:, here], known[:, here], step[:, here])
             going = ~near & (length <= before)
             x, before = x - step, CONTRACTION**2 * length
             if not going.all():
-                left, x, k, before = left[going], x[:, going], k[:, going], before[going]
-                if not left.size:
-                    break
-        return roots
-
-    def _corrected(self, x: Array, known: Array, step: Array) -> Array:
-        """The roots that a last step leads next to, rounded and corrected; nan where that goes far."""
-        split = SPLITTER * (x - step)
-        rounded = split - (split - (x - step))
-        found = np.empty((2 * len(x), x.shape[1]))
-        self._kernels[1]([*x, *known, *rounded], list(found))
-        last, moved = found[: len(x)], found[len(x) :]
-        scale = np.array(self.scale)[:, None]
-        good = np.square(last / scale).sum(axis=0) <= LAST**2
-        good &= np.square(moved / scale).sum(axis=0) <= CONDITION**2
-        roots: Array = np.where(good, rounded - last, np.nan)
+                left, x, known, before = left[going], x[:, going], known[:, going], before[going]
         return roots
 
 
