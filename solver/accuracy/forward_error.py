@@ -153,21 +153,20 @@ class _Propagation:
         if (double := self.doubles.get(tuple(e.index for e in equations))) is not None:
             self._spread(double, unknowns)
             return
-        errors = None
+        self.errors |= dict.fromkeys(unknowns, UNKNOWN)
         if not all(name in self.values for name in unknowns):
-            pass
-        elif len(unknowns) > MANY and self.rounds:
+            return
+        system = None
+        if len(unknowns) > MANY and self.rounds:
             system = self._many_rows(equations, unknowns)
-            errors = None if system is None else self._solved(*system, unknowns)
         else:
             rows = [self._row(equation, unknowns) for equation in equations]
             found = [row for row in rows if row and all(map(math.isfinite, row[0].values()))]
             if len(found) == len(rows):
                 matrix = [[slopes.get(name, 0.0) for name in unknowns] for slopes, _ in found]
-                off = np.array([off for _, off in found])
-                errors = self._solved(as_matrix(matrix, len(unknowns)), off, unknowns)
-        for place, name in enumerate(unknowns):
-            self.errors[name] = UNKNOWN if errors is None else errors[place]
+                system = as_matrix(matrix, len(unknowns)), np.array([off for _, off in found])
+        if system is not None and (errors := self._solved(*system, unknowns)) is not None:
+            self.errors |= zip(unknowns, errors, strict=True)
 
     def _many_rows(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> tuple[Any, Errors] | None:
         """The Jacobian (n, n) of a large block, and by how much its rules may be off (n, samples)."""

@@ -59,7 +59,7 @@ def known_rules(model: Model, decided: Mapping[int, bool], values: Mapping[str, 
 
 def solved_by(model: Model, step: Step, decided: Mapping[int, bool]) -> list[Equation]:
     """The rules that a step solves: of several to select from, the first that is active."""
-    rules = [model.equations[index] for index in equations_of(step) if given_by(step)]
+    rules = [model.equations[index] for index in equations_of(step)] if given_by(step) else []
     return [rule for rule in rules if activity(rule, decided)][:1] if isinstance(step, Select) else rules
 
 

@@ -196,7 +196,7 @@ class _Rows:
 
     def read(self, equation: Equation) -> None:
         sides = (equation.left, equation.right)
-        if self.cancelling and any(map(_has_difference, sides)):
+        if self.cancelling and any(isinstance(side, Sum) and _has_difference(side) for side in sides):
             self._balance([term for side in sides if (term := self._term(side)) is not None])
             return
         added = _added(subtract(*sides))
@@ -341,22 +341,19 @@ def _is_level(part: Expression) -> bool:
     match part:
         case Name() | Product(Number(), Name()) | Product(Name(), Number()):
             return True
-    return False
+        case _:
+            return False
 
 
 def _has_difference(node: Expression) -> bool:
-    """Whether a sum has a term that is subtracted, or has a factor that may be negative for that."""
-    return isinstance(node, Sum) and any(map(_may_be_negative, node.terms))
-
-
-def _may_be_negative(term: Expression) -> bool:
-    match term:
+    """Whether something in a sum, a product or a quotient is subtracted."""
+    match node:
         case Negative():
             return True
-        case Product(left, right) | Quotient(left, right):
-            return _may_be_negative(left) or _may_be_negative(right)
+        case Sum() | Product() | Quotient():
+            return any(map(_has_difference, children(node)))
         case _:
-            return _has_difference(term)
+            return False
 
 
 def _added(node: Expression, negative: bool = False) -> list[tuple[Expression, bool]]:

@@ -19,7 +19,7 @@ from solver.facts import DoubleRoot, Proof, ProvedRoots
 from solver.kernel.krawczyk import Square, exact_double_root, proved_root, unfolded
 from solver.leaves import Leaf
 from solver.path import given_by
-from solver.path.cases import known_rules, outcome, solved_by
+from solver.path.cases import EQUAL, GREATER, LESS, OPERATORS, known_rules, outcome, solved_by
 
 BITS = 400
 
@@ -134,12 +134,5 @@ class _Proving:
         exact = left.is_exact() and right.is_exact()
         if not exact and left.overlaps(right):
             return None
-        less, same = bool(left < right), exact and bool(left == right)
-        return {
-            "=": same,
-            "<>": not same,
-            "<": less,
-            "<=": less or same,
-            ">": not less and not same,
-            ">=": not less,
-        }[condition.operator]
+        sign = LESS if left < right else EQUAL if exact and left == right else GREATER
+        return sign <= OPERATORS[condition.operator]
