@@ -234,15 +234,15 @@ class Spans:
     ``steady_runs``. Rows are taken in turn, as soon as they are there and while they are in the cache.
     """
 
-    def __init__(self, columns: Sequence[Array], span: int = SPAN) -> None:
-        self.columns, self.span = columns, span
-        self.starts = np.arange(0, len(columns[0]) - span + 1, span)
+    def __init__(self, columns: Sequence[Array]) -> None:
+        self.columns = columns
+        self.starts = np.arange(0, len(columns[0]) - SPAN + 1, SPAN)
         self._ends: Points = np.empty((len(columns), 2, len(self.starts)))
 
     def take(self, start: int, end: int) -> None:
         """Some rows; they begin with a span."""
-        at = start // self.span
-        here = self.starts[at : -(-end // self.span)] - start
+        at = start // SPAN
+        here = self.starts[at : -(-end // SPAN)] - start
         for column, ends in zip(self.columns if len(self.starts) else (), self._ends, strict=False):
             for extreme, found in zip((np.minimum, np.maximum), ends, strict=True):
                 if len(here):

@@ -29,7 +29,7 @@ from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Pr
 from rulesheets.syntax.program import walk
 from solver.path.graph import alike, shape_of
 from solver.path.planner import planner
-from solver.ranking.sizes import FLOATS, LEAST, MANY, Arithmetic, Scalings, Suggestions
+from solver.ranking.sizes import FLOATS, LEAST, MANY, Arithmetic, Scalings, Suggestions, added
 
 UNLIKELY = 9.0
 """Decades from the suggested size beyond which a number is of unlikely size."""
@@ -153,16 +153,12 @@ def _terms(*sides: Expression) -> set[str]:
 
 def _added(node: Expression) -> Iterator[Expression]:
     """The terms of a sum, without signs and numerical factors."""
-    match node:
-        case Sum(terms):
-            for term in terms:
-                yield from _added(term)
-        case (
-            Negative(inner) | Product(Number(), inner) | Product(inner, Number()) | Quotient(inner, Number())
-        ):
-            yield from _added(inner)
-        case _:
-            yield node
+    for part, _ in added(node):
+        match part:
+            case Product(Number(), inner) | Product(inner, Number()) | Quotient(inner, Number()):
+                yield from _added(inner)
+            case _:
+                yield part
 
 
 class Ranking:

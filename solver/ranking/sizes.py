@@ -199,9 +199,9 @@ class _Rows:
         if self.cancelling and any(isinstance(side, Sum) and _has_difference(side) for side in sides):
             self._balance([term for side in sides if (term := self._term(side)) is not None])
             return
-        added = _added(subtract(*sides))
-        drops = DROP if _is_balance(added) else 1.0
-        found = [(part, term) for part, _ in added if (term := self._term(part)) is not None]
+        parts = added(subtract(*sides))
+        drops = DROP if _is_balance(parts) else 1.0
+        found = [(part, term) for part, _ in parts if (term := self._term(part)) is not None]
         exact = len(found) == 2 and all(term.exact for _, term in found)
         shares = [1.0 if _is_level(part) else drops for part, _ in found]
         self._balance([term for _, term in found], EXACT if exact else 1.0, shares)
@@ -240,13 +240,13 @@ class _Rows:
 
         ``numbers`` are left out where the others may be much larger: beside exponentials, under logarithms.
         """
-        added = _added(node)
-        parts = [part for part, _ in added]
+        signed = added(node)
+        parts = [part for part, _ in signed]
         unbounded = (isinstance(part, Call) and part.function in _UNBOUNDED for part in parts)
         if not self.exact and (not numbers or any(unbounded)):
             parts = [part for part in parts if not isinstance(part, Number)]
         whole = self._balance([term for part in parts if (term := self._term(part)) is not None])
-        between_nodes = _is_balance(added) and not self.nodes.isdisjoint(names(node))
+        between_nodes = _is_balance(signed) and not self.nodes.isdisjoint(names(node))
         cancels = _has_difference(node) if self.cancelling else between_nodes
         if whole is None or not cancels:
             return whole
@@ -324,16 +324,16 @@ def _nodes(equations: Sequence[Equation]) -> frozenset[str]:
     while waiting:
         node = waiting.pop()
         waiting += children(node)
-        if _is_balance(_added(node)):
+        if _is_balance(added(node)):
             met = set(names(node))
             for name in met:
                 neighbours[name] |= met - {name}
     return frozenset(name for name, others in neighbours.items() if len(others) > 1)
 
 
-def _is_balance(added: Sequence[tuple[Expression, bool]]) -> bool:
+def _is_balance(signed: Sequence[tuple[Expression, bool]]) -> bool:
     """Whether names are subtracted from names."""
-    return {negative for part, negative in added if _is_level(part)} == {False, True}
+    return {negative for part, negative in signed if _is_level(part)} == {False, True}
 
 
 def _is_level(part: Expression) -> bool:
@@ -356,13 +356,13 @@ def _has_difference(node: Expression) -> bool:
             return False
 
 
-def _added(node: Expression, negative: bool = False) -> list[tuple[Expression, bool]]:
+def added(node: Expression, negative: bool = False) -> list[tuple[Expression, bool]]:
     """The terms of nested sums, and whether each is subtracted."""
     match node:
         case Sum(terms):
-            return [part for term in terms for part in _added(term, negative)]
+            return [part for term in terms for part in added(term, negative)]
         case Negative(operand):
-            return _added(operand, not negative)
+            return added(operand, not negative)
     return [(node, negative)]
 
 
