@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import sympy
 from sympy import Mul, Pow
+from sympy.core.alphabets import greeks
 from sympy.printing.latex import LatexPrinter
 
 from rulesheets.format import format_condition, format_expression
@@ -48,7 +49,7 @@ def _form(row: Function) -> Form:
     def defined(template: Expression, places: Mapping[str, Any]) -> Any:
         return AS_MATHEMATICS.expression(template).subs(places, simultaneous=True)
 
-    return row.form("sympy", sympy, defined) or (lambda *arguments: sympy.Function(row.name)(*arguments))
+    return row.form("sympy", sympy, defined) or _named(row)
 
 
 def _named(row: Function) -> Form:
@@ -188,10 +189,7 @@ def sympy_equations(model: Model) -> tuple[SympyEquation, ...]:
     )
 
 
-_GREEK = (
-    *("alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu"),
-    *("nu", "xi", "pi", "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega"),
-)
+_GREEK = tuple(name for name in greeks if name != "omicron")  # of which LaTeX has no letter
 _CAPITALS = ("Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Phi", "Psi", "Omega")
 _STEM = "|".join(sorted((*_GREEK, *_CAPITALS), key=len, reverse=True))
 
@@ -373,10 +371,14 @@ _CELL = "padding:2px 10px;vertical-align:top;text-align:"
 def html_table(heads: Sequence[str], rows: Iterable[Sequence[str]], numeric: Collection[int] = ()) -> str:
     """A table of texts; the columns ``numeric`` are aligned to the right."""
     styles = [_CELL + ("right" if at in numeric else "left") for at in range(len(heads))]
-    top = "".join(map(_head, heads, styles))
-    body = "".join(f"<tr>{''.join(map(_datum, row, styles))}</tr>" for row in rows)
+
+    def line(kind: str, texts: Sequence[str]) -> str:
+        cells = (f'<{kind} style="{s}">{escape(t)}</{kind}>' for t, s in zip(texts, styles, strict=False))
+        return f"<tr>{''.join(cells)}</tr>"
+
+    body = "".join(line("td", row) for row in rows)
     whole = "border-collapse:collapse;font-variant-numeric:tabular-nums"
-    return f'<table style="{whole}"><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>'
+    return f'<table style="{whole}"><thead>{line("th", heads)}</thead><tbody>{body}</tbody></table>'
 
 
 def more(count: int, noun: str = "rows") -> str:
@@ -404,11 +406,3 @@ def _written(variable: Variable) -> str:
         return f"~ {variable.guess:.10g}"
     low, high = variable.low, variable.high
     return f"in [{low:.6g}, {high:.6g}]" if isfinite(low) and isfinite(high) else ""
-
-
-def _head(text: str, style: str) -> str:
-    return f'<th style="{style}">{escape(text)}</th>'
-
-
-def _datum(text: str, style: str) -> str:
-    return f'<td style="{style}">{escape(text)}</td>'
