@@ -323,7 +323,7 @@ def too_deep(tree: RuleBody | Condition | Expression) -> Diagnosis | None:
     """Whether a tree has more than DEEPEST levels, or a product more than FACTORS, by a loop."""
     if tree.span is None or tree.span.end - tree.span.start <= DEEPEST:
         return None  # a tree has no more levels than its text has characters
-    stack: list[tuple[Any, int, int]] = [(tree, 1, 1)]
+    stack: list[tuple[Any, int, int]] = [(tree, 1, 0)]  # the sign of equality is no factor
     while stack:
         node, level, factors = stack.pop()
         here = tree.span if node.span is None else node.span
@@ -335,7 +335,7 @@ def too_deep(tree: RuleBody | Condition | Expression) -> Diagnosis | None:
             return said("E217", message, here.part(0, 1), "split it over several rules", label=label)
         if isinstance(node, IfRule):
             arms = filter(None, (node.condition, node.then, node.otherwise))
-            stack += ((arm, level + 1, 1) for arm in arms)
+            stack += ((arm, level + 1, 0) for arm in arms)
             continue
         for part in reversed(children(node)):
             chained = isinstance(node, _CHAIN) and part is node.left and isinstance(part, _CHAIN)
