@@ -11,6 +11,7 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
+from itertools import chain
 from math import isfinite, prod
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -237,19 +238,16 @@ def _document(
     effective = {n: inputs.get(n, v.value) for n, v in model.variables.items()}
     shown = _shown(model)
     drawn = [None if row is None else geometry(model, row) for row in rows]
-    outlines = list(map(outline, model.figures))
-
-    def box(number: int) -> list[float] | None:
+    outlines, boxes = list(map(outline, model.figures)), list[list[float] | None]()
+    for number, figure in enumerate(outlines):
         places = [place for some in drawn if some and (one := some[number]) for place in one["places"]]
-        polar = outlines[number]["polar"]
-        return [_round(value) for value in rectangle(places, polar)] if places else None
-
-    def flat(one: dict[str, Any] | None) -> list[float] | None:
-        """Coordinates and angles one after the other."""
-        if one is None:
-            return None
-        return [_round(value) for value in (*(c for place in one["places"] for c in place), *one["angles"])]
-
+        boxes.append(list(map(_round, rectangle(places, figure["polar"]))) if places else None)
+    flat = [  # coordinates and angles one after the other
+        None
+        if some is None
+        else [list(map(_round, chain(*one["places"], one["angles"]))) if one else None for one in some]
+        for some in drawn
+    ]
     return {
         "name": model.name,
         "axes": [
@@ -266,12 +264,12 @@ def _document(
         ],
         "given": [v.name for v in shown if v.name in axes or effective[v.name] is not None],
         "figures": outlines,
-        "boxes": [box(number) for number in range(len(outlines))],
+        "boxes": boxes,
         "said": SAID,
         "values": [
             None if row is None else [_number(row.get(v.name), displaying(v)) for v in shown] for row in rows
         ],
-        "drawn": [None if some is None else list(map(flat, some)) for some in drawn],
+        "drawn": flat,
     }
 
 
