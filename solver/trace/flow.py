@@ -330,16 +330,6 @@ class Numbers:
     def _result(
         self, operation: Operand, rest: Sequence[Operand], numbers: list[float | bool]
     ) -> float | bool:
-        match operation:
-            case "call":
-                return TABLE[str(rest[0])].value(*numbers)
-            case "sind" | "cosd" | "sin" | "cos":
-                return TABLE[str(operation)].value(*numbers)
-            case "direction" | "directiond":
-                return TABLE["atan2" if operation == "direction" else "atan2d"].value(*numbers)
-            case "finite":
-                return math.isfinite(numbers[0])
-            case "root" | "item":
-                return math.nan
-            case _:
-                return FOLD[str(operation)](*numbers)
+        name = str(rest[0] if operation == "call" else operation)
+        function = None if operation == "call" else FOLD.get(name)
+        return (function or TABLE[name.replace("direction", "atan2")].value)(*numbers)

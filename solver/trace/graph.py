@@ -55,7 +55,11 @@ FOLD: dict[str, Callable[..., float | bool]] = {
     "where": lambda c, a, b: a if c else b,
     "max": max,
     "sooner": lambda sooner, whole: whole,
+    "finite": math.isfinite,
+    "root": lambda *_: math.nan,
+    "item": lambda *_: math.nan,
 }
+"""Numbers of operations; those of blocks are found elsewhere."""
 
 
 class Graph:

@@ -244,19 +244,11 @@ def _row(planes: list[list[Array]], there: Array, row: int) -> Array:
 
 
 def _exchange(planes: list[list[Array]], order: list[int], start: int, end: int) -> None:
-    """Put the answers of some rows in another order; of most rows by another order of whole planes."""
-    count = len(planes[0][0])
-    few = np.arange(start, end)
-    if most := 2 * len(few) > count:
-        few = np.r_[:start, end:count]
-    saved = [[column[few] for column in plane] for plane in planes]
-    if most:
-        planes[:] = [planes[place] for place in order]
-    else:
-        saved = [saved[place] for place in order]
-    for plane, before in zip(planes, saved, strict=True):
-        for column, values in zip(plane, before, strict=True):
-            column[few] = values
+    """Put the answers of some rows in another order."""
+    saved = [[column[start:end].copy() for column in planes[place]] for place in order]
+    for plane, moved in zip(planes, saved, strict=True):
+        for column, values in zip(plane, moved, strict=True):
+            column[start:end] = values
 
 
 def _pushed_up(planes: list[list[Array]], there: Array) -> None:
