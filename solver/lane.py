@@ -54,7 +54,8 @@ class Lane:
         if again and time.monotonic() - self._since > PATIENCE:
             self._superseded = True
             if self._process is not None:
-                self._process.kill()
+                with suppress(ProcessLookupError):
+                    self._process.kill()
         async with self._turn:
             if self._process is None:
                 self._process, self._loaded = await self.workers.take(), False
@@ -66,6 +67,9 @@ class Lane:
                 _log.warning("gave up %s after %g s", question["do"], self.timeout)
                 await self.stop()
                 return {"gave_up": self.timeout}
+            except asyncio.CancelledError:  # what the worker says now answers no later question
+                await self.stop()
+                raise
             finally:
                 self._doing = ""
 
