@@ -7,7 +7,7 @@ inputs suggest, within half a decade of the nearest; angles nearest to 0; the ne
 still alike, the variables one by one, in the order of their names. Answers with a number of unlikely size
 come after all others. Nothing depends on the order of rules or variables.
 
-The sign of an angle says nothing, nor that of what follows from angles alone, nor of a kind of quantity that
+The sign of an angle says nothing, nor that of what follows from one alone, nor of a kind of quantity that
 has negative values anyhow: where a crank turns clockwise, its pin has a negative velocity, and that of the
 slider may have either sign. Variables are angles by their unit or by the functions that they stand in.
 
@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -56,15 +57,17 @@ _Suggested = tuple[Sequence[Any], Sequence[Any]]
 
 
 class Signs:
-    """What the signs of the variables of a model say: ``angles``, and those whose signs do not count,
-    ``aside``; the sizes that it suggests are kept here as well, by the names known and asked for."""
+    """What the signs of the variables of a model say: ``angles``, with their full turns, and the names whose
+    signs do not count, ``aside``; the sizes that it suggests are kept here too, by the names known and asked
+    for.
+    """
 
     def __init__(self, model: Model) -> None:
         self.model = model
         self.angles = _angles(model)
         self.suggestions: dict[tuple[Sequence[str], Sequence[str]], Suggestions] = {}
-        found = set(self.angles)  # and what rules tell from them alone
-        rules = [names for e in model.equations if len(names := frozenset(e.names)) > 1] if found else []
+        found = set(self.angles)  # and what rules tell from one of them alone
+        rules = [names for e in model.equations if len(names := frozenset(e.names)) == 2] if found else []
         before = -1
         while len(found) > before:
             before = len(found)
@@ -117,11 +120,15 @@ class Signs:
         return float(-unit.offset / unit.factor) if bounded else -np.inf
 
 
-def _angles(model: Model) -> frozenset[str]:
-    """Variables in degrees or radians, arguments of sines, results of their inverses, and what is
-    added to any of these.
+def _angles(model: Model) -> dict[str, float]:
+    """The full turns of variables in degrees or radians, arguments of sines, results of their inverses, and
+    what is added to any of these.
     """
-    found = {n for n, v in model.variables.items() if v.measure is not None and v.measure.bases == {ANGLE: 1}}
+    found = {
+        n: 2.0 * pi ** (1 - v.measure.pi) / float(v.measure.factor)
+        for n, v in model.variables.items()
+        if v.measure is not None and v.measure.bases == {ANGLE: 1}
+    }
     told: dict[Any, bool] = {}  # whether rules of a shape call functions of angles
     for equation in model.equations:
         shape, _ = shape_of(equation)
@@ -130,20 +137,20 @@ def _angles(model: Model) -> frozenset[str]:
         sides = equation.left, equation.right
         calls = [node for side in sides for node in walk(side) if isinstance(node, Call)]
         told[shape] = any(TABLE[call.function].turn or TABLE[call.function].angle for call in calls)
-        for call in calls:
-            if TABLE[call.function].turn:
-                found |= _terms(call.arguments[0])
         terms = [term for side in sides for term in _added(side)]
-        if any(isinstance(term, Call) and TABLE[term.function].angle for term in terms):
-            found |= _terms(*sides)
+        read = [(TABLE[call.function].turn, call.arguments[:1]) for call in calls]
+        read += [(TABLE[term.function].angle, sides) for term in terms if isinstance(term, Call)]
+        for turn, parts in read:
+            if turn:
+                found = dict.fromkeys(_terms(*parts), turn) | found
     sums = [_terms(equation.left, equation.right) for equation in model.equations] if found else []
     before = -1
     while len(found) > before:
         before = len(found)
         for names in sums:
-            if not names.isdisjoint(found):
-                found |= names
-    return frozenset(found)
+            if turn := next((found[name] for name in sorted(names) if name in found), None):
+                found |= {name: turn for name in names if name not in found}
+    return found
 
 
 def _terms(*sides: Expression) -> set[str]:
@@ -193,7 +200,7 @@ class Ranking:
         self._own_kinds = [signs.kinds.get(name) for name in self.names]
         self._aside = [name in signs.aside for name in self.names]
         self.angles = [name in signs.angles for name in self.names]
-        self._right = [(self.graph.single_turn(name) or 360.0) / 4.0 for name in self.names]
+        self._right = [signs.angles.get(name, 0.0) / 4.0 for name in self.names]
         self._floors = [signs.floor(name) for name in self.names]
 
     def order(self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]) -> list[int]:

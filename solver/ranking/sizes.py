@@ -1,10 +1,10 @@
 """The sizes of unknowns that the rules and the known numbers suggest.
 
 This is dimensional analysis with numbers. Every rule is a linear equation between logarithms: terms of a sum
-balance, factors multiply, arguments of sines and exponentials are of size 1. Where these equations disagree,
-their squared residuals are least. The scalings that leave the rules unchanged tell which quantities are of
-one kind (E. Buckingham, *On physically similar systems*, 1914): ``v = omega*r`` stays true if r and v are
-doubled, or omega and v.
+balance, factors multiply, sines and the arguments of exponentials are of size 1. Where these equations
+disagree, their squared residuals are least. The scalings that leave the rules unchanged tell which quantities
+are of one kind (E. Buckingham, *On physically similar systems*, 1914): ``v = omega*r`` stays true if r and v
+are doubled, or omega and v.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.functions import named
+from rulesheets.functions import TABLE, named
 from rulesheets.model import Equation, Model
 from rulesheets.syntax.nodes import (
     Call,
@@ -45,6 +45,8 @@ EXACT = 100.0
 """Weight of a rule without sums, beside one whose terms only balance."""
 DROP = 0.1
 """Weight of a product being of the size of names that balance without it: in V = E - R*I little drops."""
+SINE = 3.0
+"""Weight of a sine being of size 1: small angles are ordinary."""
 CANCELLING = 0.01
 """Weight of a difference being of the size of its terms, in a network, where neighbours are nearly alike."""
 MANY = 200
@@ -314,7 +316,12 @@ class _Rows:
             return _Term({}, log10(pi)) if function == "pi" else _ONE
         if self.exact or function not in _LOGARITHMS:
             self.rows += [(term, 1.0) for term in there]
-        return self._any() if function in _UNBOUNDED else _ONE
+        if self.exact or not (function in _UNBOUNDED or TABLE[function].turn):
+            return _ONE
+        free = self._any()
+        if function not in _UNBOUNDED:
+            self.rows.append((free, SINE))
+        return free
 
 
 def _nodes(equations: Sequence[Equation]) -> frozenset[str]:

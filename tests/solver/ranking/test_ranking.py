@@ -283,3 +283,45 @@ def test_water_flows_slowly_beyond_the_critical_depth() -> None:
     model = rulesheets.loads("q = 2.5\ng = 9.81\nv = q/y\nE = y + v^2/(2*g)\nyc = (q^2/g)^(1/3)\n")
     energy = 1.8 + (2.5 / 1.8) ** 2 / (2 * 9.81)
     assert solver.solve(model, {"E": energy})["y"] == pytest.approx(1.8, rel=1e-12)
+
+
+def test_what_follows_from_angles_is_positive_where_nothing_else_tells() -> None:
+    """The day is 15.1 hours long (FAO Irrigation and Drainage Paper 56, equations 21, 23, 24, 25, 34, 35)."""
+    text = """
+    cos(ws) = -tan(phi)*tan(delta)
+    delta = 0.409*sin(2*pi()/365*J - 1.39)
+    dr = 1 + 0.033*cos(2*pi()/365*J)
+    Ra = 24*60/pi()*0.082*dr*(ws*sin(phi)*sin(delta) + cos(phi)*cos(delta)*sin(ws))
+    N = 24/pi()*ws
+    Rs = (0.25 + 0.5*n/N)*Ra
+    """
+    result = solver.solve(rulesheets.loads(text), {"J": 180, "phi": 0.75, "n": 9})
+    assert result["N"] == pytest.approx(15.140, abs=1e-3)
+    assert result["Ra"] == pytest.approx(41.758, abs=1e-3)
+
+
+def test_turns_of_an_angle_that_is_not_only_an_angle_come_after_the_angle() -> None:
+    text = "N = 24/pi()*ws\ncos(ws) = -tan(phi)*0.43\nR = (1 + 4/N)*(ws + 2*sin(ws))"
+    model = rulesheets.loads(text)
+    known = solver.solve(model, {"phi": 0.75})
+    back = solver.solve(model, {"R": known["R"]})
+    assert abs(back["ws"]) < math.pi
+
+
+def test_a_sine_may_be_small() -> None:
+    """A glider sinks at two degrees and a half: the coefficient of lift is 0.6, not 90."""
+    text = """
+    CL = CL0 + slope*alpha
+    CD = CD0 + CL^2/(pi()*e*AR)
+    L = 0.5*rho*v^2*S*CL
+    L = W*cosd(gamma)
+    D = 0.5*rho*v^2*S*CD
+    D = W*sind(gamma)
+    sink = v*sind(gamma)
+    """
+    model = rulesheets.loads(text)
+    given = {"slope": 0.09, "alpha": 4, "CD0": 0.018, "e": 0.85, "AR": 14, "rho": 1.1, "S": 12, "W": 3600}
+    known = solver.solve(model, {**given, "CL0": 0.25})
+    back = solver.solve(model, {**given, "sink": known["sink"]})
+    assert back["CL0"] == pytest.approx(0.25)
+    assert back["gamma"] == pytest.approx(2.6237, abs=1e-4)
