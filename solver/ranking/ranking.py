@@ -3,9 +3,9 @@
 In this order: nearest to the guesses; fewest negative values (angles aside, and variables whose declared
 range reaches below 0; a temperature, mass or pressure below its zero counts double), a trivial zero counting
 as one; fewest trivial zeros; fewest angles beyond a right one; sizes near to those that the rules and the
-inputs suggest, within half a decade of the nearest; angles nearest to 0; the nearest sizes; and for what is
-still alike, the variables one by one, in the order of their names. Answers with a number of unlikely size
-come after all others. Nothing depends on the order of rules or variables.
+inputs suggest, within half a decade of the nearest; angles nearest to 0; fewest negative values of any kind;
+the nearest sizes; and for what is still alike, the variables one by one, in the order of their names. Answers
+with a number of unlikely size come after all others. Nothing depends on the order of rules or variables.
 
 The sign of an angle says nothing, nor that of what follows from one alone, nor of a kind of quantity that
 has negative values anyhow: where a crank turns clockwise, its pin has a negative velocity, and that of the
@@ -295,7 +295,8 @@ class Ranking:
             far = on.largest([far, 1.0 * (_away(apart[place], sizes[1][place]) > UNLIKELY) * there])
             distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
-        return [far, self._guessed(row, on), negatives + zeros, zeros, wide, distance, angle, size, *signs]
+        guessed, below, of_either = self._guessed(row, on), negatives + zeros, sum(signs[::2], 0.0)
+        return [far, guessed, below, zeros, wide, distance, angle, of_either, size, *signs]
 
     def _apart(self, row: Sequence[Figure], sizes: _Suggested, on: Arithmetic) -> list[Figure]:
         """Decades from the suggested size, one a name; 0 of angles and of what is 0."""
@@ -335,7 +336,7 @@ def _away(apart: Figure, determined: bool) -> Figure:
 
 def is_measured(place: int) -> bool:
     """Whether a part of a key is a measure, and not a count or a sign."""
-    return place in (1, SIZE, 6, 7) or (place > 7 and place % 2 == 1)
+    return place in (1, SIZE, 6) or (place > 7 and place % 2 == 0)
 
 
 SPAN = 1e9
