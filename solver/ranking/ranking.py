@@ -3,7 +3,7 @@
 In this order: nearest to the guesses; fewest negative values (angles aside, and variables whose declared
 range reaches below 0; a temperature, mass or pressure below its zero counts double), a trivial zero counting
 as one; fewest trivial zeros; fewest angles beyond a right one; sizes near to those that the rules and the
-inputs suggest, within half a decade of the nearest; angles nearest to 0; fewest negative values of any kind;
+inputs suggest, within half a decade of the nearest; angles nearest to 0; fewest negative angles;
 the nearest sizes; and for what is still alike, the variables one by one, in the order of their names. Answers
 with a number of unlikely size come after all others. Nothing depends on the order of rules or variables.
 
@@ -273,7 +273,7 @@ class Ranking:
         sizes: _Suggested,
         on: Arithmetic,
     ) -> Key:
-        negatives, zeros, turned, wide, far, distance = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        negatives, zeros, turned, backward, wide, far, distance = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         signs: list[Figure] = []
         apart = self._apart(row, sizes, on)
         for place, (angle, floor, right) in enumerate(
@@ -283,7 +283,7 @@ class Ranking:
             share = on.rounded(GRAIN * (number / most[place]))
             signs += [1.0 * (share < 0.0), abs(share)]
             if angle:
-                turned = turned + abs(number)
+                turned, backward = turned + abs(number), backward + 1.0 * (share < 0.0)
                 wide = wide + 1.0 * (abs(number) > right + least)
                 continue
             there = 1.0 * (abs(number) > least) * (apart[place] * sizes[1][place] > NOTHING)
@@ -295,8 +295,8 @@ class Ranking:
             far = on.largest([far, 1.0 * (_away(apart[place], sizes[1][place]) > UNLIKELY) * there])
             distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
-        guessed, below, of_either = self._guessed(row, on), negatives + zeros, sum(signs[::2], 0.0)
-        return [far, guessed, below, zeros, wide, distance, angle, of_either, size, *signs]
+        guessed, below = self._guessed(row, on), negatives + zeros
+        return [far, guessed, below, zeros, wide, distance, angle, backward, size, *signs]
 
     def _apart(self, row: Sequence[Figure], sizes: _Suggested, on: Arithmetic) -> list[Figure]:
         """Decades from the suggested size, one a name; 0 of angles and of what is 0."""
