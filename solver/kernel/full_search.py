@@ -66,7 +66,7 @@ def _bounds(forms: Sequence[Expression], question: Question, shape: tuple[int, .
     on_box = emitter.function(ends)(*question.known)
 
     def bounds(low: Array, high: Array) -> tuple[Array, Array]:
-        boxes = np.stack([low, high], axis=2).reshape(len(low), -1).tolist()
+        boxes = np.stack([low, high], axis=2).reshape(len(low), 2 * low.shape[1]).tolist()
         found = np.array([on_box(*box) for box in boxes]).reshape(len(low), *shape, 2)
         return found[..., 0], found[..., 1]
 

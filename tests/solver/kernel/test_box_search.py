@@ -32,3 +32,10 @@ def test_all_nine_stationary_points_are_found_and_proven() -> None:
 def test_ranges_without_a_root_are_proven_infeasible() -> None:
     sheet = HIMMELBLAU.replace("x in [-6, 6]", "x in [4, 6]")
     assert str(solver.solve(rulesheets.loads(sheet)).status) == "infeasible"
+
+
+def test_no_box_is_left_where_the_first_is_ruled_out() -> None:
+    sheet = (
+        "variables\n  x in [0, 1]\n  y in [0, 1]\nrules\n  x + sin(y*x) = 5 - y*x\n  y + exp(-x*y) = 5 + x\n"
+    )
+    assert str(solver.solve(rulesheets.loads(sheet)).status) == "infeasible"
