@@ -19,8 +19,7 @@ from contextlib import ExitStack, closing, suppress
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import version
-from queue import SimpleQueue
-from threading import Lock
+from threading import Lock, local
 from time import thread_time
 from typing import Any
 
@@ -100,16 +99,13 @@ def _awaited(future: Any) -> Any:
 
 
 class _Workers:
-    """Processes, a thread for each. They are out of reach of the terminal's interrupt, and end when this
-    process does."""
+    """Processes, a thread for each, which starts its own with its first piece. They are out of reach of the
+    terminal's interrupt, and end when this process does."""
 
     def __init__(self, work: bytes, jobs: int) -> None:
         self._work, self._ending = work, False
         self._threads = ThreadPoolExecutor(jobs, thread_name_prefix="worker")
-        self._idle: SimpleQueue[Any] = SimpleQueue()
-        self._all: list[Any] = []
-        for _ in range(jobs):
-            self._idle.put(None)  # started with its first piece
+        self._own, self._all = local(), list[Any]()
 
     def interrupt(self) -> None:
         """Ask the workers for what they have, and start no other piece."""
@@ -136,25 +132,21 @@ class _Workers:
     def _solve(self, chunk: Chunk) -> Rows | list[Rows]:
         """A piece, or as a list what an interrupt has left of it."""
         for _ in range(TRIES):
-            worker = self._idle.get()
+            if self._ending:
+                return []
             try:
-                if self._ending:
-                    return []
-                worker = worker or self._started()
+                worker = vars(self._own).get("worker") or self._started()
                 pickle.dump(chunk, worker.stdin, protocol=5)
                 worker.stdin.flush()
                 answer = pickle.load(worker.stdout)
             except (OSError, EOFError, pickle.UnpicklingError):
-                if worker is not None:
+                if worker := vars(self._own).pop("worker", None):
                     worker.kill()
-                worker = None
-            else:
-                if isinstance(answer, Exception):
-                    raise answer
-                assert isinstance(answer, Rows | list)
-                return answer
-            finally:
-                self._idle.put(worker)
+                continue
+            if isinstance(answer, Exception):
+                raise answer
+            assert isinstance(answer, Rows | list)
+            return answer
         raise RuleSheetError(error("E446", notes=("free some memory, or give --jobs 1",)))
 
     def _started(self) -> Any:
@@ -165,6 +157,7 @@ class _Workers:
             env={**os.environ, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"},
             start_new_session=True,
         )
+        self._own.worker = worker
         self._all.append(worker)
         if self._ending:  # since it was asked
             worker.kill()
