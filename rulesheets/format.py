@@ -280,23 +280,21 @@ def _said(rule: nodes.Rule | nodes.Mark) -> list[str]:
     return [f"{rule.kind} {name}({format_list(rule.arguments)})"]
 
 
+def _head(block: nodes.Figure | nodes.Function, head: str) -> list[str]:
+    return [*(_comment(line.text) for line in block.above), *_commented([head], block.comment, 0)]
+
+
 def _figure(figure: nodes.Figure) -> Iterator[str]:
-    for line in figure.above:
-        yield _comment(line.text)
     unit = "" if figure.unit is None else f" [{figure.unit}]"
-    yield from _commented([f"figure {figure.name}{unit}"], figure.comment, 0)
+    yield from _head(figure, f"figure {figure.name}{unit}")
     yield from _rules(figure.marks)
 
 
 def _function(function: nodes.Function) -> Iterator[str]:
     results = f"; {', '.join(function.results)}" if function.results else ""
-    head = f"function {function.name}({', '.join(function.arguments)}{results})"
-    for line in function.above:
-        yield _comment(line.text)
-    yield from _commented([head], function.comment, 0)
+    yield from _head(function, f"function {function.name}({', '.join(function.arguments)}{results})")
     if function.parameters:
-        yield from _commented(
-            [f"parameters {', '.join(function.parameters)}"], function.parameters_comment, 0
-        )
+        line = f"parameters {', '.join(function.parameters)}"
+        yield from _commented([line], function.parameters_comment, 0)
     yield "rules"
     yield from _rules(function.rules)

@@ -13,9 +13,6 @@ from typing import Any, ClassVar, Self, TypeAlias, TypeVar, dataclass_transform,
 
 from rulesheets.syntax import Span
 
-# --- arithmetic -----------------------------------------------------------------
-
-
 _PLACES = frozenset({"span", "gap", "like"})
 
 
@@ -73,38 +70,83 @@ class Node(metaclass=Fields):
         return type(self), tuple(getattr(self, name) for name in self.__match_args__)
 
 
+# --- arithmetic -----------------------------------------------------------------
+
+
+def is_number(expression: Expression, value: float) -> bool:
+    return isinstance(expression, Number) and expression.value == value
+
+
+def negative(operand: Expression) -> Expression:
+    match operand:
+        case Number(value):
+            return Number(-value) if value else operand
+        case Negative(inner):
+            return inner
+        case _:
+            return Negative(operand)
+
+
+def add(*terms: Operand) -> Expression:
+    kept = tuple(term for term in map(_tree, terms) if not is_number(term, 0.0))
+    if not kept:
+        return ZERO
+    return kept[0] if len(kept) == 1 else Sum(kept)
+
+
+def subtract(left: Operand, right: Operand) -> Expression:
+    return add(left, negative(_tree(right)))
+
+
+def multiply(left: Operand, right: Operand) -> Expression:
+    left, right = _tree(left), _tree(right)
+    if is_number(left, 0.0) or is_number(right, 0.0):
+        return ZERO
+    if is_number(left, 1.0):
+        return right
+    return left if is_number(right, 1.0) else Product(left, right)
+
+
+def divide(left: Operand, right: Operand) -> Expression:
+    left, right = _tree(left), _tree(right)
+    return left if is_number(right, 1.0) or is_number(left, 0.0) else Quotient(left, right)
+
+
+def power(base: Expression, exponent: Operand) -> Expression:
+    exponent = _tree(exponent)
+    if is_number(exponent, 1.0):
+        return base
+    return ONE if is_number(exponent, 0.0) else Power(base, exponent)
+
+
+def call(function: str, *arguments: Expression) -> Expression:
+    return Call(function, arguments)
+
+
+def _tree(operand: Operand) -> Expression:
+    return Number(operand) if isinstance(operand, float | int) else operand
+
+
 class Operators(Node):
     """``+ - * / **`` of expressions and numbers; terms 0 and factors 1 fold away."""
 
-    def __neg__(self: Any) -> Expression:
-        return negative(self)
-
-    def __add__(self: Any, other: Operand) -> Expression:
-        return add(self, _tree(other))
+    __neg__, __add__, __sub__, __mul__, __truediv__ = negative, add, subtract, multiply, divide
+    __pow__ = power
 
     def __radd__(self: Any, other: float) -> Expression:
-        return add(Number(other), self)
-
-    def __sub__(self: Any, other: Operand) -> Expression:
-        return subtract(self, _tree(other))
+        return add(other, self)
 
     def __rsub__(self: Any, other: float) -> Expression:
-        return subtract(Number(other), self)
-
-    def __mul__(self: Any, other: Operand) -> Expression:
-        return multiply(self, _tree(other))
+        return subtract(other, self)
 
     def __rmul__(self: Any, other: float) -> Expression:
-        return multiply(Number(other), self)
-
-    def __truediv__(self: Any, other: Operand) -> Expression:
-        return divide(self, _tree(other))
+        return multiply(other, self)
 
     def __rtruediv__(self: Any, other: float) -> Expression:
-        return divide(Number(other), self)
+        return divide(other, self)
 
-    def __pow__(self: Any, other: Operand) -> Expression:
-        return power(self, _tree(other))
+
+# --- expressions ----------------------------------------------------------------
 
 
 class Number(Operators):
@@ -486,63 +528,8 @@ def bare(node: Expression) -> bool:
     return next(names(node), None) is None and next(units_of(node), None) is None
 
 
-def _tree(operand: Operand) -> Expression:
-    return Number(operand) if isinstance(operand, float) else operand
-
-
 ZERO = Number(0.0)
 ONE = Number(1.0)
-
-
-def is_number(expression: Expression, value: float) -> bool:
-    return isinstance(expression, Number) and expression.value == value
-
-
-def negative(operand: Expression) -> Expression:
-    match operand:
-        case Number(value):
-            return Number(-value) if value else operand
-        case Negative(inner):
-            return inner
-        case _:
-            return Negative(operand)
-
-
-def add(*terms: Expression) -> Expression:
-    kept = tuple(term for term in terms if not is_number(term, 0.0))
-    if not kept:
-        return ZERO
-    return kept[0] if len(kept) == 1 else Sum(kept)
-
-
-def subtract(left: Expression, right: Expression) -> Expression:
-    return add(left, negative(right))
-
-
-def multiply(left: Expression, right: Expression) -> Expression:
-    if is_number(left, 0.0) or is_number(right, 0.0):
-        return ZERO
-    if is_number(left, 1.0):
-        return right
-    if is_number(right, 1.0):
-        return left
-    return Product(left, right)
-
-
-def divide(left: Expression, right: Expression) -> Expression:
-    if is_number(right, 1.0) or is_number(left, 0.0):
-        return left
-    return Quotient(left, right)
-
-
-def power(base: Expression, exponent: Expression) -> Expression:
-    if is_number(exponent, 1.0):
-        return base
-    return ONE if is_number(exponent, 0.0) else Power(base, exponent)
-
-
-def call(function: str, *arguments: Expression) -> Expression:
-    return Call(function, arguments)
 
 
 def substitute(expression: Expression, replacements: Mapping[str, Expression]) -> Expression:
