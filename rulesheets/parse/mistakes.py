@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 from rulesheets.checks.marks import KINDS, Shape
 from rulesheets.diagnosis import Diagnosis, closest, plural, said
@@ -23,11 +23,6 @@ from rulesheets.syntax.nodes import Call, Condition, Equality, Expression, Inequ
 Explanation = Callable[[Stop], Diagnosis | None]
 
 
-def first_of(explanations: Iterable[Explanation], stop: Stop) -> Diagnosis | None:
-    """What the first of the explanations says that applies."""
-    return next((found for explain in explanations if (found := explain(stop)) is not None), None)
-
-
 _KEYWORDS = frozenset({"IF", "_THEN", "_ELSE", "CALL", "_AND", "_OR", "NOT"})
 
 
@@ -35,7 +30,7 @@ def explain_line(stop: Stop, kind: str) -> Diagnosis:
     """The most telling diagnosis of a rule, a row or a mark that the grammar rejects."""
     if kind == "mark" and stop.index < 4 and "(" not in stop.words[: stop.index]:
         return _misshapen(stop)
-    return first_of(_MISTAKES[kind], stop) or unreadable(stop)
+    return next(filter(None, (explain(stop) for explain in _MISTAKES[kind])), None) or unreadable(stop)
 
 
 # --- two operands side by side --------------------------------------------------
@@ -64,7 +59,7 @@ def two_operands(stop: Stop) -> Diagnosis | None:
     before, word = stop.before, stop.word
     if not (stop.begins_operand and stop.follows_operand):
         return None
-    if found := first_of((bad_number, open_across_lines, misspelt_keyword), stop):
+    if found := bad_number(stop) or open_across_lines(stop) or misspelt_keyword(stop):
         return found
     span = stop.span(before, word)
     if "SYMBOL" in (before.type, word.type):
