@@ -114,17 +114,19 @@ class _Steps:
         """Sine or cosine of plus or minus the angle and some quarter turns. Raises NotPolynomial."""
         if function.endswith("d") != (turn == 360.0):
             raise NotPolynomial
-        cosine, sine, angles = letter(COSINE), letter(SINE), 0
+        turns, quarters = list[bool](), 0
         for term in argument.terms if isinstance(argument, Sum) else (argument,):
             if name_of(term) == self.tear:
-                sine, angles = -sine if isinstance(term, Negative) else sine, angles + 1
-            elif turn != 360.0 or (quarters := right_angles(term, 90.0)) is None:
+                turns.append(isinstance(term, Negative))
+            elif turn != 360.0 or (count := right_angles(term, 90.0)) is None:
                 raise NotPolynomial
             else:
-                for _ in range(quarters % 4):
-                    cosine, sine = -sine, cosine
-        if angles != 1:
+                quarters += count
+        if len(turns) != 1:
             raise NotPolynomial
+        cosine, sine = letter(COSINE), -letter(SINE) if turns[0] else letter(SINE)
+        for _ in range(quarters % 4):  # of plus or minus the angle, wherever in the sum that stands
+            cosine, sine = -sine, cosine
         wave = cosine if function.startswith("cos") else sine
         return wave, Polynomial({monomial: abs(c) for monomial, c in wave.items()})
 

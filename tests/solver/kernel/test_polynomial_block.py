@@ -130,6 +130,14 @@ def test_quarter_turns_are_exact() -> None:
     assert str(solved(QUARTERS, k=1.0).status) == "infeasible"
 
 
+@pytest.mark.parametrize("angle", ["90 - t", "-t + 90", "270 - t", "-90 - t", "t - 90", "90 + t", "180 - t"])
+def test_quarter_turns_stand_anywhere_beside_the_angle(angle: str) -> None:
+    sheet = f"x = 2*cosd(t) + cosd({angle})\ny = 3*sind({angle}) + sind(t)\nz = x*y + x^2\nz*x + y*x = k"
+    result = solved(sheet, k=float(solved(sheet, t=20.0)["k"]))
+    assert result.complete
+    assert any(solution["t"] == pytest.approx(20.0, abs=1e-9) for solution in result.solutions)
+
+
 def test_a_divisor_in_which_the_unknown_cancels() -> None:
     """rp + ra is 2a whatever rp is: the divisor is a number, its terms are not."""
     result = solved(
