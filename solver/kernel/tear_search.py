@@ -7,7 +7,7 @@ in many digits, and what it misses by has to come of the last places of the numb
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import partial
@@ -17,7 +17,6 @@ from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context
 from rulesheets.evaluate.number import Inexact, exactly
-from rulesheets.functions.intervals import Interval
 from rulesheets.syntax.nodes import Expression, Number
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import with_named_numbers
@@ -65,8 +64,6 @@ OPERATIONS = 4
 SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
 FAINT = 1e-30
 """Size of samples beside which rules may well have nothing to say, whether or not their unknown is free."""
-BESIDE = 1e-2
-"""Share of a turn, or of 4, within which boxes are next to a point."""
 REMOTE = 1e50
 """Half way, in decades, to where a search over an infinite range ends."""
 MIN_SAMPLES = 3
@@ -110,7 +107,7 @@ class TearSearch:
         smooth, function = enclosure.slopes is not None, self.kernel.chain_function(place)
         budget = self.question.budget
         search = isolate_roots(
-            self._enclose(place),
+            partial(enclosure.ranges, known=known),
             partial(enclosure.slopes_over, known=known) if smooth else None,
             lambda x: function(x, *known)[-1],
             *self.question.domain(self.tear),
@@ -136,25 +133,6 @@ class TearSearch:
                 candidates.suspect(point)
         self.flat += [(place, *interval) for interval in search.flat]
         return search.complete and (smooth or not search.roots)
-
-    def _enclose(self, place: int) -> Callable[[Sequence[Interval]], Sequence[Interval]]:
-        """The residual over boxes; nan, nan for those next to a hole at one of the usual points."""
-        enclosure, known = self.kernel.enclosure(place), self.question.known
-        turn = self.question.turn(self.tear) or 4.0
-        usual = (0.0, turn / 4, -turn / 4, turn / 2, -turn / 2)
-        holes = [x for x in usual if enclosure.cleared is not None and self._is_hole(place, x)]
-        if not holes:
-            return partial(enclosure.ranges, known=known)
-
-        def enclose(boxes: Sequence[Interval]) -> Sequence[Interval]:
-            found = list(enclosure.ranges(boxes, known))
-            for number, ((low, high), (below, above)) in enumerate(zip(boxes, found, strict=True)):
-                near = [x for x in holes if max(abs(low - x), abs(high - x)) <= BESIDE * turn]
-                if below <= 0.0 <= above and low < high and self._is_monotone(place, near, low, high):
-                    found[number] = math.nan, math.nan
-            return found
-
-        return enclose
 
     def _without_holes(self, place: int, search: RootSearch) -> RootSearch:
         """The search without boxes around exact points at which the residual is 0/0.
