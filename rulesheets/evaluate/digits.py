@@ -73,7 +73,10 @@ ExtendedValues: TypeAlias = Mapping[str, Any]
 
 
 LARGE_BITS = 40
-"""Binary digits before the point beyond which an exponent has no power here: those of a million million."""
+"""Binary digits before the point from which on an exponent is large."""
+SPARE = 5
+LARGEST_BITS = 4_000
+"""The same from which on a power has no value here: floats end at 1,024."""
 MOST_BITS = 100_000
 """Binary exponents of arguments beyond which a function may take all memory (``sin`` of e^1e300)."""
 
@@ -128,12 +131,20 @@ class Digits(Arithmetic[Extended]):
         return above / below
 
     def raised(self, node: Power, base: Extended, exponent: Extended) -> Extended:
-        if exponent and exponent.exp + exponent.bc > LARGE_BITS:  # before any whole number of so many bits
+        size = exponent.exp + exponent.bc if exponent else 0
+        if size > LARGEST_BITS:  # before any whole number of so many bits
             raise Undefined("overflow", (math.inf,), node)
         negative_root = base < 0 and exponent != int(exponent)
         if negative_root or (base == 0 and exponent < 0):
             raise Undefined("^", (float(base), float(exponent)), node)
-        return base**exponent
+        if size <= LARGE_BITS or not base:
+            return base**exponent
+        # By the logarithm, with as many digits more as the exponent has before its point: mpmath squares, and
+        # squares again, for whole exponents, and for others it takes no more digits.
+        mp = context(self.digits + SPARE + size // 3)
+        found = mp.exp(mp.mpf(exponent) * mp.ln(abs(mp.mpf(base))))
+        odd = base < 0 and int(exponent) % 2 == 1
+        return +context(self.digits).mpf(-found if odd else found)
 
     def applied(self, node: Call, arguments: list[Extended]) -> Extended:
         for argument in arguments:
