@@ -313,7 +313,8 @@ class _Writer:
                 self.lines += [self.indent + line for line in direction_lines(name, *read)]
                 self.texts[node] = name
             case _:
-                self.depths[node] = 1 + max(self.depths.get(part, 0) for part in operands(self.flow, node))
+                parts_of = operands(self.flow, node)
+                self.depths[node] = 1 + max((self.depths.get(part, 0) for part in parts_of), default=0)
                 self.texts[node] = self._source(str(operation), parts, read)
                 if self.reads[node] > 1 or self.depths[node] > DEEP:
                     self._line(f"{name} = {self.texts[node]}")

@@ -221,14 +221,12 @@ class AnswerKernel:
 
     def _first_told(self, columns: Sequence[Array], start: int, end: int) -> int | None:
         """The first row of a run in which the record knows the order, looked for here and there."""
-        for rows in (np.array([start]), np.arange(start, end, 256)):
-            here = [column[rows] for column in columns]
-            knows = self._columns(in_order=True)(here)[2]
-            if not knows.any() and PATIENT in self._made:
-                knows = self._columns(in_order=True, quick=False)(here)[2]
-            if knows.any():
-                return int(rows[np.argmax(knows)])
-        return None
+        rows = np.arange(start, end, 256)
+        here = [column[rows] for column in columns]
+        knows = self._columns(in_order=True)(here)[2]
+        if not knows.any() and PATIENT in self._made:
+            knows = self._columns(in_order=True, quick=False)(here)[2]
+        return int(rows[np.argmax(knows)]) if knows.any() else None
 
     def _sort_rows(self, found: _Found, columns: Sequence[Array], rows: Array) -> None:
         self._columns(in_order=True).replace(found, columns, rows)
