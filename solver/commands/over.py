@@ -191,9 +191,7 @@ def read_swept(arguments: Namespace, request: Request) -> Swept:
         note = "give --over NAME=START:STOP:STEP, or --rows FILE"
         raise RuleSheetError(error("E443", "a sweep needs either ranges or a file of rows", notes=(note,)))
     if arguments.rows:
-        rows_of_file = _file_rows(arguments.rows, arguments.columns, request.model)
-        request.swept(rows_of_file.names)
-        return rows_of_file
+        return _file_rows(arguments.rows, arguments.columns, request)
     axes = read_axes(arguments.over, request)
     lengths = {name: len(axis) for name, axis in axes.items()}
     first, length = next(iter(lengths.items()))
@@ -208,13 +206,14 @@ def read_swept(arguments: Namespace, request: Request) -> Swept:
     return Swept(tuple(axes), len(rows), rows.shape, grid_chunks(rows), grid_lessons(rows))
 
 
-def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
+def _file_rows(path: str, columns: Iterable[str], request: Request) -> Swept:
     """The rows of a file; ``columns`` are those to take, none means all."""
-    written, total = heading(path)
+    model, (written, total) = request.model, heading(path)
     there, units = zip(*map(_parted, written), strict=True) if written else ((), ())
     wanted = [name.strip() for text in columns for name in text.split(",") if name.strip()]
     names = tuple(dict.fromkeys(wanted or there))
     _expect_columns(path, there, wanted, model)
+    request.swept(names)
     places = [there.index(name) for name in names]
     heads = [written[place] for place in places]
     numbers = [head for head, name in zip(heads, names, strict=True) if name in quantities(model)]

@@ -254,19 +254,14 @@ def _why_arguments(parser: ArgumentParser) -> None:
 
 def _why(arguments: Namespace) -> int:
     """Solve, trace, print; the exit code is 0 where the variable has a value."""
-    from solver.report.derivation import (
-        why,  # a plain solve does without
-        why_latex,
-        why_markdown,
-        why_text,
-    )
+    from solver.report import derivation as told  # a plain solve does without
 
     request = read_request(arguments)
     variable_named(arguments.name, request.model)
-    derivation = why(solve(request.model, request.inputs, guesses=request.guesses), arguments.name)
+    derivation = told.why(solve(request.model, request.inputs, guesses=request.guesses), arguments.name)
     known = derivation.value is not None
-    write = why_latex if arguments.latex and known else why_markdown if arguments.markdown else why_text
-    print(write(derivation))
+    write = told.why_markdown if arguments.markdown else told.why_text
+    print((told.why_latex if arguments.latex and known else write)(derivation))
     for diagnosis in () if known else derivation.diagnoses:
         print(f"\n{render(diagnosis)}")
     return 0 if known else 1
