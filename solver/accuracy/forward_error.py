@@ -192,7 +192,7 @@ class _Propagation:
         self.blocks[key] = BlockCondition(key, factor.rank, factor.condition() if regular else math.inf)
         if not regular or not np.isfinite(off).all():
             return None
-        return _finite(np.column_stack([factor.solution(-column) for column in off.T]))
+        return _finite(factor.solution(-off))
 
     # --- at a double root ---
 

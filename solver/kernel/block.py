@@ -40,7 +40,7 @@ from solver.kernel.enclosure import Enclosure
 from solver.numerics.linear_algebra import Array
 from solver.path import SolveBlock
 from solver.path.elimination import ClosedForm, closed_form
-from solver.path.graph import Alike, ModelGraph, alike
+from solver.path.graph import Alike, ModelGraph, alike, same_columns
 from solver.path.isolate import Isolation, is_linear, isolate, smooth
 from solver.ranking.sizes import Scalings
 
@@ -117,9 +117,8 @@ class BlockKernel:
         inside = np.array([name in unknowns for name in self.alike.names], dtype=bool)
         straight = np.zeros(len(self.equations), dtype=bool)
         for family in self.alike.families:
-            unknown = inside[family.columns]
-            for pattern in np.unique(unknown, axis=1).T:
-                places = family.places[(unknown == pattern[:, None]).all(axis=0)]
+            for _, members in same_columns(inside[family.columns]):
+                places = family.places[members]
                 rule = self.equations[places[0]]
                 straight[places] = is_linear(subtract(rule.left, rule.right), unknowns)
         return straight.tolist()

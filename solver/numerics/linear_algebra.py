@@ -47,9 +47,10 @@ class Factor:
         self._row_sizes, self._weights = row_sizes, weights
 
     def solution(self, rhs: Any) -> Any:
-        """The solution (n,); of least squares and least scaled norm where there is none or many."""
+        """The solution (n,), of columns (m, k) all of them (n, k); of least squares and least scaled norm
+        where there is none or many."""
         with np.errstate(all="ignore"):
-            return self._weights * self._solved(rhs / self._row_sizes)
+            return (self._weights * self._solved((rhs.T / self._row_sizes).T).T).T
 
     def solve(self, rhs: Sequence[float]) -> list[float]:
         """The same as a list."""
@@ -135,7 +136,7 @@ def any_rank(matrix: Any, column_weights: Any) -> Factor:
     rank = int((singular > 2 * max(scaled.shape) * EPS * singular[:1]).sum())
     deficient = rank < len(weights)
     return Factor(
-        lambda b: vt[:rank].T @ (u[:, :rank].T @ b / singular[:rank]),
+        lambda b: vt[:rank].T @ ((u[:, :rank].T @ b).T / singular[:rank]).T,
         lambda: float("inf") if deficient else float(singular[0] / singular[-1]),
         rank,
         sizes,

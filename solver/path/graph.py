@@ -60,6 +60,16 @@ class Family(NamedTuple):
     numbers: Array
 
 
+def same_columns(pattern: NDArray[np.bool_]) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.intp]]]:
+    """The different columns of a pattern (k, m), each with the places where it stands."""
+    packed = np.ascontiguousarray(np.packbits(pattern, axis=0).T)
+    groups: dict[bytes, list[int]] = {}
+    for place, key in enumerate(packed.view(f"V{packed.shape[1]}").ravel().tolist() if packed.size else ()):
+        groups.setdefault(key, []).append(place)
+    for places in groups.values():
+        yield pattern[:, places[0]], np.array(places, dtype=np.intp)
+
+
 class Alike(NamedTuple):
     """Rules by their shapes, in order of first appearance, and the names that they read."""
 
@@ -67,40 +77,50 @@ class Alike(NamedTuple):
     families: tuple[Family, ...]
 
 
+def by_shape(model: Model) -> Sequence[Sequence[Equation]]:
+    """All rules, those of one shape together, in order of first appearance (found once for a model)."""
+    if "_by_shape" not in model.__dict__:
+        found: dict[Shape, list[Equation]] = {}
+        for equation in model.equations:
+            found.setdefault(shape_of(equation)[0], []).append(equation)
+        model.__dict__["_by_shape"] = tuple(found.values())
+    rules: Sequence[Sequence[Equation]] = model.__dict__["_by_shape"]
+    return rules
+
+
+def occurrences(model: Model) -> tuple[tuple[int, ...], ...]:
+    """The places among the variables of those that each rule reads (found once for a model)."""
+    if "_occurrences" not in model.__dict__:
+        number = {name: i for i, name in enumerate(model.variables)}.__getitem__
+        model.__dict__["_occurrences"] = tuple([tuple(map(number, e.names)) for e in model.equations])
+    found: tuple[tuple[int, ...], ...] = model.__dict__["_occurrences"]
+    return found
+
+
 def alike(model: Model, equations: Sequence[Equation]) -> Alike:
-    """The rules by their shapes (found once for the same rules)."""
+    """Some of the rules by their shapes (found once for the same rules)."""
     if "_alike" not in model.__dict__:
-        model.__dict__["_alike"] = _Shapes(model.equations)
+        model.__dict__["_alike"] = _Shapes(model)
     found: Alike = model.__dict__["_alike"].of(equations)
     return found
 
 
 class _Shapes:
-    """All rules of a model by their shapes, the ``family`` of each and its place among the ``member`` s of
-    that; and parts of them."""
+    """All rules of a model by their shapes, with the ``family`` of each and its place among the ``member`` s
+    of that; and what is asked for of them."""
 
-    def __init__(self, equations: Sequence[Equation]) -> None:
-        self.equations = equations
-        column: dict[str, int] = {}
-        found: dict[Shape, tuple[list[int], list[int], list[float]]] = {}
-        for place, equation in enumerate(equations):
-            shape, numbers = shape_of(equation)
-            if shape not in found:
-                found[shape] = [], [], []
-            places, columns, written = found[shape]
-            places.append(place)
-            columns += [column.setdefault(name, len(column)) for name in equation.names]
-            written += numbers
-        self.family, self.member = np.empty((2, len(equations)), dtype=np.intp)
-        families = []
-        for number, (places, columns, written) in enumerate(found.values()):
-            count = len(places)
+    def __init__(self, model: Model) -> None:
+        self.equations, self.names = model.equations, tuple(model.variables)
+        occurs = occurrences(model)
+        self.family, self.member = np.empty((2, len(self.equations)), dtype=np.intp)
+        self.families = []
+        for number, rules in enumerate(by_shape(model)):
+            places, count = [rule.index for rule in rules], len(rules)
             self.family[places], self.member[places] = number, np.arange(count)
-            read = np.array(columns, dtype=np.intp).reshape(count, -1).T
-            told = np.array(written, dtype=float).reshape(count, -1).T
-            families.append(Family(np.array(places, dtype=np.intp), equations[places[0]], read, told))
-        self.whole = Alike(tuple(column), tuple(families))
-        self.kept = {tuple(range(len(equations))): self.whole}
+            read = np.array([occurs[place] for place in places], dtype=np.intp).reshape(count, -1).T
+            told = np.array([shape_of(rule)[1] for rule in rules], dtype=float).reshape(count, -1).T
+            self.families.append(Family(np.array(places, dtype=np.intp), rules[0], read, told))
+        self.kept: dict[tuple[int, ...], Alike] = {}
 
     def of(self, equations: Sequence[Equation]) -> Alike:
         key = tuple([equation.index for equation in equations])
@@ -113,12 +133,12 @@ class _Shapes:
         numbers, starts = np.unique(of[order], return_index=True)
         families = []
         for number, places in zip(numbers.tolist(), np.split(order, starts[1:]), strict=True):
-            every, members = self.whole.families[number], self.member[chosen[places]]
+            every, members = self.families[number], self.member[chosen[places]]
             first = self.equations[chosen[places[0]]]
             families.append(Family(places, first, every.columns[:, members], every.numbers[:, members]))
         columns = [family.columns.ravel() for family in families]
         read = np.unique(np.concatenate([np.empty(0, dtype=np.intp), *columns]))
-        names = tuple([self.whole.names[column] for column in read.tolist()])
+        names = tuple([self.names[column] for column in read.tolist()])
         within = (family._replace(columns=np.searchsorted(read, family.columns)) for family in families)
         return Alike(names, tuple(within))
 
@@ -182,7 +202,7 @@ class ModelGraph:
         self.model = model
         self.names = tuple(model.variables)
         self.number = {name: i for i, name in enumerate(self.names)}
-        self.occurs = tuple(tuple(map(self.number.__getitem__, e.names)) for e in model.equations)
+        self.occurs = occurrences(model)
         self.condition_occurs = tuple(
             tuple(self.number[name] for name in dict.fromkeys(nodes.names(condition)))
             for condition in model.conditions
@@ -223,7 +243,7 @@ class ModelGraph:
     @cached_property
     def angles(self) -> Mapping[str, Angle]:
         """Variables that are nothing but angles."""
-        return _angles(self.model.equations)
+        return _angles(self.model)
 
     @cached_property
     def weighed(self) -> Set[str]:
@@ -231,7 +251,7 @@ class ModelGraph:
         whole turn of it may make a difference."""
         required = (requirement.comparison for requirement in self.model.requirements)
         conditions = (*self.model.conditions, *required)
-        return self.angles.keys() - _angles(self.model.equations, conditions) if conditions else set()
+        return self.angles.keys() - _angles(self.model, conditions) if conditions else set()
 
     def turn(self, name: str) -> float | None:
         """The period of a variable that is nothing but an angle: 360 or 2π, or None.
@@ -273,37 +293,23 @@ def _evidence(*parts: nodes.Expression | nodes.Condition) -> Iterator[tuple[str,
             stack.extend(nodes.children(node))
 
 
-def _angles(equations: Iterable[Equation], conditions: Iterable[nodes.Condition] = ()) -> dict[str, Angle]:
+def _angles(model: Model, conditions: Iterable[nodes.Condition] = ()) -> dict[str, Angle]:
     """Variables that occur only where whole turns make no difference."""
     plain: set[str] = set()
     told = [_evidence(*conditions)]
     sums: dict[str, list[Equation]] = {}
-    plainly: dict[Shape, bool] = {}
-    for equation in equations:
-        shape, _ = shape_of(equation)
-        if shape not in plainly:
-            sides = equation.left, equation.right
-            calls = (node.function for node in walk(*sides) if isinstance(node, Call))
-            angular = any(TABLE[name].turn or TABLE[name].angle for name in calls)
-            plainly[shape] = not (angular or all(map(is_angle_sum, sides)))
-        if plainly[shape]:  # rules that know nothing of angles, told shape by shape, their sides unread
-            plain.update(equation.names)
-            continue
-        sides = equation.left, equation.right
+    for rules in by_shape(model):
+        sides = rules[0].left, rules[0].right
+        calls = (node.function for node in walk(*sides) if isinstance(node, Call))
         if all(map(is_angle_sum, sides)):
-            for name in equation.names:
-                sums.setdefault(name, []).append(equation)
-        else:
-            for one, other in (sides, sides[::-1]):  # ``thetaAB = atan2d(…)`` gives an angle as such
-                if (
-                    isinstance(one, Name)
-                    and isinstance(other, Call)
-                    and (turn := TABLE[other.function].angle)
-                ):
-                    told += [iter([(one.name, turn, 1)]), _evidence(*other.arguments)]
-                    break
-            else:
-                told.append(_evidence(*sides))
+            for rule in rules:
+                for name in rule.names:
+                    sums.setdefault(name, []).append(rule)
+        elif any(TABLE[name].turn or TABLE[name].angle for name in calls):
+            for rule in rules:
+                told += _told_angles(rule.left, rule.right)
+        else:  # of rules that know nothing of angles the sides are not read
+            plain.update(*[rule.names for rule in rules])
     found: dict[str, Angle] = {}
     for name, turn, turns in chain.from_iterable(told):
         known, before = found.get(name, (turn, turns))
@@ -318,6 +324,16 @@ def _angles(equations: Iterable[Equation], conditions: Iterable[nodes.Condition]
                 spread += {*equation.names} - plain
                 plain.update(equation.names)
     return {name: angle for name, angle in found.items() if name not in plain}
+
+
+def _told_angles(*sides: Expression) -> Iterator[Iterator[tuple[str, float, int]]]:
+    """What the sides of a rule say of angles: ``thetaAB = atan2d(…)`` gives one as such."""
+    for one, other in (sides, sides[::-1]):
+        if isinstance(one, Name) and isinstance(other, Call) and (turn := TABLE[other.function].angle):
+            yield iter([(one.name, turn, 1)])
+            yield _evidence(*other.arguments)
+            return
+    yield _evidence(*sides)
 
 
 def within_half_turns(number: float, turn: float) -> float:

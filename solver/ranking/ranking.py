@@ -25,10 +25,10 @@ import numpy as np
 
 from rulesheets.functions import TABLE
 from rulesheets.library import ANGLE
-from rulesheets.model import Model, Value
+from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Product, Quotient, Sum
 from rulesheets.syntax.program import walk
-from solver.path.graph import alike, shape_of
+from solver.path.graph import by_shape, shape_of
 from solver.path.planner import planner
 from solver.ranking.sizes import FLOATS, LEAST, MANY, Arithmetic, Scalings, Suggestions, added
 
@@ -96,16 +96,15 @@ class Signs:
     @cached_property
     def differences(self) -> frozenset[str]:
         """Names that a rule gives as a difference: one below 0 says nothing of others of its kind."""
-        told = alike(self.model, self.model.equations)
-        return frozenset(
-            told.names[column]
-            for family in told.families
-            for rule in [family.first]
-            for side, other in ((rule.left, rule.right), (rule.right, rule.left))
-            if isinstance(side, Name) and isinstance(other, Sum)
-            if 0 < sum(isinstance(term, Negative) for term in other.terms) < len(other.terms)
-            for column in family.columns[rule.names.index(side.name)]
-        )
+        found = set[str]()
+        for rules in by_shape(self.model):
+            sides = rules[0].left, rules[0].right
+            for side, other in (sides, sides[::-1]):
+                if isinstance(side, Name) and isinstance(other, Sum):
+                    negative = sum(isinstance(term, Negative) for term in other.terms)
+                    if 0 < negative < len(other.terms):
+                        found.update(*_in_each(rules, {side.name}))
+        return frozenset(found)
 
     def floor(self, name: str) -> float:
         """The least reading of an absolute temperature, a mass or an absolute pressure; else minus infinity.
@@ -151,6 +150,12 @@ def _angles(model: Model) -> dict[str, float]:
             if turn := next((found[name] for name in sorted(names) if name in found), None):
                 found |= {name: turn for name in names if name not in found}
     return found
+
+
+def _in_each(rules: Sequence[Equation], names: Collection[str]) -> list[set[str]]:
+    """What stands in each of the rules of a shape where these names stand in the first."""
+    places = [rules[0].names.index(name) for name in names]
+    return [{rule.names[place] for place in places} for rule in rules] if places else []
 
 
 def _terms(*sides: Expression) -> set[str]:

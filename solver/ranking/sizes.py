@@ -36,7 +36,7 @@ from rulesheets.syntax.nodes import (
     subtract,
 )
 from solver.numerics.sparse_newton import sparse_least_squares
-from solver.path.graph import Alike, shape_of
+from solver.path.graph import Alike, same_columns, shape_of
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -122,10 +122,9 @@ def nearly_balanced(rules: Alike, unknowns: Sequence[str], known: Mapping[str, f
     for family in rules.families:
         mine, given = columns[family.columns], numbers[family.columns]
         every = np.concatenate([np.where(mine < 0, given, np.nan), family.numbers])
-        for zero in np.unique(every == 0.0, axis=1).T:
-            chosen = ((every == 0.0) == zero[:, None]).all(axis=0)
+        for zero, chosen in same_columns(every == 0.0):
             matrix, constants = _balance_of_shape(family.first, len(mine), zero)
-            count, (height, width) = int(chosen.sum()), rows
+            count, (height, width) = len(chosen), rows
             at = np.full((matrix.shape[1], count), -1)  # the column of each name and number; -1 where known
             at[: len(mine)] = mine[:, chosen]
             free = at[len(every) :]
