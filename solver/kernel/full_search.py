@@ -16,13 +16,15 @@ from typing import Any
 
 import numpy as np
 
-from rulesheets.syntax.nodes import Expression
+from rulesheets.model import Equation
+from rulesheets.syntax.nodes import Expression, Name, Negative, Sum
+from rulesheets.syntax.program import walk
 from solver.accuracy.alike import MANY
 from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import BlockOutcome, Candidates, left_free
 from solver.kernel.emitter import IntervalEmitter
 from solver.kernel.question import Question
-from solver.numerics.linear_algebra import Array
+from solver.numerics.linear_algebra import Array, sparse_matrix
 from solver.numerics.newton import (
     GAUSS_NEWTON,
     NEWTON,
@@ -405,3 +407,33 @@ def _sparse_starts(question: Question) -> Iterator[tuple[Array, Array | None, bo
     yield inside, sizes, True
     yield np.clip(np.where(turning, 0.0, 1.0), low, high), sizes, False
     yield inside, sizes, False
+    if system is not None and (flat := _beside_known(question, inside)) is not None:
+        yield np.clip(system.with_told(flat, question.known), low, high), sizes, False
+
+
+def _beside_known(question: Question, start: Array) -> Array | None:
+    """The start (n,), but that unknowns which rules add to known numbers, or take from them, directly or by
+    way of others, begin as these: the flat start of power systems. None where there are none."""
+    from scipy.sparse.csgraph import connected_components
+
+    rules, known = question.kernel.alike, question.here
+    pairs = [family.columns[[one, other]] for family in rules.families for one, other in _added(family.first)]
+    if not pairs:
+        return None
+    (one, other), n = np.concatenate(pairs, axis=1), len(rules.names)
+    _, kind = connected_components(sparse_matrix(np.ones(len(one)), one, other, (n, n)), directed=False)
+    numbers = np.array([v if isinstance(v := known.get(name), float) else math.nan for name in rules.names])
+    count = np.bincount(kind, ~np.isnan(numbers))
+    means = np.bincount(kind, np.nan_to_num(numbers)) / np.maximum(count, 1.0)
+    place = {name: i for i, name in enumerate(rules.names)}
+    own = kind[[place[name] for name in question.unknowns]]
+    return np.where(count[own] > 0.0, means[own], start) if count[own].any() else None
+
+
+def _added(rule: Equation) -> Iterator[tuple[int, int]]:
+    """Pairs of names of a rule, by their places, that it adds to one another or takes from one another."""
+    for node in walk(rule.left, rule.right):
+        terms = node.terms if isinstance(node, Sum) else ()
+        plain = [term.operand if isinstance(term, Negative) else term for term in terms]
+        places = [rule.names.index(term.name) for term in plain if isinstance(term, Name)]
+        yield from ((places[0], other) for other in places[1:])
