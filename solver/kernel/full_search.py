@@ -24,7 +24,7 @@ from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import BlockOutcome, Candidates, left_free
 from solver.kernel.emitter import IntervalEmitter
 from solver.kernel.question import Question
-from solver.numerics.linear_algebra import Array, sparse_matrix
+from solver.numerics.linear_algebra import Array, connected
 from solver.numerics.newton import (
     GAUSS_NEWTON,
     NEWTON,
@@ -414,14 +414,11 @@ def _sparse_starts(question: Question) -> Iterator[tuple[Array, Array | None, bo
 def _beside_known(question: Question, start: Array) -> Array | None:
     """The start (n,), but that unknowns which rules add to known numbers, or take from them, directly or by
     way of others, begin as these: the flat start of power systems. None where there are none."""
-    from scipy.sparse.csgraph import connected_components
-
     rules, known = question.kernel.alike, question.here
     pairs = [family.columns[[one, other]] for family in rules.families for one, other in _added(family.first)]
     if not pairs:
         return None
-    (one, other), n = np.concatenate(pairs, axis=1), len(rules.names)
-    _, kind = connected_components(sparse_matrix(np.ones(len(one)), one, other, (n, n)), directed=False)
+    kind = connected(np.concatenate(pairs, axis=1), len(rules.names))
     numbers = np.array([v if isinstance(v := known.get(name), float) else math.nan for name in rules.names])
     count = np.bincount(kind, ~np.isnan(numbers))
     means = np.bincount(kind, np.nan_to_num(numbers)) / np.maximum(count, 1.0)
