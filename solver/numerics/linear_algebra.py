@@ -71,7 +71,7 @@ def connected(pairs: NDArray[np.intp], n: int) -> NDArray[np.intp]:
     from scipy.sparse.csgraph import connected_components  # of large blocks alone
 
     found: NDArray[np.intp]
-    _, found = connected_components(sparse_matrix(np.ones(pairs.shape[1]), *pairs, shape=(n, n)), False)
+    _, found = connected_components(sparse_matrix(np.ones(pairs.shape[1]), pairs[0], pairs[1], (n, n)), False)
     return found
 
 
