@@ -140,7 +140,7 @@ def _result(asked: Asked, by: Model, verdict: Verdict, complete: bool, prove: bo
         inputs=inputs,
         guesses=guesses,
         wanted=tuple(name for name in judged if name not in beyond),
-        undetermined=tuple(n for n in model.variables if n in judged and n not in beyond and n not in known),
+        undetermined=tuple(n for n in model.variables if not (n in known or n in beyond) and n in judged),
         diagnoses=_explained(asked, verdict),
         path=_path(model, primary, inputs),
         partial=determined,
