@@ -3,9 +3,9 @@
 In this order: nearest to the guesses; fewest negative values (angles aside, and variables whose declared
 range reaches below 0; a temperature, mass or pressure below its zero counts double), a trivial zero counting
 as one; fewest trivial zeros; fewest angles beyond a right one; sizes near to those that the rules and the
-inputs suggest, within half a decade of the nearest; angles nearest to 0; fewest negative angles;
-the nearest sizes; and for what is still alike, the variables one by one, in the order of their names. Answers
-with a number of unlikely size come after all others. Nothing depends on the order of rules or variables.
+inputs suggest, within half a decade of the nearest; angles nearest to 0; the nearest sizes; and for what is
+still alike, the variables one by one, in the order of their names. Answers with a number of unlikely size
+come after all others. Nothing depends on the order of rules or variables.
 
 The sign of an angle says nothing, nor that of what follows from one alone, nor of a kind of quantity that
 has negative values anyhow: where a crank turns clockwise, its pin has a negative velocity, and that of the
@@ -278,7 +278,7 @@ class Ranking:
         sizes: _Suggested,
         on: Arithmetic,
     ) -> Key:
-        negatives, zeros, turned, backward, wide, far, distance = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        negatives, zeros, turned, wide, far, distance = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         signs: list[Figure] = []
         apart = self._apart(row, sizes, on)
         for place, (angle, floor, right) in enumerate(
@@ -288,7 +288,7 @@ class Ranking:
             share = on.rounded(GRAIN * (number / most[place]))
             signs += [1.0 * (share < 0.0), abs(share)]
             if angle:
-                turned, backward = turned + abs(number), backward + 1.0 * (share < 0.0)
+                turned = turned + abs(number)
                 wide = wide + 1.0 * (abs(number) > right + least)
                 continue
             there = 1.0 * (abs(number) > least) * (apart[place] * sizes[1][place] > NOTHING)
@@ -300,8 +300,7 @@ class Ranking:
             far = on.largest([far, 1.0 * (_away(apart[place], sizes[1][place]) > UNLIKELY) * there])
             distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
-        guessed, below = self._guessed(row, on), negatives + zeros
-        return [far, guessed, below, zeros, wide, distance, angle, backward, size, *signs]
+        return [far, self._guessed(row, on), negatives + zeros, zeros, wide, distance, angle, size, *signs]
 
     def _apart(self, row: Sequence[Figure], sizes: _Suggested, on: Arithmetic) -> list[Figure]:
         """Decades from the suggested size, one a name; 0 of angles and of what is 0."""
@@ -341,7 +340,7 @@ def _away(apart: Figure, determined: bool) -> Figure:
 
 def is_measured(place: int) -> bool:
     """Whether a part of a key is a measure, and not a count or a sign."""
-    return place in (1, SIZE, 6) or (place > 7 and place % 2 == 0)
+    return place in (1, SIZE, 6, 7) or (place > 7 and place % 2 == 1)
 
 
 SPAN = 1e9
