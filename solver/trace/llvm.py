@@ -111,6 +111,7 @@ class _Writer:
 
     def __init__(self, flow: Flow, wanted: Sequence[int], inputs: list[int]) -> None:
         self.flow, self.inputs = Flow(flow.plain), inputs
+        self.flow.finders = flow.finders  # roots of blocks stay what no loop can hold
         self.wanted = wanted = copied(flow, self.flow, wanted, forms=_ANGLES)
         self.lines: list[str] = []
         self.values: dict[int, str] = {}

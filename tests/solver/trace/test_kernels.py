@@ -255,6 +255,22 @@ def test_rows_beside_the_record_take_as_many_steps_as_they_need() -> None:
         assert sorted(found[:, row]) == pytest.approx(answers, rel=1e-12)
 
 
+@needs_llvm
+def test_roots_that_take_many_steps_are_found_together_beside_machine_code(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What a loop of machine code holds are only a few steps of a block."""
+    model = solver.loads("exp(-y)*x + y^3 + sin(x*y) = c\ny*x^2 + ln(1 + x^2) + y = d\n")
+    plan = solver.prepare(model, ["c", "d"], ["x", "y"])
+    rng = np.random.default_rng(1)
+    columns = rng.uniform(3.0, 3.9, 3000), rng.uniform(2.0, 3.0, 3000)
+    assert plan.sweep(*columns).solved.all()
+    alone: list[object] = []
+    monkeypatch.setattr(plan, "_known", lambda numbers: alone.append(numbers))
+    assert plan.sweep(*columns, jit=True).solved.all()
+    assert len(alone) < 60
+
+
 def test_a_missing_extra_is_told_at_every_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("solver.trace.llvm.available", lambda: False)
     plan = solver.prepare(solver.loads("variables\nx\nk\nrules\nx^2 + k*x = 3\n"), ["k"], ["x"])
