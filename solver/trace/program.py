@@ -76,8 +76,11 @@ def counts(flow: Flow, ending: Ending, quick: bool = False) -> int:
     holds = flow.true
     for check in ending.holds:
         holds = flow.add("and", holds, _straight(flow, check, quick))
+    opposites = [n for n in computed_from(flow, ending.holds) if flow.nodes[n][0] in ("not", "xor")]
+    read = computed_from(flow, opposites)  # rows have no sines of huge angles (nan), and nan is not less
+    sines = sorted(n for n in read if flow.nodes[n][0] in ("sind", "cosd"))
     total = None
-    for node in ending.finite:
+    for node in dict.fromkeys((*ending.finite, *sines)):
         total = node if total is None else flow.add("add", total, node)
     return holds if total is None else flow.add("and", holds, flow.node("finite", total))
 

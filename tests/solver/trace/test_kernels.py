@@ -277,3 +277,12 @@ def test_a_missing_extra_is_told_at_every_sweep(monkeypatch: pytest.MonkeyPatch)
     for _ in range(2):
         with pytest.raises(ImportError, match="llvmlite"):
             plan.sweep(np.linspace(1.0, 5.0, 40), jit=True)
+
+
+@pytest.mark.parametrize("jit", [False, pytest.param(True, marks=needs_llvm)])
+def test_a_condition_on_the_sine_of_a_huge_angle_is_left_to_a_solve(jit: bool) -> None:
+    """Rows have no sines beyond 1e15 degrees: what is not known to be larger is not smaller for that."""
+    plan = solver.prepare(solver.loads("if cosd(x) > 0.5 then y = 1 else y = 2"), ["x"], ["y"])
+    plan(70.0)
+    table = plan.sweep(np.array([70.0, 80.0, 100.0] * 8 + [3.6e15]), jit=jit)
+    assert table["y"].tolist() == [2.0] * 24 + [1.0]
