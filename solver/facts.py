@@ -284,6 +284,7 @@ class Method(Enum):
     SPARSE = "damped Newton with a sparse Jacobian", "sparse Newton"
     STARTS = "damped Newton from the guess and many starts", "damped Newton"
     CURVE = "search for a curve of answers", "curve"
+    TRUST_REGION = "trust regions from the guess and many starts", "trust region"
     EXTENDED = "refined in extended precision", "extended precision"
 
     def __init__(self, told: str, short: str) -> None:
@@ -291,11 +292,15 @@ class Method(Enum):
 
 
 class Attempt(NamedTuple):
-    """``found`` answers that were new. ``complete`` where it proved that there are no others."""
+    """``found`` answers that were new. ``complete`` where it proved that there are no others.
+
+    ``iterations`` are those of all starts together, 0 where the method counts none.
+    """
 
     method: Method
     found: int
     complete: bool = False
+    iterations: int = 0
 
 
 class ProvedRoots(NamedTuple):

@@ -71,10 +71,10 @@ class Candidates:
         self.attempts: list[Attempt] = []
         self.strays = self.dull = 0
 
-    def tried(self, method: Method, complete: bool = False) -> None:
+    def tried(self, method: Method, complete: bool = False, iterations: int = 0) -> None:
         """Note what a method has added to the answers."""
         before = sum(attempt.found for attempt in self.attempts)
-        self.attempts.append(Attempt(method, len(self.answers) - before, complete))
+        self.attempts.append(Attempt(method, len(self.answers) - before, complete, iterations))
 
     @property
     def fruitless(self) -> bool:

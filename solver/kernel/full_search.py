@@ -4,7 +4,7 @@ Where all unknowns have finite ranges, their box is subdivided with proof (``num
 
 Half of the starts are tears spread over their ranges, the rest by the block's own steps: following the chains
 of the tearing puts every start on all equations but the residual ones; where a step would leave the domain it
-is held at the edge of it.
+is held at the edge of it. Where descent finds nothing, trust regions do.
 """
 
 from __future__ import annotations
@@ -23,16 +23,18 @@ from solver.accuracy.alike import MANY
 from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import BlockOutcome, Candidates, left_free
 from solver.kernel.emitter import IntervalEmitter
-from solver.kernel.question import Question
+from solver.kernel.question import Budget, Question
 from solver.numerics.linear_algebra import Array, connected
 from solver.numerics.newton import (
     GAUSS_NEWTON,
     NEWTON,
     STANDARD_LIMITS,
+    TRUST_REGIONS,
     Iteration,
     NewtonLimits,
     arrivals,
     newton,
+    scipy_root,
     spread,
     starting_points,
 )
@@ -83,15 +85,12 @@ START_LIMITS = NewtonLimits(iterations=40, escapes=2)
 MAX_BATCH_UNKNOWNS = 60
 
 
-def search_from_starts(question: Question, candidates: Candidates) -> None:
+def search_from_starts(question: Question, candidates: Candidates, budget: Budget) -> None:
     """Find roots from the guess and from starts spread over the ranges; nothing is proven of others."""
     kernel = question.kernel
     batches = kernel.smooth and len(kernel.unknowns) <= MAX_BATCH_UNKNOWNS
     if question.guesses or not batches:  # one by one: the guess is worth a longer search
-        guess = [question.guesses.get(name, 1.0) for name in question.unknowns]
-        count = FEW_STARTS if candidates.answers else STARTS
-        ranges = [question.domain(name) for name in question.unknowns]
-        starts = starting_points(guess, ranges, question.scale, count)
+        starts = _guess_and_beside(question, FEW_STARTS if candidates.answers else STARTS)
         for number, start in enumerate(starts):
             limits = START_LIMITS if number else STANDARD_LIMITS
             end = newton(question.residual, question.jacobian, start, question.scale, limits)
@@ -103,9 +102,15 @@ def search_from_starts(question: Question, candidates: Candidates) -> None:
                 break
     if batches:
         try:
-            _in_batches(question, candidates)
+            _in_batches(question, candidates, budget)
         except ZeroDivisionError:  # between numbers of the rules themselves, whatever the unknowns are
             return
+
+
+def _guess_and_beside(question: Question, count: int) -> Iterator[list[float]]:
+    """The guess, 1 for an unknown without one, and points that fill the ranges."""
+    guess = [question.guesses.get(name, 1.0) for name in question.unknowns]
+    return starting_points(guess, [*map(question.domain, question.unknowns)], question.scale, count)
 
 
 # --- hundreds of starts at once ---
@@ -119,7 +124,7 @@ NEAR_ZERO = 1e-6
 """Share of its size below which an unknown is on its way to 0."""
 
 
-def _in_batches(question: Question, candidates: Candidates) -> None:
+def _in_batches(question: Question, candidates: Candidates, budget: Budget) -> None:
     """Refine what the starts lead to, round after round, until a round brings nothing new."""
     scale = question.sizes
     found: list[Array] = []
@@ -139,7 +144,7 @@ def _in_batches(question: Question, candidates: Candidates) -> None:
                 misses = abs(question.kernel.arrays.residual(question.known, starts)).max(axis=1)
             if np.isfinite(misses).any():
                 candidates.note(question.named(starts[np.nanargmin(misses)].tolist()))
-        if (turn and not new) or not question.budget.another_round():
+        if (turn and not new) or not budget.another_round():
             break
         found += new
 
@@ -200,6 +205,25 @@ def _distinct(question: Question, ends: Array, known: Sequence[Array]) -> list[A
             seen[count] = end
             count += 1
     return list(seen[len(known) : count])
+
+
+# --- trust regions ---
+
+TRUST_REGION_STARTS = 24
+
+
+def fall_back(question: Question, candidates: Candidates) -> None:
+    """Try trust regions from the guess and from many starts until ``candidates`` has an answer."""
+    evaluations = 0
+    for start in _guess_and_beside(question, TRUST_REGION_STARTS):
+        for method in TRUST_REGIONS:
+            end = scipy_root(question.residual, question.jacobian, start, method, question.scale)
+            evaluations += end.evaluations
+            candidates.refine(end.x)
+            if not candidates.fruitless:
+                candidates.tried(Method.TRUST_REGION, iterations=evaluations)
+                return
+    candidates.tried(Method.TRUST_REGION, iterations=evaluations)
 
 
 # --- a curve of answers: a block that leaves its unknowns free, however it is torn ---

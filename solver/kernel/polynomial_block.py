@@ -102,7 +102,8 @@ class _Steps:
     def _degree(self, polynomial: Polynomial) -> int:
         """In one of its tears, the highest, or in t."""
         if self.turn is not None:
-            return 2 * _total(polynomial)
+            degrees = (sum(e if n == SINE else 2 * e for n, e in m) for m in polynomial)
+            return max(degrees, default=0)
         return max((exponent for monomial in polynomial for _, exponent in monomial), default=0)
 
     def _number(self, number: float) -> Gross:

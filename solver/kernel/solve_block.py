@@ -1,6 +1,9 @@
 """A simultaneous block at given numbers: every answer that can be found, and whether that is all.
 
-The methods of ``first_methods`` are tried one after another until the answers are known to be all.
+The methods of ``first_methods`` are tried one after another until the answers are known to be all; where they
+found nothing, trust regions are. Damped Newton keeps the direction of a step and shortens it; in a trust
+region it turns downhill as it is shortened (M. J. D. Powell, 1970; K. Levenberg, 1944, and D. Marquardt,
+1963), which gets round where the Jacobian is nearly singular.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from solver.kernel.algebra import contradiction, solve_by_formula, unattained
 from solver.kernel.block import BlockKernel, reduced
 from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates, Stretch
 from solver.kernel.full_search import (
+    fall_back,
     free_curve,
     search_boxes,
     search_from_starts,
@@ -168,6 +172,8 @@ class _Search:
             if curve is not None:
                 return curve._replace(attempts=(*candidates.attempts, Attempt(Method.CURVE, 1)))
         if settled is None:
+            if candidates.fruitless and not (self.complete or assumed) and budget.last_resort():
+                fall_back(question, candidates)
             settled = self._outcome()
         return settled if assumed or budget.brief else without_curves(question, settled)
 
@@ -218,7 +224,7 @@ class _Search:
         from solver.kernel.tear_search import TearSearch
 
         question, candidates = self.question, self.candidates
-        every = [TearSearch(question, candidates, kernel) for kernel in kernels]
+        every = [TearSearch(question, candidates, kernel, self.budget) for kernel in kernels]
         if (freedom := every[0].freedom()) is not None:
             return freedom
         searches = [search for search in every if search.kernel.exhaustive]
@@ -234,14 +240,14 @@ class _Search:
 
     def _from_starts(self) -> None:
         question, candidates = self.question, self.candidates
-        search_from_starts(question, candidates)
+        search_from_starts(question, candidates, self.budget)
         if len(self.kernel.block.tears) > FEW_TEARS:
             search_sparsely(question, candidates, every=True)
         candidates.tried(Method.STARTS)
         if self.torn_once and not candidates.answers and not self.kernel.exhaustive:
             from solver.kernel.tear_search import TearSearch
 
-            TearSearch(question, candidates, self.kernel).run()
+            TearSearch(question, candidates, self.kernel, self.budget).run()
 
     def _outcome(self) -> BlockOutcome:
         """What the answers so far come to: the sensible one alone, where there are too many others."""

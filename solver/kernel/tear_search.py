@@ -23,7 +23,7 @@ from solver.accuracy.rule_check import with_named_numbers
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import BlockOutcome, Candidates, Stretch, left_free
 from solver.kernel.chain import Chain, followed
-from solver.kernel.question import Question
+from solver.kernel.question import Budget, Question
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
 from solver.numerics.tolerances import BACKWARD, NOTHING
 
@@ -76,8 +76,11 @@ MOST_CHAINS = 64
 class TearSearch:
     """The search over one tear; ``kernel`` is that of the block, or of another tearing of it."""
 
-    def __init__(self, question: Question, candidates: Candidates, kernel: BlockKernel) -> None:
-        self.question, self.candidates, self.kernel = question, candidates, kernel
+    def __init__(
+        self, question: Question, candidates: Candidates, kernel: BlockKernel, budget: Budget
+    ) -> None:
+        self.question, self.candidates = question, candidates
+        self.kernel, self.budget = kernel, budget
         self.tear = self.kernel.block.tears[0]
         self.flat: list[tuple[int, float, float]] = []
         self.stretches: list[Stretch] = []
@@ -88,7 +91,7 @@ class TearSearch:
         every = self.kernel.chains
         self.doubts = self._is_doubtful()
         work = USUAL_LEVELS * sum(OPERATIONS * len(chain.assignments) for chain in every)
-        if len(every) > MOST_CHAINS or work > self.question.budget.of_block:
+        if len(every) > MOST_CHAINS or work > self.budget.of_block:
             return False
         found = [self._search(place) for place in range(len(every))]
         variable = self.question.graph.model.variables[self.tear]
@@ -105,19 +108,20 @@ class TearSearch:
         expect_time()
         enclosure, known, candidates = self.kernel.enclosure(place), self.question.known, self.candidates
         smooth, function = enclosure.slopes is not None, self.kernel.chain_function(place)
-        budget = self.question.budget
+        levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
         search = isolate_roots(
             partial(enclosure.ranges, known=known),
             partial(enclosure.slopes_over, known=known) if smooth else None,
             lambda x: function(x, *known)[-1],
             *self.question.domain(self.tear),
-            IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, budget.levels(enclosure.operations, SEARCH_LEVELS)),
+            IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels),
         )
-        budget.spend(search.levels * enclosure.operations)
+        self.budget.spend(search.levels * enclosure.operations)
         search = self._without_holes(place, search)
         turn = self.question.turn(self.tear)
         self.stretches += [Stretch(self.kernel.chains[place], *ends, turn) for ends in search.unresolved]
-        self._refine(place, search.crossings)
+        for x in search.crossings:
+            self._candidate(place, x)
         along = [self._along(place, x) for x in search.roots if x not in search.crossings]
         self.doubts = self.doubts or not smooth or None in along  # floats have no value there
         proven = [root for root in along if root is not None]
@@ -126,7 +130,8 @@ class TearSearch:
         if search.complete:
             candidates.part(proven)
         touching = [x for x, _ in search.touching]
-        self._refine(place, touching)
+        for x in touching:
+            self._candidate(place, x)
         doubtful = (*touching, *(0.5 * (a + b) for a, b in search.unresolved))
         for x in doubtful[: MAX_SUSPECTS if candidates.sensible is None else 0]:
             if (point := self._along(place, x)) is not None:
@@ -249,10 +254,10 @@ class TearSearch:
             return None
         return dict(zip(self.question.unknowns, numbers, strict=False))
 
-    def _refine(self, place: int, numbers: Sequence[float]) -> None:
-        for x in numbers:
-            if (point := self._along(place, x)) is not None:
-                self.candidates.refine(list(point.values()))
+    def _candidate(self, place: int, root: float) -> None:
+        point = self._along(place, root)
+        if point is not None:
+            self.candidates.refine(list(point.values()))
 
 
 def _short(box: tuple[float, float]) -> float:

@@ -208,7 +208,7 @@ def _rows(model: Model, places: Places, step: Step) -> Iterator[tuple[str, int, 
 def _methods(model: Model, block: SolveBlock) -> str:
     """The methods that the structure of a block admits, in the order in which they are tried."""
     kernel = BlockKernel(planner(model).graph, block)
-    methods = [Method.LINEAR] if kernel.linear else first_methods(kernel)
+    methods = [Method.LINEAR] if kernel.linear else [*first_methods(kernel), Method.TRUST_REGION]
     names = dict.fromkeys(method.short.format(tear=", ".join(block.tears)) for method in methods)
     return ", ".join(names)
 
