@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations
-from math import cos, dist, hypot, inf, isfinite, pi, radians, sin, sqrt
+from math import cos, dist, hypot, inf, isfinite, radians, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +26,7 @@ from solver.path import equations_of
 from solver.path.cases import outcomes
 from solver.path.planner import planner
 from solver.pictures import Diagram, Place, drawable, variables
+from solver.ranking.ranking import signs_of
 from solver.result import Result
 from solver.sweeps import Plan, prepare
 from solver.sweeps.sweep import sweep
@@ -186,12 +187,9 @@ def _rigid(pair: Pair) -> bool:
     return max(changes, default=0.0) <= RIGID * _motion(*pair)
 
 
-_TURNS = {"deg": 360.0, "°": 360.0, "rad": 2 * pi}
-
-
 def turn(model: Model, name: str) -> float:
     """A full turn of an angle, 0 for what is none."""
-    return _TURNS.get(model.variables[name].unit or "", 0.0)
+    return signs_of(model).angles.get(name, 0.0)
 
 
 def apart(model: Model, one: Mapping[str, Value], other: Mapping[str, Value]) -> float:

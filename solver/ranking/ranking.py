@@ -119,6 +119,14 @@ class Signs:
         return float(-unit.offset / unit.factor) if bounded else -np.inf
 
 
+def signs_of(model: Model) -> Signs:
+    """What the signs of a model's variables say, kept with the model."""
+    if "_signs" not in model.__dict__:
+        model.__dict__["_signs"] = Signs(model)
+    signs: Signs = model.__dict__["_signs"]
+    return signs
+
+
 def _angles(model: Model) -> dict[str, float]:
     """The full turns of variables in degrees or radians, arguments of sines, results of their inverses, and
     what is added to any of these.
@@ -187,10 +195,7 @@ class Ranking:
         among: Collection[str] | None = None,
         guesses: Mapping[str, float] | None = None,
     ) -> None:
-        self.graph = planner(model).graph
-        if "_signs" not in model.__dict__:
-            model.__dict__["_signs"] = Signs(model)
-        signs: Signs = model.__dict__["_signs"]
+        self.graph, signs = planner(model).graph, signs_of(model)
         self.known = tuple(sorted(name for name in known if name in model.variables))
         there = model.variables if among is None else among
         self.read = tuple(sorted((n for n in there if n not in known), key=lambda name: ("." in name, name)))

@@ -300,12 +300,21 @@ def test_what_follows_from_angles_is_positive_where_nothing_else_tells() -> None
     assert result["Ra"] == pytest.approx(41.758, abs=1e-3)
 
 
-def test_turns_of_an_angle_that_is_not_only_an_angle_come_after_the_angle() -> None:
-    text = "N = 24/pi()*ws\ncos(ws) = -tan(phi)*0.43\nR = (1 + 4/N)*(ws + 2*sin(ws))"
-    model = rulesheets.loads(text)
-    known = solver.solve(model, {"phi": 0.75})
-    back = solver.solve(model, {"R": known["R"]})
-    assert abs(back["ws"]) < math.pi
+@pytest.mark.parametrize(
+    ("angle", "rule", "right"),
+    [
+        ("a [deg]", "b = 2*c", 90.0),
+        ("a [rad]", "b = 2*c", math.pi / 2),
+        ("a", "b = c*cosd(a)", 90.0),
+        ("a", "b = c*cos(a)", math.pi / 2),
+    ],
+)
+def test_an_angle_beyond_a_right_one_comes_later_in_its_own_unit(angle: str, rule: str, right: float) -> None:
+    """Although the number beside it has the size that the rules suggest."""
+    ranking = Ranking(rulesheets.loads(f"variables\n  {angle}\n  b\nrules\n  {rule}\n"), ["c"])
+    assert ranking.read == ("a", "b")
+    assert placed(ranking, [(1.1 * right, 1.0), (0.9 * right, 50.0)], [1.0]) == [1, 0]
+    assert placed(ranking, [(0.8 * right, 1.0), (0.7 * right, 50.0)], [1.0]) == [0, 1]
 
 
 def test_a_sine_may_be_small() -> None:
