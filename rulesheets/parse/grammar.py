@@ -15,12 +15,11 @@ from lark.lexer import PatternRE, TerminalDef
 
 from rulesheets import store
 from rulesheets.diagnosis import RuleSheetError, refuse
-from rulesheets.parse import alike, foreign, mistakes
+from rulesheets.parse import foreign, mistakes
 from rulesheets.parse.builder import Builder, Unparsed
 from rulesheets.parse.foreign import Stop, Word
 from rulesheets.parse.layout import Line
-from rulesheets.syntax import Source
-from rulesheets.syntax.forms import Form
+from rulesheets.syntax import Source, forms
 from rulesheets.syntax.nodes import Equality, Inequality
 
 KINDS = ["rule", "use", "head", "parameters", "figure", "mark"]
@@ -44,7 +43,7 @@ class Grammar(threading.local):
     def __init__(self) -> None:
         self._builder = Builder()
         self._patterns: dict[str, re.Pattern[str]] = {}
-        self.forms: dict[tuple[Any, ...], Form | None] = {}
+        self.forms: dict[tuple[Any, ...], forms.Form | None] = {}
         self._lark = self._parser("lines", KINDS)
         self._of_rows = self._parser("rows", ["row"], _before_a_unit)
 
@@ -118,16 +117,17 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
 
     Raises RuleSheetError with what is wrong. The shape of the line has been found right before.
     """
-    leaves = alike.leaves_of(line) if kind == "rule" and len(source.text) > alike.LONG else None
+    leaves = forms.leaves_of(line.code) if kind == "rule" and len(source.text) > forms.LONG else None
     if leaves is None:
         return _read(source, line, kind)
     known = grammar().forms
     if (form := known.get(leaves.key)) is not None:
-        return alike.rule_of(form, leaves, source, line)
+        return forms.rule_of(form, leaves, line.code, line.start, line.place(source))
     node = _read(source, line, "rule")
     if len(known) >= MOST_FORMS:
         known.clear()
-    known[leaves.key] = alike.form_of(node, line) if leaves.key in known else None
+    again = leaves.key in known
+    known[leaves.key] = forms.form_of(node, leaves, line.code, line.start) if again else None
     return node
 
 

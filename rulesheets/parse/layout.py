@@ -10,6 +10,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from rulesheets.syntax import Source, Span
+
 NESTING = 100
 """Parentheses that may be open at a time."""
 
@@ -51,6 +53,11 @@ class Line:
     def blank(self) -> bool:
         """Whether there is nothing but comments."""
         return self.end == self.start
+
+    def place(self, source: Source) -> Span:
+        """Where it stands, without the blanks before it."""
+        start = self.start + len(self.code) - len(self.code.lstrip())
+        return Span(source, min(start, self.end), self.end)
 
     def follow(self, text: str, start: int, end: int) -> int:
         """Follow the parentheses of the line of text ``[start, end)`` to where its comment begins."""

@@ -86,7 +86,7 @@ class _Reading:
         """Take in the next line; what is wrong with it joins the complaints."""
         try:
             if line.blank:
-                self.waiting.append(nodes.CommentLine(line.comment or "", self._span(line), line.gap))
+                self.waiting.append(nodes.CommentLine(line.comment or "", line.place(self.source), line.gap))
             elif wrong := foreign.wrong_shape(self.source, line):
                 self.complaints.append(wrong)
             elif word := head_word(line.code):
@@ -96,14 +96,10 @@ class _Reading:
         except RuleSheetError as error:
             self.complaints.extend(error.diagnoses)
 
-    def _span(self, line: Line) -> Span:
-        start = line.start + len(line.code) - len(line.code.lstrip())
-        return Span(self.source, min(start, line.end), line.end)
-
     # --- what stands in a section ---
 
     def _add(self, line: Line) -> None:
-        section, comment, span = self.section, line.comment or "", self._span(line)
+        section, comment, span = self.section, line.comment or "", line.place(self.source)
         lone = _LONE.match(line.code)
         if lone and (section not in ("variables", "units") or lone[2] or lone[1].lower() in _ALMOST):
             word = lone[1].lower()
@@ -160,7 +156,7 @@ class _Reading:
             self._place_comments()
             self.section = _SKIPPED
             what, note = foreign.PLANNED[word]
-            raise RuleSheetError(said("E190", f"{what} not there yet", self._span(line), note))
+            raise RuleSheetError(said("E190", f"{what} not there yet", line.place(self.source), note))
         elif word == "rules" and self.section == "function" and not self.blocks[-1].begun:
             self._place_comments()
             self.blocks[-1].begun = True
@@ -171,11 +167,12 @@ class _Reading:
             self._open(word, line, above)
 
     def _open(self, word: str, line: Line, above: tuple[nodes.CommentLine, ...]) -> None:
+        span = line.place(self.source)
         if word in ("function", "figure"):
             # it is there, though its head be wrong, for the lines that follow
             self.section, kind = word, "head" if word == "function" else word
             empty = nodes.Function("", (), (), (), ()) if word == "function" else nodes.Figure("", None, ())
-            about: dict[str, Any] = {"comment": line.comment or "", "span": self._span(line), "above": above}
+            about: dict[str, Any] = {"comment": line.comment or "", "span": span, "above": above}
             self.blocks.append(_Block(empty.but(**about), line.end))
             self.blocks[-1].node = read_line(self.source, line, kind).but(**about)
         elif word == "use":
@@ -185,11 +182,11 @@ class _Reading:
             if python:  # the paths that follow are written as those of sheets
                 line.code = python[1] + " " * len(python[2]) + line.code[python.end() :]
             paths = read_line(self.source, line, "use")
-            self.uses.append(nodes.Use(paths, line.comment or "", self._span(line), bool(python)))
+            self.uses.append(nodes.Use(paths, line.comment or "", span, bool(python)))
         elif word == "rules" and self.section == "function":
             message = "this function has its rules already"
             note = "rules of the sheet itself stand before the first function"
-            raise RuleSheetError(said("E119", message, self._span(line), note, label="a second head"))
+            raise RuleSheetError(said("E119", message, span, note, label="a second head"))
         else:
             (self.waiting if self._begun() else self.comments).extend(above)
             self.section = word
@@ -199,13 +196,13 @@ class _Reading:
     def _remark(self, line: Line) -> None:
         """A comment beside a section head becomes the first line of the section."""
         if line.comment:
-            self.waiting.append(nodes.CommentLine(line.comment, self._span(line)))
+            self.waiting.append(nodes.CommentLine(line.comment, line.place(self.source)))
 
     def _parameters(self, line: Line) -> None:
         if self.section != "function" or self.blocks[-1].begun:
             note = "put the line between the head of the function and its rules"
             message = "parameters belong to a function"
-            raise RuleSheetError(said("E119", message, self._span(line), note))
+            raise RuleSheetError(said("E119", message, line.place(self.source), note))
         self._place_comments()
         block = self.blocks[-1]
         block.end = line.end

@@ -1,36 +1,57 @@
-"""Rules that differ in names and numbers only: what they share, and what is each one's own."""
+"""Rules of one form, made like the first of them that was read: for sheets of thousands of rules.
+
+The rules of a network differ in names and numbers only. Where two lines are the same but for these, the
+grammar makes the same tree of both: the tree of the second is that of the first with its own leaves and
+places. Lines with anything but names, numbers, operators, parentheses and built-in functions go through the
+grammar.
+"""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
-from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.syntax import Source, Span, nodes
-from rulesheets.syntax.nodes import Equality, Expression
+from rulesheets.functions import PLANNED, TABLE
+from rulesheets.syntax import Source, Span
+from rulesheets.syntax.nodes import Call, Equality, Expression, Name, Number, Power, Symbol, children, rebuilt
+from rulesheets.syntax.program import walk
 
-NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_WORD = re.compile(rf"\s*([^\W\d]\w*|{NUMBER}|\S)")
+LONG = 20_000
+"""Characters of a text from which on its rules are compared with one another."""
+LONGEST = 300
+"""Characters of a rule that is compared: no tree of so many is too deep for what works on trees."""
+
+_NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_WORD = re.compile(rf"\s*([^\W\d]\w*|{_NUMBER}|\S)")
+_NAME = r"(?!(?=[iteconapITECONAP])(?i:if|then|else|call|and|or|not|pi)\b)[a-zA-Z_][a-zA-Z_0-9]*+(?!\w|\s*\()"
+_LEAF = re.compile(rf"(?<![\w.])(?:({_NAME})|({_NUMBER}))")
+_BETWEEN = re.compile(r"(?:[a-z_]\w*(?=\s*\()|pi\b|[-+*/^(),=\s])*", re.ASCII | re.IGNORECASE)
+_INDICES = Source("<form>", "")
+"""The source of places that count words."""
+
 Sides: TypeAlias = tuple[tuple[Expression], tuple[Expression]]
 
 
-class Form:
-    """What rules share: ``text`` is Python that makes the two sides of one, ``exponents`` are the numbers, by
-    their order, that stand as exponents. ``kept`` is for what is found out about rules of this form."""
+class Leaves(NamedTuple):
+    """A line: what its tree depends on (``key``), its names and its numbers in the order of the text."""
 
-    def __init__(self, text: str, exponents: tuple[int, ...]) -> None:
-        self.text, self.exponents = text, exponents
+    key: tuple[Any, ...]
+    names: list[str]
+    numbers: tuple[float, ...]
+
+
+class Form:
+    """What rules share: the ``sides`` of the first, whose places are indices of words, and which numbers, by
+    their order, stand as ``exponents``. ``kept`` is for what is found out about rules of this form."""
+
+    def __init__(self, sides: Sides, exponents: tuple[int, ...]) -> None:
+        self.sides, self.exponents = sides, exponents
         self.kept: dict[Any, Any] = {}
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
-        return Form, (self.text, self.exponents)
-
-    @cached_property
-    def build(self) -> Callable[..., Sides]:
-        """The sides of a rule from its source, the places of its words, its names and its numbers."""
-        found: Callable[..., Sides] = eval(self.text, {"S": Span, **vars(nodes)})  # of our own words only
-        return found
+        return Form, (self.sides, self.exponents)
 
 
 class Like(NamedTuple):
@@ -46,7 +67,12 @@ class Like(NamedTuple):
 
     def sides(self, source: Source) -> Sides:
         every = [self.names[k] for k in self.pattern] if self.pattern else self.names
-        return self.form.build(source, words(self.code, self.start), every, self.numbers)
+        places = words(self.code, self.start)
+
+        def place(span: Span) -> Span:
+            return Span(source, places[span.start][0], places[span.end][1])
+
+        return _sides(self.form.sides, Leaves((), [*every], self.numbers), place)
 
     def rule(self, span: Span) -> Equality:
         """The rule, whose sides are made when they are asked for."""
@@ -56,6 +82,75 @@ class Like(NamedTuple):
 
 
 def words(code: str, start: int) -> list[tuple[int, int]]:
-    """Where each word of a line begins and ends in the text, in which the line begins at ``start``."""
+    """Where each word of the line at ``start`` begins and ends."""
     spans = (found.span(1) for found in _WORD.finditer(code))
     return [(start + begin, start + end) for begin, end in spans]
+
+
+def leaves_of(code: str) -> Leaves | None:
+    """None where the line is long, or has a number out of range."""
+    parts = _LEAF.split(code)
+    names = parts[1::3]
+    written = [number for number in parts[2::3] if number]
+    numbers = tuple(map(float, written))
+    if len(code) > LONGEST or math.inf in numbers:
+        return None
+    if any(not number and text.strip("0.") for number, text in zip(numbers, written, strict=True)):
+        return None
+    return Leaves((*parts[::3], *map(bool, names)), [name for name in names if name], numbers)
+
+
+def rule_of(form: Form, leaves: Leaves, code: str, start: int, span: Span) -> Equality:
+    """The rule of the line at ``start`` that has this form."""
+    names = tuple(dict.fromkeys(leaves.names))
+    repeats = len(names) < len(leaves.names)
+    pattern = tuple(map(names.index, leaves.names)) if repeats else ()
+    return Like(form, names, pattern, leaves.numbers, start, code).rule(span)
+
+
+def form_of(first: object, leaves: Leaves, code: str, start: int) -> Form | None:
+    """What rules share that differ from the line at ``start`` in names and numbers only, told by its tree.
+
+    None for rules that are more than an equality of two expressions of built-in functions.
+    """
+    if not isinstance(first, Equality) or len(first.left) != 1 or len(first.right) != 1:
+        return None
+    inside = [*walk(first.left[0], first.right[0])]
+    if not all(map(_plain, inside)) or not _BETWEEN.fullmatch(" ".join(_LEAF.split(code)[::3])):
+        return None
+    called = {node.function for node in inside if isinstance(node, Call)}
+    if "pi" in called and called & {"sin", "cos", "tan"}:  # values that are known exactly
+        return None
+    numbers = [id(node) for node in inside if isinstance(node, Number)]
+    powers = [id(node.exponent) for node in inside if isinstance(node, Power)]
+    exponents = tuple(numbers.index(power) for power in powers if power in numbers)
+    begins, ends = ({at: k for k, at in enumerate(every)} for every in zip(*words(code, start), strict=True))
+
+    def index(span: Span) -> Span:
+        return Span(_INDICES, begins[span.start], ends[span.end])
+
+    return Form(_sides((first.left, first.right), leaves, index), exponents)
+
+
+def _plain(node: Any) -> bool:
+    """Whether nothing but the form of the rule decides what is to be said of a node."""
+    if not isinstance(node, Call):
+        return not isinstance(node, Symbol) and getattr(node, "unit", None) is None
+    row = TABLE.get(node.function)
+    return row is not None and node.function not in PLANNED and row.accepts(len(node.arguments))
+
+
+def _sides(sides: Any, leaves: Leaves, place: Callable[[Span], Span]) -> Sides:
+    """The two sides with other leaves, in other places."""
+    names, numbers = iter(leaves.names), iter(leaves.numbers)
+
+    def made(node: Any) -> Expression:
+        span = place(node.span)
+        if isinstance(node, Name):
+            return Name(next(names), span)
+        if isinstance(node, Number):
+            return Number(next(numbers), span)
+        return rebuilt(node, tuple(map(made, children(node)))).but(span=span)
+
+    (left,), (right,) = sides
+    return (made(left),), (made(right),)

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.parse import alike, parse
+from rulesheets.parse import parse
 from rulesheets.parse.grammar import grammar
-from rulesheets.syntax import Source, Span
+from rulesheets.syntax import Source, Span, forms
 from rulesheets.syntax.nodes import Node
 
 names = st.sampled_from(["a", "b2", "T_1", "Tα", "pi", "If_", "E", "e5", "mod", "in"])
@@ -32,9 +32,9 @@ expressions = st.recursive(leaves, _above, max_leaves=6)
 def test_the_trees_of_the_grammar(rules: list[str]) -> None:
     text = "\n".join(rules * 3) + "\n"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(alike, "LONG", len(text))
+        patch.setattr(forms, "LONG", len(text))
         expected = _read(text)
-        patch.setattr(alike, "LONG", 0)
+        patch.setattr(forms, "LONG", 0)
         grammar().forms.clear()
         assert _read(text) == expected
 
@@ -42,9 +42,9 @@ def test_the_trees_of_the_grammar(rules: list[str]) -> None:
 def test_other_names_and_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     rules = [f"2*(x{k} - {k}.5e-{k}) + sin( y_{k} )^2 = (-z{k})/{k}" for k in range(1, 100)]
     text = "\n".join(rules) + "\n"
-    monkeypatch.setattr(alike, "LONG", len(text))
+    monkeypatch.setattr(forms, "LONG", len(text))
     expected = _read(text)
-    monkeypatch.setattr(alike, "LONG", 0)
+    monkeypatch.setattr(forms, "LONG", 0)
     grammar().forms.clear()
     assert _read(text) == expected
     assert len(grammar().forms) == 1
@@ -52,7 +52,7 @@ def test_other_names_and_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("number", ["1e999", "1e-999"])
 def test_a_number_out_of_range_is_told(number: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(alike, "LONG", 0)
+    monkeypatch.setattr(forms, "LONG", 0)
     with pytest.raises(RuleSheetError, match="out of range"):
         parse(Source("x", "".join(f"x{k} = {n}\n" for k, n in enumerate(["1", "2", "3", number]))))
 
