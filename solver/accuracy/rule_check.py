@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass
 from itertools import pairwise
 from struct import pack, unpack
@@ -329,8 +330,9 @@ def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -
 
 class _Rule:
     def __init__(self, equation: Equation, values: Mapping[str, Value]) -> None:
-        self.sides = equation.left, equation.right
+        self.sides: tuple[Expression, ...] = equation.left, equation.right
         self.values: dict[str, Any] = {name: values[name] for name in equation.names}
+        self.moving = self.values
 
     def miss(self, digits: int, moved: Mapping[str, Any] | None = None) -> Any:
         """F at the values, some of them ``moved``. Raises Undefined."""
@@ -346,9 +348,9 @@ class _Rule:
     def judged(self, miss: Any, digits: int) -> RuleCheck:
         """Whether F, which is ``miss``, vanishes within a small enough change of the values."""
         shown = number if math.isfinite(number := float(miss)) else None
+        gross = sum(abs(extended(side, self.values, digits)) for side in self.sides)
+        limit = STEEP * gross
         try:
-            gross = sum(abs(extended(side, self.values, digits)) for side in self.sides)
-            limit = STEEP * gross
             moves = self.moves(digits, limit / BACKWARD)
             total = sum(map(abs, moves.values()))
             scaled = abs(miss) / total if total else math.inf
@@ -361,6 +363,8 @@ class _Rule:
             )
         except Undefined:
             reaches = self.reaches(digits)
+            with suppress(Undefined):
+                reaches = reaches or self.within_last_places(miss, gross, digits)
             scaled = 0.0 if reaches else math.inf
         return RuleCheck(bool(reaches), shown, float(scaled), True)
 
@@ -413,6 +417,16 @@ class _Rule:
                     return True
         return False
 
+    def within_last_places(self, miss: Any, gross: Any, digits: int) -> bool:
+        """Whether the last places of the numbers that stand in the rule make up for F, which is ``miss``: for
+        where no value can move, as no exponent of a negative number can. Raises Undefined."""
+        written: dict[str, float] = {}
+        rule = copy(self)
+        rule.sides = tuple(with_named_numbers(side, written) for side in self.sides)
+        rule.values, rule.moving = {**self.values, **written}, written
+        far = UNIT_ROUNDOFF * sum(map(abs, rule.differences(digits).values()))
+        return bool(abs(miss) <= far <= STEEP * gross)
+
     def _meet(self, name: str, one: tuple[Any, Any], other: tuple[Any, Any], digits: int) -> bool:
         """Whether F has a root between two points (value, F), and no pole or jump: it shrinks towards it."""
         largest = max(abs(one[1]), abs(other[1]))
@@ -430,9 +444,9 @@ class _Rule:
         return None
 
     def _numbers(self, digits: int) -> Iterator[tuple[str, Any, Any]]:
-        """The variables, their values, and the sizes of these."""
+        """What may move: names, values, and the sizes of these."""
         mp = context(digits)
-        for name, number in self.values.items():
+        for name, number in self.moving.items():
             yield name, mp.mpf(number), mp.mpf(max(abs(number), SMALLEST_NORMAL))
 
 

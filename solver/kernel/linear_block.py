@@ -113,7 +113,7 @@ def undetermined(
     """What a block with this matrix (n, n), which is nearly singular, leaves free, or how it contradicts
     itself; None where it determines its unknowns.
 
-    ``matrix`` and ``rhs`` hold numbers of the kind that ``exact`` makes of floats. ``singular``: the matrix
+    ``matrix`` and ``rhs`` hold numbers that ``exact`` makes exact ones of. ``singular``: the matrix
     is known to be, to all the digits at hand. ``slack``: numbers may be so many times as far ``off``.
     """
     near = _Nearly.of(matrix, rhs)
@@ -191,7 +191,7 @@ class _Nearly:
         found = []
         for w, z in zip(self.left, self.right, strict=True):
             terms = (
-                exact(p) * a * exact(q)
+                exact(p) * exact(a) * exact(q)
                 for p, row in zip(w, self.matrix, strict=True)
                 for a, q in zip(row, z, strict=True)
                 if a

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from decimal import Decimal
 from functools import cache
 from typing import Any
 
 import mpmath
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import rulesheets
@@ -211,3 +212,22 @@ def test_a_rule_that_adds_up_to_nothing_is_judged_by_its_terms(rule: str) -> Non
         assert holds(rule, a=a, b=b, c=(a + b) * (1 + share), d=d)
     for share in (3e-14, 1e-12, 1e-6):
         assert not holds(rule, a=a, b=b, c=(a + b) * (1 + share), d=d)
+
+
+@given(
+    st.integers(-300, -10).map(lambda n: Decimal(n) / 100),
+    st.integers(1, 7),
+    st.sampled_from(["{b}^x = {z}", "{b}^(-x)*{z} = 1", "({b})^x/4 + 1 = {quarter} + 1"]),
+)
+def test_powers_of_negative_decimals_have_their_exponents(b: Decimal, n: int, form: str) -> None:
+    """No exponent beside n has a power there: what may give is the last place of the written numbers."""
+    rule = form.format(b=f"({b})", z=f"({b**n})", quarter=f"({b**n / 4})")
+    assume(b not in (-1, 0))
+    result = solver.solve(rulesheets.loads(f"rules\n{rule}\n"))
+    assert result["x"] == n
+
+
+@pytest.mark.parametrize("rule", ["(-0.2)^x = -0.0080000000001", "(-1.2)^x = 1.44000000000001"])
+def test_a_digit_more_is_another_number(rule: str) -> None:
+    result = solver.solve(rulesheets.loads(f"rules\n{rule}\n"))
+    assert result.status is solver.Status.INFEASIBLE
