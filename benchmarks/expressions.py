@@ -115,6 +115,7 @@ _FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "exp": mpmath.exp,
     "ln": mpmath.ln,
     "log": mpmath.log10,
+    "log10": mpmath.log10,
     "sqrt": mpmath.sqrt,
     "abs": abs,
     "sgn": mpmath.sign,
