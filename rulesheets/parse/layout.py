@@ -19,7 +19,6 @@ LONGEST = 200_000
 """Characters that a logical line may have; a longer one is refused unread."""
 
 _MARK = re.compile(r'["();]')
-_OTHERS = re.compile(r"[^()]+")
 _GOES_ON = re.compile(r"(?:[-+*/^,=<>≤≥≠~]|\b(?:then|else|and|or|not))\Z", re.IGNORECASE)
 _CARRIES_ON = re.compile(r"[^\S\n]*(?:then|else)\b", re.IGNORECASE)
 _USE = re.compile(r"\s*use\b", re.IGNORECASE)
@@ -95,30 +94,14 @@ def logical_lines(text: str) -> Iterator[Line]:
     position, gap = 0, False
     while position < len(text):
         end = _line_end(text, position)
-        shown = text[position:end].rstrip()
-        if not shown:
+        if not text[position:end].strip():
             gap, position = True, end + 1
             continue
-        if _is_plain(shown) and _carried_on(text, end + 1) < 0:
-            yield Line(position, position + len(shown), gap, shown)
-            position = end + 1
-        else:
-            line, after = _gather(text, position, gap, through_parentheses=True)
-            if line.unclosed:
-                line, after = _gather(text, position, gap, through_parentheses=False)
-            yield line
-            position = after
-        gap = False
-
-
-def _is_plain(shown: str) -> bool:
-    """Whether a line of text says all by itself: no comment, every parenthesis closed, nothing to come."""
-    if '"' in shown or ";" in shown or len(shown) > LONGEST or _GOES_ON.search(shown[-5:]):
-        return False
-    signs, before = _OTHERS.sub("", shown), ""
-    while signs != before:
-        signs, before = signs.replace("()", ""), signs
-    return not signs and shown.count("(") <= NESTING
+        line, after = _gather(text, position, gap, through_parentheses=True)
+        if line.unclosed:
+            line, after = _gather(text, position, gap, through_parentheses=False)
+        yield line
+        position, gap = after, False
 
 
 def _line_end(text: str, start: int) -> int:
