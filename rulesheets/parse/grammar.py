@@ -1,26 +1,31 @@
-"""A logical line → a node, by lark and ``rules.lark``: the one door to lark."""
+"""A logical line → a node, by lark and ``rules.lark``: the one door to lark.
+
+The parser calls :class:`Builder` as it reduces, so it never builds a tree of its own.
+"""
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
-from typing import Any
+from itertools import starmap
+from typing import Any, NamedTuple
 
-from lark import Lark
+from lark import Lark, Token, Transformer, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 from lark.lexer import PatternRE, TerminalDef
 
 from rulesheets import store
-from rulesheets.diagnosis import RuleSheetError, refuse
+from rulesheets.diagnosis import RuleSheetError, empty_range, refuse, said, wrong_range
+from rulesheets.evaluate import Undefined, value
 from rulesheets.parse import foreign, mistakes
-from rulesheets.parse.builder import Builder, Unparsed
-from rulesheets.parse.foreign import Stop, Word
+from rulesheets.parse.foreign import Stop, Word, too_deep
 from rulesheets.parse.layout import Line
-from rulesheets.syntax import Source, forms
-from rulesheets.syntax.nodes import Equality, Inequality
+from rulesheets.syntax import Source, Span, forms, nodes
+from rulesheets.syntax.nodes import Equality, Expression, Inequality, Range, measured, names, units_of
 
 KINDS = ["rule", "use", "head", "parameters", "figure", "mark"]
 """Kinds of lines beside rows: start rules of the grammar."""
@@ -32,6 +37,271 @@ MOST_FORMS = 10_000
 """Forms of rules that are remembered at a time."""
 
 _GRAMMAR = os.path.join(os.path.dirname(__file__), os.pardir, "rules.lark")
+_RELATIONS = {"≤": "<=", "≥": ">=", "≠": "<>"}
+
+
+# --- nodes ----------------------------------------------------------------------
+
+
+class Side(NamedTuple):
+    """One side of an equality with its place, parentheses of a tuple included."""
+
+    expressions: tuple[Expression, ...]
+    span: Span
+
+
+def _unit(text: str) -> tuple[str | None, str | None]:
+    """``[mm -> in]`` as calculation and display unit."""
+    unit, _, display = text[1:-1].partition("->")
+    return unit.strip() or None, display.strip() or None
+
+
+class Unparsed(Exception):
+    """A line that cannot be read; ``place`` is where, as an offset into the line's code."""
+
+    def __init__(self, place: int) -> None:
+        super().__init__(f"not parsed beyond {place}")
+        self.place = place
+
+
+def _of_two(kind: Callable[..., Any]) -> Callable[..., Any]:
+    """What makes a node of its two parts."""
+    return lambda self, left, right: kind(left, right, self._span(left, right))
+
+
+def _of_many(kind: Callable[..., Any]) -> Callable[..., Any]:
+    """What makes a node of its terms."""
+    return lambda self, *terms: kind(terms, self._span(terms[0], terms[-1]))
+
+
+def _listed(kind: Callable[..., Any]) -> Callable[..., Any]:
+    """``and(a, b)``: a word, a parenthesis, terms with commas between them, a parenthesis."""
+
+    def made(self: Builder, *words: Any) -> nodes.Condition:
+        terms, span = words[2:-1:2], self._span(words[0], words[-1])
+        condition: nodes.Condition = kind(terms, span) if len(terms) > 1 else terms[0].but(span=span)
+        return condition
+
+    return made
+
+
+@v_args(inline=True)
+class Builder(Transformer[Any, Any]):
+    """What the grammar recognises, as nodes: one method for each rule of ``rules.lark``.
+
+    The methods get nodes, tuples of nodes, and tokens, for the line that ``begin`` has named.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.begin(Source("", ""), 0, "rule")
+
+    def begin(self, source: Source, offset: int, kind: str) -> None:
+        """Where the line at hand begins, and what kind of line it is."""
+        self.source, self.offset, self.kind = source, offset, kind
+
+    def _span(self, first: Any, last: Any = None) -> Span:
+        """The place of a token or a node, or from one to another."""
+        last = first if last is None else last
+        start = first.span.start if hasattr(first, "span") else self.offset + first.start_pos
+        end = last.span.end if hasattr(last, "span") else self.offset + last.end_pos
+        return Span(self.source, start, end)
+
+    # --- expressions ---
+
+    def number(self, token: Token) -> nodes.Number:
+        value = float(token)
+        if value == float("inf") or (value == 0.0 and token.lower().partition("e")[0].strip("0.")):
+            label = "too large" if value else "too small"
+            note = "numbers reach from 5e-324 to 1.8e308 in size"
+            wrong = said("E107", f"the number {token} is out of range", self._span(token), note, label=label)
+            raise RuleSheetError(wrong)
+        return nodes.Number(value, self._span(token))
+
+    def measure(self, token: Token) -> nodes.Number:
+        """``9.81[m/s^2]``"""
+        digits, _, unit = token.partition("[")
+        end = (token.start_pos or 0) + len(digits)
+        number = self.number(Token("NUMBER", digits, token.start_pos, end_pos=end))
+        return number.but(span=self._span(token), unit=unit[:-1].strip())
+
+    def symbol(self, token: Token) -> nodes.Symbol:
+        return nodes.Symbol(str(token)[1:], self._span(token))
+
+    def name(self, token: Token) -> nodes.Name | nodes.Call:
+        if token.lower() == "pi":
+            return nodes.Call("pi", (), self._span(token))
+        return nodes.Name(str(token), self._span(token))
+
+    def local(self, token: Any) -> nodes.Name:
+        """``position.yB``: the figures of a sheet see the locals of its calls, its rules do not."""
+        if self.kind != "mark":
+            raise Unparsed(token.start_pos + min(token.find(sign) for sign in ".#" if sign in token))
+        return nodes.Name(str(token), self._span(token))
+
+    def call(self, name: Token, arguments: tuple[Expression, ...], closing: Token) -> nodes.Call:
+        return nodes.Call(name.lower(), arguments, self._span(name, closing))
+
+    def group(self, opening: Token, inner: Any, closing: Token) -> Any:
+        return inner.but(span=self._span(opening, closing))
+
+    def expressions(self, *found: Expression | None) -> tuple[Expression, ...]:
+        return tuple(one for one in found if one is not None)
+
+    def negative(self, minus: Token, operand: Expression) -> nodes.Negative:
+        return nodes.Negative(operand, self._span(minus, operand))
+
+    subtracted = negative
+    sum, times, over, power = _of_many(nodes.Sum), *map(_of_two, (nodes.Product, nodes.Quotient, nodes.Power))
+
+    # --- conditions ---
+
+    def comparison(self, left: Expression, sign: Token, right: Expression) -> nodes.Comparison:
+        return nodes.Comparison(_RELATIONS.get(sign, str(sign)), left, right, self._span(left, right))
+
+    def negation(self, word: Token, term: nodes.Condition) -> nodes.Not:
+        return nodes.Not(term, self._span(word, term))
+
+    def given(self, word: Token, name: Token, closing: Token) -> nodes.Given:
+        return nodes.Given(str(name)[1:], self._span(word, closing))
+
+    grouped = group
+    conjunction, disjunction = map(_of_many, (nodes.And, nodes.Or))
+    all_of, any_of = map(_listed, (nodes.And, nodes.Or))
+
+    # --- rules ---
+
+    def side(self, *parts: Any) -> Side:
+        return Side(parts if len(parts) == 1 else parts[1:-1], self._span(parts[0], parts[-1]))
+
+    def equality(self, left: Side, right: Side) -> nodes.Equality:
+        span = self._span(left, right)
+        if len(right.expressions) > len(left.expressions) == 1:
+            left, right = right, left
+        return nodes.Equality(left.expressions, right.expressions, span)
+
+    def inequality(self, *parts: Any) -> nodes.Inequality:
+        triples = zip(parts[::2], parts[1::2], parts[2::2], strict=False)
+        return nodes.Inequality(tuple(starmap(self.comparison, triples)), self._span(parts[0], parts[-1]))
+
+    def call_rule(
+        self, word: Token, name: Token, arguments: Any, results: Any, closing: Token
+    ) -> nodes.CallRule:
+        return nodes.CallRule(name.lower(), arguments, results or (), self._span(word, closing))
+
+    def conditional(self, word: Token, condition: Any, then: Any, otherwise: Any) -> nodes.IfRule:
+        return nodes.IfRule(condition, then, otherwise, self._span(word, otherwise or then))
+
+    # --- the variables section ---
+
+    def row(self, name: Token, assigned: Any, *marks: Any) -> nodes.VariableRow:
+        sign, expression, tolerance = assigned or ("", None, None)
+        units = [mark for mark in marks if isinstance(mark, str)]
+        ranges = [bound for mark in marks if not isinstance(mark, str) for bound in mark]
+        if len(units) > 1:
+            note = "it stands last: x < 3[in] [mm]"
+            raise RuleSheetError(said("E461", "a row has one unit", self._span(name), note))
+        unit, display = _unit(units[0]) if units else (None, None)
+        return nodes.VariableRow(
+            str(name),
+            value=expression if sign == "=" else None,
+            guess=expression if sign == "~" else None,
+            unit=unit,
+            display_unit=display,
+            range=_bounded(ranges),
+            span=self._span(name),
+            tolerance=tolerance,
+        )
+
+    def value(self, expression: Expression, tolerance: nodes.Tolerance | None) -> tuple[Any, ...]:
+        return "=", expression, tolerance
+
+    def guess(self, expression: Expression) -> tuple[Any, ...]:
+        return "~", expression, None
+
+    def tolerance(self, sign: Token, size: Expression, percent: Token | None) -> nodes.Tolerance:
+        span = self._span(sign, size if percent is None else percent)
+        return nodes.Tolerance(size, percent is not None, span)
+
+    def bound(self, sign: Token, expression: Expression) -> tuple[Bound, ...]:
+        operator = _RELATIONS.get(sign, str(sign))
+        return (Bound(operator, _limit(expression), self._span(sign, expression)),)
+
+    def interval(self, word: Token, low: Expression, high: Expression, closing: Token) -> tuple[Bound, ...]:
+        span = self._span(word, closing)
+        return Bound(">=", _limit(low), span), Bound("<=", _limit(high), span)
+
+    # --- section heads ---
+
+    def names(self, *found: Token | None) -> tuple[str, ...]:
+        return tuple(str(one) for one in found if one is not None)
+
+    parameters = names
+
+    def use(self, *paths: Token) -> tuple[str, ...]:
+        return tuple(str(path)[1:-1] for path in paths)
+
+    def figure(self, _: Token, name: Token, unit: Token | None) -> nodes.Figure:
+        return nodes.Figure(str(name), None if unit is None else _unit(unit)[0], ())
+
+    def mark(self, kind: Token, name: Token | None, arguments: Any, closing: Token) -> nodes.Mark:
+        span = self._span(kind, closing)
+        return nodes.Mark(kind.lower(), None if name is None else str(name), arguments, span=span)
+
+    def head(self, name: Token, arguments: Any, results: Any) -> nodes.Function:
+        return nodes.Function(str(name), arguments, results or (), (), ())
+
+
+class Bound(NamedTuple):
+    """``< 5`` and the like, beside a name in the variables section; ``limit`` may name variables."""
+
+    operator: str
+    limit: float | Expression
+    span: Span
+
+
+def _limit(expression: Expression) -> float | Expression:
+    """The value of an expression of numbers; ``3[in]`` and one that names variables as it is."""
+    if measured(expression) is not None:
+        return expression
+    if (unit := next(units_of(expression), None)) is not None:
+        reason = f"a bound is one number with its unit, and {unit} stands in an expression"
+        raise RuleSheetError(wrong_range(reason, expression.span))
+    if wrong := too_deep(expression):
+        raise RuleSheetError(wrong)
+    if any(names(expression)):
+        return expression
+    try:
+        return value(expression, {})
+    except Undefined as undefined:
+        reason = f"this bound has no value: {undefined}"
+    except KeyError as unknown:
+        reason = f"a bound is a number: there is no function {unknown.args[0]}"
+    raise RuleSheetError(wrong_range(reason, expression.span))
+
+
+def _bounded(bounds: Sequence[Bound]) -> Range | None:
+    """All bounds of a row together, each end once; None where there are none."""
+    if not bounds:
+        return None
+    ends: dict[str, tuple[float, Expression | None, bool]] = {}
+    for operator, limit, span in bounds:
+        if operator == "<>":
+            raise RuleSheetError(wrong_range("<> is no bound", span))
+        if operator[0] in ends:
+            raise RuleSheetError(wrong_range("this end of the range is already set", span))
+        endless = -math.inf if operator[0] == ">" else math.inf
+        number, expression = (limit, None) if isinstance(limit, float) else (endless, limit)
+        ends[operator[0]] = number, expression, len(operator) == 1
+    low, lower, low_open = ends.get(">", (-math.inf, None, False))
+    high, upper, high_open = ends.get("<", (math.inf, None, False))
+    span = bounds[0].span._replace(end=bounds[-1].span.end)
+    if low > high or (low == high and (low_open or high_open)):
+        raise RuleSheetError(empty_range(span))
+    return Range(low, high, low_open, high_open, lower, upper, span)
+
+
+# --- lines ----------------------------------------------------------------------
 
 
 class Grammar(threading.local):
@@ -141,7 +411,7 @@ def _read(source: Source, line: Line, kind: str) -> Any:
         stop = Stop(source, line, words, index)
         explain = mistakes.explain_line if kind in ("rule", "row", "mark") else foreign.explain_head
         raise RuleSheetError(explain(stop, kind)) from None
-    wrong = next(filter(None, map(foreign.too_deep, _trees(node, kind))), None)
+    wrong = next(filter(None, map(too_deep, _trees(node, kind))), None)
     if wrong is None and kind == "mark":
         wrong = mistakes.wrong_mark(node)
     elif wrong is None and isinstance(node, Equality | Inequality):

@@ -12,8 +12,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.files import read_source
 from rulesheets.format import format_sheet
 from rulesheets.parse import parse
-from rulesheets.parse.builder import Unparsed
-from rulesheets.parse.grammar import Grammar
+from rulesheets.parse.grammar import Grammar, Unparsed
 from rulesheets.parse.layout import logical_lines
 from rulesheets.syntax import Source
 from rulesheets.syntax.nodes import (
