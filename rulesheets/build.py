@@ -1,25 +1,38 @@
-"""A sheet and the files that it uses to a model: checked, its values evaluated, its calls expanded."""
+"""A sheet and the files that it uses to a model: checked, its values evaluated, its calls expanded.
+
+A call of a rule function stands for the rules of that function with their names bound:
+
+* an argument or a result whose actual is a plain variable *is* that variable;
+* any other actual gets a dotted variable and an equation (``f.a = AO/2``);
+* a parameter is the variable of that name in the calling scope;
+* every other name is local: ``f.name``, in the second call of f ``f#2.name``,
+  in a call inside a call ``f.g.name``.
+
+Equations come rule by rule in source order, those of a call right after the rule that
+calls. Bodies of calls are worked off a stack, so that only the nesting of one rule recurses.
+"""
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rulesheets.checks import check, head_of
 from rulesheets.checks.marks import check_figures
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error, labels, refuse, said
-from rulesheets.expand import Expansion
+from rulesheets.evaluate.number import with_round_values
 from rulesheets.files import confined, is_sheet, near_files, outside, parsed, read_source
 from rulesheets.inputs import declared, valued
 from rulesheets.library import Library
-from rulesheets.model import Model, Variable
+from rulesheets.model import Equation, Model, Premise, Requirement, Variable
 from rulesheets.registered import run_python
 from rulesheets.syntax import Source, Span, nodes
-from rulesheets.syntax.nodes import Number, children, leaves, names
-from rulesheets.syntax.program import Program, bodies, components, rules_of, walk
+from rulesheets.syntax.forms import Like
+from rulesheets.syntax.nodes import Number, children, leaves, measured, names, rebuilt
+from rulesheets.syntax.program import Program, bodies, components, names_of, rules_of, walk
 from rulesheets.units import differences, library_of, unit_named
 
 _MEASURE = re.compile(r"\[(?<=[\d.]\[)")  # a pattern that begins with a certain character is found fast
@@ -259,3 +272,176 @@ def _passed(program: Program) -> set[str]:
                 rest = (n for n in children(part) if not (is_call and isinstance(n, nodes.Name)))
                 used.update(name for node in rest for name in names(node))
     return (results & arguments) - used
+
+
+# --- calls expanded ------------------------------------------------------------
+
+_NOWHERE = Span(Source("<tree>", ""), 0, 0)
+
+
+class Scope(NamedTuple):
+    """Names of one body of rules on their way to full names.
+
+    ``bound`` maps arguments, results and parameters to full names; what is not in it is
+    local and gets ``prefix``. ``counts`` numbers the calls of each function.
+    """
+
+    prefix: str
+    bound: Mapping[str, str]
+    counts: dict[str, int]
+
+    def full_name(self, name: str) -> str:
+        return self.bound.get(name) or self.prefix + name
+
+
+class Context(NamedTuple):
+    """Where an expression stands: its scope, its premises and the rule that complaints and places name."""
+
+    scope: Scope
+    guard: tuple[Premise, ...]
+    rule: Span
+
+
+class Expansion:
+    """The equations of a program that passed its checks.
+
+    ``names`` are all variables that occur, in order of appearance, conditions included.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self.functions = program.functions
+        self.equations: list[Equation] = []
+        self.conditions: list[nodes.Condition] = []
+        self.requirements: list[Requirement] = []
+        self.names: dict[str, None] = {}
+        self._called: list[Iterator[tuple[nodes.RuleBody, Context]]] = []
+        # calls found in a rule are pushed and come before the next rule
+        stack = [_bodies(program.sheet, Scope("", {}, {}), ())]
+        while stack:
+            step = next(stack[-1], None)
+            if step is None:
+                stack.pop()
+                continue
+            self._expand(*step)
+            stack.extend(reversed(self._called))
+            self._called.clear()
+        for row in program.rows:  # the ends of ranges that name variables
+            limits = row.range
+            if limits is None or limits.span is None:
+                continue
+            low, high = ">" if limits.low_open else ">=", "<" if limits.high_open else "<="
+            for operator, end in ((low, limits.lower), (high, limits.upper)):
+                if end is not None and measured(end) is None:
+                    comparison = nodes.Comparison(operator, nodes.Name(row.name), end, limits.span)
+                    self.requirements.append(Requirement(comparison, (), limits.span))
+
+    def _expand(self, body: nodes.RuleBody, context: Context) -> None:
+        """One rule; a stack holds the arms to come, so that long ``else if`` chains don't recurse."""
+        stack = [(body, context)]
+        while stack:
+            body, context = stack.pop()
+            scope, guard, rule = context
+            read = names_of(body)  # in the order of the text, whatever the order of the calls
+            self.names.update(dict.fromkeys(map(scope.full_name, read) if scope.prefix else read))
+            for part in components(body, self.functions):
+                match part:
+                    case nodes.Equality(like=Like()) if not scope.prefix:
+                        self.equations.append(Equation.of(len(self.equations), part, guard, rule))
+                    case nodes.Equality((left, *_), (right, *_)):
+                        self._equate(self._bind(left, context), self._bind(right, context), context)
+                    case nodes.CallRule(called, arguments, results, span):
+                        function = self.functions.get(called.lower())
+                        if function is not None:
+                            self._call(function, arguments, results, context)
+                        else:
+                            result, value = results[0], nodes.Call(called.lower(), arguments, span)
+                            self._equate(self._bind(result, context), self._bind(value, context), context)
+                    case nodes.Inequality(comparisons):
+                        bound = (self._bind_condition(comparison, context) for comparison in comparisons)
+                        self.requirements += (Requirement(one, guard, rule, scope.prefix) for one in bound)
+                    case nodes.IfRule(condition, then, otherwise):
+                        index = len(self.conditions)
+                        self.conditions.append(self._bind_condition(condition, context))
+                        for arm, holds in ((otherwise, False), (then, True)):
+                            if arm is not None:
+                                stack.append((arm, Context(scope, (*guard, Premise(index, holds)), rule)))
+
+    def _call(
+        self,
+        function: nodes.Function,
+        arguments: tuple[nodes.Expression, ...],
+        results: tuple[nodes.Expression, ...] | None,
+        context: Context,
+    ) -> str:
+        """Bind a call and put its body on the stack; the full name of its first result.
+
+        With ``results`` None (a call in an expression) the results are locals of the call.
+        """
+        caller, name = context.scope, function.name
+        number = caller.counts[name] = caller.counts.get(name, 0) + 1
+        prefix = f"{caller.prefix}{name}." if number == 1 else f"{caller.prefix}{name}#{number}."
+        bound = {parameter: caller.full_name(parameter) for parameter in function.parameters}
+        pairs = [*zip(function.arguments, arguments, strict=True)]
+        if results is not None:
+            pairs += zip(function.results, results, strict=True)
+        for formal, actual in pairs:
+            value = self._bind(actual, context)
+            if isinstance(value, nodes.Name):
+                bound[formal] = value.name
+            else:
+                bound[formal] = full = prefix + formal
+                self.names.setdefault(full)
+                self._equate(nodes.Name(full, actual.span), value, context)
+        scope = Scope(prefix, bound, {})
+        self._called.append(_bodies(function, scope, context.guard))
+        return scope.full_name(function.results[0]) if function.results else ""
+
+    def _equate(self, left: nodes.Expression, right: nodes.Expression, context: Context) -> None:
+        scope, guard, rule = context
+        left, right = (_exact(side, rule) for side in (left, right))
+        self.equations.append(Equation(len(self.equations), left, right, guard, rule, scope.prefix))
+
+    def _bind(self, node: nodes.Expression, context: Context) -> nodes.Expression:
+        """The expression under full names, calls of rule functions replaced by their results."""
+        if not self.functions:
+            return node
+        if isinstance(node, nodes.Name):
+            full = context.scope.full_name(node.name)
+            return node if full == node.name else nodes.Name(full, node.span)
+        if isinstance(node, nodes.Call) and node.function in self.functions:
+            result = self._call(self.functions[node.function], node.arguments, None, context)
+            self.names.setdefault(result)
+            return nodes.Name(result, node.span)
+        parts = children(node)
+        bound: list[nodes.Expression] = []
+        for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
+            bound.append(self._bind(part, context))
+        if all(new is old for new, old in zip(bound, parts, strict=True)):
+            return node
+        return rebuilt(node, tuple(bound))
+
+    def _bind_condition(self, node: nodes.Condition, context: Context) -> Any:
+        match node:
+            case nodes.Comparison(operator, left, right, span):
+                left, right = (_exact(self._bind(side, context), context.rule) for side in (left, right))
+                return nodes.Comparison(operator, left, right, span)
+            case nodes.And(terms, span) | nodes.Or(terms, span):
+                return type(node)(tuple(self._bind_condition(term, context) for term in terms), span)
+            case nodes.Not(term, span):
+                return nodes.Not(self._bind_condition(term, context), span)
+            case nodes.Given(name, span):
+                return nodes.Given(context.scope.full_name(name), span)
+
+
+def _bodies(
+    owner: nodes.RuleSheet | nodes.Function, scope: Scope, guard: tuple[Premise, ...]
+) -> Iterator[tuple[nodes.RuleBody, Context]]:
+    """The rules of a sheet or a function with where each stands."""
+    for rule in rules_of(owner):
+        yield rule.body, Context(scope, guard, rule.span or rule.body.span or _NOWHERE)
+
+
+def _exact(side: nodes.Expression, rule: Span) -> nodes.Expression:
+    """A side of a rule with what its constants are exactly put in: the text tells where there may be any."""
+    text = (rule.text or "sin pi").lower()
+    return with_round_values(side) if "pi" in text and any(f in text for f in ("sin", "cos", "tan")) else side

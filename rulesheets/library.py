@@ -62,15 +62,14 @@ class Unit:
         return {base: exponent for base, exponent in self.bases.items() if base not in (ANGLE, "dB")}
 
 
-def ratio(source: Unit, target: Unit) -> float:
-    """How many of ``target`` one of ``source`` is, correctly rounded but for a power of π."""
-    return float(source.factor / target.factor) * math.pi ** (source.pi - target.pi)
-
-
 def affine(source: Unit, target: Unit, difference: bool = False) -> tuple[float, float]:
-    """The factor and the number that turn readings in ``source`` into readings in ``target``."""
+    """The factor and the number that turn readings in ``source`` into readings in ``target``.
+
+    The factor is correctly rounded but for a power of π.
+    """
     shift = Fraction(0) if difference else source.offset - target.offset
-    return ratio(source, target), float(shift / target.factor) / math.pi**target.pi
+    factor = float(source.factor / target.factor) * math.pi ** (source.pi - target.pi)
+    return factor, float(shift / target.factor) / math.pi**target.pi
 
 
 def convert(number: float, source: Unit, target: Unit, difference: bool = False) -> float:
