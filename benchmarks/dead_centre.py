@@ -129,7 +129,7 @@ def table(found: Mapping[str, Sequence[tuple[str, float, float]]]) -> str:
 
 def picture(path: str, found: Mapping[str, Sequence[tuple[str, float, float]]]) -> None:
     from solver.facts import FALSE, Mark
-    from solver.pictures.plot import stability_picture
+    from solver.pictures.plot import chart_picture
 
     marks = []
     for name, row in found.items():
@@ -138,7 +138,7 @@ def picture(path: str, found: Mapping[str, Sequence[tuple[str, float, float]]]) 
             marks.append(Mark(name, name, None, status, wrong, None, seconds, distance))
     label = "relative distance of the slider from dead centre"
     title = "the crank driven by its slider"
-    stability_picture(marks, title, label, towards=True).savefig(path, dpi=130)
+    chart_picture(marks, title, label, towards=True).savefig(path, dpi=130)
 
 
 def main() -> None:

@@ -14,20 +14,19 @@ from functools import partial
 from io import StringIO
 from time import perf_counter
 from timeit import Timer
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from rulesheets.deadline import expect_time
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.evaluate.digits import context
+from rulesheets.evaluate.digits import context, in_many_digits
 from rulesheets.model import Model, Value
 from rulesheets.syntax import escaped
-from solver.accuracy.digits import ManyDigits, Work
 from solver.commands.inputs import Option, Request, add_input_options, read_request
 from solver.commands.over import read_approach, read_axes
 from solver.commands.running import Command
-from solver.derivatives.linearization import Linearization, linearize
+from solver.derivatives.linearization import DIGITS, linearize, sharpened
 from solver.facts import FALSE, Mark, Status, Unsolved
 from solver.files import write_file
 from solver.kernel.block import BlockKernel
@@ -43,7 +42,6 @@ from solver.solving import solve
 from solver.sweeps import Plan, prepare
 
 OURS = "backsolve"
-DIGITS = 60
 STEPS, OFF = 60, 0.05
 """Of Newton's method at most; and how far off the answer iterations begin, relative to each unknown."""
 TOLERANCES, FEW = tuple(10.0**-k for k in range(2, 16)), (1e-6, 1e-12)
@@ -57,15 +55,10 @@ State: TypeAlias = Mapping[str, Any]
 """Numbers by name, exact ones of many digits, and symbols."""
 Ended: TypeAlias = tuple[Sequence[State], str, int | None]
 """The answers of a method, what is said where there are none, and iterations."""
+Exact: TypeAlias = tuple[SolveBlock, State]
+"""A regular square part of the rules, and the state that satisfies them."""
 Method: TypeAlias = tuple[str, float | None, Callable[[], Ended]]
 """A family, its own tolerance, and a run."""
-
-
-class Mode(NamedTuple):
-    """A regular square part of the rules, and the exact state that they have."""
-
-    rules: Linearization
-    state: State
 
 
 def measure(asked: Request, name: str | None = None, numbers: Sequence[float] = ()) -> Iterator[Mark]:
@@ -75,7 +68,7 @@ def measure(asked: Request, name: str | None = None, numbers: Sequence[float] = 
     is measured, and along an input that is said of ``solve``.
     """
     plan: Plan | None = None
-    before: Mode | None = None
+    before: Exact | None = None
     names = () if name is None else (name,)
     for number in numbers if names else (None,):
         given: dict[str, Any] = {**asked.inputs, **dict.fromkeys(names, number)}
@@ -83,30 +76,27 @@ def measure(asked: Request, name: str | None = None, numbers: Sequence[float] = 
         result = solve(asked.model, given, asked.want, asked.guesses)
         seconds = perf_counter() - began
         answers = result.solutions if result.status is Status.SOLVED else ()
-        found = (mode_at(asked.model, answer, result.inputs) for answer in answers)
-        modes = [mode for mode in found if mode is not None]
-        if modes:
-            want = [n for n in result.wanted if all(n in mode.rules.unknowns for mode in modes)]
+        exact = [near for one in answers if (near := exact_state(asked.model, one, result.inputs))]
+        if exact:
+            want = [n for n in result.wanted if all(n in block.unknowns for block, _ in exact)]
             plan = plan or prepare(asked.model, names, want, given, asked.guesses)
-            others = _others(plan, modes[0], before, result.inputs)
+            others = _others(plan, exact[0], before, result.inputs)
             for method in (*_ours(plan, given, result.inputs), *others):
-                yield _mark(plan, modes, method, number)
-            before = modes[0]
+                yield _mark(plan, exact, method, number)
+            before = exact[0]
         elif names:
             yield Mark(OURS, OURS, None, str(result.status), math.nan, None, seconds, number)
 
 
-def mode_at(model: Model, values: Mapping[str, Value], inputs: Mapping[str, Value]) -> Mode | None:
-    """The rules that hold at an answer, and the exact state near it; None where an unknown is free."""
-    rules, state = linearize(model, values, inputs), dict[str, Any](inputs)
-    for block in rules.blocks:
-        equations = [model.equations[e] for e in block.equations]
-        system = ManyDigits(equations, block.unknowns, {**values, **state}, DIGITS, Work(10**12))
-        root = system.newton([float(values[name]) for name in block.unknowns])
-        if root is None:
-            return None
-        state.update(zip(block.unknowns, root, strict=True))
-    return Mode(rules, state) if rules.blocks else None
+def exact_state(model: Model, values: Mapping[str, Value], inputs: Mapping[str, Value]) -> Exact | None:
+    """None where an unknown is free, or a function is known in floats only."""
+    rules = linearize(model, values, inputs)
+    known = (model.equations[e] for e in rules.equations)
+    if not rules.blocks or not all(in_many_digits(side) for e in known for side in (e.left, e.right)):
+        return None
+    sharp = sharpened(model, rules, values, inputs)
+    block = SolveBlock(rules.equations, rules.unknowns, ())
+    return (block, sharp.values) if sharp.blocks == rules.blocks else None
 
 
 def _ours(plan: Plan, given: Mapping[str, Value | None], inputs: Mapping[str, Value]) -> Iterator[Method]:
@@ -132,20 +122,21 @@ def _ours(plan: Plan, given: Mapping[str, Value | None], inputs: Mapping[str, Va
         yield f"{OURS}, proved", None, partial(solved, prove=True)
 
 
-def _others(plan: Plan, mode: Mode, before: Mode | None, inputs: Mapping[str, Value]) -> Iterator[Method]:
+def _others(plan: Plan, exact: Exact, before: Exact | None, inputs: Mapping[str, Value]) -> Iterator[Method]:
     """Iterations, from the exact state before if it has the same rules, else from beside the answer."""
-    rules = mode.rules
-    kernel = BlockKernel(planner(plan.model).graph, SolveBlock(rules.equations, rules.unknowns, ()))
+    block, state = exact
+    kernel = BlockKernel(planner(plan.model).graph, block)
     known = [v for name in kernel.known if isinstance(v := inputs[name], float)]
-    numbers = [float(mode.state[name]) for name in rules.unknowns]
-    start = [n * (1 + (OFF if k % 2 else -OFF)) if n else OFF for k, n in enumerate(numbers)]
-    if before is not None and sorted(before.rules.equations) == sorted(rules.equations):
-        start = [float(before.state[name]) for name in rules.unknowns]
+    if before is not None and sorted(before[0].equations) == sorted(block.equations):
+        start = [float(before[1][name]) for name in block.unknowns]
+    else:
+        numbers = [float(state[name]) for name in block.unknowns]
+        start = [n * (1 + (OFF if k % 2 else -OFF)) if n else OFF for k, n in enumerate(numbers)]
     system = kernel.residual(known), kernel.jacobian(known), start
 
     def ended(run: Callable[[], ScipyRoot]) -> Ended:
         x, success, used = run()
-        return [dict(zip(rules.unknowns, x, strict=True))] if success else [], "no convergence", used
+        return [dict(zip(block.unknowns, x, strict=True))] if success else [], "no convergence", used
 
     for to in FEW if plan.inputs else TOLERANCES:
         yield "Newton", to, partial(ended, partial(plain_newton, *system, to))
@@ -166,10 +157,10 @@ def plain_newton(
     return ScipyRoot(tuple(x.tolist()), short, used)
 
 
-def _mark(plan: Plan, modes: Sequence[Mode], method: Method, at: float | None) -> Mark:
+def _mark(plan: Plan, states: Sequence[Exact], method: Method, at: float | None) -> Mark:
     """A method with its worst relative error over what is wanted, against the state where that is least."""
     mp, turn = context(DIGITS), planner(plan.model).graph.turn
-    names = [name for name in plan.want if all(name in mode.state for mode in modes)]
+    names = [name for name in plan.want if all(name in block.unknowns for block, _ in states)]
 
     def off(answer: State, exact: State, name: str) -> float:
         miss = mp.mpf(answer[name]) - exact[name]
@@ -179,7 +170,7 @@ def _mark(plan: Plan, modes: Sequence[Mode], method: Method, at: float | None) -
 
     family, tolerance, run = method
     answers, said, iterations = run()  # once without the clock: what is compiled at first use is compiled
-    pairs = ((answer, mode.state) for answer in answers for mode in modes)
+    pairs = ((answer, state) for answer in answers for _, state in states)
     errors = (max((off(*pair, name) for name in names), default=0.0) for pair in pairs)
     error = min(errors, default=math.nan)
     status = said if not answers else "solved" if error <= max(FALSE, 1e3 * (tolerance or 0.0)) else "false"
@@ -233,6 +224,20 @@ def chart_csv(marks: Iterable[Mark]) -> str:
     return text.getvalue()
 
 
+def _picture(
+    marks: Sequence[Mark], model: Model, name: str | None, distances: Mapping[float, float], form: str
+) -> bytes:
+    """The chart at one set of inputs, over the input ``name``, or over the ``distances`` from its limit."""
+    from solver.pictures.page import encode
+    from solver.pictures.plot import chart_picture
+
+    label = ", ".join(filter(None, (name, model.variables[name].unit))) if name else ""
+    if distances:
+        label = f"relative distance of {name} from its limit"
+        marks = [mark._replace(at=distances[mark.at]) for mark in marks if mark.at is not None]
+    return encode(chart_picture(marks, model.name, label, bool(distances)), form, 130.0)
+
+
 def _arguments(parser: ArgumentParser) -> None:
     add_input_options(parser)
     along = parser.add_mutually_exclusive_group()
@@ -244,7 +249,7 @@ def _arguments(parser: ArgumentParser) -> None:
 
 def _run(arguments: Namespace) -> int:
     """Measure, print, draw; 0 where there is something to measure, 1 where the sheet has no answer."""
-    path, name, distances = arguments.output, None, None
+    path, name, distances = arguments.output, None, dict[float, float]()
     kind = path and picture_kind(path, (".png", ".svg", ".csv"), "chart")
     request = read_request(arguments)
     request.expect_output(path)
@@ -269,9 +274,7 @@ def _run(arguments: Namespace) -> int:
     if kind == ".csv":
         write_file(path, chart_csv(marks).encode())
     elif kind:
-        from solver.pictures.plot import chart_picture
-
-        write_file(path, chart_picture(marks, request.model, name, distances, kind[1:]))
+        write_file(path, _picture(marks, request.model, name, distances, kind[1:]))
     if kind:
         print(f"\n{escaped(path)}")
     return 0

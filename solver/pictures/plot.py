@@ -241,79 +241,58 @@ RING: dict[str, Any] = {"markersize": 9, "mfc": "none", "mec": "#c0392b", "zorde
 CROSS: dict[str, Any] = {"markersize": 4.5, "color": "#111111", "zorder": 5, "marker": "x", "lw": 0}
 
 
-def chart_picture(
-    marks: Sequence[Mark], model: Model, name: str | None, distances: Mapping[float, float] | None, form: str
-) -> bytes:
-    """The chart at one set of inputs, over the input ``name``, or over the ``distances`` from its limit."""
-    if name is None:
-        return encode(speed_picture(marks, model.name), form, 130.0)
-    unit = model.variables[name].unit
-    label = f"{name}, {unit}" if unit else name
-    if distances is not None:
-        label = f"relative distance of {name} from its limit"
-        marks = [mark._replace(at=None if mark.at is None else distances[mark.at]) for mark in marks]
-    return encode(stability_picture(marks, model.name, label, distances is not None), form, 130.0)
-
-
-def speed_picture(marks: Sequence[Mark], title: str) -> Figure:
-    """Time against error; methods with several tolerances joined by a line, the first and last told."""
-    figure = Figure(figsize=(8.2, 4.4), layout="constrained")
-    axes = figure.subplots()
-    for place, family in enumerate(dict.fromkeys(mark.family for mark in marks)):
-        mine = [mark for mark in marks if mark.family == family and not math.isnan(mark.error)]
-        times, style = [1e6 * mark.seconds for mark in mine], {**_style(place, 0), "markersize": 7}
-        _errors(axes, times, mine, style, family if mine else f"{family} (no answer)")
-        for end in (0, -1) if len(mine) > 1 else ():
-            at, told = (times[end], max(mine[end].error, FLOOR)), f"to {mine[end].tolerance:.0e}"
-            axes.annotate(told, at, (7, 5), textcoords="offset points", fontsize=7, color=style["color"])
-    axes.set_xscale("log")
-    axes.set_xlabel("time of a solve, µs", fontsize=9)
-    _framed(axes, marks, title)
+def chart_picture(marks: Sequence[Mark], title: str, label: str = "", towards: bool = False) -> Figure:
+    """Errors over times, a line a family; or, with a ``label``, both over the values of the input that it
+    names (``towards`` its limit), a line a method, and a cross where a method gave no answer.
+    """
+    figure = Figure(figsize=(8.2, 5.6 if label else 4.4), layout="constrained")
+    panels: Any = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1)) if label else [figure.subplots()]
+    names = dict.fromkeys(mark.method if label else mark.family for mark in marks)
+    for place, name in enumerate(names):
+        _line(panels, name, [mark for mark in marks if name in (mark.method, mark.family)], place)
+    below = panels[-1]
+    below.set_xlabel(label or "time of a solve, µs", fontsize=9, parse_math=False)
+    if towards or not label:
+        below.set_xscale("log")
+    if label:
+        silent = [mark for mark in marks if math.isnan(mark.error)]
+        below.plot([mark.at for mark in silent], [1e6 * mark.seconds for mark in silent], **CROSS)
+        if silent:
+            panels[0].plot([], [], label="no answer", **CROSS)
+        tidy(below)
+        below.set_yscale("log")
+        below.set_ylabel("time, µs", fontsize=9)
+    if towards:
+        below.invert_xaxis()
+    _framed(panels[0], marks, title)
     return figure
 
 
-def stability_picture(marks: Sequence[Mark], title: str, label: str, towards: bool = False) -> Figure:
-    """Errors and times of each method over the values of an input, or ``towards`` a limit; a cross at the
-    time of a method marks a value for which it gave no answer."""
-    figure = Figure(figsize=(8.2, 5.6), layout="constrained")
-    errors, times = figure.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.0))
-    placed = [mark for mark in marks if mark.at is not None]
-    for place, method in enumerate(dict.fromkeys(mark.method for mark in marks)):
-        mine = [mark for mark in placed if mark.method == method]
-        style, x = _style(place, len(mine)), [mark.at or 0.0 for mark in mine]
-        _errors(errors, x, mine, style, method)
-        times.plot(x, [1e6 * mark.seconds for mark in mine], **style)
-    silent = [(mark.at, 1e6 * mark.seconds) for mark in placed if math.isnan(mark.error)]
-    times.plot([at for at, _ in silent], [time for _, time in silent], **CROSS)
-    if silent:
-        errors.plot([], [], label="no answer", **CROSS)
-    if towards:  # the axis is shared
-        times.set_xscale("log")
-        times.invert_xaxis()
-    tidy(times)
-    times.set_yscale("log")
-    times.set_ylabel("time, µs", fontsize=9)
-    times.set_xlabel(label, fontsize=9, parse_math=False)
-    _framed(errors, marks, title)
-    return figure
+def _line(panels: Sequence[Axes], name: str, marks: Sequence[Mark], place: int) -> None:
+    """One line of errors, rings around false answers, bars from errors up to the radii that are proved.
 
-
-def _style(place: int, points: int) -> dict[str, Any]:
-    """The colour and the marker of a method by its place; the first, our own, has the widest line."""
-    look = {"color": COLORS[place % len(COLORS)], "marker": MARKERS[place % len(MARKERS)]}
-    size = 3.5 if points < 40 else 0
-    return {**look, "lw": 1.0 if place else 2.4, "markersize": size, "zorder": 2 + (not place)}
-
-
-def _errors(axes: Axes, x: Sequence[float], marks: Sequence[Mark], style: dict[str, Any], label: str) -> None:
-    """A line, rings around false answers, bars from errors up to the radii that are proved."""
+    The first line, our own, is the widest. Over times the first and the last tolerance are told.
+    """
+    over = len(panels) > 1
+    marks = [mark for mark in marks if over or not math.isnan(mark.error)]
+    times = [1e6 * mark.seconds for mark in marks]
+    size = 7.0 if not over else 3.5 if len(marks) < 40 else 0
+    color, marker = COLORS[place % len(COLORS)], MARKERS[place % len(MARKERS)]
+    look: dict[str, Any] = {"color": color, "marker": marker, "markersize": size}
+    look |= {"lw": 1.0 if place else 2.4, "zorder": 2 + (not place)}
+    errors, x = panels[0], [mark.at or 0.0 for mark in marks] if over else times
     shown = [mark.error if math.isnan(mark.error) else max(mark.error, FLOOR) for mark in marks]
-    axes.plot(x, shown, label=label, **style)
+    errors.plot(x, shown, label=name if marks else f"{name} (no answer)", **look)
     for at, height, mark in zip(x, shown, marks, strict=True):
         if mark.status == "false":
-            axes.plot(at, height, **RING)
+            errors.plot(at, height, **RING)
         if mark.radius is not None:
-            axes.vlines(at, height, max(mark.radius, FLOOR), color=style["color"], linewidth=1.0)
+            errors.vlines(at, height, max(mark.radius, FLOOR), color=color, linewidth=1.0)
+    if over:
+        panels[1].plot(x, times, **look)
+    for end in (0, -1) if len(marks) > 1 and not over else ():
+        there: dict[str, Any] = {"xy": (x[end], shown[end]), "xytext": (7, 5), "textcoords": "offset points"}
+        errors.annotate(f"to {marks[end].tolerance:.0e}", fontsize=7, color=color, **there)
 
 
 def _framed(axes: Axes, marks: Sequence[Mark], title: str) -> None:
