@@ -107,9 +107,10 @@ def _export(arguments: Namespace) -> int:
     from solver.page.description import export
 
     request = read_request(arguments)
+    path = arguments.output or f"{request.model.name}.html"
+    request.expect_output(path)
     values = {name: axis[:].tolist() for name, axis in read_axes(arguments.over, request).items()}
     exported = export(request.model, request.inputs, request.guesses, values, request.want)
-    path = arguments.output or f"{request.model.name}.html"
     write_file(path, exported.page.encode())
     print(f"{path}: {exported.solved} of {exported.states} states solved")
     return 0 if exported.solved else 1

@@ -57,6 +57,7 @@ def folder(tmp_path: Path, monkeypatch: Patch) -> Path:
         ("sweep", "main.tk", "--over", "a=1:2:1", "-o", "link.csv"),
         ("sweep", "main.tk", "--follow", "--over", "a=1:2:1", "--want", "b", "-o", "hard.csv"),
         ("chart", "main.tk", "-o", "link.csv"),
+        ("export", "main.tk", "-o", "hard.csv"),
     ],
 )
 def test_an_output_that_is_an_input_is_refused(
