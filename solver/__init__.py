@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rulesheets.loading import load as load
     from rulesheets.loading import loads as loads
+    from solver.commands.draw import draw as draw
     from solver.facts import Status as Status
     from solver.facts import Unsolved as Unsolved
     from solver.files.tables import Table as Table
     from solver.page.serving import interact as interact
-    from solver.pictures.drawing import draw as draw
     from solver.report.derivation import Derivation as Derivation
     from solver.report.derivation import why as why
     from solver.result import Result as Result
@@ -33,7 +33,7 @@ _NAMES = {
     "solver.report.derivation": "Derivation why",
     "solver.facts": "Status Unsolved",
     "solver.page.serving": "interact",
-    "solver.pictures.drawing": "draw",
+    "solver.commands.draw": "draw",
     "solver.sweeps": "Plan prepare",
     "solver.files.tables": "Table",
     "solver.result": "Result Samples Solution",

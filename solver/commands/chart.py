@@ -33,7 +33,7 @@ from solver.kernel.block import BlockKernel
 from solver.numerics.newton import METHODS, Jacobian, Residual, ScipyRoot, System, scipy_root
 from solver.path import SolveBlock
 from solver.path.planner import planner
-from solver.pictures.drawing import picture_kind
+from solver.pictures import picture_kind
 from solver.report import table
 from solver.report.text import result_text
 from solver.result import Solution

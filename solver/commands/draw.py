@@ -1,22 +1,22 @@
-"""``backsolve draw``: the figures of a sheet to scale, as a picture or a film."""
+"""``backsolve draw`` and ``solver.draw``: the figures of a sheet to scale, as a picture or a film."""
 
 from __future__ import annotations
 
 import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from itertools import chain, product
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from rulesheets.diagnosis import RuleSheetError, error, render
+from rulesheets.diagnosis import RuleSheetError, error, refuse, render, suggestion
 from rulesheets.format import readable
 from rulesheets.inputs import override
-from rulesheets.model import Value
+from rulesheets.model import Model, Value
 from rulesheets.syntax import escaped
-from rulesheets.syntax.nodes import Figure
+from rulesheets.syntax.nodes import Figure as Declared
 from rulesheets.units import shown
 from solver.commands.inputs import Request, add_input_options, read_request
 from solver.commands.over import read_states
@@ -24,12 +24,70 @@ from solver.commands.running import Command
 from solver.facts import Status, Unsolved
 from solver.files import write_file
 from solver.files.tables import free_name
-from solver.pictures import View, drawable, lacking, variables
-from solver.pictures.drawing import chosen, left_out, picture_kind, views
+from solver.pictures import View, drawable, lacking, picture_kind, require_matplotlib, variables
 from solver.report.text import MEANINGS
 from solver.result import Result
 from solver.solving import solve
 from solver.sweeps.sweep import sweep
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def draw(
+    results: Result | Mapping[str, Result], *, every: bool = False, figures: Iterable[str] | None = None
+) -> Figure:
+    """The figures of a sheet at an answer, to scale, as a matplotlib Figure whose axes have its units.
+
+    Several results stand side by side under their titles, and so do, with ``every``, the answers of a
+    result. ``figures`` names those that are drawn. A figure that lacks a value is left out.
+
+    Raises RuleSheetError where the sheet has no figure (E430) or not that one (E431), or matplotlib is not
+    installed (E432), and Unsolved where there is no answer or not one figure can be drawn.
+    """
+    titled = {"": results} if isinstance(results, Result) else dict(results)
+    shown: list[View] = []
+    for title, result in titled.items():
+        shown += _views(result, chosen(result.model, figures), title, every)
+    require_matplotlib()
+    from solver.pictures.page import compose
+
+    return compose(shown)
+
+
+def _views(result: Result, figures: Sequence[Declared], title: str, every: bool) -> list[View]:
+    """One view for each answer (with ``every``; else for the primary one), numbered in their titles.
+
+    Raises Unsolved where there is no answer or not one figure can be drawn.
+    """
+    answers = result.solutions if every else result.solutions[:1]
+    if not answers:
+        raise Unsolved(result.status, result.diagnoses)
+    drawn = [drawable(figures, answer) for answer in answers]
+    if not any(one for diagrams in drawn for one in diagrams):
+        unknown = Status.PARTIAL if result.status is Status.SOLVED else result.status
+        raise Unsolved(unknown, result.diagnoses)
+    if len(drawn) == 1:
+        return [View(title, *drawn)]
+    numbers = (f"answer {number} of {len(drawn)}" for number in range(1, len(drawn) + 1))
+    titles = (", ".join(filter(None, (title, number))) for number in numbers)
+    return [View(*pair) for pair in zip(titles, drawn, strict=True)]
+
+
+def chosen(model: Model, figures: Iterable[str] | None = None) -> tuple[Declared, ...]:
+    """The figures of a model by these names, all where there are none."""
+    if not model.figures:
+        notes = ("a section figure says what is drawn: points, lines and vectors named by variables",)
+        raise RuleSheetError(error("E430", f"{model.name} has no figure to draw", notes=notes))
+    by_name = {figure.name: figure for figure in model.figures}
+    wanted = tuple(by_name if figures is None else figures)
+    unknown = []
+    for name in (name for name in wanted if name not in by_name):
+        near = tuple(suggestion(name, by_name)) or (f"its figures are {', '.join(by_name)}",)
+        unknown.append(error("E431", f"{model.name} has no figure {name}", notes=near))
+    refuse(unknown)
+    return tuple(by_name[name] for name in wanted)
+
 
 State: TypeAlias = Mapping[str, Value]
 
@@ -88,7 +146,7 @@ class _Studio:
     """
 
     def __init__(
-        self, request: Request, figures: tuple[Figure, ...], states: Sequence[State], every: bool
+        self, request: Request, figures: tuple[Declared, ...], states: Sequence[State], every: bool
     ) -> None:
         self.request, self.figures, self.states, self.every = request, figures, states, every
         self.complaints: list[str] = []
@@ -98,17 +156,17 @@ class _Studio:
         from solver.pictures.page import compose, encode
 
         shown: list[View] = []
-        names = [figure.name for figure in self.figures]
         for state in self.states:
             title, result = self._named(state), self._solve(state)
             about = f"{title}: " if title else ""
             if result.status is not Status.SOLVED:
                 self.complaints.append(f"{about}{result.status}: {MEANINGS[result.status]}")
                 self.complaints += map(render, result.diagnoses)
-            if result.solutions:
-                self.complaints += (about + text for text in left_out(result, names))
+            for figure in self.figures if result.solutions else ():
+                if reason := lacking(figure, result.solutions[0]):
+                    self.complaints.append(f"{about}the figure {figure.name} is left out: {reason}")
             with suppress(Unsolved):
-                shown += views(result, title, self.every, names)
+                shown += _views(result, self.figures, title, self.every)
         if not shown:
             return None, ""
         drawn = {d.name: None for view in shown for d in view.diagrams if d}

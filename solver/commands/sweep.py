@@ -23,7 +23,7 @@ from solver.commands.running import Command
 from solver.files import Printed, write_file
 from solver.files.tables import Chunk, CsvFile, Table, csv_head, csv_rows, joined, table_file
 from solver.path.planner import planner
-from solver.pictures.drawing import picture_kind
+from solver.pictures import picture_kind
 from solver.sweeps import prepare
 from solver.sweeps.curves import follow_sweep
 from solver.sweeps.sweep import Sink, followed, heads, resumed, shown_columns, work_of

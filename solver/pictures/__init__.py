@@ -7,14 +7,17 @@ where its labels go.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from importlib.util import find_spec
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.checks.marks import PLACES, marks_of, parts
+from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression, Figure, names
@@ -116,6 +119,24 @@ def drawable(figures: Iterable[Figure], values: Mapping[str, Value]) -> tuple[Di
         with suppress(ValueError):
             found[-1] = diagram(figure, values)
     return tuple(found)
+
+
+def require_matplotlib() -> None:
+    """Raise RuleSheetError (E432) where matplotlib is not installed."""
+    if find_spec("matplotlib") is None:
+        notes = ("pip install 'backsolve[plot]'",)
+        raise RuleSheetError(error("E432", "drawing needs matplotlib", notes=notes))
+
+
+def picture_kind(path: str, kinds: Sequence[str], what: str = "picture", notes: tuple[str, ...] = ()) -> str:
+    """The ending of a file to draw into. Raises RuleSheetError: E433 for another one, E432."""
+    kind = os.path.splitext(path)[1].lower()
+    if kind not in kinds:
+        endings = " or ".join(filter(None, (", ".join(kinds[:-1]), kinds[-1])))
+        raise RuleSheetError(error("E433", f"{path}: a {what} ends in {endings}", notes=notes))
+    if kind != ".csv":
+        require_matplotlib()
+    return kind
 
 
 _ROUND = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
