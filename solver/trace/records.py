@@ -11,16 +11,16 @@ and asks the same impossible thing of it, clearly, is infeasible as well, whatev
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import reduce
-from typing import Any
+from functools import partial, reduce
+from typing import Any, TypeAlias
 
 from rulesheets.model import Model, Value
 from solver.facts import Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.block import kernel_of
 from solver.leaves import Exploration, Leaf
-from solver.path import SolveBlock
+from solver.path import Evaluate, Select, SolveBlock
 from solver.path.cases import activity
 from solver.path.elimination import Circle, Let, Parabola
 from solver.path.planner import Planner
@@ -34,6 +34,9 @@ from solver.trace.record import Recording
 
 BEYOND = 1e-6
 """How far outside of an image, relative to the numbers around, a target is refused without a second look."""
+ROUNDINGS = 2.0**10
+"""How often what rounding may move a target by at the sample, it lies outside at least."""
+Preimages: TypeAlias = Callable[[State], list[int]]
 
 
 class Refusal(Recording):
@@ -79,10 +82,12 @@ class Refusal(Recording):
         isolation = self._isolation(equation, unknown)
         if isolation.quadratic is not None:
             raise NotCompilable
+        self._expect_known(state, equation, unknown)
         target = self._expression(state, isolation.start)
-        for stage in isolation.stages:
+        for place, stage in enumerate(isolation.stages):
             if stage.low > -math.inf or stage.high < math.inf:
-                margin = flow.add("mul", flow.constant(BEYOND), self._size(state, equation))
+                some = isolation._replace(stages=isolation.stages[:place])
+                margin = self._margin(state, equation, target, partial(self._preimages, isolation=some))
                 low, high = flow.constant(max(stage.low, -1e300)), flow.constant(min(stage.high, 1e300))
                 below = flow.add("lt", flow.add("add", target, margin), low)
                 above = flow.add("lt", flow.add("add", high, margin), target)
@@ -91,6 +96,60 @@ class Refusal(Recording):
             if others:
                 raise NotCompilable
         raise NotCompilable
+
+    def _expect_known(self, state: State, equation: int, unknown: str) -> None:
+        """Raises NotCompilable for a rule of a block, which has unknowns that are not known yet."""
+        known = state.values.keys() | state.symbols.keys() | {unknown}
+        if not known >= set(self.model.equations[equation].names):
+            raise NotCompilable
+
+    def _margin(self, state: State, equation: int, node: int, found: Preimages) -> int:
+        """How far outside a number must lie that ``found`` computes from a state.
+
+        It is as far as the number moves where every given number moves by ``BEYOND`` of itself. Where that is
+        not known it goes by the largest number of the rule.
+        """
+        flow = self.flow
+        try:
+            moves = self._moves(state)
+            moved = self._moved_by(state, self.model.equations[equation].names, moves, node, found)
+        except (NotCompilable, ValueError):
+            return flow.add("mul", flow.constant(BEYOND), self._size(state, equation))
+        return flow.add("add", moved, flow.constant(ROUNDINGS * self._numbers.error(node)))
+
+    def _moves(self, state: State) -> dict[str, int]:
+        """How far each known number moves, to first order, where those that are given do.
+
+        Raises NotCompilable behind a block or a selection.
+        """
+        flow, moves = self.flow, dict[str, int]()
+        for name in self.given & state.values.keys():
+            moves[name] = flow.add("mul", flow.constant(BEYOND), flow.add("abs", state.values[name]))
+        for step in self.branch.steps:
+            match step:
+                case Evaluate(equation=equation, unknown=unknown) if unknown in state.values:
+                    found = partial(self._preimages, isolation=self._isolation(equation, unknown))
+                    names, node = self.model.equations[equation].names, state.values[unknown]
+                    moves[unknown] = self._moved_by(state, names, moves, node, found)
+                case SolveBlock() | Select():
+                    raise NotCompilable
+        return moves
+
+    def _moved_by(
+        self, state: State, names: Iterable[str], moves: Mapping[str, int], node: int, found: Preimages
+    ) -> int:
+        """How far a number moves, to first order, where each of the ``names`` does.
+
+        Raises ValueError where it is none of those ``found``.
+        """
+        flow, total, place = self.flow, self.flow.constant(0.0), found(state.fork()).index(node)
+        for name in dict.fromkeys(names):
+            if name in moves and flow.value_of(moves[name]) != 0.0:
+                away = state.fork()
+                away.values[name] = flow.add("add", state.values[name], moves[name])
+                apart = flow.add("sub", found(away)[place], node)
+                total = flow.add("add", total, flow.add("abs", apart))
+        return total
 
     def _size(self, state: State, equation: int) -> int:
         """The square of the largest number of a rule, or 1: what a target's rounding goes by."""
@@ -105,10 +164,12 @@ class Refusal(Recording):
     def _out_of_range(self, state: State, equation: int, unknown: str) -> int:
         """The only value is clearly beyond an end of the range."""
         flow, variable = self.flow, self.model.variables[unknown]
-        node, *others = self._preimages(state, self._isolation(equation, unknown))
+        isolation = self._isolation(equation, unknown)
+        self._expect_known(state, equation, unknown)
+        node, *others = self._preimages(state, isolation)
         if others:
             raise NotCompilable
-        margin = flow.add("mul", flow.constant(BEYOND), self._size(state, equation))
+        margin = self._margin(state, equation, node, partial(self._preimages, isolation=isolation))
         below = flow.add("lt", flow.add("add", node, margin), flow.constant(variable.low))
         above = flow.add("lt", flow.add("add", flow.constant(variable.high), margin), node)
         return flow.add("or", below, above)

@@ -1,0 +1,97 @@
+"""Rows without an answer: told by a record that refuses them, and only those that a solve refuses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import rulesheets
+import solver
+
+TANK = """
+variables
+  p  = 101400 > 0    [Pa]
+  p0 = 101325        [Pa]
+  h  >= 0            [m]
+rules
+  p = p0 + 998*9.81*h
+"""
+ARM = """
+variables
+  a  = 35
+  b  = 50
+  t1 = 100           [deg]
+  t2 in [0, 180]     [deg]
+  x
+rules
+  a*sind(t1) = b*cosd(t2)
+  x = a*cosd(t1) + b*sind(t2)
+"""
+ACID = """
+variables
+  I  = 0.06
+  Cs = 0.05
+  Kw = 1e-14
+  H  > 0
+  OH > 0
+  A  > 0
+rules
+  H*OH = Kw
+  H + Cs = OH + A
+  I = (H + Cs + OH + A)/2
+"""
+
+
+def statuses(plan: solver.Plan, *columns: object) -> list[str]:
+    return [str(solver.Table.STATUSES[code]) for code in plan.sweep(*columns).status]
+
+
+@pytest.mark.parametrize(
+    ("sheet", "name", "low", "high", "edge"),
+    [(TANK, "p", 101250.0, 101400.0, 101325.0), (ARM, "a", 50.1, 52.0, 50.0 / np.sin(np.radians(100.0)))],
+)
+def test_rows_beside_large_numbers_are_refused_together(
+    sheet: str, name: str, low: float, high: float, edge: float
+) -> None:
+    """The rows past the edge of a range, and of the image of a function."""
+    plan = solver.prepare(rulesheets.loads(sheet), [name], None)
+    column = np.linspace(low, high, 400)
+    solved = column >= edge if sheet is TANK else column <= edge
+    assert statuses(plan, column) == ["solved" if one else "infeasible" for one in solved]
+    assert plan.records.refusals
+    assert plan.records.vain <= 1
+
+
+def test_rows_next_to_an_edge_are_refused_as_by_a_solve() -> None:
+    model = rulesheets.loads(TANK)
+    plan = solver.prepare(model, ["p"], ["h"])
+    draw = np.random.default_rng(3)
+    column = 101325.0 * (1.0 + 10.0 ** draw.uniform(-16.0, -4.0, 120) * draw.choice([-1.0, 1.0], 120))
+    single = [str(solver.solve(model, {"p": p}, want=["h"]).status) for p in column.tolist()]
+    assert {*single} == {"solved", "infeasible"}
+    assert statuses(plan, column) == single
+
+
+def test_terms_that_cancel_refuse_no_row() -> None:
+    """What rounding leaves of a sum says nothing about its sign, nor does a multiple of it."""
+    text = "variables\n  a = 1\n  b = 0.2\n  y >= 0\nrules\n  x = a - 0.3 - b\n  y = x*5000\n"
+    model = rulesheets.loads(text)
+    plan = solver.prepare(model, ["a", "b"], ["y"])
+    with pytest.raises(solver.Unsolved):
+        plan(0.4, 0.2)
+    draw = np.random.default_rng(4)
+    b = draw.uniform(0.1, 0.9, 120)
+    a = (b + 0.3) * (1.0 + draw.integers(-3, 4, 120) * 2.0**-53) - 0.01 * (draw.uniform(0, 1, 120) < 0.2)
+    refused = [one == "infeasible" for one in statuses(plan, a, b)]
+    assert plan.records.refusals
+    for one, other in zip(a[refused].tolist(), b[refused].tolist(), strict=True):
+        assert str(solver.solve(model, {"a": one, "b": other}, want=["y"]).status) == "infeasible"
+
+
+def test_a_block_out_of_its_ranges_is_refused_without_an_error() -> None:
+    plan = solver.prepare(rulesheets.loads(ACID), ["I"], ["A"])
+    assert plan(0.06)[0] == pytest.approx(0.06, rel=1e-9)
+    for _ in range(2):
+        with pytest.raises(solver.Unsolved) as refused:
+            plan(0.04)
+        assert str(refused.value.status) == "infeasible"
