@@ -192,6 +192,9 @@ SHORTEST = 4
 """Letters of the shortest name that pint is asked for."""
 MONEY = frozenset({"USD", "EUR", "GBP", "JPY", "CHF", "$", "€", "£", "¥"})
 
+_BASES = frozenset({"m", "kg", "s", "A", "K", "mol", "cd", ANGLE, "bit"})
+"""Base units that a unit of pint may have."""
+
 _FILE = os.path.join(os.path.dirname(__file__), "units", "units.txt")
 _NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?(?:/0*[1-9]\d*)?"
 _MEANING = re.compile(rf"({_NUMBER})?\s*\*?\s*(pi\b)?\s*(.*?)\s*(/pi)?(?:\s([+-])\s*({_NUMBER})\s*(.*))?")
@@ -289,24 +292,10 @@ def _from_pint(name: str) -> Unit | None:
         found = registry.Quantity(1, registry.parse_units(name, as_delta=True)).to_base_units()
     except Exception:  # pint raises errors of its own and of Python for a name that it cannot read
         return None
-    powers = found._units.items()
-    if not {base for base, _ in powers} <= _BASES.keys() or not isinstance(found.magnitude, int | Fraction):
+    bases = {registry.get_symbol(base): Fraction(exponent) for base, exponent in found._units.items()}
+    if not bases.keys() <= _BASES or not isinstance(found.magnitude, int | Fraction):
         return None
-    bases = {_BASES[base]: Fraction(exponent) for base, exponent in powers}
     return Unit(Fraction(found.magnitude), 0, bases)
-
-
-_BASES = {
-    "meter": "m",
-    "kilogram": "kg",
-    "second": "s",
-    "ampere": "A",
-    "kelvin": "K",
-    "mole": "mol",
-    "candela": "cd",
-    "radian": "rad",
-    "bit": "bit",
-}
 
 
 @cache
