@@ -58,25 +58,18 @@ def gather(
     cannot be read or parsed, circles and doubly defined functions.
     """
     key = os.path.realpath(path) if path else source.name
-    first = File(key, source.name, folder, parsed(source, path))
-    found = _Gathering(first, within, python)
+    found = _Gathering(File(key, source.name, folder, parsed(source, path)), within, python)
     refuse(found.complaints)
-    links = tuple(found.links.items())
-    return Program(first.sheet, found.functions, found.units, found.texts, links, found.ran)
+    return found.program
 
 
 class _Gathering:
     """Depth-first over the uses, with a stack, so that no chain of files is too long."""
 
     def __init__(self, first: File, within: str | None, python: bool) -> None:
-        self.within, self.python = within, python
-        self.functions: dict[str, nodes.Function] = {}
+        self.program, self.within, self.python = Program(first.sheet), within, python
         self.complaints: list[Diagnosis] = []
-        self.texts: list[Source] = []
-        self.links: dict[str, str] = {}
-        self.units: list[nodes.UnitRow] = []
         self.seen: set[str] = set()
-        self.ran: list[str] = []
         trail = [first]
         pending = [self.enter(first)]
         while trail:
@@ -84,17 +77,15 @@ class _Gathering:
             if step is None:
                 trail.pop()
                 pending.pop()
-                continue
-            file = self.open(*step, trail)
-            if file is not None:
+            elif (file := self.open(*step, trail)) is not None:
                 trail.append(file)
                 pending.append(self.enter(file))
 
     def enter(self, file: File) -> Iterator[tuple[str, Span | None]]:
         self.seen.add(file.key)
-        self.units += (row for row in file.sheet.units if isinstance(row, nodes.UnitRow))
+        self.program.units += (row for row in file.sheet.units if isinstance(row, nodes.UnitRow))
         for function in file.sheet.functions:
-            earlier = self.functions.setdefault(function.name.lower(), function)
+            earlier = self.program.functions.setdefault(function.name.lower(), function)
             if earlier is not function:
                 message = f"the function {function.name} is defined twice"
                 places = (head_of(function), "defined again"), (head_of(earlier), "first defined here")
@@ -120,8 +111,8 @@ class _Gathering:
             self.complaints.append(outside(path, place))
         elif not os.path.exists(shown):
             self.complaints.append(_missing(path, shown, place))
-        elif shown not in self.ran:
-            self.ran.append(shown)
+        elif shown not in self.program.python:
+            self.program.python.append(shown)
             try:
                 run_python(shown)
             except RuleSheetError as wrong:
@@ -131,7 +122,7 @@ class _Gathering:
     def open(self, path: str, place: Span | None, trail: list[File]) -> File | None:
         """The file that a ``use`` names; None where it was read before or cannot be used."""
         shown = os.path.normpath(os.path.join(trail[-1].folder, path))
-        key = self.links[shown] = os.path.realpath(shown)
+        key = self.program.links[shown] = os.path.realpath(shown)
         if not confined(shown, self.within):
             self.complaints.append(outside(path, place))
             return None
@@ -154,7 +145,7 @@ class _Gathering:
             used = labels((place, "used here"))
             told = (one._replace(labels=(*one.labels, *used)) for one in wrong.diagnoses)
             raise RuleSheetError(*told) from None
-        self.texts.append(source)
+        self.program.texts.append(source)
         file = File(key, shown, os.path.dirname(shown), parsed(source, shown))
         self.complaints.extend(_only_functions(file, path, place))
         return file

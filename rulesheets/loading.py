@@ -10,7 +10,6 @@ import gc
 import os
 import pickle
 import sys
-from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache
 from importlib.machinery import PathFinder
@@ -89,7 +88,7 @@ def _model(
     try:
         kept = store.load("model", key) if keeps else None
         if kept is not None:
-            found: tuple[Model, Sequence[Source], Sequence[tuple[str, str]]] = pickle.loads(kept)
+            found: tuple[Model, list[Source], dict[str, str]] = pickle.loads(kept)
             if _current(*found[1:], within):
                 return found[0]
         from rulesheets.build import build, gather  # with them comes lark
@@ -119,9 +118,9 @@ def _stamp() -> bytes:
     return repr((sys.version, found, about)).encode()
 
 
-def _current(texts: Sequence[Source], links: Sequence[tuple[str, str]], within: str | None) -> bool:
+def _current(texts: list[Source], links: dict[str, str], within: str | None) -> bool:
     """Whether the files that a model was made of, and the links to them, are still as they were."""
-    if not all(os.path.realpath(path) == end and confined(path, within) for path, end in links):
+    if not all(os.path.realpath(path) == end and confined(path, within) for path, end in links.items()):
         return False
     with suppress(RuleSheetError):
         return all(read_source(text.name) == text for text in texts)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import children, names
 
 
-class Program(NamedTuple):
+@dataclass(eq=False)
+class Program:
     """``functions`` are the rule functions of all files by their names in lower case.
 
     ``units`` are the units that all files define, ``texts`` the texts of the files that it uses, ``links``
@@ -18,11 +19,11 @@ class Program(NamedTuple):
     """
 
     sheet: nodes.RuleSheet
-    functions: Mapping[str, nodes.Function]
-    units: Sequence[nodes.UnitRow] = ()
-    texts: Sequence[Source] = ()
-    links: Sequence[tuple[str, str]] = ()
-    python: Sequence[str] = ()
+    functions: dict[str, nodes.Function] = field(default_factory=dict)
+    units: list[nodes.UnitRow] = field(default_factory=list)
+    texts: list[Source] = field(default_factory=list)
+    links: dict[str, str] = field(default_factory=dict)
+    python: list[str] = field(default_factory=list)
 
     @property
     def rows(self) -> tuple[nodes.VariableRow, ...]:
