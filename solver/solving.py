@@ -119,7 +119,7 @@ def _result(asked: Asked, by: Model, verdict: Verdict, complete: bool, prove: bo
     refused = any(isinstance(fact, Unmet) for fact in verdict.facts)
     alone = status is Status.INFEASIBLE and len(leaves) == 1 and not refused
     determined = leaves[0].branch.values if alone else inputs  # even though the whole is not solved
-    known = determined
+    known, asked_for = determined, {*judged} - beyond
     solutions: list[Solution] = []
     if primary is not None and status in (Status.SOLVED, Status.PARTIAL, Status.SINGULAR):
         known = primary.branch.values
@@ -140,7 +140,7 @@ def _result(asked: Asked, by: Model, verdict: Verdict, complete: bool, prove: bo
         inputs=inputs,
         guesses=guesses,
         wanted=tuple(name for name in judged if name not in beyond),
-        undetermined=tuple(n for n in model.variables if not (n in known or n in beyond) and n in judged),
+        undetermined=tuple(n for n in model.variables if n in asked_for and n not in known),
         diagnoses=_explained(asked, verdict),
         path=_path(model, primary, inputs),
         partial=determined,

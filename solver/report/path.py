@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import TypeAlias
 
 from rulesheets.format import DIGITS, format_condition, format_expression, readable
@@ -94,18 +95,20 @@ def short_names(files: Iterable[str]) -> Mapping[str, str]:
 
 
 class Places:
-    """``file:line`` of the rules of a model, the files by their shortest names; and what the rules say.
-
-    ``groups`` are the equations of each rule, once a call.
-    """
+    """``file:line`` of the rules of a model, the files by their shortest names; and what the rules say."""
 
     def __init__(self, model: Model) -> None:
         self._model = model
         spans = [*(e.rule for e in model.equations), *(r.rule for r in model.requirements)]
         self._short = short_names(span.file for span in spans)
-        self.groups: dict[tuple[str, Span], list[Equation]] = {}
-        for equation in model.equations:
-            self.groups.setdefault((equation.scope, equation.rule), []).append(equation)
+
+    @cached_property
+    def groups(self) -> Mapping[tuple[str, Span], list[Equation]]:
+        """The equations of each rule, once a call."""
+        found: dict[tuple[str, Span], list[Equation]] = {}
+        for equation in self._model.equations:
+            found.setdefault((equation.scope, equation.rule), []).append(equation)
+        return found
 
     def of(self, rule: Equation | Requirement) -> str:
         return f"{self._short[rule.rule.file]}:{rule.rule.line}"

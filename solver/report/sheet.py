@@ -127,11 +127,11 @@ def named(result: Result) -> tuple[dict[str, bool], bool]:
     And whether all that the sheet has was asked for. Of fewer, those that calls only pass on to one another
     have no row.
     """
-    asked = {*result.inputs, *result.wanted}
+    wanted = set(result.wanted)
     posted = [v for v in result.model.variables.values() if v.posted]
-    whole = all(v.passed or v.name in result.wanted for v in posted)
+    whole = all(v.passed or v.name in wanted for v in posted)
     rows = {v.name: whole for v in posted if whole or not v.passed}
-    return rows | dict.fromkeys(asked, True), whole
+    return rows | dict.fromkeys({*result.inputs, *wanted}, True), whole
 
 
 def sheet_heads(rows: Sequence[SheetRow]) -> tuple[str, ...]:

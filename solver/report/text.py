@@ -37,21 +37,23 @@ def rule_status_table(result: Result) -> str:
     places, partial = Places(result.model), result.status is Status.PARTIAL
     blamed = {(label.span.file, label.span.start) for d in result.diagnoses for label in d.labels}
     (known,) = answers(result, every=False)
-    found: dict[tuple[str, Span, str], tuple[str, ...]] = {}
+    found: dict[tuple[str, Span, str], tuple[Equation | Requirement, tuple[str, ...]]] = {}
     rules: tuple[Equation | Requirement, ...] = (*result.model.equations, *result.model.requirements)
-    for equation in rules:
-        rule, waits_for = equation.rule, tuple(name for name in equation.names if name not in known)
-        text = rule_text(rule)
-        text = text if len(text) <= LONGEST else text[: LONGEST - 2] + " …"
-        told = places.of(equation), text, _few(waits_for, NAMED)
+    for one in rules:
+        rule, waits_for = one.rule, tuple(name for name in one.names if name not in known)
         if (rule.file, rule.start) in blamed:
-            found.setdefault((BLAMED, rule, ""), told)
+            found.setdefault((BLAMED, rule, ""), (one, waits_for))
         elif partial and waits_for:
-            found.setdefault((WAITING, rule, equation.scope), told)
+            found.setdefault((WAITING, rule, one.scope), (one, waits_for))
     if not found:
         return ""
-    rows = sorted(((mark, *told) for (mark, _, _), told in found.items()), key=lambda row: row[0] != BLAMED)
-    shown, hidden = rows[:LIMIT], len(rows) - LIMIT
+    first, hidden = sorted(found, key=lambda key: key[0] != BLAMED)[:LIMIT], len(found) - LIMIT
+    shown = []
+    for key in first:  # texts take long: none for the rules that are only counted
+        one, waits_for = found[key]
+        text = rule_text(one.rule)
+        text = text if len(text) <= LONGEST else text[: LONGEST - 2] + " …"
+        shown.append((key[0], places.of(one), text, _few(waits_for, NAMED)))
     head = ("St", "Place", "Rule", "Waits for" if any(row[-1] for row in shown) else "")
     return table(head, shown, soft=(2, 3)) + (f"\n… and {hidden} more" if hidden > 0 else "")
 

@@ -6,10 +6,13 @@ from dataclasses import replace
 
 import pytest
 
+import solver
 from rulesheets.model import Model
+from rulesheets.syntax import Span
 from solver.facts import Status
 from solver.path import Check, Evaluate, Path, SolveBlock
-from solver.report.path import path_text
+from solver.report import text
+from solver.report.path import path_text, rule_text
 from solver.report.text import result_text, rule_status_table, work_line
 from solver.result import Result, Solution
 
@@ -65,6 +68,24 @@ def test_an_unsolved_result_names_status_rules_and_diagnosis(unsolved: Result) -
     assert "* hypotenuse.tk:2 angle = atan2d(b, a) f.angle, b" in rows
     assert "S501" in text
     assert "give b or c" in text
+
+
+def test_no_text_is_made_of_rules_that_are_only_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[Span] = []
+
+    def counted(span: Span) -> str:
+        made.append(span)
+        return rule_text(span)
+
+    monkeypatch.setattr(text, "rule_text", counted)
+    result = solver.solve(solver.loads("".join(f"x{k + 1} = 2*x{k}\n" for k in range(50))))
+    table = rule_status_table(result).splitlines()
+    assert table[-1] == "… and 38 more"
+    assert [line.split()[1:5] for line in table[2:4]] == [
+        ["<text>:1", "x1", "=", "2*x0"],
+        ["<text>:2", "x2", "=", "2*x1"],
+    ]
+    assert len(made) == len(table) - 3
 
 
 def test_a_solved_result_has_no_rule_status(solved: Result) -> None:
