@@ -26,7 +26,6 @@ FLOORS = (
     ("solver.ranking", "solver.accuracy", "solver.files"),
     ("solver.leaves", "solver.kernel", "solver.derivatives"),
     ("solver.solution", "solver.trace"),
-    ("solver.result",),
     ("solver.solving",),
     ("solver.sweeps",),
     ("solver.report", "solver.pictures"),
@@ -97,7 +96,7 @@ def _imported(node: ast.AST) -> Iterator[str]:
 
 
 def _resolved(name: str) -> str:
-    """``solver.result.Status`` is the module ``solver.result``."""
+    """``solver.facts.Status`` is the module ``solver.facts``."""
     if name.partition(".")[0] not in ("rulesheets", "solver"):
         return name
     while name not in modules():

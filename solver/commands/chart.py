@@ -36,9 +36,8 @@ from solver.path.planner import planner
 from solver.pictures import picture_kind
 from solver.report import table
 from solver.report.text import result_text
-from solver.result import Solution
 from solver.solution.conclusion import can_prove
-from solver.solving import solve
+from solver.solving import Solution, solve
 from solver.sweeps import Plan, prepare
 
 OURS = "backsolve"

@@ -29,8 +29,7 @@ from solver.report import shown_on
 from solver.report.path import reaches, tree_text
 from solver.report.sheet import diagnosis_json, result_csv, result_json
 from solver.report.text import result_text
-from solver.result import Result
-from solver.solving import posted, solve
+from solver.solving import Result, posted, solve
 
 MOST_WARNINGS = 3
 """Warnings of units after a table."""
