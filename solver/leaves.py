@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, holds, value
@@ -17,6 +17,7 @@ from rulesheets.syntax import nodes
 from solver.accuracy.forward_error import ForwardErrors, forward_errors
 from solver.accuracy.rule_check import check_rule
 from solver.facts import (
+    Attempt,
     Conflict,
     DoubleRoot,
     Fact,
@@ -27,6 +28,7 @@ from solver.facts import (
     OutOfRange,
     Unmet,
 )
+from solver.path import SolveBlock, Step
 from solver.path.cases import (
     AT_LEAST,
     AT_MOST,
@@ -44,12 +46,6 @@ from solver.path.cases import (
     possible,
 )
 from solver.path.graph import ModelGraph, is_angle_sum
-
-if TYPE_CHECKING:
-    from typing import Any, TypeAlias
-
-    from solver.facts import Attempt
-    from solver.path import SolveBlock, Step
 
 
 def settled(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[str]) -> dict[str, Value]:
@@ -247,7 +243,7 @@ class Asked(NamedTuple):
     judged: Sequence[str]
 
 
-Outcomes: TypeAlias = "dict[tuple[SolveBlock, tuple[Value, ...]], Any]"
+Outcomes: TypeAlias = dict[tuple[SolveBlock, tuple[Value, ...]], Any]
 """What a block came to at the values that it was met at."""
 
 

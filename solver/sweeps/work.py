@@ -212,35 +212,30 @@ class Primary:
     def __init__(self, work: Work, turn: Callable[[str], float | None]) -> None:
         self.work, self.turns = work, np.array([turn(name) or np.inf for name in work.want])
         self._done = 0
-        self._before: Rows | None = None
+        self._before: tuple[Rows, list[int]] | None = None
 
     def __call__(self, rows: Rows) -> Solved:
         count, work = len(rows.codes), self.work
         several = int((rows.answers.counts > 1).sum())
-        first, last = np.zeros(count, dtype=np.intp), rows.last()
+        first, here = np.zeros(count, dtype=np.intp), rows
         if several:
-            first, last = self._continued(rows)
-        self._before, self._done = last, self._done + count
+            first, here = self._continued(rows)
+        self._before, self._done = (here.last(), first[-2:].tolist()), self._done + count
         inputs = dict(zip(work.inputs, rows.inputs, strict=True))
-        table = one_answer(inputs, work.want, rows.codes, rows.answers, first)
+        table = one_answer(inputs, work.want, rows.codes, rows.answers, first[-count:])
         return Solved(_counts(rows.codes), table, several)
 
     def _continued(self, rows: Rows) -> tuple[Array, Rows]:
-        """Of each row the answer that comes first, and the last two rows with these in front."""
-        extra = 0
-        if (before := self._before) is not None:
-            extra, count = len(before.codes), len(before.codes) + len(rows.codes)
+        """The rows behind the last two before them, and of each the answer that comes first."""
+        known: list[int] = []
+        if self._before is not None:
+            before, known = self._before
+            extra, count = len(known), len(known) + len(rows.codes)
             parts = [(np.arange(extra), before.answers), (np.arange(extra, count), rows.answers)]
             inputs = tuple(map(stacked, zip(before.inputs, rows.inputs, strict=True)))
             rows = Rows(inputs, np.concatenate([before.codes, rows.codes]), together(parts, count))
-        known, line = [0] * extra, self.work.line
-        first = kept(rows.inputs, rows.answers, self.turns, line, self._done - extra, known)
-        last = rows.last()
-        planes = [[column.copy() for column in plane] for plane in last.answers.planes]
-        for row, place in enumerate(first[-2:].tolist()):
-            for values in zip(*planes, strict=True):
-                values[0][row], values[place][row] = values[place][row], values[0][row]
-        return first[extra:], last._replace(answers=Answers(last.answers.counts, planes))
+        at = self._done - len(known)
+        return kept(rows.inputs, rows.answers, self.turns, self.work.line, at, known), rows
 
 
 class Every:
