@@ -39,16 +39,14 @@ class Linearization(NamedTuple):
     ``rows[e]`` are ∂(left − right)/∂v of equation e by variable, unknowns and inputs alike.
     ``blocks`` are a regular square part in block lower triangular order: each needs only the blocks
     before it. ``redundant`` are the active equations beside it, ``rough`` those with a slope that does
-    not exist there. ``free`` are the unknowns that the rules do not determine to first order; those of
-    them that are ``held`` stand in no block: with them held where they are the rest is regular.
+    not exist there. ``free`` are the unknowns that the rules do not determine to first order. Some of them
+    stand in no block: with these held where they are the rest is regular.
     """
 
     rows: Mapping[int, Mapping[str, float]]
     blocks: tuple[SquareBlock, ...]
-    parameters: tuple[str, ...]
     redundant: tuple[int, ...]
     free: tuple[str, ...]
-    held: tuple[str, ...]
     rough: tuple[int, ...]
 
     @property
@@ -98,20 +96,17 @@ def linearize(
             rough.append(equation.index)
         else:
             rows[equation.index] = row
-    names = dict.fromkeys(name for row in rows.values() for name in row)
-    parameters = tuple(name for name in model.variables if name in names and name in inputs)
+    names = {name for row in rows.values() for name in row}
     unknowns = tuple(name for name in model.variables if name in names and name not in inputs)
     first = [e for e in dict.fromkeys(prefer) if e in rows]
     order = [*first, *(e for e in rows if e not in set(first))]
-    blocks, free, held = _square(rows, order, unknowns, values)
+    blocks, free = _square(rows, order, unknowns, values)
     used = {e for block in blocks for e in block.equations}
     return Linearization(
         rows=rows,
         blocks=blocks,
-        parameters=parameters,
         redundant=tuple(e for e in rows if e not in used),
         free=tuple(name for name in unknowns if name in free),
-        held=tuple(name for name in unknowns if name in held),
         rough=tuple(rough),
     )
 
@@ -133,10 +128,10 @@ def _square(
     order: Sequence[int],
     unknowns: Sequence[str],
     values: Mapping[str, Value],
-) -> tuple[tuple[SquareBlock, ...], set[str], set[str]]:
-    """Blocks of the first independent rows of ``order``, and the free and the held unknowns.
+) -> tuple[tuple[SquareBlock, ...], set[str]]:
+    """Blocks of the first independent rows of ``order``, and the free unknowns.
 
-    Unknowns are held until what is left is regular.
+    Some of these are held where they are until what is left is regular: they stand in no block.
     """
     free: set[str] = set()
     held: set[str] = set()
@@ -155,12 +150,12 @@ def _square(
         )
         singular = [block for block in blocks if not _regular(rows, block, values)]
         if not singular:
-            return blocks, free, held
+            return blocks, free
         if len(kept) > DENSE:
             return _without(rows, blocks, free, held, singular)
         found = independent_rows([[rows[e].get(n, 0.0) for n in kept] for e in order], _sizes(kept, values))
         if not found.held and len(order) == len(kept):  # regular as a whole, by a hair
-            return blocks, free, held
+            return blocks, free
         order = [order[i] for i in found.rows]
         free.update(kept[j] for j in found.free)
         held.update(kept[j] for j in found.held)
@@ -172,7 +167,7 @@ def _without(
     free: set[str],
     held: set[str],
     singular: Iterable[SquareBlock],
-) -> tuple[tuple[SquareBlock, ...], set[str], set[str]]:
+) -> tuple[tuple[SquareBlock, ...], set[str]]:
     """The blocks without held unknowns, those of ``singular`` blocks among them; whatever needs a free
     unknown is taken for free."""
     lost = {name for block in singular for name in block.unknowns}
@@ -181,7 +176,7 @@ def _without(
     for block in rest:
         if any(free.intersection(rows[e]) for e in block.equations):
             free.update(block.unknowns)
-    return rest, free, held
+    return rest, free
 
 
 def _incidence(
@@ -246,9 +241,8 @@ def sharpened(
     exact: dict[str, Any] = {n: v if isinstance(v, str) else number(v) for n, v in values.items()}
     rows: dict[int, Mapping[str, Extended]] = {}
     blocks: list[SquareBlock] = []
-    sound = {*linear.unknowns, *linear.parameters}
-    read = (name for e in linear.rough for name in model.equations[e].names)
-    lost = {*linear.free, *(name for name in read if name not in inputs and name not in sound)}
+    read = {name for e in linear.rough for name in model.equations[e].names}
+    lost = {*linear.free, *read.difference(inputs, linear.unknowns)}
     for block in linear.blocks:
         equations = [model.equations[e] for e in block.equations]
         try:
