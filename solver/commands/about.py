@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from shlex import quote
 from textwrap import indent
-from typing import NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 from rulesheets import store
 from rulesheets.diagnosis import RuleSheetError, catalogue, error, suggestion
@@ -152,18 +152,10 @@ def _choices(option: Action) -> str:
     return " ".join(map(str, option.choices or ()))
 
 
-class Tutor(NamedTuple):
+def tutor() -> dict[str, Any]:
     """A ``sheet`` to begin with, and lessons: what each ``says``, the ``command`` it leads to, and a line
     that it ``adds`` to the sheet."""
-
-    sheet: str
-    farewell: str
-    lessons: tuple[Mapping[str, str], ...]
-
-
-def tutor() -> Tutor:
-    text = Path(__file__).with_name("tutor.toml").read_text(encoding="utf-8")
-    return Tutor(**tomllib.loads(text))
+    return tomllib.loads(Path(__file__).with_name("tutor.toml").read_text(encoding="utf-8"))
 
 
 def _tutor_arguments(parser: ArgumentParser) -> None:
@@ -173,7 +165,8 @@ def _tutor_arguments(parser: ArgumentParser) -> None:
 def _tutor(arguments: Namespace) -> int:
     """Go through the lessons; the reader types each command, or presses Enter to have it run."""
     print("Five minutes with Backsolve. Type the command or press Enter to run it; q ends.\n")
-    sheet, farewell, lessons = tutor()
+    told = tutor()
+    sheet, lessons = told["sheet"], told["lessons"]
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "box.tk"
         file.write_text(sheet, encoding="utf-8")
@@ -184,7 +177,7 @@ def _tutor(arguments: Namespace) -> int:
             print(f"--- {number} of {len(lessons)} ---\n\n{says}\n\n    {lesson['command']}\n")
             if not _tried(lesson["command"], folder):
                 return 0
-    print(farewell, end="")
+    print(told["farewell"], end="")
     return 0
 
 

@@ -174,7 +174,7 @@ class _Studio:
 
     def film(self, motion: Mapping[str, Sequence[float]], dpi: float) -> tuple[bytes | None, str]:
         """A frame for each value of the range; None where not one has an answer."""
-        from solver.pictures.page import Frame, gif, images
+        from solver.pictures.page import gif, images
 
         ((name, values),) = motion.items()
         missing: dict[str, list[str]] = {}
@@ -183,7 +183,7 @@ class _Studio:
         for at, *instants in zip(values, *states, strict=True):
             views = tuple(chain.from_iterable(instants))
             if any(views):
-                film.append(Frame(self._named({name: at}), views))
+                film.append((self._named({name: at}), views))
         for status, names in missing.items():
             rest = len(names) - _NAMED
             more = f"; and {rest} more" if rest > 0 else ""

@@ -129,9 +129,9 @@ class PlotSink:
         model, turn = self._work.model, planner(self._work.model).graph.turn
         drawn, whole = (*model.variables, self._answer), joined(self._pieces)
         table = whole.having({n: column for n, column in whole.items() if n in drawn})
-        lattice = plot.Lattice(self._work.inputs, self._shape or (self._rows,), self._answer)
+        drawing = plot.arranged(table, self._work.inputs, self._shape or (self._rows,), self._answer)
         turns = {n: t and shown(t, model.variables[n], difference=True) for n in table if (t := turn(n))}
-        write_file(self._path, plot.plotted(plot.arranged(table, lattice), model, turns, self._form))
+        write_file(self._path, plot.plotted(drawing, model, turns, self._form))
 
     def discard(self) -> None:
         self._pieces = []

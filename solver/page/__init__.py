@@ -9,7 +9,7 @@ point is dragged. The *rail* has every value and every dragged point over one wh
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import combinations
 from math import cos, dist, hypot, inf, isfinite, radians, sin, sqrt
 from typing import Any, NamedTuple
@@ -25,7 +25,7 @@ from solver.facts import Unsolved
 from solver.path import equations_of
 from solver.path.cases import outcomes
 from solver.path.planner import planner
-from solver.pictures import Diagram, Place, drawable, variables
+from solver.pictures import Diagram, drawable, variables
 from solver.ranking.ranking import signs_of
 from solver.solving import Result
 from solver.sweeps import Plan, prepare
@@ -69,14 +69,20 @@ def needed(model: Model, *, polar: bool = True) -> tuple[str, ...]:
     return variables(figure for figure in model.figures if polar or not outline(figure)["polar"])
 
 
-def rectangle(places: Sequence[Place], polar: bool) -> list[float]:
-    """Left, bottom, right and top of places; of a ``polar`` figure all but the most distant few.
+def boxes(
+    outlines: Iterable[Mapping[str, Any]], drawn: Collection[Sequence[dict[str, Any] | None] | None]
+) -> list[list[float] | None]:
+    """The rectangle (left, bottom, right, top) of every figure in all these states, None where it is in none.
 
-    Velocities and accelerations may grow without bound.
+    Of a polar figure the most distant few points count for nothing: velocities may grow without bound.
     """
-    share = 3.0 if polar else 0.0
-    low, high = np.percentile(np.array(places), [share, 100.0 - share], axis=0)
-    return [*low.tolist(), *high.tolist()]
+    found: list[list[float] | None] = []
+    for number, figure in enumerate(outlines):
+        places = [place for some in drawn if some and (one := some[number]) for place in one["places"]]
+        share = 3.0 if figure["polar"] else 0.0
+        ends = np.percentile(np.array(places), [share, 100.0 - share], axis=0) if places else None
+        found.append(None if ends is None else ends.ravel().tolist())
+    return found
 
 
 STEP = 1e-6
@@ -346,10 +352,5 @@ def extents(model: Model, curve: Rail) -> list[list[float] | None]:
     """The rectangle (left, bottom, right, top) that every figure needs over the motion."""
     table = curve.plan.sweep([row[curve.parameter] for row in curve.rows])
     solved = np.flatnonzero(table.solved)
-    drawn = [drawable(model.figures, {**curve.plan.given, **{n: table[n][k] for n in table}}) for k in solved]
-    found: list[list[float] | None] = []
-    for number in range(len(model.figures)):
-        figures = [one for some in drawn if (one := some[number])]
-        places = [place for one in figures for place in one.places.values()]
-        found.append(rectangle(places, figures[0].polar) if places else None)
-    return found
+    rows = [{**curve.plan.given, **{n: table[n][k] for n in table}} for k in solved]
+    return boxes(map(outline, model.figures), [geometry(model, row) for row in rows])

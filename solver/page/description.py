@@ -21,7 +21,7 @@ from rulesheets.inputs import override
 from rulesheets.model import Equation, Model, Value, Variable
 from rulesheets.units import displaying
 from solver.facts import Status
-from solver.page import geometry, handles, needed, outline, rectangle, turn
+from solver.page import boxes, geometry, handles, needed, outline, turn
 from solver.path import equations_of
 from solver.path.cases import activity, outcomes
 from solver.report.derivation import Derivation, Page
@@ -237,10 +237,7 @@ def _document(
     effective = {n: inputs.get(n, v.value) for n, v in model.variables.items()}
     shown = _shown(model)
     drawn = [None if row is None else geometry(model, row) for row in rows]
-    outlines, boxes = list(map(outline, model.figures)), list[list[float] | None]()
-    for number, figure in enumerate(outlines):
-        places = [place for some in drawn if some and (one := some[number]) for place in one["places"]]
-        boxes.append(list(map(_round, rectangle(places, figure["polar"]))) if places else None)
+    outlines = list(map(outline, model.figures))
     flat = [  # coordinates and angles one after the other
         None
         if some is None
@@ -263,7 +260,7 @@ def _document(
         ],
         "given": [v.name for v in shown if v.name in axes or effective[v.name] is not None],
         "figures": outlines,
-        "boxes": boxes,
+        "boxes": [box and list(map(_round, box)) for box in boxes(outlines, drawn)],
         "said": SAID,
         "values": [
             None if row is None else [_number(row.get(v.name), displaying(v)) for v in shown] for row in rows

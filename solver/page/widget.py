@@ -12,12 +12,10 @@ from traitlets import Dict
 
 from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.model import Model, Value
+from solver.lane import SHARE
 from solver.page.bench import QUICK, SLOW, Bench
 
 STATIC = Path(__file__).parent / "static"
-
-SHARE = 0.8
-"""Of the time of a question, what the solver may take until it says what it knows."""
 
 
 class Cell(AnyWidget):

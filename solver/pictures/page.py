@@ -436,20 +436,17 @@ MILLISECONDS = 60
 """How long a frame is shown."""
 
 
-class Frame(NamedTuple):
-    """One instant: what it is called, and its views, None in the place of one without an answer."""
-
-    heading: str
-    views: tuple[View | None, ...]
+Frame: TypeAlias = tuple[str, Sequence[View | None]]
+"""One instant: what it is called, and its views, None in the place of one without an answer."""
 
 
 def images(film: Sequence[Frame], dpi: float) -> Iterator[Image.Image]:
     """The frames as pictures of one size. Labels stay on the same side of their points where they can."""
-    plan = layout([frame.views for frame in film], headed=True)
+    plan = layout([views for _, views in film], headed=True)
     before: Placed | None = None
-    for frame in film:
+    for heading, views in film:
         figure = Figure(dpi=dpi)
-        before = draw_page(figure, frame.views, plan, frame.heading, before)
+        before = draw_page(figure, views, plan, heading, before)
         pixels = BytesIO()
         figure.savefig(pixels, format="rgba", dpi=dpi)
         size = figure.canvas.get_width_height()

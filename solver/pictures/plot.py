@@ -23,18 +23,6 @@ CURVES = 8
 """Curves that one panel may have, so that each can be told from the others."""
 
 
-class Lattice(NamedTuple):
-    """How the rows of a table hang together: the ``inputs``, and the ``shape`` of their grid.
-
-    Rows side by side, or of a file, have a shape of one number. ``answer`` is the column of the numbers
-    of the answers, where a row may have several.
-    """
-
-    inputs: tuple[str, ...]
-    shape: tuple[int, ...]
-    answer: str | None = None
-
-
 class Curves(NamedTuple):
     """``abscissa`` (n,) are the values of the input ``along`` which the curves run.
 
@@ -57,13 +45,16 @@ class Maps(NamedTuple):
     fields: Mapping[str, Array]
 
 
-def arranged(table: Table, lattice: Lattice) -> Curves | Maps:
+def arranged(
+    table: Table, inputs: tuple[str, ...], shape: tuple[int, ...], answer: str | None = None
+) -> Curves | Maps:
     """Curves along the input that takes most values, one for each combination of the others and each answer.
 
+    The rows are a grid of this ``shape`` over the ``inputs``; rows side by side, or of a file, have a shape
+    of one number. ``answer`` is the column of the numbers of answers, where a row may have several.
     Where two inputs of numbers would make more curves than can be told apart, maps. Raises
     RuleSheetError (E445) where nothing can be drawn.
     """
-    inputs, shape, answer = lattice
     numbers = table[answer] if answer else np.ones(len(table.status), dtype=int)
     places = np.unravel_index(np.cumsum(numbers < 2) - 1, shape)
     number = np.maximum(numbers, 1) - 1

@@ -60,14 +60,15 @@ def test_watch_solves_at_every_save_of_the_sheet_and_of_what_it_uses(tmp_path: P
 
 
 def test_the_tutor_runs_what_is_typed_and_goes_on_at_enter(tmp_path: Path) -> None:
-    typed = "ls\nbacksolve check box.tk\n" + "\n" * len(tutor_text().lessons)
+    count = len(tutor_text()["lessons"])
+    typed = "ls\nbacksolve check box.tk\n" + "\n" * count
     tutor = started("tutor", folder=tmp_path)
     said, _ = tutor.communicate(typed, timeout=120)
     assert tutor.returncode == 0
     assert "every command begins with backsolve" in said and "nothing wrong" in said
     for found in ("1728", "26 ", "19.39692621", "V ≤ 2000", "V = h*(a - 2*h)^2 = 3*(30 - 2*3)^2", "10,1000"):
         assert found in said
-    assert f"{len(tutor_text().lessons)} of {len(tutor_text().lessons)}" in said and "backsolve open" in said
+    assert f"{count} of {count}" in said and "backsolve open" in said
     assert list(tmp_path.iterdir()) == []
 
 

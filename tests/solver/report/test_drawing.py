@@ -35,7 +35,7 @@ from solver.pictures import (
     variables,
     window,
 )
-from solver.pictures.page import Frame, compose, draw_page, encode, gif, images, layout
+from solver.pictures.page import compose, draw_page, encode, gif, images, layout
 from tests.oracles.mechanisms import MECHANISMS, Mechanism
 
 MODELS = Path(__file__).parent.parent.parent.parent / "models"
@@ -283,7 +283,7 @@ def test_every_frame_has_the_size_of_the_film() -> None:
     places = {"A": (0.0, 0.0), "B": (3.0, 1.0)}
     drawn = Diagram("a figure of a long name", "", "", places, dict.fromkeys(places, "point"), arrows)
     full, bare = View("a title", (drawn, drawn)), View("", (None, _view(0.0, 0.0).diagrams[0]))
-    pictures = list(images([Frame("1", (full, bare)), Frame("2", (None, bare))], dpi=40))
+    pictures = list(images([("1", (full, bare)), ("2", (None, bare))], dpi=40))
     assert len({picture.size for picture in pictures}) == 1
     assert gif(pictures).startswith(b"GIF89a")
     assert pictures[0].getpixel((0, 0)) == (255, 255, 255)

@@ -13,7 +13,7 @@ import rulesheets
 from rulesheets.diagnosis import RuleSheetError
 from solver.__main__ import main
 from solver.files.tables import Table
-from solver.pictures.plot import Curves, Lattice, Maps, arranged, broken, colored, panels, titled
+from solver.pictures.plot import Curves, Maps, arranged, broken, colored, panels, titled
 
 
 def columns(values: dict[str, object]) -> Table:
@@ -23,7 +23,7 @@ def columns(values: dict[str, object]) -> Table:
 
 def test_a_grid_makes_a_curve_for_each_value_of_the_shorter_input() -> None:
     x, k = (grid.ravel() for grid in np.meshgrid(np.arange(20.0), [1.0, 2.0, 3.0], indexing="ij"))
-    shown = arranged(columns({"x": x, "k": k, "y": k * x}), Lattice(("x", "k"), (20, 3)))
+    shown = arranged(columns({"x": x, "k": k, "y": k * x}), ("x", "k"), (20, 3))
     assert isinstance(shown, Curves)
     assert (shown.along, shown.abscissa.tolist()) == ("x", list(range(20)))
     assert shown.labels == ("k = 1", "k = 2", "k = 3")
@@ -33,7 +33,7 @@ def test_a_grid_makes_a_curve_for_each_value_of_the_shorter_input() -> None:
 def test_answers_are_curves_with_gaps_where_they_are_not() -> None:
     x, answer = [0.0, 1.0, 1.0, 2.0, 3.0, 3.0], [0, 1, 2, 1, 1, 2]
     y = [np.nan, 1.0, -1.0, 2.0, 3.0, -3.0]
-    shown = arranged(columns({"x": x, "answer": answer, "y": y}), Lattice(("x",), (4,), "answer"))
+    shown = arranged(columns({"x": x, "answer": answer, "y": y}), ("x",), (4,), "answer")
     assert isinstance(shown, Curves)
     assert shown.labels == ("answer 1", "answer 2")
     expected = [[np.nan, 1, 2, 3], [np.nan, -1, np.nan, -3]]
@@ -42,7 +42,7 @@ def test_answers_are_curves_with_gaps_where_they_are_not() -> None:
 
 def test_two_inputs_of_many_values_make_maps() -> None:
     a, b = (grid.ravel() for grid in np.meshgrid(np.arange(30.0), np.arange(40.0), indexing="ij"))
-    shown = arranged(columns({"a": a, "b": b, "y": a - b}), Lattice(("a", "b"), (30, 40)))
+    shown = arranged(columns({"a": a, "b": b, "y": a - b}), ("a", "b"), (30, 40))
     assert isinstance(shown, Maps)
     assert (shown.up, shown.across) == ("a", "b")
     assert np.array_equal(shown.fields["y"], np.subtract.outer(np.arange(30), np.arange(40)))
@@ -50,7 +50,7 @@ def test_two_inputs_of_many_values_make_maps() -> None:
 
 def test_rows_of_a_file_run_along_their_first_number() -> None:
     kind = np.array(["open", "crossed"], dtype=object)
-    shown = arranged(columns({"kind": kind, "x": [1.0, 2.0], "y": [3.0, 4.0]}), Lattice(("kind", "x"), (2,)))
+    shown = arranged(columns({"kind": kind, "x": [1.0, 2.0], "y": [3.0, 4.0]}), ("kind", "x"), (2,))
     assert isinstance(shown, Curves)
     assert (shown.along, shown.abscissa.tolist(), shown.heights["y"].tolist()) == ("x", [1, 2], [[3, 4]])
 
@@ -67,7 +67,7 @@ def test_what_cannot_be_drawn(
     values: dict[str, object], inputs: tuple[str, ...], shape: tuple[int, ...]
 ) -> None:
     with pytest.raises(RuleSheetError) as caught:
-        arranged(columns(values), Lattice(inputs, shape))
+        arranged(columns(values), inputs, shape)
     assert caught.value.diagnoses[0].code == "E445"
 
 
