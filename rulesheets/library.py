@@ -93,6 +93,12 @@ _EXPONENT = re.compile(
 _TRAILING = re.compile(r"(\D*[^\W\d])(\d+)")
 
 
+def _number(text: str) -> Fraction:
+    """``5/9``, ``1.5`` or ``1.5/9``."""
+    above, _, below = text.partition("/")
+    return Fraction(above) / Fraction(below or 1)
+
+
 class UnitError(ValueError):
     """A text that is no unit: ``place`` is where it goes wrong, ``name`` the unknown name if that is why."""
 
@@ -143,7 +149,7 @@ class _Reader:
     def factor(self, word: re.Match[str]) -> Unit:
         start, self.place = word.start(), word.end()
         if word["number"]:
-            unit = Unit(Fraction(word["number"]))
+            unit = Unit(_number(word["number"]))
             if not unit.factor:
                 raise UnitError("a unit has no factor 0", start)
         elif word["sign"] == "(":
@@ -196,7 +202,7 @@ _BASES = frozenset({"m", "kg", "s", "A", "K", "mol", "cd", ANGLE, "bit"})
 """Base units that a unit of pint may have."""
 
 _FILE = os.path.join(os.path.dirname(__file__), "units", "units.txt")
-_NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?(?:/0*[1-9]\d*)?"
+_NUMBER = r"\d+\.?\d*(?:[eE][+-]?\d+)?(?:/0*[1-9]\d*)?"
 _MEANING = re.compile(rf"({_NUMBER})?\s*\*?\s*(pi\b)?\s*(.*?)\s*(/pi)?(?:\s([+-])\s*({_NUMBER})\s*(.*))?")
 
 
@@ -271,12 +277,12 @@ class Library:
         Raises UnitError.
         """
         found = _MEANING.fullmatch(text.replace("[", " ").replace("]", " ").strip())
-        if found is None or Fraction(found[1] or 1) == 0:
+        if found is None or _number(found[1] or "1") == 0:
             raise UnitError("write a factor and a unit, and perhaps an offset", 0)
         factor, pi, name, under, sign, start, begun = found.groups()
         unit = self.unit(name) if name else Unit()
-        offset = Fraction(start or 0) * (self.unit(begun) if begun else unit).factor
-        scaled = unit * Unit(Fraction(factor or 1), (1 if pi else 0) - (1 if under else 0))
+        offset = _number(start or "0") * (self.unit(begun) if begun else unit).factor
+        scaled = unit * Unit(_number(factor or "1"), (1 if pi else 0) - (1 if under else 0))
         return replace(scaled, offset=-offset if sign == "-" else offset)
 
 

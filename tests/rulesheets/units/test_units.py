@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rulesheets.library import Library, UnitError, convert, library
+from rulesheets.library import Library, Unit, UnitError, convert, library
 
 names = import_module("rulesheets.library")
 
@@ -75,6 +75,7 @@ def test_factors_are_those_of_the_standard(name: str) -> None:
         ("kg/s/m", "kg/(s-m)"),
         ("-", ""),
         ("rev/min", "rpm"),
+        ("1.5/3 m", "0.5 m"),
     ],
 )
 def test_texts_are_read_as_engineers_write_them(text: str, same: str) -> None:
@@ -121,6 +122,16 @@ def test_units_of_a_sheet_s_own() -> None:
     assert convert(3.0, own.unit("crate"), own.unit("widget")) == 36.0
     assert own.unit("kcrate") == own.unit("12000 widget")
     assert own.unit("kUSD") == own.unit("1000 USD")
+
+
+@pytest.mark.parametrize("meaning", ["1.2.3 m", "1..2 m", "1 K + 5.."])
+def test_a_meaning_with_no_number_is_told(meaning: str) -> None:
+    with pytest.raises(UnitError):
+        Library().meant(meaning)
+
+
+def test_a_meaning_may_divide_decimals() -> None:
+    assert Library().meant("2.5/5 K + 1.5/3 K") == Unit(Fraction(1, 2), 0, {"K": Fraction(1)}, Fraction(1, 2))
 
 
 ALIKE = ("mm", "in", "ft", "km", "mi", "um", "nmi", "Mm")
