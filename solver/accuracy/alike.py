@@ -292,3 +292,18 @@ def accepted(
     scaled = np.abs(found.miss) / np.where(found.moves > 0.0, found.moves, 1.0)
     left = [equations[place] for place in np.flatnonzero(~found.holds).tolist()]
     return float(np.max(scaled[found.holds], initial=0.0)), left
+
+
+def sizes_of(
+    x: Array, terms: Array, slopes: Array, rows: NDArray[np.intp], columns: NDArray[np.intp]
+) -> Array:
+    """The sizes (n,) of the unknowns of a large block, given its Jacobian as triplets.
+
+    An unknown near 0 may be rounding. It is measured by what moves one of its rules by as much as the
+    ``terms`` (n,) of that.
+    """
+    reach = np.full(len(x), np.inf)
+    with np.errstate(all="ignore"):
+        np.minimum.at(reach, columns, np.where(slopes, terms[rows] / np.abs(slopes), np.inf))
+    size = np.maximum(np.abs(x), np.where(np.isfinite(reach), reach, 0.0))
+    return np.where(size > 0.0, size, 1.0)

@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from rulesheets.evaluate import Undefined
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import subtract
-from solver.accuracy.alike import MANY, evaluated
+from solver.accuracy.alike import MANY, evaluated, sizes_of
 from solver.accuracy.rule_check import blur, sides
 from solver.facts import DoubleRoot
-from solver.numerics.linear_algebra import as_matrix, factorise, sparse_matrix
+from solver.numerics.linear_algebra import Array, as_matrix, factorise, sparse_matrix
 from solver.numerics.tolerances import CANCELLED, HALF, UNIT_ROUNDOFF
 from solver.path import SolveBlock, Step, given_by
 from solver.path.cases import solved_by
@@ -41,7 +41,8 @@ UNKNOWN, NONE = np.full(SAMPLES, math.inf), np.zeros(SAMPLES)
 class BlockCondition(NamedTuple):
     """A block at its answer: ``rank`` of its scaled Jacobian, and its ``condition`` (infinite if deficient).
 
-    Unknowns count in units of their values, rules in units of their largest term.
+    Unknowns count in units of their values, rules in units of their largest term. In a large block an unknown
+    near 0 counts in units of what moves one of its rules by the size of its terms.
     """
 
     unknowns: tuple[str, ...]
@@ -164,12 +165,16 @@ class _Propagation:
             found = [row for row in rows if row and all(map(math.isfinite, row[0].values()))]
             if len(found) == len(rows):
                 matrix = [[slopes.get(name, 0.0) for name in unknowns] for slopes, _ in found]
-                system = as_matrix(matrix, len(unknowns)), np.array([off for _, off in found])
+                sizes = np.array([abs(v) or 1.0 for n in unknowns if isinstance(v := self.values[n], float)])
+                system = as_matrix(matrix, len(unknowns)), np.array([off for _, off in found]), sizes
         if system is not None and (errors := self._solved(*system, unknowns)) is not None:
             self.errors |= zip(unknowns, errors, strict=True)
 
-    def _many_rows(self, equations: Sequence[Equation], unknowns: Sequence[str]) -> tuple[Any, Errors] | None:
-        """The Jacobian (n, n) of a large block, and by how much its rules may be off (n, samples)."""
+    def _many_rows(
+        self, equations: Sequence[Equation], unknowns: Sequence[str]
+    ) -> tuple[Any, Errors, Array] | None:
+        """The Jacobian (n, n) of a large block, by how much its rules may be off (n, samples), and the sizes
+        (n,) of its unknowns."""
         found = evaluated(self.model, equations, self.values)
         n, place = len(unknowns), {name: place for place, name in enumerate(unknowns)}
         off = _signs_of([e.index for e in equations]) * (found.noise + np.abs(found.miss))[:, None]
@@ -181,13 +186,15 @@ class _Propagation:
         np.add.at(off, found.rows[moved], shifts)
         if not np.isfinite(found.slopes).all():
             return None
-        matrix = sparse_matrix(found.slopes[inside], found.rows[inside], columns[inside], (n, n))
-        return (matrix if n > DENSE else matrix.toarray()), off
+        entries = found.slopes[inside], found.rows[inside], columns[inside]
+        matrix = sparse_matrix(*entries, (n, n))
+        x = np.array([v for name in unknowns if isinstance(v := self.values[name], float)])
+        sizes = sizes_of(x, np.fmax(found.moves, found.gross), *entries)
+        return (matrix if n > DENSE else matrix.toarray()), off, sizes
 
-    def _solved(self, matrix: Any, off: Errors, unknowns: Sequence[str]) -> Errors | None:
-        """The errors (n, samples) of the unknowns; None where they are not determined."""
-        weights = [abs(v) or 1.0 for name in unknowns if isinstance(v := self.values[name], float)]
-        factor, key = factorise(matrix, weights), tuple(unknowns)
+    def _solved(self, matrix: Any, off: Errors, sizes: Array, unknowns: Sequence[str]) -> Errors | None:
+        """The errors (n, samples) of unknowns of such ``sizes``; None where they are not determined."""
+        factor, key = factorise(matrix, sizes), tuple(unknowns)
         regular = factor.rank == len(key)
         self.blocks[key] = BlockCondition(key, factor.rank, factor.condition() if regular else math.inf)
         if not regular or not np.isfinite(off).all():

@@ -41,11 +41,13 @@ from solver.numerics.linear_algebra import Array
 from solver.path import SolveBlock
 from solver.path.elimination import ClosedForm, closed_form
 from solver.path.graph import Alike, ModelGraph, alike, same_columns
-from solver.path.isolate import Isolation, is_linear, isolate, smooth
+from solver.path.isolate import Isolation, is_linear, is_polynomial, isolate, smooth
 from solver.ranking.sizes import Scalings
 
 FEW = 30
 """Rules up to which each is looked at by itself, beyond it one of each shape."""
+DENSE = 300
+"""Unknowns of a block beyond which its matrix is taken as a sparse one."""
 
 
 class BlockKernel:
@@ -111,17 +113,26 @@ class BlockKernel:
     @cached_property
     def straight(self) -> list[bool]:
         """Which equations, as they are written, are linear in the unknowns."""
+        return self._which(is_linear)
+
+    @cached_property
+    def polynomial(self) -> list[bool]:
+        """Which equations, as they are written, are polynomials of low degree in the unknowns."""
+        return self._which(is_polynomial)
+
+    def _which(self, test: Callable[[Expression, Collection[str]], bool]) -> list[bool]:
+        """The equations whose form passes a test that depends on its shape and on which names are unknown."""
         unknowns = frozenset(self.unknowns)
         if len(self.equations) <= FEW:
-            return [is_linear(form, unknowns) for form in self.forms]
+            return [test(form, unknowns) for form in self.forms]
         inside = np.array([name in unknowns for name in self.alike.names], dtype=bool)
-        straight = np.zeros(len(self.equations), dtype=bool)
+        passed = np.zeros(len(self.equations), dtype=bool)
         for family in self.alike.families:
             for _, members in same_columns(inside[family.columns]):
                 places = family.places[members]
                 rule = self.equations[places[0]]
-                straight[places] = is_linear(subtract(rule.left, rule.right), unknowns)
-        return straight.tolist()
+                passed[places] = test(subtract(rule.left, rule.right), unknowns)
+        return passed.tolist()
 
     @cached_property
     def closed(self) -> ClosedForm | None:

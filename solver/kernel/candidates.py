@@ -11,6 +11,7 @@ import numpy as np
 from solver.accuracy.alike import MANY
 from solver.accuracy.rule_check import gross
 from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange, RankLoss
+from solver.kernel.block import DENSE
 from solver.kernel.chain import Chain
 from solver.kernel.question import Question, stays_deficient
 from solver.kernel.root_check import (
@@ -25,6 +26,7 @@ from solver.kernel.root_check import (
 )
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
+from solver.numerics.sparse_newton import SparseFactor
 from solver.numerics.tolerances import (
     BLUR,
     COVERED,
@@ -296,10 +298,18 @@ class Candidates:
                     return False
         return True
 
+    def _null_direction(self, x: list[float]) -> tuple[float, ...]:
+        sparse = self.question.sparse if len(x) > DENSE else None
+        if sparse is None:
+            return null_direction(self.question.jacobian(x), x)
+        return SparseFactor(sparse[1](np.array(x)), len(x)).null_direction(
+            np.array([abs(v) or 1.0 for v in x])
+        )
+
     def _double(self, point: dict[str, float]) -> DoubleRoot:
         numbers = list(point.values())
         try:
-            direction = null_direction(self.question.jacobian(numbers), numbers)
+            direction = self._null_direction(numbers)
         except (ArithmeticError, ValueError):
             direction = tuple(1.0 for _ in numbers)
         moving = {n: d for n, d in zip(point, direction, strict=True) if abs(d) > 1e-6}

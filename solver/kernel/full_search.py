@@ -10,9 +10,9 @@ is held at the edge of it. Where descent finds nothing, trust regions do.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from rulesheets.syntax.nodes import Expression, Name, Negative, Sum
 from rulesheets.syntax.program import walk
 from solver.accuracy.alike import MANY
 from solver.facts import Attempt, Beside, Method, RankLoss
+from solver.kernel.block import FEW
 from solver.kernel.candidates import BlockOutcome, Candidates, left_free
 from solver.kernel.emitter import IntervalEmitter
 from solver.kernel.question import Budget, Question
@@ -38,7 +39,7 @@ from solver.numerics.newton import (
     spread,
     starting_points,
 )
-from solver.numerics.sparse_newton import sparse_newton
+from solver.numerics.sparse_newton import Map, SparseFactor, Triplets, itself, sparse_newton
 from solver.numerics.tolerances import FREE, MOVED, SAME_END
 from solver.ranking.sizes import nearly_balanced
 
@@ -247,7 +248,7 @@ CORRECTIONS = 4
 def free_curve(question: Question, point: Mapping[str, float] | None = None) -> BlockOutcome | None:
     """What a block leaves free at an answer of it, or at a point that is looked for; None where there is
     none, or no way leads on from there."""
-    if not question.kernel.smooth or len(question.unknowns) > MAX_BATCH_UNKNOWNS:
+    if len(question.unknowns) > MAX_BATCH_UNKNOWNS or not question.kernel.smooth:
         return None
     with np.errstate(all="ignore"):
         try:
@@ -387,18 +388,18 @@ def search_sparsely(question: Question, candidates: Candidates, every: bool = Fa
     if question.sparse is None:
         return
     free = {v.name for v in question.variables if v.low == -math.inf and question.turn(v.name) is None}
-    for start, sizes, positive in _sparse_starts(question):
+    for start, sizes, positive, told in _sparse_starts(question):
         if candidates.answers and not (positive or every):
             continue
         most = POSITIVE_ITERATIONS if positive else MOST_ITERATIONS
-        root = sparse_newton(*question.sparse, start, sizes, positive, most)
+        root = sparse_newton(*question.sparse, start, sizes, positive, most, told)
         if not np.isfinite(root.x).all():
             continue
         point = question.named(root.x.tolist())
         if root.converged and len(point) <= MANY:
             candidates.refine(root.x.tolist())
-        elif root.converged and question.holds(point):
-            candidates.keep(point)
+        elif root.converged and (settled := _corrected(question, question.sparse[1], root.x)) is not None:
+            candidates.keep(settled)
         else:
             candidates.note(point)
         signs = [min((v for n, v in a.values.items() if n in free), default=0.0) for a in candidates.answers]
@@ -406,19 +407,45 @@ def search_sparsely(question: Question, candidates: Candidates, every: bool = Fa
             return
 
 
-def _sparse_starts(question: Question) -> Iterator[tuple[Array, Array | None, bool]]:
-    """Points, sizes, and whether unknowns that are positive are kept so.
+CORRECTED = 2
+
+
+def _corrected(
+    question: Question, jacobian: Callable[[Array], Triplets], x: Array
+) -> dict[str, float] | None:
+    """The point at which every rule holds; where rounding of its own evaluation keeps one from that
+    (``exp(x) - 1`` at a small x), after corrections by what it misses in many digits. None elsewhere."""
+    for left in reversed(range(CORRECTED + 1)):
+        point = question.named(x.tolist())
+        misses = question.misses(point) if np.isfinite(x).all() else None
+        if misses is None or not misses.any():
+            return None if misses is None else point
+        try:
+            x = x - SparseFactor(jacobian(x), len(x)).solve(misses) if left else x
+        except ArithmeticError:
+            return None
+    return None
+
+
+Start: TypeAlias = tuple[Array, Array | None, bool, Map]
+
+
+def _sparse_starts(question: Question) -> Iterator[Start]:
+    """Points, sizes, whether unknowns that are positive are kept so, and a map to follow after each step.
 
     The guesses where there are any, else 0, where the first step solves the linearised rules; positive
-    numbers of the sizes that balance the rules; and 1. What a rule tells outright is as that has it.
+    numbers of the sizes that balance the rules; and 1. What a rule tells outright is as that has it, at
+    last after each step too: auxiliary unknowns, such as friction factors, do not hold back the others.
     """
     names, guesses, system = question.unknowns, question.guesses, question.kernel.sparse
     low, high = np.array([(v.low, v.high) for v in question.variables]).T
-    zero = np.clip(np.zeros(len(names)), low, high)
-    if system is not None:
-        zero = np.clip(system.with_told(zero, question.known), low, high)
+
+    def told(x: Array) -> Array:
+        return np.clip(x if system is None else system.with_told(x, question.known), low, high)
+
+    zero = told(np.clip(np.zeros(len(names)), low, high))
     if not guesses:
-        yield zero, None, False
+        yield zero, None, False, itself
     known = {name: v for name in question.kernel.known if isinstance(v := question.here[name], float)}
     turns = np.array([question.turn(name) or math.nan for name in names])
     guessed, turning = np.abs([guesses.get(name, 0.0) for name in names]), ~np.isnan(turns)
@@ -426,13 +453,19 @@ def _sparse_starts(question: Question) -> Iterator[tuple[Array, Array | None, bo
     sizes = np.where(guessed > 0.0, guessed, np.where(turning, turns / 4, balanced))
     inside = np.clip(np.where(turning, 0.0, sizes), low, high)
     if guesses:
-        yield np.array([guesses.get(n, v) for n, v in zip(names, inside, strict=True)]), sizes, False
-        yield zero, sizes, False
-    yield inside, sizes, True
-    yield np.clip(np.where(turning, 0.0, 1.0), low, high), sizes, False
-    yield inside, sizes, False
-    if system is not None and (flat := _beside_known(question, inside)) is not None:
-        yield np.clip(system.with_told(flat, question.known), low, high), sizes, False
+        guess = np.array([guesses.get(n, v) for n, v in zip(names, inside, strict=True)])
+        yield guess, sizes, False, itself
+        yield zero, sizes, False, itself
+    yield inside, sizes, True, itself
+    yield np.clip(np.where(turning, 0.0, 1.0), low, high), sizes, False, itself
+    yield inside, sizes, False, itself
+    flat = _beside_known(question, inside)
+    if flat is not None:
+        yield told(flat), sizes, False, itself
+    if len(names) > FEW:
+        for start in (zero, inside, flat):
+            if start is not None:
+                yield start, sizes, False, told
 
 
 def _beside_known(question: Question, start: Array) -> Array | None:

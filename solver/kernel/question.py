@@ -162,6 +162,22 @@ class Question:
         _, left = accepted(self.graph.model, self.kernel.equations, everything)
         return all(check_rule(equation, everything).holds for equation in left)
 
+    def misses(self, point: Mapping[str, float]) -> Array | None:
+        """By how much rules of the block miss (n,), in as many digits as it takes; 0 where one holds. None
+        where that is more than rounding, so that the point is no answer."""
+        everything = {**self.here, **point}
+        _, left = accepted(self.graph.model, self.kernel.equations, everything)
+        place = {id(equation): i for i, equation in enumerate(self.kernel.equations)}
+        found = np.zeros(len(place))
+        for equation in left:
+            check = check_rule(equation, everything)
+            if check.holds:
+                continue
+            if check.miss is None or not check.delicate:
+                return None
+            found[place[id(equation)]] = check.miss
+        return found
+
     def outside(self, point: Mapping[str, float]) -> str | None:
         """The first unknown that leaves its declared range."""
         return next((v.name for v in self.variables if not v.admits(point[v.name])), None)

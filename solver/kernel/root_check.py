@@ -22,7 +22,7 @@ import numpy as np
 
 from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.evaluate.digits import context
-from solver.accuracy.alike import MANY, evaluated
+from solver.accuracy.alike import MANY, evaluated, sizes_of
 from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import gross, size
 from solver.kernel.emitter import BESIDE
@@ -56,10 +56,11 @@ def uncertainty(question: Question, point: Mapping[str, float]) -> Uncertainty:
 
 def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, float]) -> Uncertainty:
     """The same of a large block. An unknown near 0 is measured by what would move one of its rules by as much
-    as the terms of that are. Linear rules are not steep, however much cancels in their brackets."""
+    as the terms of that are. Polynomials are not steep, however much cancels in their brackets: multiplied
+    out, their terms are as large as their moves, but for the degree."""
     found = evaluated(question.graph.model, question.kernel.equations, {**question.here, **point})
     moves, gross = (np.where(np.isnan(size), np.inf, size) for size in (found.moves, found.gross))
-    terms = np.where(question.kernel.straight, np.maximum(moves, gross), gross)
+    terms = np.where(question.kernel.polynomial, np.maximum(moves, gross), gross)
     x = np.array(list(point.values()))
     entries = sparse[1](x)
     with np.errstate(all="ignore"):
@@ -69,12 +70,7 @@ def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, 
         factor = SparseFactor(entries, len(x))
     except ArithmeticError:
         return Uncertainty([math.inf] * len(x), steepness, math.inf)
-    slopes, rows, columns = entries
-    reach = np.full(len(x), np.inf)
-    with np.errstate(all="ignore"):
-        np.minimum.at(reach, columns, np.where(slopes, terms[rows] / np.abs(slopes), np.inf))
-    weight = np.maximum(np.abs(x), np.where(np.isfinite(reach), reach, 0.0))
-    weight = np.where(weight > 0.0, weight, 1.0)
+    weight = sizes_of(x, terms, *entries)
     relative = factor.spread(np.maximum(BACKWARD * moves, EPS * terms), weight)
     if not math.isfinite(relative):
         relative = math.inf

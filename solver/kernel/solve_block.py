@@ -17,7 +17,7 @@ from rulesheets.syntax.nodes import Call
 from rulesheets.syntax.program import walk
 from solver.facts import Attempt, Fact, Method, NoRoot
 from solver.kernel.algebra import contradiction, solve_by_formula, unattained
-from solver.kernel.block import BlockKernel, reduced
+from solver.kernel.block import DENSE, BlockKernel, reduced
 from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates, Stretch
 from solver.kernel.full_search import (
     fall_back,
@@ -72,7 +72,8 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
     most = MAX_PROOF_UNKNOWNS if thorough else MAX_BOX_UNKNOWNS
     if (thorough or len(tears) > 1) and n <= most and kernel.finite:
         yield Method.BOXES
-    yield Method.STARTS
+    if affords_dense(kernel):
+        yield Method.STARTS
 
 
 def is_large(kernel: BlockKernel) -> bool:
@@ -83,6 +84,11 @@ def is_large(kernel: BlockKernel) -> bool:
     if n <= MAX_SEARCHED[0]:
         return n > MAX_BOX_UNKNOWNS and tears > MANY_TEARS and 0 < turning < n
     return n > MAX_SEARCHED[1] or (turning > 0 and (tears > FEW_TEARS or not kernel.exhaustive))
+
+
+def affords_dense(kernel: BlockKernel) -> bool:
+    """Whether its Jacobian may be taken as a full matrix, of formulas too: a large one fills the memory."""
+    return len(kernel.unknowns) <= DENSE or kernel.sparse is None
 
 
 def may_be_polynomial(kernel: BlockKernel) -> bool:
@@ -100,8 +106,6 @@ def may_be_polynomial(kernel: BlockKernel) -> bool:
     )
 
 
-DENSE = 300
-"""Unknowns of a linear block beyond which its matrix is first taken as a sparse one."""
 MAX_STRETCHES = 6
 """Intervals that a search left open, beyond which it is no use to settle them."""
 
@@ -172,10 +176,14 @@ class _Search:
             if curve is not None:
                 return curve._replace(attempts=(*candidates.attempts, Attempt(Method.CURVE, 1)))
         if settled is None:
-            if candidates.fruitless and not (self.complete or assumed) and budget.last_resort():
+            if self._worth_a_last_resort(assumed):
                 fall_back(question, candidates)
             settled = self._outcome()
         return settled if assumed or budget.brief else without_curves(question, settled)
+
+    def _worth_a_last_resort(self, assumed: bool) -> bool:
+        open_ = self.candidates.fruitless and not (self.complete or assumed)
+        return open_ and affords_dense(self.kernel) and self.budget.last_resort()
 
     def _refuted(self, given: Collection[str]) -> BlockOutcome | None:
         """Why the rules can't hold, whatever the unknowns are; None where that is not known."""

@@ -23,6 +23,8 @@ from solver.numerics.tolerances import CONSISTENT, EPS, INDEPENDENT, MOVES, Outc
 
 LARGE = 16
 """Unknowns from which on LU is much faster than singular values, and worth loading ``scipy.linalg``."""
+MOST_DENSE = 600
+"""Unknowns of a sparse matrix up to which singular values are taken of a deficient one."""
 
 Array: TypeAlias = NDArray[np.float64]
 Rows: TypeAlias = Sequence[Sequence[float]] | Array
@@ -80,15 +82,19 @@ def as_matrix(matrix: Any, columns: int) -> Any:
     return matrix if hasattr(matrix, "dtype") else np.array(matrix, dtype=float).reshape(-1, columns)
 
 
-def factorise(matrix: Any, column_weights: Sequence[float]) -> Factor:
+def factorise(matrix: Any, column_weights: Sequence[float] | Array) -> Factor:
     """Factor an m × n matrix given as rows, array, or scipy sparse matrix, with column weights (n,).
 
     By LU where it is large, square and regular, else by singular values; 0 where some number is not finite.
+    A large sparse matrix that is singular is not factored: the rank given is a bound, solutions are nan.
     """
     weights = np.asarray(column_weights, dtype=float)
     with np.errstate(all="ignore"):
         if hasattr(matrix, "tocsc"):
-            return _sparse(matrix, weights) or any_rank(matrix.toarray(), weights)
+            if (found := _sparse(matrix, weights)) is not None:
+                return found
+            large = matrix.shape[0] == matrix.shape[1] > MOST_DENSE
+            return _singular(weights) if large else any_rank(matrix.toarray(), weights)
         scaled = as_matrix(matrix, len(weights)) * weights
         sizes = np.abs(scaled).sum(axis=1)
         if len(sizes) == len(weights) >= LARGE and sizes.min() > 0.0 and sizes.max() < np.inf:
@@ -131,6 +137,11 @@ def _sparse(matrix: Any, weights: Any) -> Factor | None:
         return max(float(np.abs(lu.solve(b)).max()) for b in (np.ones(len(weights)), alternating))
 
     return Factor(lu.solve, condition, len(weights), sizes, weights)
+
+
+def _singular(weights: Any) -> Factor:
+    ones = np.ones(len(weights))
+    return Factor(lambda b: np.full_like(b, np.nan), lambda: inf, len(weights) - 1, ones, weights)
 
 
 def any_rank(matrix: Any, column_weights: Any) -> Factor:

@@ -19,6 +19,7 @@ from solver.numerics.tolerances import CONVERGED, DAMPING, FAST, LEAST, REFINABL
 
 Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]
 """The entries of a sparse matrix, their rows and their columns; entries at one place are added."""
+Map: TypeAlias = Callable[[Array], Array]
 ITERATIONS = 100
 SHORTEST, SHORTEST_POSITIVE = 2.0**-12, 2.0**-6
 """The least share of a step that is tried; where unknowns are kept positive, one that is held back by 0
@@ -28,6 +29,7 @@ LONGER = 4.0
 PANEL = 1
 """Columns that SuperLU takes at once: networks have few that are alike."""
 REFINEMENTS = 3
+INVERSE_ITERATIONS = 3
 BACKWARDS = 0.9
 """The largest share of a positive unknown that one step may take, where they are kept positive."""
 
@@ -66,6 +68,18 @@ class SparseFactor:
     def solve(self, rhs: Array) -> Array:
         return np.asarray(self.lu.solve(rhs / self.rows))
 
+    def null_direction(self, sizes: Array) -> tuple[float, ...]:
+        """The direction (n,), its largest part ± 1, along which the rows change least in units of ``sizes``,
+        by inverse iteration (Golub & Van Loan, *Matrix Computations*, section 8.2)."""
+        v = np.ones(self.n)
+        with np.errstate(all="ignore"):
+            for _ in range(INVERSE_ITERATIONS):
+                v = self.lu.solve(self.lu.solve(v / sizes, "T")) / sizes
+                v = v / np.abs(v).max()
+            v = sizes * v
+            v = v / np.abs(v).max()
+        return tuple(v.tolist()) if np.isfinite(v).all() else (1.0,) * self.n
+
     def spread(self, tolerance: Array, sizes: Array) -> float:
         """The largest of |J⁻¹|·t beside the ``sizes``: a norm, estimated as by N. J. Higham & F. Tisseur
         (SIAM J. Matrix Anal. Appl. 21 (2000) 1185–1201), from below and rarely off by a factor of 3."""
@@ -81,6 +95,11 @@ class SparseFactor:
         return float(linalg.onenormest(operator))
 
 
+def itself(x: Array) -> Array:
+    """No map: the point as it is."""
+    return x
+
+
 def sparse_newton(
     residual: Callable[[Array], Array],
     jacobian: Callable[[Array], Triplets],
@@ -88,13 +107,16 @@ def sparse_newton(
     sizes: Array | None = None,
     positive: bool = False,
     iterations: int = ITERATIONS,
+    told: Map = itself,
 ) -> SparseRoot:
     """Search a root of F: Rⁿ → Rⁿ from ``start`` (n,) with typical magnitudes ``sizes`` (n,).
 
     Without sizes the first step, to where the linearised equations hold, gives them.
-    ``positive``: unknowns that are positive stay so.
+    ``positive``: unknowns that are positive stay so. ``told`` (n,) → (n,) replaces unknowns that equations
+    give as functions of others: Newton's method on what is left when these are eliminated.
     """
-    x, f = start, residual(start)
+    x = told(start)
+    f = residual(x)
     if not np.isfinite(f).all():
         return SparseRoot(x, False, 0)
     share, before = 1.0, math.inf
@@ -110,7 +132,7 @@ def sparse_newton(
         length = _length(step, weight)
         if not np.isfinite(length):
             return SparseRoot(x, False, count)
-        found = _damped(residual, factor, x, step, weight, positive, share)
+        found = _damped(residual, factor, x, step, weight, positive, share, told)
         if count == 0 and not positive and (found is None or found[2] < 1.0):
             found = _twice(residual, jacobian, x + step, weight, length) or found
         if found is not None:
@@ -170,13 +192,14 @@ def _damped(
     weight: Array,
     positive: bool,
     share: float,
+    told: Map,
 ) -> tuple[Array, Array, float] | None:
     """The point after the longest share of the step, by halves from ``share``, that shortens the correction;
     its residual, and the share."""
     length = _length(step, weight)
     while share >= (SHORTEST_POSITIVE if positive else SHORTEST):
         moved = x + share * step
-        ahead = np.where((x > 0.0) & positive, np.maximum(moved, (1.0 - BACKWARDS) * x), moved)
+        ahead = told(np.where((x > 0.0) & positive, np.maximum(moved, (1.0 - BACKWARDS) * x), moved))
         there = residual(ahead)
         if np.isfinite(there).all():
             left = _length(factor.solve(there), weight)

@@ -66,6 +66,31 @@ def is_linear(expression: Expression, unknowns: Collection[str]) -> bool:
     return True
 
 
+HIGHEST_POWER = 9
+"""The largest exponent of what counts as a polynomial as it is written."""
+
+
+def is_polynomial(expression: Expression, unknowns: Collection[str]) -> bool:
+    """Whether the expression, as it is written, is a polynomial of low degree in the unknowns, with any
+    coefficients."""
+    stack = [expression]
+    while stack:
+        match stack.pop():
+            case Negative(operand):
+                stack.append(operand)
+            case Sum(terms):
+                stack.extend(terms)
+            case Product(left, right):
+                stack += (left, right)
+            case Quotient(left, right) if _free(right, unknowns):
+                stack.append(left)
+            case Power(base, Number(power)) if power.is_integer() and 0.0 < power <= HIGHEST_POWER:
+                stack.append(base)
+            case part if not isinstance(part, Name) and not _free(part, unknowns):
+                return False
+    return True
+
+
 def _free(expression: Expression, unknowns: Collection[str]) -> bool:
     return not any(name in unknowns for name in nodes.names(expression))
 

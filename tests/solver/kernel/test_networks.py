@@ -1,0 +1,143 @@
+"""Networks that need more than a plain Newton step: their answers beside the laws written out here."""
+
+from __future__ import annotations
+
+import math
+import tracemalloc
+from itertools import pairwise, product, starmap
+
+import numpy as np
+
+import rulesheets
+import solver
+from benchmarks.networks import bratu
+from solver.numerics.linear_algebra import factorise, sparse_matrix
+
+
+def _solved(lines: list[str]) -> solver.Result:
+    result = solver.solve(rulesheets.loads("\n".join(lines) + "\n"), timeout=5.0)
+    assert str(result.status) == "solved"
+    return result
+
+
+def test_friction_factors_do_not_hold_back_the_flows_of_water() -> None:
+    """A grid of 15 nodes between two reservoirs, with the friction of Swamee and Jain."""
+    number = {place: k for k, place in enumerate(product(range(5), range(3)))}
+    pipes = [(k, number[i + 1, j]) for (i, j), k in number.items() if i < 4]
+    pipes += [(k, number[i, j + 1]) for (i, j), k in number.items() if j < 2]
+    lines = ["nu = 1e-6", "rough = 1e-4", "g = 9.81", "H0 = 80", "H14 = 78"]
+    balance = {node: ["-0.02"] for node in range(1, 14)}
+    for k, (a, b) in enumerate(pipes):
+        lines.append(f"call pipe(H{a}, H{b}, {90 + 17 * k}, {0.2 + 0.02 * (k % 7)}; Q{k})")
+        for node, term in ((a, f"- Q{k}"), (b, f"+ Q{k}")):
+            balance.get(node, []).append(term)
+    lines += [f"{' '.join(terms)} = 0" for terms in balance.values()]
+    lines += ["function pipe(H1, H2, L, D; Q)", "parameters nu, rough, g", "rules"]
+    lines += ["v = 4*Q/(pi*D^2)", "Re = abs(v)*D/nu", "f = 0.25/log10(rough/(3.7*D) + 5.74/Re^0.9)^2"]
+    result = _solved([*lines, "H1 - H2 = f*L/D*v*abs(v)/(2*g)"])
+    inflow = np.zeros(15)
+    for k, (a, b) in enumerate(pipes):
+        length, diameter, flow = 90 + 17 * k, 0.2 + 0.02 * (k % 7), result[f"Q{k}"]
+        v = 4 * flow / (math.pi * diameter**2)
+        f = 0.25 / math.log10(1e-4 / (3.7 * diameter) + 5.74 / (abs(v) * diameter / 1e-6) ** 0.9) ** 2
+        loss = f * length / diameter * v * abs(v) / (2 * 9.81)
+        assert math.isclose(result[f"H{a}"] - result[f"H{b}"], loss, rel_tol=1e-9, abs_tol=1e-12)
+        inflow[a] -= flow
+        inflow[b] += flow
+    assert np.abs(inflow[1:14] - 0.02).max() <= 1e-12
+
+
+def test_brackets_that_cancel_do_not_make_a_cable_net_steep() -> None:
+    """A square net of cables, prestressed by 1 % and loaded: lengths by Pythagoras, displacements unknown."""
+    n, inner = 4, range(1, 5)
+    ends = [((i, j), (i + 1, j)) for i in range(n + 1) for j in inner]
+    ends += [((i, j), (i, j + 1)) for i in inner for j in range(n + 1)]
+    free = list(product(inner, inner))
+
+    def coordinate(node: tuple[int, int], axis: int) -> str:
+        at = float((*node, 0)[axis])
+        return f"({at} + {'uvw'[axis]}_{node[0]}_{node[1]})" if node in free else repr(at)
+
+    lines = ["EA = 1e6"]
+    forces: dict[tuple[int, int], list[list[str]]] = {node: [[], [], []] for node in free}
+    for k, (a, b) in enumerate(ends):
+        parts = [f"({coordinate(b, axis)} - {coordinate(a, axis)})" for axis in range(3)]
+        lines += [f"l{k} = sqrt({'^2 + '.join(parts)}^2)", f"N{k} = EA*(l{k} - 0.99)/0.99"]
+        for node, sign in ((a, "+"), (b, "-")):
+            for axis in range(3) if node in free else ():
+                forces[node][axis].append(f"{sign} N{k}*{parts[axis]}/l{k}")
+    lines += [
+        f"0 {' '.join(terms)} = {load}"
+        for row in forces.values()
+        for terms, load in zip(row, (0, 0, 200), strict=True)
+    ]
+    result = _solved(lines)
+    sag = np.array([[result[f"w_{i}_{j}"] for j in inner] for i in inner])
+    assert sag.max() < 0.0
+    assert np.abs(sag - sag.T).max() <= 1e-9 and np.abs(sag - sag[::-1]).max() <= 1e-9
+    lifted = 0.0
+    for k, (a, b) in enumerate(ends):
+        assert result[f"l{k}"] >= 1.0 - 1e-3 and result[f"N{k}"] > 0.0
+        w = [result[f"w_{i}_{j}"] if (i, j) in free else 0.0 for i, j in (a, b)]
+        lifted += result[f"N{k}"] * (w[1] - w[0]) / result[f"l{k}"] * ((a in free) - (b in free))
+    assert math.isclose(abs(lifted), 200.0 * len(free), rel_tol=1e-9)
+
+
+def test_a_ladder_of_diodes_is_solved_where_their_currents_vanish() -> None:
+    """``exp(V/Vt) - 1`` of a node far from the source rounds by more than the currents there."""
+    n = 300
+    lines = ["Is = 1e-12", "Vt = 0.02585", "R = 100", "V0 = 5"]
+    for i in range(1, n + 1):
+        onward = f" + I{i + 1}" if i < n else ""
+        lines += [f"I{i} = (V{i - 1} - V{i})/R", f"Id{i} = Is*(exp(V{i}/Vt) - 1)"]
+        lines += [f"I{i} = Id{i} + V{i}/1e4{onward}"]
+    result = _solved(lines)
+    voltages = [result[f"V{i}"] for i in range(n + 1)]
+    assert all(before > after > 0.0 for before, after in pairwise(voltages))
+    currents = [(a - b) / 100 for a, b in pairwise(voltages)] + [0.0]
+    for i, v in enumerate(voltages[1:]):
+        to_ground = 1e-12 * math.expm1(v / 0.02585) + v / 1e4
+        assert math.isclose(currents[i] - currents[i + 1], to_ground, rel_tol=1e-6)
+
+
+def test_a_large_block_without_a_root_is_no_full_matrix() -> None:
+    """Bratu's equation on 600 points, beyond its turning point: full matrices took 350 MB."""
+    model = rulesheets.loads(bratu(600, 4.0).sheet)
+    tracemalloc.start()
+    result = solver.solve(model, timeout=20.0)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert str(result.status) in ("failed", "infeasible")
+    assert peak <= 50e6
+
+
+def test_flows_that_are_rounding_leave_no_heat_conduction_undetermined() -> None:
+    """A cube that conducts better where it is hot: no heat flows across its planes of symmetry."""
+    n = 6
+
+    def at(*place: int) -> str:
+        inside = min(place) >= 1 and max(place) <= n
+        return "T_{}_{}_{}".format(*place) if inside else "500" if place[2] == 0 else "300"
+
+    lines = ["s = 500"]
+    for i, j, k in product(range(1, n + 1), repeat=3):
+        near = (i - 1, j, k), (i + 1, j, k), (i, j - 1, k), (i, j + 1, k), (i, j, k - 1), (i, j, k + 1)
+        heat = " + ".join(f"cond({other}, {at(i, j, k)})" for other in starmap(at, near))
+        lines.append(f"{heat} + s = 0")
+    lines += ["function cond(a, b; q)", "rules", "q = (15 + 0.01*(a + b)/2)*(a - b)"]
+    result = _solved(lines)
+    assert math.isclose(result["T_1_2_3"], result["T_6_5_3"], rel_tol=1e-12)
+    assert 300.0 < result["T_1_1_6"] < result["T_3_3_1"] < 550.0
+
+
+def test_a_large_singular_sparse_matrix_is_not_made_dense() -> None:
+    n = 3000
+    places = np.arange(n)
+    rows, columns = np.tile(places, 2), np.concatenate([places, (places + 1) % n])
+    ring = sparse_matrix(np.repeat([1.0, -1.0], n), rows, columns, (n, n))
+    tracemalloc.start()
+    factor = factorise(ring, np.ones(n))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert factor.rank < n
+    assert peak <= 8 * n * n / 4
