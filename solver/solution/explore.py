@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TypeAlias
 
@@ -56,8 +56,9 @@ GRACE = 1.0
 """Seconds to gather what was found when the time is up."""
 
 Facts: TypeAlias = tuple[Fact, ...]
-Rest: TypeAlias = Callable[[Branch], bool]
-"""The steps after the one at hand, for a fork to go on with: true where it must be planned anew."""
+Forks: TypeAlias = Iterator[Branch]
+Way: TypeAlias = tuple[Branch, Sequence[Step] | None, int]
+"""A branch, the steps that it goes on with, and the first of them; without steps it is planned first."""
 
 
 def explore(
@@ -186,31 +187,44 @@ class Explorer:
     # --- following a path ---
 
     def _explore(self, branch: Branch) -> None:
-        """Plan from what is known, follow, and plan again where an outcome asks for it."""
-        while not self._is_full(branch):
+        """Follow a branch and its forks to their ends: each fork with all of its own before the next."""
+        stack: list[Iterator[Way]] = [iter([(branch, None, 0)])]
+        while stack:
+            way = next(stack[-1], None)
+            if way is None:
+                stack.pop()
+            else:
+                stack.append(iter(self._ways(*way)))
+
+    def _ways(self, branch: Branch, steps: Sequence[Step] | None, start: int) -> Iterable[Way]:
+        """Follow a branch until it ends, and plan again where an outcome asks for it: the ways that its
+        forks take, if it has any."""
+        found = True if steps is None else self._follow(branch, steps, start)
+        while found is True and not self._is_full(branch):
             self.budget.used += PLAN
             known = frozenset(branch.values)
             void = frozenset(branch.void)
             path = self.planner.path(known, branch.conditions, void, self.want, required=True)
-            if not self._follow(branch, path.steps):
-                return
+            found = self._follow(branch, path.steps)
+        return () if isinstance(found, bool) else found
 
-    def _follow(self, branch: Branch, steps: Sequence[Step], start: int = 0) -> bool:
-        """Run the steps from ``start``: True where the branch must be planned anew, False where it ended."""
+    def _follow(self, branch: Branch, steps: Sequence[Step], start: int = 0) -> bool | Iterator[Way]:
+        """Run the steps from ``start``: True where the branch must be planned anew, False where it ended,
+        and the ways of its forks where it forked."""
         for place in range(start, len(steps)):
             expect_time()
             if self.model.requirements and self._broken(branch):
                 self._finish(branch)
                 return False
             step = steps[place]
-            rest = partial(self._follow, steps=steps, start=place + 1)
+            again: bool | Forks | None
             match step:
                 case Evaluate(equation=equation, unknown=unknown):
-                    again = self._evaluate(branch, step, equation, unknown, rest)
+                    again = self._evaluate(branch, step, equation, unknown)
                 case Select():
-                    again = self._select(branch, step, rest)
+                    again = self._select(branch, step)
                 case SolveBlock():
-                    again = self._block(branch, step, rest)
+                    again = self._block(branch, step)
                 case Check(equation=equation):
                     again = self._check(branch, step, equation)
                 case Decide(conditions=conditions):
@@ -219,8 +233,10 @@ class Explorer:
                     return True
                 case Assume():
                     return self._assume(branch, step)
-            if again is not None:
+            if isinstance(again, bool):
                 return again
+            if again is not None:
+                return ((fork, steps, place + 1) for fork in again)
         if branch.void and self._reopened(branch):
             return True
         self._finish(branch)
@@ -250,8 +266,8 @@ class Explorer:
         if not isinstance(step, Select):
             branch.settled.update(equations_of(step))
 
-    def _evaluate(self, branch: Branch, step: Step, equation: int, unknown: str, rest: Rest) -> bool | None:
-        """None: go on; True: plan anew; False: ended (each fork has gone its own way)."""
+    def _evaluate(self, branch: Branch, step: Step, equation: int, unknown: str) -> bool | Forks | None:
+        """None: go on; True: plan anew; False: ended; else the forks, each to go its own way."""
         isolation = self.graph.isolation(equation, self.graph.number[unknown])
         assert isolation is not None
         outcome = self._stepped(branch, equation, isolation)
@@ -266,38 +282,39 @@ class Explorer:
                 self._blank(branch, (unknown,), outcome.fact)
             return True
         double = () if outcome.double is None else (outcome.double,)
-        return self._forks(branch, step, [(values, double) for values in listed], rest)
+        return self._forks(branch, step, [(values, double) for values in listed])
 
     def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
         guess = self.guesses.get(isolation.unknown)
         return StepSolver(self.graph, equation, isolation, branch.values, guess).outcome()
 
     def _forks(
-        self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]], rest: Rest
-    ) -> bool | None:
-        """Go on with the one value there is (None), or send a fork on its way with each (False)."""
-        if len(found) == 1:
-            values, facts = found[0]
-            branch.facts = (*branch.facts, *facts)
-            self._learn(branch, step, values)
-            return None
+        self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]]
+    ) -> Forks | None:
+        """Go on with the one value there is (None), or with a fork for each."""
+        if len(found) != 1:
+            return self._each(branch, step, found)
+        values, facts = found[0]
+        branch.facts = (*branch.facts, *facts)
+        self._learn(branch, step, values)
+        return None
+
+    def _each(self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]]) -> Forks:
         for values, facts in found:
             if self._is_full(branch):
                 break
             fork = branch.fork()
             fork.facts = (*fork.facts, *facts)
             self._learn(fork, step, values)
-            if rest(fork):
-                self._explore(fork)
-        return False
+            yield fork
 
-    def _select(self, branch: Branch, step: Select, rest: Rest) -> bool | None:
+    def _select(self, branch: Branch, step: Select) -> bool | Forks | None:
         equations = self.model.equations
         for equation in step.equations:
             conditions = [p.condition for p in equations[equation].guard if p.condition not in branch.decided]
             branch.decided.update(self.casework.outcomes(conditions, branch))
             if activity(equations[equation], branch.conditions):
-                return self._evaluate(branch, step, equation, step.unknown, rest)
+                return self._evaluate(branch, step, equation, step.unknown)
         return True
 
     def _check(self, branch: Branch, step: Step, equation: int) -> bool | None:
@@ -339,7 +356,7 @@ class Explorer:
         endless = variable.low == -math.inf or variable.high == math.inf
         return endless and unknown in self.graph.weighed
 
-    def _block(self, branch: Branch, step: SolveBlock, rest: Rest) -> bool | None:
+    def _block(self, branch: Branch, step: SolveBlock) -> bool | Forks | None:
         outcome = self._solved(step, branch)
         listed = [answer.values for answer in outcome.answers]
         self.note(outcome.complete, step.equations, step.unknowns, listed, outcome.cut)
@@ -358,7 +375,7 @@ class Explorer:
             (answer.values, beside if answer.double is None else (*beside, answer.double))
             for answer in outcome.answers
         ]
-        return self._forks(branch, step, found, rest)
+        return self._forks(branch, step, found)
 
     def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
         """The outcome of a block, which is searched at most once for the same known numbers."""

@@ -99,3 +99,13 @@ def test_independent_blocks_of_two_answers_each_end_in_good_time() -> None:
     result = solver.solve(rulesheets.loads("\n".join(rules) + "\n"), timeout=20.0)
     assert str(result.status) == "solved"
     assert not result.complete
+
+
+def test_hundreds_of_steps_of_two_answers_each_have_their_answers_in_order() -> None:
+    n = 400
+    rules = [f"x{k}^2 = {k + 1}" for k in range(n)]
+    result = solver.solve(rulesheets.loads("\n".join(rules) + "\n"), timeout=20.0)
+    assert str(result.status) == "solved"
+    assert not result.complete
+    negative = [[k for k in range(n) if answer[f"x{k}"] < 0.0] for answer in result.solutions[:4]]
+    assert negative == [[], [n - 1], [n - 2], [n - 3]]
