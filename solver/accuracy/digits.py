@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -23,7 +24,7 @@ from rulesheets.evaluate.digits import context
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Expression, subtract
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_check import gross, half_unit
+from solver.accuracy.rule_check import decimal, gross, half_unit, with_named_numbers
 from solver.numerics.linear_algebra import Singular, eliminate_rows
 from solver.numerics.tolerances import FOLD, SPARE, SUSPECT
 
@@ -78,6 +79,17 @@ class ManyDigits:
         self.size = sum(1 for form in self.forms for _ in walk(form))
         self.tiny = self.mp.mpf(10) ** (SPARE - digits)
         self.small = self.mp.mpf(10) ** (-7 * digits // 10)
+
+    def in_decimals(self) -> ManyDigits:
+        """The same with given numbers, and those in the rules, as people write them: 0.1 is a tenth."""
+        written: dict[str, float] = {}
+        system = copy(self)
+        system.__dict__.pop("_partials", None)
+        system.forms = [with_named_numbers(form, written) for form in self.forms]
+        system.known = {
+            n: decimal(v) if isinstance(v, float) else v for n, v in {**self.known, **written}.items()
+        }
+        return system
 
     def point(self, x: Sequence[Any]) -> dict[str, Any]:
         return dict(zip(self.unknowns, x, strict=True))
@@ -138,7 +150,8 @@ FOLD_ITERATIONS = 60
 
 Fold: TypeAlias = tuple[list[list[Any]], list[Any] | None]
 """Roots, two or none, and the point where the two coincide, as far as the precision tells, or as far as the
-known values can: to half a unit of the last place of each that is no short number."""
+known values can: to half a unit of the last place of each that is no short number; or where numbers are the
+decimals as which they are written."""
 
 
 def resolve_fold(system: ManyDigits, start: Sequence[float], scale: Sequence[float]) -> Fold | None:
@@ -153,6 +166,9 @@ def resolve_fold(system: ManyDigits, start: Sequence[float], scale: Sequence[flo
         vectors = null_vectors(system, start, sizes)
         with suppress(Undefined, OverflowError, Singular, ZeroDivisionError):
             if vectors and (fold := _Reduction(system, start, vectors, sizes).resolve()):
+                with suppress(Undefined, OverflowError, Singular, ZeroDivisionError):
+                    touching = _Reduction(system.in_decimals(), start, vectors, sizes).touching()
+                    fold = fold if fold[1] or not touching else ([], touching)
                 return fold
     return None
 
@@ -199,6 +215,13 @@ class _Reduction:
         self.start, self.across = (list(map(self.mp.mpf, numbers)) for numbers in (start, vectors[1]))
         self.along = [self.mp.mpf(v / s) for v, s in zip(vectors[0], sizes, strict=True)]
         self.x, self.mu = self.start, self.mp.zero
+
+    def touching(self) -> list[Any] | None:
+        """The point at which two roots coincide to all the digits; None where they do not."""
+        t, curvature = self._extreme()
+        if t is None or not curvature or abs(t) > FOLD:
+            return None
+        return self.x if abs(self.at(t)[0]) <= self.tiny * abs(curvature) else None
 
     def resolve(self) -> Fold | None:
         t, curvature = self._extreme()

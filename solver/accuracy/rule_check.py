@@ -257,6 +257,11 @@ def half_unit(number: float) -> float:
     return 0.0 if short else abs(number) * UNIT_ROUNDOFF
 
 
+def decimal(number: float) -> Any:
+    """The shortest decimal that a float stands for, in many digits."""
+    return context(PRECISIONS[-1]).mpf(repr(number))
+
+
 def with_named_numbers(expression: Expression, numbers: dict[str, float]) -> Expression:
     """The expression with names for its numbers that have last places; ``numbers`` learns their values.
 
@@ -332,7 +337,6 @@ class _Rule:
     def __init__(self, equation: Equation, values: Mapping[str, Value]) -> None:
         self.sides: tuple[Expression, ...] = equation.left, equation.right
         self.values: dict[str, Any] = {name: values[name] for name in equation.names}
-        self.moving = self.values
 
     def miss(self, digits: int, moved: Mapping[str, Any] | None = None) -> Any:
         """F at the values, some of them ``moved``. Raises Undefined."""
@@ -348,9 +352,9 @@ class _Rule:
     def judged(self, miss: Any, digits: int) -> RuleCheck:
         """Whether F, which is ``miss``, vanishes within a small enough change of the values."""
         shown = number if math.isfinite(number := float(miss)) else None
-        gross = sum(abs(extended(side, self.values, digits)) for side in self.sides)
-        limit = STEEP * gross
         try:
+            gross = sum(abs(extended(side, self.values, digits)) for side in self.sides)
+            limit = STEEP * gross
             moves = self.moves(digits, limit / BACKWARD)
             total = sum(map(abs, moves.values()))
             scaled = abs(miss) / total if total else math.inf
@@ -363,9 +367,10 @@ class _Rule:
             )
         except Undefined:
             reaches = self.reaches(digits)
-            with suppress(Undefined):
-                reaches = reaches or self.within_last_places(miss, gross, digits)
             scaled = 0.0 if reaches else math.inf
+        with suppress(Undefined):
+            if not reaches and self.in_decimals().vanishes(digits):
+                reaches, scaled = True, min(scaled, BACKWARD)
         return RuleCheck(bool(reaches), shown, float(scaled), True)
 
     def moves(self, digits: int, limit: Any) -> dict[str, Any]:
@@ -417,15 +422,27 @@ class _Rule:
                     return True
         return False
 
-    def within_last_places(self, miss: Any, gross: Any, digits: int) -> bool:
-        """Whether the last places of the numbers that stand in the rule make up for F, which is ``miss``: for
-        where no value can move, as no exponent of a negative number can. Raises Undefined."""
+    def in_decimals(self) -> _Rule:
+        """The rule with its numbers, and their values, as people write them: 0.1 is a tenth.
+
+        What is left of it there counts where no value moves F, as no exponent of (-0.2)^x does, nor x at the
+        double root of x^2 - 1.72*x + 0.7396.
+        """
         written: dict[str, float] = {}
         rule = copy(self)
         rule.sides = tuple(with_named_numbers(side, written) for side in self.sides)
-        rule.values, rule.moving = {**self.values, **written}, written
-        far = UNIT_ROUNDOFF * sum(map(abs, rule.differences(digits).values()))
-        return bool(abs(miss) <= far <= STEEP * gross)
+        rule.values = {name: decimal(number) for name, number in {**self.values, **written}.items()}
+        return rule
+
+    def vanishes(self, digits: int) -> bool:
+        """Whether F is 0, but for what slopes leave out as one value changes by a share BACKWARD. Raises
+        Undefined."""
+        miss, step, bends = self.miss(digits), context(digits).mpf(10) ** -(digits // 4), 0
+        for name, number, size in self._numbers(digits):
+            above, below = (self._tried(name, number + size * s, digits) for s in (step, -step))
+            if above is not None and below is not None:
+                bends = max(bends, abs(above + below - 2 * miss) / step**2)
+        return abs(miss) <= BACKWARD**2 * min(bends, self.largest(digits)) and not self.absorbed()
 
     def _meet(self, name: str, one: tuple[Any, Any], other: tuple[Any, Any], digits: int) -> bool:
         """Whether F has a root between two points (value, F), and no pole or jump: it shrinks towards it."""
@@ -444,9 +461,9 @@ class _Rule:
         return None
 
     def _numbers(self, digits: int) -> Iterator[tuple[str, Any, Any]]:
-        """What may move: names, values, and the sizes of these."""
+        """The variables, their values, and the sizes of these."""
         mp = context(digits)
-        for name, number in self.moving.items():
+        for name, number in self.values.items():
             yield name, mp.mpf(number), mp.mpf(max(abs(number), SMALLEST_NORMAL))
 
 

@@ -533,6 +533,7 @@ class StepSolver:
                     NoValue(self.index, self.unknown, f"sqrt of {number_text(float(discriminant))}")
                 )
             discriminant, self.clamped = 0.0, True
+        self.delicate = self.delicate or 0.0 < discriminant <= CANCELLED * square
         root = self._root(discriminant)
         q = -0.5 * (b - root if b < 0.0 else b + root)
         roots = [q / a, c / q if q else 0.0]

@@ -270,8 +270,9 @@ class _Explanation:
 
     def _giving(self, names: Sequence[str]) -> tuple[str, ...]:
         """The advice to give one of these; none of it to give what was asked for itself."""
-        everything = all(v.name in self.judged for v in self.model.variables.values() if v.posted)
-        helpful = [name for name in names if everything or name not in self.judged]
+        judged = {*self.judged}
+        everything = all(v.name in judged for v in self.model.variables.values() if v.posted)
+        helpful = [name for name in names if everything or name not in judged]
         return (f"give {listed(helpful, 'or')}",) if helpful else ()
 
     def _clash(self) -> Diagnosis:

@@ -20,7 +20,7 @@ from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import Comparison, Condition
 from solver.accuracy.digits import MAX_UNKNOWNS, ManyDigits, Unresolved, Work, null_vectors, resolve_fold
 from solver.accuracy.forward_error import forward_errors
-from solver.accuracy.rule_check import gross, half_unit, sides
+from solver.accuracy.rule_check import check_rule, gross, half_unit, sides
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
 from solver.kernel.candidates import Answer, BlockOutcome, Stretch
@@ -28,7 +28,7 @@ from solver.kernel.chain import Chain, followed, slope_chain
 from solver.kernel.enclosure import Enclosure
 from solver.kernel.linear_block import Blur, undetermined
 from solver.kernel.question import Question
-from solver.kernel.step import PreciseStep, StepOutcome, exact_turn
+from solver.kernel.step import PreciseStep, Refused, StepOutcome, StepSolver, exact_turn
 from solver.leaves import Asked, Branch, Casework, Exploration
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.tolerances import AGREEMENT, CLOSE, DRIFT, PRECISIONS, SPARE
@@ -87,7 +87,27 @@ class _PreciseSearch(Explorer):
 
     def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
         guess = self.guesses.get(isolation.unknown)
-        return PreciseStep(self.graph, equation, isolation, _known(branch), self.digits, guess).outcome()
+        found = PreciseStep(self.graph, equation, isolation, _known(branch), self.digits, guess).outcome()
+        vague = found.delicate and len(found.values) in (0, 2)
+        return self._touched(branch, equation, isolation, found) if vague else found
+
+    def _touched(
+        self, branch: Branch, equation: int, isolation: Isolation, found: StepOutcome
+    ) -> StepOutcome:
+        """What a step found; or the double root that rules miss by no more than the last places of given
+        numbers, as ``x^2 - 1.72*x + 0.7396 = 0`` does at 0.86."""
+        rule = self.model.equations[equation]
+        step = StepSolver(self.graph, equation, isolation, branch.values)
+        with suppress(Refused, Undefined):
+            for start in step.preimages():
+                system = ManyDigits([rule], (step.unknown,), _known(branch), self.digits, self.work)
+                fold = None if isinstance(start, str) else resolve_fold(system, [start], [0.0])
+                if fold is None or fold[1] is None or not step.variable.admits(float(fold[1][0])):
+                    continue
+                if check_rule(rule, {**branch.values, step.unknown: float(fold[1][0])}).holds:
+                    double = DoubleRoot((equation,), (step.unknown,), {step.unknown: 1.0})
+                    return StepOutcome((fold[1][0],), double=double, delicate=True)
+        return found
 
     def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
         floats = super()._solved(step, branch)

@@ -222,7 +222,7 @@ def test_a_rule_that_adds_up_to_nothing_is_judged_by_its_terms(rule: str) -> Non
 def test_powers_of_negative_decimals_have_their_exponents(b: Decimal, n: int, form: str) -> None:
     """No exponent beside n has a power there: what may give is the last place of the written numbers."""
     rule = form.format(b=f"({b})", z=f"({b**n})", quarter=f"({b**n / 4})")
-    assume(b not in (-1, 0))
+    assume(b not in (-1, 0) and len((b**n / 4).as_tuple().digits) <= 15)
     result = solver.solve(rulesheets.loads(f"rules\n{rule}\n"))
     assert result["x"] == n
 

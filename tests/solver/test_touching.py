@@ -1,0 +1,49 @@
+"""Rules that touch in the decimals in which they are written, though doubles miss each other by an ulp."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+import rulesheets
+import solver
+
+FORMS = (
+    "x^2 - {two}*x + {square} = 0",
+    "x + {square}/x = {two}",
+    "x + y = {two}\nx*y = {square}",
+    "y = x^2\ny = {two}*x - {square}",
+    "3*x^2 + 3*{square} = 3*{two}*x",
+)
+
+
+@given(st.integers(11, 999), st.sampled_from(FORMS))
+def test_a_double_root_of_decimals_is_singular(number: int, form: str) -> None:
+    r = Decimal(number) / 100
+    result = solver.solve(rulesheets.loads(f"rules\n{form.format(two=2 * r, square=r * r)}\n"))
+    assert result.status is solver.Status.SINGULAR
+    assert [answer["x"] for answer in result.solutions] == [pytest.approx(float(r), rel=1e-15)]
+
+
+@given(st.integers(11, 999), st.sampled_from(FORMS), st.sampled_from(("1e-12", "-1e-12")))
+def test_a_last_decimal_decides(number: int, form: str, beside: str) -> None:
+    r = Decimal(number) / 100
+    square = r * r + Decimal(beside)
+    assume(len(square.as_tuple().digits) <= 15)
+    result = solver.solve(rulesheets.loads(f"rules\n{form.format(two=2 * r, square=square)}\n"))
+    assert result.status is (solver.Status.INFEASIBLE if square > r * r else solver.Status.SOLVED)
+    if result.solutions:
+        root = float((r * r - square).sqrt())
+        assert sorted(a["x"] for a in result.solutions) == pytest.approx([float(r) - root, float(r) + root])
+
+
+@given(st.integers(11, 999))
+def test_given_decimals_touch_as_written_ones_do(number: int) -> None:
+    r = Decimal(number) / 100
+    model = rulesheets.loads("x^2 - p*x + q = 0\n")
+    result = solver.solve(model, {"p": float(2 * r), "q": float(r * r)})
+    assert result.status is solver.Status.SINGULAR
+    assert result["x"] == pytest.approx(float(r), rel=1e-15)
