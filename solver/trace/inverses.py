@@ -117,11 +117,19 @@ class Inverses(Guards):
             divisor = flow.expression(stage.divisor, here)
             flow.bound(divisor)
             flow.apart_from_zero(divisor)
+            if stage.operation == "power" and several:
+                self._same_parity(divisor)
         found = [flow.expression(form, here) for form in stage.forms]
         if stage.divisor == TARGET:  # what is found is what the rule divides by
             for node in found:
                 flow.require(flow.add("not", flow.add("eq", node, flow.constant(0.0))))
         return found
+
+    def _same_parity(self, exponent: int) -> None:
+        """An exponent stays even, or not: only even powers of two opposite bases are equal."""
+        half = self.flow.add("div", exponent, self.flow.constant(2.0))
+        even = self.flow.add("eq", self.flow.add("rint", half), half)
+        self._require(even, bool(self._numbers(even)))
 
     def _turned_values(
         self, state: State, isolation: Isolation, stage: Stage, rest: Sequence[Stage], targets: list[int]

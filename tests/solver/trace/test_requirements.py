@@ -84,3 +84,15 @@ def test_a_refusal_tells_nothing_of_roots_that_its_row_had_not() -> None:
     u = np.sqrt([z for (z,) in plan.all(-1.5)])
     assert len(u) == 2
     assert np.allclose(u - 3 * np.sin(u), -1.5)
+
+
+@pytest.mark.parametrize("exponents", [(2.5, 2.0, 3.0, 4.0, -2.0), (2.0, 2.5, -3.0, 0.4), (3.0, 2.0, 2.5)])
+def test_an_even_exponent_has_two_bases_and_others_one(exponents: tuple[float, ...]) -> None:
+    text = "y = c*a^x\n"
+    plan = solver.prepare(rulesheets.loads(text), ["x", "y"], ["a"], {"c": 2.0})
+    expected = {x: ([1.0, -1.0] if x % 2.0 == 0.0 else [1.0]) for x in exponents}
+    for _ in range(2):
+        for x in exponents:
+            assert [a for (a,) in plan.all(x, 2.0 * 3.0**x)] == pytest.approx([3.0 * s for s in expected[x]])
+    table = plan.sweep(list(exponents) * 3, [2.0 * 3.0**x for x in exponents] * 3)
+    assert [int(count) for count in table.answers] == [len(expected[x]) for x in exponents] * 3
