@@ -37,7 +37,7 @@ from rulesheets.model import Model
 from solver import Result, Status
 from solver.accuracy.forward_error import forward_errors
 from solver.files.tables import CODES, column_of
-from solver.solving import Solution
+from solver.solution.solving import Solution
 from solver.sweeps import Plan, sweep_answers
 from solver.trace.llvm import available
 

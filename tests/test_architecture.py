@@ -26,7 +26,6 @@ FLOORS = (
     ("solver.ranking", "solver.accuracy", "solver.files"),
     ("solver.leaves", "solver.kernel", "solver.derivatives"),
     ("solver.solution", "solver.trace"),
-    ("solver.solving",),
     ("solver.sweeps",),
     ("solver.report", "solver.pictures"),
     ("solver.commands",),

@@ -18,7 +18,7 @@ EXTRAS = (
 )
 
 GUARDS = {
-    "solver.solving": "require_proof",
+    "solver.solution.solving": "require_proof",
     "solver.pictures": "require_matplotlib",
     "solver.trace.llvm": "available",
     "solver.commands.chart": "require_matplotlib",

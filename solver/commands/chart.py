@@ -37,7 +37,7 @@ from solver.pictures import picture_kind
 from solver.report import table
 from solver.report.text import result_text
 from solver.solution.conclusion import can_prove
-from solver.solving import Solution, solve
+from solver.solution.solving import Solution, solve
 from solver.sweeps import Plan, prepare
 
 OURS = "backsolve"

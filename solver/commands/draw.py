@@ -26,7 +26,7 @@ from solver.files import write_file
 from solver.files.tables import free_name
 from solver.pictures import View, drawable, lacking, picture_kind, require_matplotlib, variables
 from solver.report.text import MEANINGS
-from solver.solving import Result, solve
+from solver.solution.solving import Result, solve
 from solver.sweeps.sweep import sweep
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ from solver.report import shown_on
 from solver.report.path import reaches, tree_text
 from solver.report.sheet import diagnosis_json, result_csv, result_json
 from solver.report.text import result_text
-from solver.solving import Result, posted, solve
+from solver.solution.solving import Result, posted, solve
 
 MOST_WARNINGS = 3
 """Warnings of units after a table."""

@@ -27,7 +27,7 @@ from solver.path.cases import outcomes
 from solver.path.planner import planner
 from solver.pictures import Diagram, drawable, variables
 from solver.ranking.ranking import signs_of
-from solver.solving import Result
+from solver.solution.solving import Result
 from solver.sweeps import Plan, prepare
 from solver.sweeps.sweep import sweep
 from solver.sweeps.tracing import CurveTable

@@ -33,7 +33,7 @@ from solver.page import apart, extents, geometry, handles, needed, rail, turn
 from solver.page.description import answered, complaint, derived, described, typeset
 from solver.report.derivation import why, why_text
 from solver.report.sheet import finite
-from solver.solving import Result, solve
+from solver.solution.solving import Result, solve
 from solver.sweeps import Plan, prepare
 from solver.sweeps.sweep import shown_columns, sweep
 

@@ -27,7 +27,7 @@ from solver.path.cases import activity, outcomes
 from solver.report.derivation import Derivation, Page
 from solver.report.path import Places, Plain, Tex, rule_text, told
 from solver.report.sheet import diagnosis_json, finite
-from solver.solving import Result, solve
+from solver.solution.solving import Result, solve
 from solver.sweeps.sweep import sweep
 
 _SCOPE = re.compile(r"\\text\{[^{}]*\.\}")

@@ -23,7 +23,7 @@ from solver.path.cases import outcomes, solved_by
 from solver.path.isolate import Isolation, isolate
 from solver.report import SCREEN, columns
 from solver.report.path import Notation, Places, Plain, Tex
-from solver.solving import Result
+from solver.solution.solving import Result
 
 CLOSE = math.sqrt(float_info.epsilon)
 """A form may lose digits that the answer has (near a double root half of them), and still is the one."""

@@ -20,7 +20,7 @@ from solver.report import table
 from solver.report.derivation import ESCAPED, Derivation, Page, why_latex
 from solver.report.path import Plain, Tex, told
 from solver.report.sheet import diagnosis_json, sheet_heads, sheet_rows
-from solver.solving import Result, Samples
+from solver.solution.solving import Result, Samples
 
 NONE = "none"
 """What stands for a derivative that does not exist, or cannot be told."""

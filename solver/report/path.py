@@ -17,7 +17,7 @@ from solver.kernel.solve_block import first_methods
 from solver.path import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.path.planner import PathTree, planner, question
 from solver.report import table
-from solver.solving import Result
+from solver.solution.solving import Result
 
 _FIRST = re.compile(r"(^|\(|, )\((-[^()]*)\)(?!\^)")
 """A number below zero in parentheses with nothing to the left of it, so that its sign needs none."""

@@ -17,7 +17,7 @@ from rulesheets.syntax import Span
 from rulesheets.units import shown
 from solver.path import Assume, Decide, Evaluate, Select, SolveBlock, Step, equations_of
 from solver.report.path import rule_text, told
-from solver.solving import Result, Solution
+from solver.solution.solving import Result, Solution
 
 
 def tolerated(text: str, tolerance: Tolerance | None) -> str:

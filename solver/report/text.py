@@ -14,7 +14,7 @@ from solver.path import Evaluate, Path, Select, SolveBlock
 from solver.report import SCREEN, fits, table
 from solver.report.path import Places, path_text, rule_text
 from solver.report.sheet import SheetRow, answers, magnitude, named, sheet_heads, sheet_rows
-from solver.solving import Result
+from solver.solution.solving import Result
 
 WAITING, BLAMED = "*", ">"
 

@@ -41,7 +41,7 @@ from solver.files.tables import (
     stacked,
 )
 from solver.path.planner import planner
-from solver.solving import SPREADS, Result, Samples
+from solver.solution.solving import SPREADS, Result, Samples
 from solver.sweeps import Plan, prepare
 from solver.sweeps.work import ENDLESS, Every, Primary, Rows, Solved, Work
 from solver.sweeps.workers import solved_pieces

@@ -14,7 +14,7 @@ import pytest
 import rulesheets
 import solver
 from rulesheets.model import Value
-from solver.solving import Result
+from solver.solution.solving import Result
 
 MODELS = Path(__file__).parents[2] / "models"
 

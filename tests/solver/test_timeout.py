@@ -23,7 +23,7 @@ from solver.__main__ import main
 from solver.commands import WRONG
 from solver.commands import solve as solve_command
 from solver.facts import Status
-from solver.solving import Result
+from solver.solution.solving import Result
 from solver.trace.records import Records
 
 ROOT = Path(__file__).parent.parent.parent

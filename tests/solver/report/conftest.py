@@ -12,7 +12,7 @@ from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import Call, Name, Number, Power, Sum
 from solver.facts import Status
 from solver.path import Evaluate, Path
-from solver.solving import Result, Solution
+from solver.solution.solving import Result, Solution
 
 SOURCE = Source("sheets/hypotenuse.tk", "c^2 =  a^2 + b^2\nangle = atan2d(b, a)\n")
 

@@ -8,7 +8,7 @@ import json
 from dataclasses import replace
 
 from solver.report.sheet import error_json, result_csv, result_json
-from solver.solving import Result, Solution
+from solver.solution.solving import Result, Solution
 
 
 def test_the_json_object_of_a_solve(solved: Result) -> None:

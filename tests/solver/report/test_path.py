@@ -11,7 +11,7 @@ from rulesheets.model import Value
 from solver.__main__ import main
 from solver.path.planner import MAX_ENDS, PathTree, path_tree, planner
 from solver.report.path import reaches, tree_text
-from solver.solving import posted
+from solver.solution.solving import posted
 
 
 def ahead(text: str, inputs: dict[str, Value] | None = None, want: str | None = None) -> tuple[str, PathTree]:

@@ -14,7 +14,7 @@ from solver.path import Check, Evaluate, Path, SolveBlock
 from solver.report import text
 from solver.report.path import path_text, rule_text
 from solver.report.text import result_text, rule_status_table, work_line
-from solver.solving import Result, Solution
+from solver.solution.solving import Result, Solution
 
 
 def test_the_sheet_of_a_solved_result(solved: Result) -> None:

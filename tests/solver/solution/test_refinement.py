@@ -14,8 +14,8 @@ import rulesheets
 import solver
 from solver.leaves import Asked
 from solver.solution.refinement import explore_refined
+from solver.solution.solving import posted
 from solver.solution.verdict import Verdict, judge
-from solver.solving import posted
 from tests.oracles import slider_crank as oracle
 from tests.oracles.slider_crank import Crank
 
