@@ -40,7 +40,6 @@ from rulesheets.syntax.nodes import (
     Power,
     Sum,
     Symbol,
-    children,
     divide,
     map_leaves,
     names,
@@ -179,15 +178,11 @@ def size(equation: Equation, values: Mapping[str, Value]) -> float:
 def terms(equation: Equation) -> Iterator[Expression]:
     """What the sides of an equation add up."""
     for side in (equation.left, equation.right):
-        yield from side.terms if isinstance(side, Sum) else (side,)
+        yield from _terms(side)
 
 
-def _added(expression: Expression) -> Iterator[Expression]:
-    """An expression, and what sums in it add up, but for those that functions are taken of."""
-    yield expression
-    if not isinstance(expression, Call):
-        for part in children(expression):
-            yield from _added(part)
+def _terms(side: Expression) -> tuple[Expression, ...]:
+    return side.terms if isinstance(side, Sum) else (side,)
 
 
 def gross(equation: Equation, values: Mapping[str, Value]) -> float:
@@ -451,8 +446,9 @@ class _Rule:
             above, below = (self._tried(name, number + size * s, digits) for s in (step, -step))
             if above is not None and below is not None:
                 bends = max(bends, abs(above + below - 2 * miss) / step**2)
-        sizes = [abs(extended(term, self.values, digits)) for side in self.sides for term in _added(side)]
-        return abs(miss) <= BACKWARD**2 * min(bends, max(sizes)) and not self.absorbed()
+        terms = (term for side in self.sides for term in _terms(side))
+        most = max(abs(extended(term, self.values, digits)) for term in terms)
+        return abs(miss) <= BACKWARD**2 * min(bends, most) and not self.absorbed()
 
     def _meet(self, name: str, one: tuple[Any, Any], other: tuple[Any, Any], digits: int) -> bool:
         """Whether F has a root between two points (value, F), and no pole or jump: it shrinks towards it."""
