@@ -6,6 +6,7 @@ from rulesheets.evaluate.gradient import (
     derivatives,
     differentiate,
     rounded_derivatives,
+    slopes_by_name,
 )
 from rulesheets.evaluate.number import Undefined, enclose, holds, value
 
@@ -19,5 +20,6 @@ __all__ = [
     "extended_derivatives",
     "holds",
     "rounded_derivatives",
+    "slopes_by_name",
     "value",
 ]

@@ -8,7 +8,7 @@ comes with it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Generic, TypeVar, assert_never
@@ -32,6 +32,7 @@ from rulesheets.syntax.nodes import (
     add,
     call,
     is_number,
+    names,
 )
 
 T = TypeVar("T")
@@ -306,6 +307,23 @@ def differentiate(expression: Expression, name: str) -> Expression:
             return _call(expression, name)
         case _:
             assert_never(expression)
+
+
+def slopes_by_name(expression: Expression, of: Collection[str]) -> dict[str, Expression]:
+    """The partial derivatives by those of the names that occur, term by term: each term of a long sum is
+    differentiated by its own names alone. Raises NotDifferentiable."""
+    match expression:
+        case Negative(operand):
+            return {name: -slope for name, slope in slopes_by_name(operand, of).items()}
+        case Sum(terms):
+            found: dict[str, list[Expression]] = {}
+            for term in terms:
+                for name, slope in slopes_by_name(term, of).items():
+                    found.setdefault(name, []).append(slope)
+            return {name: add(*slopes) for name, slopes in found.items()}
+        case _:
+            read = dict.fromkeys(names(expression))
+            return {name: differentiate(expression, name) for name in read if name in of}
 
 
 def signed_root(expression: Expression) -> Expression | None:

@@ -16,13 +16,14 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.evaluate import differentiate
+from rulesheets.evaluate import differentiate, slopes_by_name
 from rulesheets.evaluate.number import INTERVALS, Arithmetic
 from rulesheets.functions import TABLE, intervals
 from rulesheets.functions.arrays import ARRAYS
 from rulesheets.functions.row import ROUNDED as ROUNDED_SLOPES
 from rulesheets.functions.row import Forms
 from rulesheets.syntax.nodes import (
+    ZERO,
     Call,
     Expression,
     Name,
@@ -390,7 +391,8 @@ class _Shape:
         self.moving = [(k, places[k] < n) for k in range(len(places)) if (places[k] < n).any()]
         self.compiled = partial(compile_expressions, arguments=self.arguments, arrays=True)
         self._residual = self.compiled([self.form])
-        self._partials = self.compiled([differentiate(self.form, f"#{k}") for k, _ in self.moving])
+        slopes = slopes_by_name(self.form, {f"#{k}" for k, _ in self.moving})
+        self._partials = self.compiled([slopes.get(f"#{k}", ZERO) for k, _ in self.moving])
         self.slope_rows = np.concatenate([self.rows[m] for _, m in self.moving])
         self.slope_columns = np.concatenate([places[k][m] for k, m in self.moving])
 

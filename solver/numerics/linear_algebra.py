@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 
 from solver.numerics.tolerances import CONSISTENT, EPS, INDEPENDENT, MOVES, Outcome
 
+WELL_CONDITIONED = 1e-8
+"""The least reciprocal condition of normal equations that are solved."""
 LARGE = 16
 """Unknowns from which on LU is much faster than singular values, and worth loading ``scipy.linalg``."""
 MOST_DENSE = 600
@@ -163,6 +165,22 @@ def any_rank(matrix: Any, column_weights: Any) -> Factor:
         sizes,
         weights,
     )
+
+
+def least_squares(a: Array, rhs: Array) -> Array | None:
+    """The x (n, k) for which |a x - rhs| is least; None where a (m, n) is not well-conditioned.
+
+    By the normal equations, corrected once (Å. Björck, *Stability analysis of the method of seminormal
+    equations for linear least squares problems*, 1987).
+    """
+    from scipy.linalg import lapack
+
+    normal = a.T @ a
+    factor, failed = lapack.dpotrf(normal)
+    if failed or lapack.dpocon(factor, np.linalg.norm(normal, 1))[0] < WELL_CONDITIONED:
+        return None
+    x = lapack.dpotrs(factor, a.T @ rhs)[0]
+    return np.asarray(x + lapack.dpotrs(factor, a.T @ (rhs - a @ x))[0])
 
 
 def row_sizes(matrix: Any, column_weights: Any) -> Array:

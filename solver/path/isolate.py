@@ -9,7 +9,7 @@ rule, the operation and the value: ``cosd = 1.08``.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import reduce
 from itertools import zip_longest
 from math import inf
@@ -359,15 +359,26 @@ def _repeated(node: Expression, unknown: str) -> list[Stage] | None:
         return signed
     if (formula := _ratio(node, unknown)) is not None:
         return [formula]
-    part = node
-    while True:  # the operands that hold its first occurrence, the largest first, but not itself
-        part = next(operand for operand in nodes.children(part) if unknown in nodes.names(operand))
-        if isinstance(part, Name):
-            return None
+    last = list(_around(node, unknown, last=True))
+    for part in _around(node, unknown):
+        if part not in last:  # it does not hold all occurrences
+            continue
         exchanged = exchange(node, part, Name(PART))
         if unknown not in nodes.names(exchanged) and (formula := _ratio(exchanged, PART)) is not None:
             rest = _stages(part, unknown)
             return None if rest is None else [formula, *rest]
+    return None
+
+
+def _around(node: Expression, unknown: str, last: bool = False) -> Iterator[Expression]:
+    """The parts of a node that hold the first occurrence of an unknown, or the last, the largest first; but
+    neither the node nor the unknown."""
+    while True:
+        operands = nodes.children(node)
+        node = next(part for part in operands[:: -1 if last else 1] if unknown in nodes.names(part))
+        if isinstance(node, Name):
+            return
+        yield node
 
 
 def _ratio(node: Expression, unknown: str) -> Stage | None:

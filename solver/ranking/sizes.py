@@ -35,6 +35,7 @@ from rulesheets.syntax.nodes import (
     names,
     subtract,
 )
+from solver.numerics.linear_algebra import least_squares
 from solver.numerics.sparse_newton import sparse_least_squares
 from solver.path.graph import Alike, same_columns, shape_of
 
@@ -51,6 +52,8 @@ CANCELLING = 0.01
 """Weight of a difference being of the size of its terms, in a network, where neighbours are nearly alike."""
 MANY = 200
 """Unknowns of a model beyond which no sizes are suggested."""
+LARGE = 100
+"""Columns of a matrix from which on normal equations are much faster than singular values."""
 RANK = 1e-9
 FREE = 1e-6
 """Share of an unknown that may move without any rule, below which it is determined."""
@@ -102,8 +105,11 @@ class Suggestions:
         for equation in self.model.equations:
             rows.read(equation)
         a, k, c = rows.parts(len(unknowns))
-        inverse = np.linalg.pinv(a, rcond=RANK)
         places = [unknowns.index(name) for name in names]
+        if a.shape[1] > LARGE and (found := least_squares(a, np.column_stack([k, c]))) is not None:
+            decades = -found[places]
+            return decades[:, :-1].tolist(), decades[:, -1].tolist(), [True] * len(names)
+        inverse = np.linalg.pinv(a, rcond=RANK)
         determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - FREE
         return (-(inverse[places] @ k)).tolist(), (-(inverse[places] @ c)).tolist(), determined.tolist()
 

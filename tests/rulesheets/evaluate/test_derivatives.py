@@ -13,6 +13,7 @@ from rulesheets.evaluate import (
     derivatives,
     differentiate,
     extended,
+    slopes_by_name,
     value,
 )
 from rulesheets.evaluate.digits import context
@@ -120,3 +121,23 @@ def test_undefined_blames_the_users_operation() -> None:
     assert caught.value.expression is root
     with pytest.raises(Undefined, match="too large"):
         derivatives(Product(X, X), {"x": 1e200})
+
+
+def test_slopes_of_a_sum_are_those_of_its_terms_by_each_name() -> None:
+    """Only terms that hold a name are differentiated by it: a sum of n names takes n derivatives, not n²."""
+    terms = (
+        Product(X, Y),
+        Negative(Sum((Power(X, Number(3.0)), Name("z")))),
+        Call("sin", (Y,)),
+        X,
+        Number(2.0),
+    )
+    found = slopes_by_name(Sum(terms), {"x", "y", "w"})
+    assert found == {name: differentiate(Sum(terms), name) for name in ("x", "y")}
+
+
+def test_terms_without_a_name_are_not_differentiated_by_it() -> None:
+    by_order = Call("jn", (X, Number(1.0)))
+    with pytest.raises(NotDifferentiable):
+        slopes_by_name(Sum((by_order, Y)), {"x", "y"})
+    assert slopes_by_name(Sum((by_order, Y)), {"y"}) == {"y": Number(1.0)}

@@ -14,6 +14,7 @@ from solver.numerics.linear_algebra import (
     any_rank,
     factorise,
     inverse,
+    least_squares,
     null_direction,
     row_sizes,
 )
@@ -86,3 +87,18 @@ def test_a_direction_is_scaled_like_the_point() -> None:
 def test_a_singular_matrix_has_no_inverse() -> None:
     assert inverse([[1.0, 2.0], [2.0, 4.0]]) is None
     assert inverse([[0.0, 2.0], [4.0, 0.0]]).tolist() == [[0.0, 0.25], [0.5, 0.0]]
+
+
+def test_normal_equations_of_many_columns_agree_with_the_pseudoinverse() -> None:
+    a = numpy.random.default_rng(1).normal(size=(300, 120))
+    a[numpy.abs(a) < 1.5] = 0.0
+    rhs = numpy.random.default_rng(2).normal(size=(300, 3))
+    found = least_squares(a, rhs)
+    assert found is not None
+    assert numpy.abs(found - numpy.linalg.pinv(a) @ rhs).max() <= 1e-12
+
+
+def test_columns_that_depend_on_one_another_have_no_normal_equations() -> None:
+    a = numpy.random.default_rng(1).normal(size=(300, 120))
+    a[:, 3] = a[:, 4] - a[:, 5]
+    assert least_squares(a, a[:, :1]) is None

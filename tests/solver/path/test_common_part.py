@@ -8,6 +8,7 @@ import pytest
 
 import rulesheets
 import solver
+from solver.path.isolate import isolate
 
 SOLVABLE = (
     ("Pv = 0.61094*exp(17.625*T/(T + 243.04))", "T", {"T": 24.5}),
@@ -57,3 +58,17 @@ def test_negative_bases_take_whole_exponents() -> None:
     model = rulesheets.loads("a^x = c*b^x\n")
     assert solver.solve(model, {"a": -2.0, "b": 1.0, "c": -8.0}).solutions[0]["x"] == 3.0
     assert solver.solve(model, {"a": -2.0, "b": 1.0, "c": 4.0}).solutions[0]["x"] == 2.0
+
+
+def test_no_part_is_exchanged_that_lacks_an_occurrence_of_the_unknown(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The power at a bus of three lines: no part of it but the whole holds every occurrence of its angle."""
+
+    def exchanged(*_: object) -> object:
+        raise AssertionError("a part was exchanged")
+
+    monkeypatch.setattr("solver.path.isolate.exchange", exchanged)
+    power = " + ".join(f"V{k}*(3*cos(d - d{k}) + 5*sin(d - d{k}))" for k in range(3))
+    rule = rulesheets.loads(f"{power} = 0.4\n").equations[0]
+    assert isolate(rule.left, rule.right, "d") is None
