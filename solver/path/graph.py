@@ -296,7 +296,7 @@ def _evidence(*parts: nodes.Expression | nodes.Condition) -> Iterator[tuple[str,
 def _angles(model: Model, conditions: Iterable[nodes.Condition] = ()) -> dict[str, Angle]:
     """Variables that occur only where whole turns make no difference."""
     plain: set[str] = set()
-    told = [_evidence(*conditions)]
+    told: list[Iterable[tuple[str, float, int]]] = [_evidence(*conditions)]
     sums: dict[str, list[Equation]] = {}
     for rules in by_shape(model):
         sides = rules[0].left, rules[0].right
@@ -306,8 +306,7 @@ def _angles(model: Model, conditions: Iterable[nodes.Condition] = ()) -> dict[st
                 for name in rule.names:
                     sums.setdefault(name, []).append(rule)
         elif any(TABLE[name].turn or TABLE[name].angle for name in calls):
-            for rule in rules:
-                told += _told_angles(rule.left, rule.right)
+            told += _told_by_shape(rules)
         else:  # of rules that know nothing of angles the sides are not read
             plain.update(*[rule.names for rule in rules])
     found: dict[str, Angle] = {}
@@ -324,6 +323,36 @@ def _angles(model: Model, conditions: Iterable[nodes.Condition] = ()) -> dict[st
                 spread += {*equation.names} - plain
                 plain.update(equation.names)
     return {name: angle for name, angle in found.items() if name not in plain}
+
+
+def _told_by_shape(rules: Sequence[Equation]) -> Iterator[list[tuple[str, float, int]]]:
+    """What rules of one shape say of angles: the same of other names, where the numbers in the arguments of
+    periodic functions are the same."""
+    places = _numbers_of_angles(rules[0].left, rules[0].right)
+    alike: dict[tuple[float, ...], list[Equation]] = {}
+    for rule in rules:
+        alike.setdefault(tuple([shape_of(rule)[1][place] for place in places]), []).append(rule)
+    for same in alike.values():
+        first = same[0]
+        number = {name: k for k, name in enumerate(first.names)}
+        said = chain.from_iterable(_told_angles(first.left, first.right))
+        read = dict.fromkeys((number[name], turn, turns) for name, turn, turns in said)
+        for rule in same:
+            yield [(rule.names[k], turn, turns) for k, turn, turns in read]
+
+
+def _numbers_of_angles(*sides: Expression) -> list[int]:
+    """Which numbers of a rule, in the order of the text, stand in arguments of periodic functions."""
+    found, count = list[int](), 0
+    stack = [(side, False) for side in sides[::-1]]
+    while stack:
+        node, inside = stack.pop()
+        if isinstance(node, Number):
+            found += [count] if inside else []
+            count += 1
+        inside = inside or (isinstance(node, Call) and bool(TABLE[node.function].turn))
+        stack += [(part, inside) for part in children(node)[::-1]]
+    return found
 
 
 def _told_angles(*sides: Expression) -> Iterator[Iterator[tuple[str, float, int]]]:

@@ -8,7 +8,9 @@ import pytest
 
 import rulesheets
 import solver
+from solver.path.graph import _told_angles as told_angles
 from solver.path.isolate import isolate
+from solver.path.planner import planner
 
 SOLVABLE = (
     ("Pv = 0.61094*exp(17.625*T/(T + 243.04))", "T", {"T": 24.5}),
@@ -72,3 +74,28 @@ def test_no_part_is_exchanged_that_lacks_an_occurrence_of_the_unknown(
     power = " + ".join(f"V{k}*(3*cos(d - d{k}) + 5*sin(d - d{k}))" for k in range(3))
     rule = rulesheets.loads(f"{power} = 0.4\n").equations[0]
     assert isolate(rule.left, rule.right, "d") is None
+
+
+def test_rules_of_one_shape_tell_their_angles_by_their_own_names_and_numbers() -> None:
+    rules = [f"x{k} = r*cosd(t{k}/{k}) + sind(t{k} + u{k})" for k in (1, 2, 3)]
+    graph = planner(
+        rulesheets.loads("\n".join([*rules, "y = 2*u3", "z = r*cosd(2*v)", "w = r*cosd(3*v)"]))
+    ).graph
+    assert {name: graph.turn(name) for name in ("t1", "t2", "t3", "u1", "u3", "v", "r")} == {
+        "t1": 360.0,
+        "t2": 720.0,
+        "t3": 1080.0,
+        "u1": 360.0,
+        "u3": None,
+        "v": 360.0,
+        "r": None,
+    }
+
+
+def test_the_trees_of_rules_are_not_made_to_find_angles(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[object] = []
+    told = told_angles
+    monkeypatch.setattr("solver.path.graph._told_angles", lambda *sides: made.append(sides) or told(*sides))
+    graph = planner(rulesheets.loads("".join(f"x{k} = r*cosd(t{k})\n" for k in range(20)))).graph
+    assert graph.turn("t7") == 360.0
+    assert len(made) == 1
