@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from decimal import Decimal
 from fractions import Fraction
 from functools import cache, cached_property, reduce
 from operator import mul
@@ -42,6 +43,8 @@ class Unit:
         power = self.pi * exponent
         if power.denominator != 1:
             raise ValueError("a root of an angle in turns or degrees")
+        if self.decades * abs(exponent) > MOST:
+            raise ValueError(BEYOND)
         parts = [round(part ** (1 / exponent.denominator)) for part in self.factor.as_integer_ratio()]
         root = Fraction(*parts) if exponent.denominator > 1 else self.factor
         if root**exponent.denominator != self.factor:
@@ -50,6 +53,13 @@ class Unit:
 
     def __truediv__(self, other: Unit) -> Unit:
         return self * other ** Fraction(-1)
+
+    @property
+    def decades(self) -> float:
+        """How many powers of ten it is away from its base units, about."""
+        return abs(self.factor.numerator.bit_length() - self.factor.denominator.bit_length()) * math.log10(
+            2.0
+        )
 
     @property
     def scale(self) -> float:
@@ -93,10 +103,24 @@ _EXPONENT = re.compile(
 _TRAILING = re.compile(r"(\D*[^\W\d])(\d+)")
 
 
+MOST = 150
+"""Powers of ten between a unit and its base units, at most: floats hold the ratio of any two units."""
+BEYOND = f"a unit is at most 1e{MOST} of its base units, and at least 1e-{MOST}"
+
+
 def _number(text: str) -> Fraction:
-    """``5/9``, ``1.5`` or ``1.5/9``."""
+    """``5/9``, ``1.5`` or ``1.5/9``. Raises UnitError."""
     above, _, below = text.partition("/")
+    if abs(Decimal(above).adjusted()) > MOST:
+        raise UnitError(BEYOND, 0)
     return Fraction(above) / Fraction(below or 1)
+
+
+def _in_range(unit: Unit) -> Unit:
+    """The unit. Raises UnitError."""
+    if unit.decades > MOST:
+        raise UnitError(BEYOND, 0)
+    return unit
 
 
 class UnitError(ValueError):
@@ -121,7 +145,7 @@ def read(text: str, lookup: Callable[[str], Unit | None]) -> Unit:
     unit = reader.product()
     if reader.place < len(blanked.rstrip()):
         raise UnitError(f"`{blanked[reader.place :].strip()}` is not read", reader.place)
-    return unit
+    return _in_range(unit)
 
 
 class _Reader:
@@ -184,7 +208,10 @@ class _Reader:
         base = self.lookup(parts[1]) if parts else None
         if parts is None or base is None:
             raise UnitError(f"no unit is called {name}", place, name)
-        return base ** Fraction(parts[2])
+        try:
+            return base ** Fraction(parts[2])
+        except ValueError as wrong:
+            raise UnitError(str(wrong), place) from None
 
 
 _SMALL, _LARGE = "m u n p f a z y r q", "k M G T P E Z Y R Q"
@@ -283,7 +310,7 @@ class Library:
         unit = self.unit(name) if name else Unit()
         offset = _number(start or "0") * (self.unit(begun) if begun else unit).factor
         scaled = unit * Unit(_number(factor or "1"), (1 if pi else 0) - (1 if under else 0))
-        return replace(scaled, offset=-offset if sign == "-" else offset)
+        return _in_range(replace(scaled, offset=-offset if sign == "-" else offset))
 
 
 def _from_pint(name: str) -> Unit | None:

@@ -134,6 +134,16 @@ def test_a_meaning_may_divide_decimals() -> None:
     assert Library().meant("2.5/5 K + 1.5/3 K") == Unit(Fraction(1, 2), 0, {"K": Fraction(1)}, Fraction(1, 2))
 
 
+@pytest.mark.parametrize(
+    "text", ["km^200", "km^-200", "km999999999", "1e999999999 m", "Ym^6 Ym^6", "1e-400/3 m"]
+)
+def test_a_unit_that_floats_cannot_turn_into_others_is_refused(text: str) -> None:
+    with pytest.raises(UnitError, match="1e150"):
+        Library().unit(text)
+    with pytest.raises(UnitError, match="1e150"):
+        Library((f"foo = {text}",)).unit("foo")
+
+
 ALIKE = ("mm", "in", "ft", "km", "mi", "um", "nmi", "Mm")
 
 
