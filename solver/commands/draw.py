@@ -45,9 +45,9 @@ def draw(
     installed (E432), and Unsolved where there is no answer or not one figure can be drawn.
     """
     titled = {"": results} if isinstance(results, Result) else dict(results)
-    shown: list[View] = []
+    names, shown = None if figures is None else tuple(figures), list[View]()
     for title, result in titled.items():
-        shown += _views(result, chosen(result.model, figures), title, every)
+        shown += _views(result, chosen(result.model, names), title, every)
     require_matplotlib()
     from solver.pictures.page import compose
 

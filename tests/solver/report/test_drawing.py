@@ -261,6 +261,7 @@ def test_several_results_and_every_answer_stand_side_by_side() -> None:
     page = solver.draw({"short": solver.solve(ladder()), "long": solver.solve(ladder(), {"length": 8})})
     assert {"short", "long"} <= {text.get_text() for text in page.texts}
     assert len(solver.draw(result, figures=["slope"]).axes) == 1
+    assert len(solver.draw({"one": result, "two": result}, figures=iter(["slope"])).axes) == 2
 
 
 def test_what_cannot_be_drawn_is_refused() -> None:
