@@ -24,7 +24,7 @@ from rulesheets.evaluate.digits import context
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Expression, subtract
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_check import decimal, gross, half_unit, with_named_numbers
+from solver.accuracy.rule_check import gross, half_unit, in_decimals
 from solver.numerics.linear_algebra import Singular, eliminate_rows
 from solver.numerics.tolerances import FOLD, SPARE, SUSPECT
 
@@ -72,7 +72,7 @@ class ManyDigits:
         work: Work,
     ) -> None:
         self.equations, self.unknowns = equations, tuple(unknowns)
-        self.forms = [subtract(equation.left, equation.right) for equation in equations]
+        self.forms = tuple(subtract(equation.left, equation.right) for equation in equations)
         names = {name for equation in equations for name in equation.names} - set(unknowns)
         self.known = {name: known[name] for name in names}
         self.digits, self.work, self.mp = digits, work, context(digits)
@@ -81,14 +81,10 @@ class ManyDigits:
         self.small = self.mp.mpf(10) ** (-7 * digits // 10)
 
     def in_decimals(self) -> ManyDigits:
-        """The same with given numbers, and those in the rules, as people write them: 0.1 is a tenth."""
-        written: dict[str, float] = {}
+        """The same with given numbers, and those in the rules, as people write them."""
         system = copy(self)
         system.__dict__.pop("_partials", None)
-        system.forms = [with_named_numbers(form, written) for form in self.forms]
-        system.known = {
-            n: decimal(v) if isinstance(v, float) else v for n, v in {**self.known, **written}.items()
-        }
+        system.forms, system.known = in_decimals(self.forms, self.known)
         return system
 
     def point(self, x: Sequence[Any]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ Every decision that a rule is satisfied is made here, and nowhere else.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
@@ -261,11 +261,6 @@ def half_unit(number: float) -> float:
     return 0.0 if short else abs(number) * UNIT_ROUNDOFF
 
 
-def decimal(number: float) -> Any:
-    """The shortest decimal that a float stands for, in many digits."""
-    return context(PRECISIONS[-1]).mpf(repr(number))
-
-
 def with_named_numbers(expression: Expression, numbers: dict[str, float]) -> Expression:
     """The expression with names for its numbers that have last places; ``numbers`` learns their values.
 
@@ -280,6 +275,19 @@ def with_named_numbers(expression: Expression, numbers: dict[str, float]) -> Exp
         return Name(name)
 
     return map_leaves(expression, named)
+
+
+def in_decimals(
+    expressions: Iterable[Expression], values: Mapping[str, Any]
+) -> tuple[tuple[Expression, ...], dict[str, Any]]:
+    """Expressions and values with numbers as people write them: the shortest decimals that floats stand for.
+
+    0.1 is a tenth there. Values that are no floats, but known to more digits, stay.
+    """
+    numbers: dict[str, float] = {}
+    named = tuple(with_named_numbers(expression, numbers) for expression in expressions)
+    exact, known = context(PRECISIONS[-1]).mpf, {**values, **numbers}
+    return named, {name: exact(repr(v)) if isinstance(v, float) else v for name, v in known.items()}
 
 
 def blur(expression: Expression, values: Mapping[str, Value], known: Mapping[str, float]) -> float:
@@ -427,15 +435,10 @@ class _Rule:
         return False
 
     def in_decimals(self) -> _Rule:
-        """The rule with its numbers, and their values, as people write them: 0.1 is a tenth.
-
-        What is left of it there counts where no value moves F, as no exponent of (-0.2)^x does, nor x at the
-        double root of x^2 - 1.72*x + 0.7396.
-        """
-        written: dict[str, float] = {}
+        """The rule as people write it. That counts where no value moves F, as no exponent of (-0.2)^x does,
+        nor x at the double root of x^2 - 1.72*x + 0.7396."""
         rule = copy(self)
-        rule.sides = tuple(with_named_numbers(side, written) for side in self.sides)
-        rule.values = {name: decimal(number) for name, number in {**self.values, **written}.items()}
+        rule.sides, rule.values = in_decimals(self.sides, self.values)
         return rule
 
     def vanishes(self, digits: int) -> bool:
