@@ -57,7 +57,7 @@ GRACE = 1.0
 
 Facts: TypeAlias = tuple[Fact, ...]
 Forks: TypeAlias = Iterator[Branch]
-Way: TypeAlias = tuple[Branch, Sequence[Step] | None, int]
+Pending: TypeAlias = tuple[Branch, Sequence[Step] | None, int]
 """A branch, the steps that it goes on with, and the first of them; without steps it is planned first."""
 
 
@@ -188,17 +188,17 @@ class Explorer:
 
     def _explore(self, branch: Branch) -> None:
         """Follow a branch and its forks to their ends: each fork with all of its own before the next."""
-        stack: list[Iterator[Way]] = [iter([(branch, None, 0)])]
+        stack: list[Iterator[Pending]] = [iter([(branch, None, 0)])]
         while stack:
-            way = next(stack[-1], None)
-            if way is None:
+            pending = next(stack[-1], None)
+            if pending is None:
                 stack.pop()
             else:
-                stack.append(iter(self._ways(*way)))
+                stack.append(iter(self._followed(*pending)))
 
-    def _ways(self, branch: Branch, steps: Sequence[Step] | None, start: int) -> Iterable[Way]:
-        """Follow a branch until it ends, and plan again where an outcome asks for it: the ways that its
-        forks take, if it has any."""
+    def _followed(self, branch: Branch, steps: Sequence[Step] | None, start: int) -> Iterable[Pending]:
+        """Follow a branch until it ends, and plan again where an outcome asks for it: its forks, if it has
+        any, and the steps that each goes on with."""
         found = True if steps is None else self._follow(branch, steps, start)
         while found is True and not self._is_full(branch):
             self.budget.used += PLAN
@@ -208,9 +208,9 @@ class Explorer:
             found = self._follow(branch, path.steps)
         return () if isinstance(found, bool) else found
 
-    def _follow(self, branch: Branch, steps: Sequence[Step], start: int = 0) -> bool | Iterator[Way]:
+    def _follow(self, branch: Branch, steps: Sequence[Step], start: int = 0) -> bool | Iterator[Pending]:
         """Run the steps from ``start``: True where the branch must be planned anew, False where it ended,
-        and the ways of its forks where it forked."""
+        and its forks, each with the steps left to it, where it forked."""
         for place in range(start, len(steps)):
             expect_time()
             if self.model.requirements and self._broken(branch):
@@ -267,7 +267,7 @@ class Explorer:
             branch.settled.update(equations_of(step))
 
     def _evaluate(self, branch: Branch, step: Step, equation: int, unknown: str) -> bool | Forks | None:
-        """None: go on; True: plan anew; False: ended; else the forks, each to go its own way."""
+        """None: go on; True: plan anew; False: ended; else the forks, each to be followed by itself."""
         isolation = self.graph.isolation(equation, self.graph.number[unknown])
         assert isolation is not None
         outcome = self._stepped(branch, equation, isolation)
