@@ -41,7 +41,7 @@ from solver.numerics.linear_algebra import Array
 from solver.path import SolveBlock
 from solver.path.elimination import ClosedForm, closed_form
 from solver.path.graph import Alike, ModelGraph, alike, same_columns
-from solver.path.isolate import Isolation, is_linear, is_polynomial, isolate, smooth
+from solver.path.isolate import Isolation, degree, isolate, smooth
 from solver.ranking.sizes import Scalings
 
 FEW = 30
@@ -108,31 +108,22 @@ class BlockKernel:
     @cached_property
     def linear(self) -> bool:
         """Whether every equation, as it is written, is linear in the unknowns."""
-        return all(self.straight)
+        return bool((self.degrees <= 1.0).all())
 
     @cached_property
-    def straight(self) -> list[bool]:
-        """Which equations, as they are written, are linear in the unknowns."""
-        return self._which(is_linear)
-
-    @cached_property
-    def polynomial(self) -> list[bool]:
-        """Which equations, as they are written, are polynomials of low degree in the unknowns."""
-        return self._which(is_polynomial)
-
-    def _which(self, test: Callable[[Expression, Collection[str]], bool]) -> list[bool]:
-        """The equations whose form passes a test that depends on its shape and on which names are unknown."""
+    def degrees(self) -> Array:
+        """The degrees (n,) of the equations in the unknowns, as they are written."""
         unknowns = frozenset(self.unknowns)
         if len(self.equations) <= FEW:
-            return [test(form, unknowns) for form in self.forms]
+            return np.array([degree(form, unknowns) for form in self.forms])
         inside = np.array([name in unknowns for name in self.alike.names], dtype=bool)
-        passed = np.zeros(len(self.equations), dtype=bool)
+        found = np.zeros(len(self.equations))
         for family in self.alike.families:
             for _, members in same_columns(inside[family.columns]):
                 places = family.places[members]
                 rule = self.equations[places[0]]
-                passed[places] = test(subtract(rule.left, rule.right), unknowns)
-        return passed.tolist()
+                found[places] = degree(subtract(rule.left, rule.right), unknowns)
+        return found
 
     @cached_property
     def closed(self) -> ClosedForm | None:

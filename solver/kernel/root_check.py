@@ -31,6 +31,9 @@ from solver.numerics.linear_algebra import eliminate, inverse
 from solver.numerics.sparse_newton import SparseFactor
 from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS, ORDINARY, REFINED, SAFETY, SETTLED
 
+LOW_DEGREE = 9
+"""The degree up to which a rule that is a polynomial is not called steep."""
+
 
 class Uncertainty(NamedTuple):
     """``errors`` (n,) of the unknowns; ``steepness``: how far a rule moves with its variables, beside its
@@ -60,7 +63,7 @@ def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, 
     out, their terms are as large as their moves, but for the degree."""
     found = evaluated(question.graph.model, question.kernel.equations, {**question.here, **point})
     moves, gross = (np.where(np.isnan(size), np.inf, size) for size in (found.moves, found.gross))
-    terms = np.where(question.kernel.polynomial, np.maximum(moves, gross), gross)
+    terms = np.where(question.kernel.degrees <= LOW_DEGREE, np.maximum(moves, gross), gross)
     x = np.array(list(point.values()))
     entries = sparse[1](x)
     with np.errstate(all="ignore"):

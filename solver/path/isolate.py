@@ -44,51 +44,23 @@ from rulesheets.syntax.program import walk
 from solver.path.polynomial import NoForm
 
 
-def is_linear(expression: Expression, unknowns: Collection[str]) -> bool:
-    """Whether the expression, as it is written, is linear in the unknowns, with any coefficients."""
-    stack = [expression]
-    while stack:
-        match stack.pop():
-            case Negative(operand):
-                stack.append(operand)
-            case Sum(terms):
-                stack.extend(terms)
-            case Product(left, right) if _free(left, unknowns):
-                stack.append(right)
-            case Product(left, right) if _free(right, unknowns):
-                stack.append(left)
-            case Quotient(left, right) if _free(right, unknowns):
-                stack.append(left)
-            case Name():
-                pass
-            case part if not _free(part, unknowns):
-                return False
-    return True
-
-
-HIGHEST_POWER = 9
-"""The largest exponent of what counts as a polynomial as it is written."""
-
-
-def is_polynomial(expression: Expression, unknowns: Collection[str]) -> bool:
-    """Whether the expression, as it is written, is a polynomial of low degree in the unknowns, with any
-    coefficients."""
-    stack = [expression]
-    while stack:
-        match stack.pop():
-            case Negative(operand):
-                stack.append(operand)
-            case Sum(terms):
-                stack.extend(terms)
-            case Product(left, right):
-                stack += (left, right)
-            case Quotient(left, right) if _free(right, unknowns):
-                stack.append(left)
-            case Power(base, Number(power)) if power.is_integer() and 0.0 < power <= HIGHEST_POWER:
-                stack.append(base)
-            case part if not isinstance(part, Name) and not _free(part, unknowns):
-                return False
-    return True
+def degree(expression: Expression, unknowns: Collection[str]) -> float:
+    """The degree in the unknowns of what is a polynomial in them as it is written, with any coefficients;
+    infinite for what is none."""
+    match expression:
+        case Name(name):
+            return float(name in unknowns)
+        case Negative(operand):
+            return degree(operand, unknowns)
+        case Sum(terms):
+            return max(degree(term, unknowns) for term in terms)
+        case Product(left, right):
+            return degree(left, unknowns) + degree(right, unknowns)
+        case Quotient(left, right) if _free(right, unknowns):
+            return degree(left, unknowns)
+        case Power(base, Number(power)) if power.is_integer() and power > 0.0:
+            return power * degree(base, unknowns)
+    return 0.0 if _free(expression, unknowns) else inf
 
 
 def _free(expression: Expression, unknowns: Collection[str]) -> bool:

@@ -20,7 +20,7 @@ from solver.leaves import Leaf
 from solver.numerics.continuation import CurvePoint, End, Vector
 from solver.path import Assume, Evaluate, Select, Step, equations_of, given_by
 from solver.path.graph import ModelGraph
-from solver.path.isolate import is_linear
+from solver.path.isolate import degree
 from solver.path.planner import planner, read_by
 from solver.sweeps import Plan, prepare
 from solver.sweeps.tracing import (
@@ -60,7 +60,7 @@ def _forks(graph: ModelGraph, step: Step) -> bool:
     if isinstance(step, Evaluate | Select):
         return step.branches > 1
     rules = (graph.model.equations[index] for index in equations_of(step))
-    return not all(is_linear(subtract(rule.left, rule.right), given_by(step)) for rule in rules)
+    return any(degree(subtract(rule.left, rule.right), given_by(step)) > 1.0 for rule in rules)
 
 
 STEEP = 0.8
