@@ -313,7 +313,7 @@ class Grammar(threading.local):
     def __init__(self) -> None:
         self._builder = Builder()
         self._patterns: dict[str, re.Pattern[str]] = {}
-        self.forms: dict[tuple[Any, ...], forms.Form | None] = {}
+        self.forms: dict[str, forms.Form | None] = {}
         self._lark = self._parser("lines", KINDS)
         self._of_rows = self._parser("rows", ["row"], _before_a_unit)
 

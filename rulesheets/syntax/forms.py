@@ -20,8 +20,8 @@ from rulesheets.syntax.program import walk
 
 LONG = 20_000
 """Characters of a text from which on its rules are compared with one another."""
-LONGEST = 300
-"""Characters of a rule that is compared: no tree of so many is too deep for what works on trees."""
+LONGEST = 3_000
+"""Characters of a rule that is compared: ten thousand forms of so many are remembered."""
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _WORD = re.compile(rf"\s*([^\W\d]\w*|{_NUMBER}|\S)")
@@ -37,7 +37,7 @@ Sides: TypeAlias = tuple[tuple[Expression], tuple[Expression]]
 class Leaves(NamedTuple):
     """A line: what its tree depends on (``key``), its names and its numbers in the order of the text."""
 
-    key: tuple[Any, ...]
+    key: str
     names: list[str]
     numbers: tuple[float, ...]
 
@@ -72,7 +72,7 @@ class Like(NamedTuple):
         def place(span: Span) -> Span:
             return Span(source, places[span.start][0], places[span.end][1])
 
-        return _sides(self.form.sides, Leaves((), [*every], self.numbers), place)
+        return _sides(self.form.sides, Leaves("", [*every], self.numbers), place)
 
     def rule(self, span: Span) -> Equality:
         """The rule, whose sides are made when they are asked for."""
@@ -89,22 +89,26 @@ def words(code: str, start: int) -> list[tuple[int, int]]:
 
 def leaves_of(code: str) -> Leaves | None:
     """None where the line is long, or has a number out of range."""
+    if len(code) > LONGEST:
+        return None
     parts = _LEAF.split(code)
-    names = parts[1::3]
+    names = [name for name in parts[1::3] if name]
     written = [number for number in parts[2::3] if number]
     numbers = tuple(map(float, written))
-    if len(code) > LONGEST or math.inf in numbers:
+    if math.inf in numbers:
         return None
     if any(not number and text.strip("0.") for number, text in zip(numbers, written, strict=True)):
         return None
-    return Leaves((*parts[::3], *map(bool, names)), [name for name in names if name], numbers)
+    parts[1::3] = [name and "@" for name in parts[1::3]]
+    parts[2::3] = [number and "#" for number in parts[2::3]]
+    return Leaves("".join(filter(None, parts)), names, numbers)
 
 
 def rule_of(form: Form, leaves: Leaves, code: str, start: int, span: Span) -> Equality:
     """The rule of the line at ``start`` that has this form."""
     names = tuple(dict.fromkeys(leaves.names))
-    repeats = len(names) < len(leaves.names)
-    pattern = tuple(map(names.index, leaves.names)) if repeats else ()
+    places = {name: k for k, name in enumerate(names)}
+    pattern = tuple(map(places.__getitem__, leaves.names)) if len(names) < len(leaves.names) else ()
     return Like(form, names, pattern, leaves.numbers, start, code).rule(span)
 
 

@@ -39,15 +39,18 @@ def test_the_trees_of_the_grammar(rules: list[str]) -> None:
         assert _read(text) == expected
 
 
-def test_other_names_and_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
-    rules = [f"2*(x{k} - {k}.5e-{k}) + sin( y_{k} )^2 = (-z{k})/{k}" for k in range(1, 100)]
+@pytest.mark.parametrize("terms", [1, 20])  # of a balance at a node with many neighbours
+def test_other_names_and_numbers(terms: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    every = [" + ".join([f"2*(x{k} - {k}.5e-{k}) + sin( y_{k} )^2"] * terms) for k in range(1, 100)]
+    rules = [f"{left} = (-z{k})/{k}" for k, left in enumerate(every, 1)]
     text = "\n".join(rules) + "\n"
     monkeypatch.setattr(forms, "LONG", len(text))
     expected = _read(text)
     monkeypatch.setattr(forms, "LONG", 0)
     grammar().forms.clear()
     assert _read(text) == expected
-    assert len(grammar().forms) == 1
+    (form,) = grammar().forms.values()
+    assert form is not None
 
 
 @pytest.mark.parametrize("number", ["1e999", "1e-999"])
