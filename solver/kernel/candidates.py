@@ -36,6 +36,7 @@ from solver.numerics.tolerances import (
     NEARLY,
     ORDINARY,
     ROUNDED,
+    SAFETY,
     SAME_VALUE,
     SIMPLE,
     VANISHED,
@@ -130,7 +131,11 @@ class Candidates:
             self.keep(found)
             self.dull -= len(self.answers) > known
 
-    def keep(self, point: dict[str, float], singular: bool = False) -> None:
+    def keep(self, point: dict[str, float], singular: bool = False, alone: float = 0.0) -> None:
+        """Add a point at which the rules hold, if it is an answer that is not there already.
+
+        ``alone``: how far around, relative to the unknowns, Newton's method has shown a simple root to be.
+        """
         if len(self.answers) >= MOST_ANSWERS:
             return
         point = self.question.inside(self.question.wrapped(point))
@@ -141,6 +146,8 @@ class Candidates:
         found = uncertainty(self.question, point)
         blur = found.errors
         vague = self._open(point, blur, MULTIPLE)
+        if found.relative is not None and alone > SAFETY * found.relative:
+            vague = False
         multiple = vague or (singular and self._open(point, blur, SIMPLE))
         beside = self.question.beside
         repeated = (self._near(beside(point, one.values), one.values, ROUNDED) for one in self.answers)

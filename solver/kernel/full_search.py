@@ -399,7 +399,7 @@ def search_sparsely(question: Question, candidates: Candidates, every: bool = Fa
         if root.converged and len(point) <= MANY:
             candidates.refine(root.x.tolist())
         elif root.converged and (settled := _corrected(question, question.sparse[1], root.x)) is not None:
-            candidates.keep(settled)
+            candidates.keep(settled, alone=root.alone)
         else:
             candidates.note(point)
         signs = [min((v for n, v in a.values.items() if n in free), default=0.0) for a in candidates.answers]

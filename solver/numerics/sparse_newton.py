@@ -35,11 +35,16 @@ BACKWARDS = 0.9
 
 
 class SparseRoot(NamedTuple):
-    """Where the method ended, and whether its last correction was no more than rounding."""
+    """Where the method ended, and whether its last correction was no more than rounding.
+
+    ``alone``: the length of a full step, relative to the unknowns, from which on each was much shorter than
+    the one before. At a root so much nearer to another one, or at a multiple root, they are not.
+    """
 
     x: Array
     converged: bool
     iterations: int
+    alone: float = 0.0
 
 
 class SparseFactor:
@@ -119,7 +124,7 @@ def sparse_newton(
     f = residual(x)
     if not np.isfinite(f).all():
         return SparseRoot(x, False, 0)
-    share, before = 1.0, math.inf
+    share, before, last, alone = 1.0, math.inf, 0.0, 0.0
     for count in range(iterations):
         try:
             factor = SparseFactor(jacobian(x), len(x))
@@ -132,6 +137,8 @@ def sparse_newton(
         length = _length(step, weight)
         if not np.isfinite(length):
             return SparseRoot(x, False, count)
+        if before > STAGNATION:
+            alone = max(alone, before) if last == 1.0 and length <= FAST * before < math.inf else 0.0
         found = _damped(residual, factor, x, step, weight, positive, share, told)
         if count == 0 and not positive and (found is None or found[2] < 1.0):
             found = _twice(residual, jacobian, x + step, weight, length) or found
@@ -139,8 +146,9 @@ def sparse_newton(
             x, f, share = found
         if found is None or length <= CONVERGED or stagnates(length, before) or not f.any():
             converged = found is not None or length <= STAGNATION
-            return SparseRoot(_refined(residual, factor, x, weight) if converged else x, converged, count)
-        share, before = min(LONGER * share, 1.0), length
+            end = _refined(residual, factor, x, weight) if converged else x
+            return SparseRoot(end, converged, count, alone)
+        share, before, last = min(LONGER * share, 1.0), length, share
     return SparseRoot(x, False, iterations)
 
 

@@ -141,3 +141,27 @@ def test_a_large_singular_sparse_matrix_is_not_made_dense() -> None:
     tracemalloc.stop()
     assert factor.rank < n
     assert peak <= 8 * n * n / 4
+
+
+def _viscous(n: int) -> list[str]:
+    """Burgers' equation, u u' = 0.1 u'' from 1 to -0.8, whose front nearly floats between the ends."""
+    dx = 2.0 / (n + 1)
+    u = ["1", *(f"u{i}" for i in range(1, n + 1)), "-0.8"]
+    rules = [
+        f"{u[i]}*({u[i + 1]} - {u[i - 1]})/(2*dx) = nu*({u[i + 1]} - 2*{u[i]} + {u[i - 1]})/dx^2"
+        for i in range(1, n + 1)
+    ]
+    return ["nu = 0.1", f"dx = {dx!r}", *rules]
+
+
+def test_a_root_that_newton_shows_to_be_simple_is_not_singular_for_its_condition() -> None:
+    result = _solved(_viscous(5000))
+    coarse = _solved(_viscous(1249))
+    assert abs(result["u2500"] - coarse["u625"]) < 1e-4 + 0.01 * abs(result["u2500"])
+
+
+def test_a_multiple_root_of_a_large_block_stays_singular() -> None:
+    n = 60
+    rules = [f"(x{k} - 1)^2 + (x{k} - x{(k + 1) % n})*(2 + x{(k + 7) % n}) = 0" for k in range(n)]
+    result = solver.solve(rulesheets.loads("\n".join(rules) + "\n"), timeout=5.0)
+    assert str(result.status) != "solved"
