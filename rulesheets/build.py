@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -30,7 +30,7 @@ from rulesheets.library import Library
 from rulesheets.model import Equation, Model, Premise, Requirement, Variable
 from rulesheets.registered import run_python
 from rulesheets.syntax import Source, Span, nodes
-from rulesheets.syntax.forms import Like
+from rulesheets.syntax.forms import Form, Like, like_of
 from rulesheets.syntax.nodes import Number, children, leaves, measured, names, rebuilt
 from rulesheets.syntax.program import Program, bodies, components, names_of, rules_of, walk
 from rulesheets.units import differences, library_of, unit_named
@@ -250,19 +250,37 @@ def _passed(program: Program) -> set[str]:
     """Names that the sheet's own rules only pass from the results of one call to the arguments of another."""
     if not program.functions:
         return set()
-    results: set[str] = set()
-    arguments: set[str] = set()
-    used: set[str] = set()
+    found: tuple[set[str], set[str], set[str]] = set(), set(), set()
+    by_form: dict[Form, tuple[set[int], ...]] = {}
     for rule in rules_of(program.sheet):
         for body in bodies(rule.body):
-            for part in components(body, program.functions):
-                is_call = isinstance(part, nodes.CallRule) and part.function.lower() in program.functions
-                if isinstance(part, nodes.CallRule):
-                    results.update(n.name for n in part.results if isinstance(n, nodes.Name))
-                    arguments.update(n.name for n in part.arguments if isinstance(n, nodes.Name))
-                rest = (n for n in children(part) if not (is_call and isinstance(n, nodes.Name)))
-                used.update(name for node in rest for name in names(node))
+            if (like := getattr(body, "like", None)) is None:
+                roles: Iterable[Iterable[str]] = _roles(body, program.functions)
+            else:
+                if like.form not in by_form:
+                    of_first = _roles(like.form.numbered(), program.functions)
+                    by_form[like.form] = tuple([{int(name) for name in role} for role in of_first])
+                every = [like.names[place] for place in like.pattern] if like.pattern else like.names
+                roles = ([every[place] for place in role] for role in by_form[like.form])
+            for known, role in zip(found, roles, strict=True):
+                known.update(role)
+    results, arguments, used = found
     return (results & arguments) - used
+
+
+def _roles(
+    body: nodes.RuleBody, functions: Mapping[str, nodes.Function]
+) -> tuple[set[str], set[str], set[str]]:
+    """The names that a rule has as results of calls, as arguments, and otherwise than in rule functions."""
+    results, arguments, used = set[str](), set[str](), set[str]()
+    for part in components(body, functions):
+        is_call = isinstance(part, nodes.CallRule) and part.function.lower() in functions
+        if isinstance(part, nodes.CallRule):
+            results.update(n.name for n in part.results if isinstance(n, nodes.Name))
+            arguments.update(n.name for n in part.arguments if isinstance(n, nodes.Name))
+        rest = (n for n in children(part) if not (is_call and isinstance(n, nodes.Name)))
+        used.update(name for node in rest for name in names(node))
+    return results, arguments, used
 
 
 # --- calls expanded ------------------------------------------------------------
@@ -293,6 +311,29 @@ class Context(NamedTuple):
     rule: Span
 
 
+class Piece(NamedTuple):
+    """An equation of rules of one form: which of their names, of their numbers and what calls it reads."""
+
+    form: Form
+    reads: tuple[int | Called, ...]
+    numbers: tuple[int, ...]
+
+
+class Called(NamedTuple):
+    """A call in rules of one form, with what stands for the arguments, and for the results beside it."""
+
+    function: nodes.Function
+    actuals: tuple[tuple[str, int | Called | Piece], ...]
+
+
+class Said(NamedTuple):
+    """A rule that is like others: its full ``names`` in the order of the text, and where it stands."""
+
+    names: list[str]
+    like: Like
+    context: Context
+
+
 class Expansion:
     """The equations of a program that passed its checks.
 
@@ -306,8 +347,12 @@ class Expansion:
         self.requirements: list[Requirement] = []
         self.names: dict[str, None] = {}
         self._called: list[Iterator[tuple[nodes.RuleBody, Context]]] = []
+        self._rules: dict[int, list[tuple[nodes.RuleBody, Span]]] = {}
+        self._expanded: set[int] = set()
+        self._likes: dict[int, Like | None] = {}
+        self._outlines: dict[Form, list[Piece | Called]] = {}
         # calls found in a rule are pushed and come before the next rule
-        stack = [_bodies(program.sheet, Scope("", {}, {}), ())]
+        stack = [self._bodies(program.sheet, Scope("", {}, {}), ())]
         while stack:
             step = next(stack[-1], None)
             if step is None:
@@ -326,18 +371,29 @@ class Expansion:
                     comparison = nodes.Comparison(operator, nodes.Name(row.name), end, limits.span)
                     self.requirements.append(Requirement(comparison, (), limits.span))
 
+    def _bodies(
+        self, owner: nodes.RuleSheet | nodes.Function, scope: Scope, guard: tuple[Premise, ...]
+    ) -> Iterator[tuple[nodes.RuleBody, Context]]:
+        """The rules of a sheet or a function with where each stands."""
+        if id(owner) not in self._rules:
+            self._rules[id(owner)] = [
+                (rule.body, rule.span or rule.body.span or _NOWHERE) for rule in rules_of(owner)
+            ]
+        return ((body, Context(scope, guard, rule)) for body, rule in self._rules[id(owner)])
+
     def _expand(self, body: nodes.RuleBody, context: Context) -> None:
         """One rule; a stack holds the arms to come, so that long ``else if`` chains don't recurse."""
         stack = [(body, context)]
         while stack:
             body, context = stack.pop()
             scope, guard, rule = context
+            if (like := self._like(body, scope)) is not None:
+                self._repeat(body, like, context)
+                continue
             read = names_of(body)  # in the order of the text, whatever the order of the calls
             self.names.update(dict.fromkeys(map(scope.full_name, read) if scope.prefix else read))
             for part in components(body, self.functions):
                 match part:
-                    case nodes.Equality(like=Like()) if not scope.prefix:
-                        self.equations.append(Equation.of(len(self.equations), part, guard, rule))
                     case nodes.Equality((left, *_), (right, *_)):
                         self._equate(self._bind(left, context), self._bind(right, context), context)
                     case nodes.CallRule(called, arguments, results, span):
@@ -357,6 +413,108 @@ class Expansion:
                             if arm is not None:
                                 stack.append((arm, Context(scope, (*guard, Premise(index, holds)), rule)))
 
+    # --- rules that are like others ---
+
+    def _like(self, body: nodes.RuleBody, scope: Scope) -> Like | None:
+        """What a rule shares with others; a rule of a function shares it with itself in other calls."""
+        if isinstance(body, nodes.CallRule) and body.function not in self.functions:
+            return None
+        like: Like | None = getattr(body, "like", None)
+        if like is not None or not scope.prefix:
+            return like
+        if id(body) not in self._expanded:  # what is expanded once is expanded as it stands
+            self._expanded.add(id(body))
+            return None
+        if id(body) not in self._likes:
+            self._likes[id(body)] = like_of(body)
+        return self._likes[id(body)]
+
+    def _repeat(self, body: nodes.RuleBody, like: Like, context: Context) -> None:
+        """The equations and calls of a rule that is like others."""
+        names = [*map(context.scope.full_name, like.names)]
+        self.names.update(dict.fromkeys(names))
+        if not context.scope.prefix and like.form.called.isdisjoint(self.functions):
+            self.equations.append(Equation.of(len(self.equations), body, context.guard, context.rule))
+            return
+        if like.form not in self._outlines:
+            parts = components(like.form.numbered(), self.functions)
+            self._outlines[like.form] = [*map(self._outline, parts)]
+        every = [names[place] for place in like.pattern] if like.pattern else names
+        said = Said(every, like, context)
+        for part in self._outlines[like.form]:
+            if isinstance(part, Piece):
+                self._write(part, [self._name(read, said) for read in part.reads], said)
+            else:
+                self._call_like(part, said)
+
+    def _outline(self, part: nodes.RuleBody) -> Piece | Called:
+        """What becomes of a part of rules of one form, whose names and numbers are told by their places."""
+        if isinstance(part, nodes.CallRule):
+            return self._outlined(self.functions[part.function], (*part.arguments, *part.results))
+        assert isinstance(part, nodes.Equality)
+        return self._piece(part.left[0], part.right[0])
+
+    def _outlined(self, function: nodes.Function, actuals: tuple[nodes.Expression, ...]) -> Called:
+        pairs = zip((*function.arguments, *function.results), actuals, strict=False)
+        return Called(function, tuple([(formal, self._actual(actual)) for formal, actual in pairs]))
+
+    def _actual(self, actual: nodes.Expression) -> int | Called | Piece:
+        if isinstance(actual, nodes.Name):
+            return int(actual.name)
+        if isinstance(actual, nodes.Call) and actual.function in self.functions:
+            return self._outlined(self.functions[actual.function], actual.arguments)
+        return self._piece(None, actual)
+
+    def _piece(self, left: nodes.Expression | None, right: nodes.Expression) -> Piece:
+        """That of an equation; ``left`` is None for the variable of an argument."""
+        reads: list[int | Called] = []
+        numbers: list[int] = []
+
+        def blank(node: nodes.Expression) -> nodes.Expression:
+            if isinstance(node, nodes.Number):
+                numbers.append(int(node.value))
+                return node
+            if isinstance(node, nodes.Name) or (
+                isinstance(node, nodes.Call) and node.function in self.functions
+            ):
+                read = self._actual(node)
+                assert not isinstance(read, Piece)
+                reads.append(read)
+                return nodes.Name("", node.span)
+            return rebuilt(node, tuple([blank(part) for part in children(node)]))
+
+        first = nodes.Name("", right.span) if left is None else blank(left)
+        return Piece(Form(((first,), (blank(right),))), tuple(reads), tuple(numbers))
+
+    def _name(self, read: int | Called, said: Said) -> str:
+        """The full name of a variable of a rule, or of the result of a call in it."""
+        if isinstance(read, int):
+            return said.names[read]
+        self.names.setdefault(result := self._call_like(read, said))
+        return result
+
+    def _call_like(self, called: Called, said: Said) -> str:
+        """As :meth:`_call`, of a call in a rule that is like others."""
+        prefix, bound = self._scope(called.function, said.context)
+        for formal, actual in called.actuals:
+            if isinstance(actual, Piece):
+                reads = [self._name(read, said) for read in actual.reads]
+                bound[formal] = full = prefix + formal
+                self.names.setdefault(full)
+                self._write(actual, [full, *reads], said)
+            else:
+                bound[formal] = self._name(actual, said)
+        return self._enter(called.function, Scope(prefix, bound, {}), said.context)
+
+    def _write(self, piece: Piece, names: list[str], said: Said) -> None:
+        """An equation of a rule that is like others."""
+        like, (scope, guard, rule) = said.like, said.context
+        numbers = tuple([like.numbers[place] for place in piece.numbers])
+        body = Like.of(piece.form, names, numbers, like.start, like.code).rule(rule)
+        self.equations.append(Equation.of(len(self.equations), body, guard, rule, scope.prefix))
+
+    # --- rules as they stand ---
+
     def _call(
         self,
         function: nodes.Function,
@@ -368,10 +526,7 @@ class Expansion:
 
         With ``results`` None (a call in an expression) the results are locals of the call.
         """
-        caller, name = context.scope, function.name
-        number = caller.counts[name] = caller.counts.get(name, 0) + 1
-        prefix = f"{caller.prefix}{name}." if number == 1 else f"{caller.prefix}{name}#{number}."
-        bound = {parameter: caller.full_name(parameter) for parameter in function.parameters}
+        prefix, bound = self._scope(function, context)
         pairs = [*zip(function.arguments, arguments, strict=True)]
         if results is not None:
             pairs += zip(function.results, results, strict=True)
@@ -383,8 +538,18 @@ class Expansion:
                 bound[formal] = full = prefix + formal
                 self.names.setdefault(full)
                 self._equate(nodes.Name(full, actual.span), value, context)
-        scope = Scope(prefix, bound, {})
-        self._called.append(_bodies(function, scope, context.guard))
+        return self._enter(function, Scope(prefix, bound, {}), context)
+
+    def _scope(self, function: nodes.Function, context: Context) -> tuple[str, dict[str, str]]:
+        """The prefix of the next call of a function, and what its parameters stand for."""
+        caller, name = context.scope, function.name
+        number = caller.counts[name] = caller.counts.get(name, 0) + 1
+        prefix = f"{caller.prefix}{name}." if number == 1 else f"{caller.prefix}{name}#{number}."
+        return prefix, {parameter: caller.full_name(parameter) for parameter in function.parameters}
+
+    def _enter(self, function: nodes.Function, scope: Scope, context: Context) -> str:
+        """Put the body of a call on the stack; the full name of its first result."""
+        self._called.append(self._bodies(function, scope, context.guard))
         return scope.full_name(function.results[0]) if function.results else ""
 
     def _equate(self, left: nodes.Expression, right: nodes.Expression, context: Context) -> None:
@@ -422,14 +587,6 @@ class Expansion:
                 return nodes.Not(self._bind_condition(term, context), span)
             case nodes.Given(name, span):
                 return nodes.Given(context.scope.full_name(name), span)
-
-
-def _bodies(
-    owner: nodes.RuleSheet | nodes.Function, scope: Scope, guard: tuple[Premise, ...]
-) -> Iterator[tuple[nodes.RuleBody, Context]]:
-    """The rules of a sheet or a function with where each stands."""
-    for rule in rules_of(owner):
-        yield rule.body, Context(scope, guard, rule.span or rule.body.span or _NOWHERE)
 
 
 def _exact(side: nodes.Expression, rule: Span) -> nodes.Expression:

@@ -102,10 +102,12 @@ class Equation:
     scope: str = ""
 
     @classmethod
-    def of(cls, index: int, body: nodes.Equality, guard: tuple[Premise, ...], rule: Span) -> Equation:
+    def of(
+        cls, index: int, body: nodes.RuleBody, guard: tuple[Premise, ...], rule: Span, scope: str = ""
+    ) -> Equation:
         """That of a rule which is like others: its sides are taken when they are first asked for."""
         made = cls.__new__(cls)
-        made.__dict__.update(index=index, guard=guard, rule=rule, body=body)
+        made.__dict__.update(index=index, guard=guard, rule=rule, scope=scope, body=body)
         return made
 
     def __getattr__(self, name: str) -> nodes.Expression:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,12 +28,14 @@ from rulesheets.syntax.program import Program, bodies, components, names_of, rul
 
 def check(program: Program) -> None:
     """Raise RuleSheetError with every complaint about names, symbols and calls, scope by scope."""
-    refuse(_complaints(program))
+    if next(_complaints(program, each=False), None) is not None:
+        refuse(_complaints(program, each=True))
 
 
-def _complaints(program: Program) -> Iterator[Diagnosis]:
-    sheet = Scope(program)
-    functions = {name: Scope(program, function) for name, function in program.functions.items()}
+def _complaints(program: Program, each: bool) -> Iterator[Diagnosis]:
+    """Those about every rule, or about the first of those that are like one another."""
+    sheet = Scope(program, each)
+    functions = {name: Scope(program, each, function) for name, function in program.functions.items()}
     yield from check_rows(program)
     yield from check_ranges(sheet)
     for scope in (sheet, *functions.values()):
@@ -41,7 +44,7 @@ def _complaints(program: Program) -> Iterator[Diagnosis]:
         yield from check_names(scope)
         yield from check_shapes(scope)
         yield from check_nodes(scope)
-        for call in scope.calls:
+        for call, _ in scope.calls:
             function = program.functions.get(call.function.lower())
             if function is not None:
                 yield from _check_rule_function(call, function, scope)
@@ -55,6 +58,7 @@ class Scope:
     """The sheet itself, or one function of it."""
 
     program: Program
+    each: bool
     function: nodes.Function | None = None
 
     @property
@@ -69,27 +73,34 @@ class Scope:
         return (*self.function.arguments, *self.function.results, *self.function.parameters)
 
     @cached_property
-    def parts(self) -> list[nodes.RuleBody]:
-        """What the rules consist of, in source order: scalar equalities, calls, conditions …"""
+    def bodies(self) -> list[nodes.RuleBody]:
+        """The rules and all that stands in their arms, in source order."""
         rules = rules_of(self.function or self.program.sheet)
-        every = (body for rule in rules for body in bodies(rule.body))
-        return [part for body in every for part in components(body, self.program.functions)]
+        return [body for rule in rules for body in bodies(rule.body)]
 
     @cached_property
-    def unlike(self) -> list[nodes.RuleBody]:
-        """The parts but for rules that are like others, of which nothing but the names is to be checked."""
-        return [part for part in self.parts if not isinstance(part, nodes.Equality) or part.like is None]
+    def parts(self) -> list[tuple[nodes.RuleBody, int]]:
+        """What the rules consist of, in source order: scalar equalities, calls, conditions …, each with how
+        many there are: of rules that are like one another the first stands for all, unless ``each`` is."""
+        forms = [getattr(body, "like", None) and body.like.form for body in self.bodies]  # type: ignore[union-attr]
+        counts = Counter(forms)
+        found: list[tuple[nodes.RuleBody, int]] = []
+        for body, form in zip(self.bodies, forms, strict=True):
+            count = 1 if self.each or form is None else counts.pop(form, 0)
+            if count:
+                found += ((part, count) for part in components(body, self.program.functions))
+        return found
 
     @cached_property
-    def every(self) -> list[nodes.Expression | nodes.Condition]:
-        """All that the rules are made of, in source order, but for rules that are like others."""
-        return [node for part in self.unlike for operand in children(part) for node in walk(operand)]
+    def every(self) -> list[tuple[nodes.Expression | nodes.Condition, int]]:
+        """All that the parts are made of, in source order."""
+        return [(n, count) for part, count in self.parts for one in children(part) for n in walk(one)]
 
     @cached_property
     def places(self) -> dict[str, nodes.RuleBody]:
         """The variables in the rules, each with the first part that has it."""
         found: dict[str, nodes.RuleBody] = {}
-        for part in self.parts:
+        for part in (part for part, _ in self.parts) if self.each else self.bodies:
             for name in names_of(part):
                 found.setdefault(name, part)
         return found
@@ -105,17 +116,17 @@ class Scope:
         return dict.fromkeys((*self.declared, *self.places))
 
     @cached_property
-    def calls(self) -> list[nodes.Call | nodes.CallRule]:
+    def calls(self) -> list[tuple[nodes.Call | nodes.CallRule, int]]:
         """Calls with results beside them (``call f(a; x)``, ``x = f(a)``), then those in expressions."""
-        rules = [part for part in self.parts if isinstance(part, nodes.CallRule)]
-        return [*rules, *(node for node in self.every if isinstance(node, nodes.Call))]
+        rules = [(part, count) for part, count in self.parts if isinstance(part, nodes.CallRule)]
+        return [*rules, *((node, count) for node, count in self.every if isinstance(node, nodes.Call))]
 
-    def callees(self) -> Iterator[tuple[nodes.Call | nodes.CallRule, nodes.Function]]:
-        """Every call of a rule function that exists, with that function."""
-        for call in self.calls:
+    def callees(self) -> Iterator[tuple[nodes.Call | nodes.CallRule, nodes.Function, int]]:
+        """Every call of a rule function that exists, with that function, and how many there are like it."""
+        for call, count in self.calls:
             function = self.program.functions.get(call.function.lower())
             if function is not None:
-                yield call, function
+                yield call, function, count
 
 
 # --- places ---------------------------------------------------------------------
@@ -228,10 +239,10 @@ MAX_DEPTH = 100
 def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diagnosis]:
     """A diagnosis for a ring of calls, if there is one, else for calls that are too many or too deep."""
     scopes = {**functions, "": sheet}
-    calls: dict[str, dict[str, list[nodes.Call | nodes.CallRule]]] = {name: {} for name in scopes}
+    calls: dict[str, dict[str, list[tuple[nodes.Call | nodes.CallRule, int]]]] = {n: {} for n in scopes}
     for name, scope in scopes.items():
-        for call, function in scope.callees():
-            calls[name].setdefault(function.name.lower(), []).append(call)
+        for call, function, count in scope.callees():
+            calls[name].setdefault(function.name.lower(), []).append((call, count))
     try:
         inner_first = tuple(TopologicalSorter(calls).static_order())
     except CycleError as found:
@@ -241,15 +252,15 @@ def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diag
         ring = [*ring[first:], *ring[: first + 1]]
         names = [scopes[name].title for name in ring]
         steps = zip(pairwise(ring), pairwise(names), strict=True)
-        places = [(calls[a][b][0].span, f"{caller} calls {target}") for (a, b), (caller, target) in steps]
+        places = [(calls[a][b][0][0].span, f"{caller} calls {target}") for (a, b), (caller, target) in steps]
         message = f"{names[0]} calls itself" + (" through others" if len(names) > 2 else "")
         note = f"the calls go round: {' → '.join(names)}; rules of a function cannot lead back to it"
         yield error("E208", message, *labels(*places), notes=(note,))
         return
     sizes: dict[str, tuple[int, int]] = {}  # equations of a scope with its calls, and how deep these nest
     for name in inner_first:
-        equations = sum(isinstance(part, nodes.Equality) for part in scopes[name].parts)
-        equations += sum(sizes[callee][0] * len(every) for callee, every in calls[name].items())
+        equations = sum(count for part, count in scopes[name].parts if isinstance(part, nodes.Equality))
+        equations += sum(sizes[callee][0] * n for callee, every in calls[name].items() for _, n in every)
         sizes[name] = equations, max((1 + sizes[callee][1] for callee in calls[name]), default=0)
     equations, depth = sizes[""]
     if depth > MAX_DEPTH:
@@ -258,13 +269,13 @@ def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diag
         reason = f"the model has more than {MAX_EQUATIONS:,} equations"
     else:
         return
-    place = next((call.span for call, _ in sheet.callees()), None)
+    place = next((call.span for call, *_ in sheet.callees()), None)
     yield said("E216", reason, place, "call fewer functions in functions", label="called here")
 
 
 def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
     """Tuples of unlike length."""
-    for part in scope.unlike:
+    for part, _ in scope.parts:
         if isinstance(part, nodes.Equality) and len(part.left) != len(part.right):
             left, right = len(part.left), len(part.right)
             message = f"the two sides differ in length: {left} on the left, {right} on the right"
@@ -327,8 +338,9 @@ def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
 def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
     """Symbols in arithmetic (not those that a call passes on), and those that are compared by order; names
     that ``given`` asks for."""
-    own, kinds = scope.program.functions, set(map(type, scope.every))
-    for node in () if kinds.isdisjoint((nodes.Symbol, nodes.Given)) else scope.every:
+    own, every = scope.program.functions, [node for node, _ in scope.every]
+    kinds = set(map(type, every))
+    for node in () if kinds.isdisjoint((nodes.Symbol, nodes.Given)) else every:
         if isinstance(node, nodes.Call) and node.function.lower() in own:
             continue
         if isinstance(node, nodes.Given):

@@ -392,7 +392,8 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
         return _read(source, line, kind)
     known = grammar().forms
     if (form := known.get(leaves.key)) is not None:
-        return forms.rule_of(form, leaves, line.code, line.start, line.place(source))
+        like = forms.Like.of(form, leaves.names, leaves.numbers, line.start, line.code)
+        return like.rule(line.place(source))
     node = _read(source, line, "rule")
     if len(known) >= MOST_FORMS:
         known.clear()

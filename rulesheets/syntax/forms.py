@@ -2,20 +2,32 @@
 
 The rules of a network differ in names and numbers only. Where two lines are the same but for these, the
 grammar makes the same tree of both: the tree of the second is that of the first with its own leaves and
-places. Lines with anything but names, numbers, operators, parentheses and built-in functions go through the
-grammar.
+places. Lines with anything but names, numbers, operators, parentheses and calls go through the grammar. So do
+the rules of a function that is called again: they differ in names only.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
+from itertools import chain, count
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.functions import PLANNED, TABLE
 from rulesheets.syntax import Source, Span
-from rulesheets.syntax.nodes import Call, Equality, Expression, Name, Number, Power, Symbol, children, rebuilt
+from rulesheets.syntax.nodes import (
+    Call,
+    CallRule,
+    Equality,
+    Expression,
+    Name,
+    Number,
+    Power,
+    RuleBody,
+    Symbol,
+    children,
+    rebuilt,
+)
 from rulesheets.syntax.program import walk
 
 LONG = 20_000
@@ -27,11 +39,11 @@ _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _WORD = re.compile(rf"\s*([^\W\d]\w*|{_NUMBER}|\S)")
 _NAME = r"(?!(?=[iteconapITECONAP])(?i:if|then|else|call|and|or|not|pi)\b)[a-zA-Z_][a-zA-Z_0-9]*+(?!\w|\s*\()"
 _LEAF = re.compile(rf"(?<![\w.])(?:({_NAME})|({_NUMBER}))")
-_BETWEEN = re.compile(r"(?:[a-z_]\w*(?=\s*\()|pi\b|[-+*/^(),=\s])*", re.ASCII | re.IGNORECASE)
+_BETWEEN = re.compile(r"\s*(?:call\b)?(?:[a-z_]\w*(?=\s*\()|pi\b|[-+*/^(),;=\s])*", re.ASCII | re.IGNORECASE)
 _INDICES = Source("<form>", "")
 """The source of places that count words."""
 
-Sides: TypeAlias = tuple[tuple[Expression], tuple[Expression]]
+Sides: TypeAlias = tuple[tuple[Expression, ...], tuple[Expression, ...]]
 
 
 class Leaves(NamedTuple):
@@ -43,15 +55,28 @@ class Leaves(NamedTuple):
 
 
 class Form:
-    """What rules share: the ``sides`` of the first, whose places are indices of words, and which numbers, by
-    their order, stand as ``exponents``. ``kept`` is for what is found out about rules of this form."""
+    """What rules share: the ``sides`` of the first, whose places are indices of words, and the ``function``
+    that a ``call`` names. ``called`` are all functions, and ``exponents`` tell which numbers, by their order,
+    stand as such. ``kept`` is for what is found out about rules of this form."""
 
-    def __init__(self, sides: Sides, exponents: tuple[int, ...]) -> None:
-        self.sides, self.exponents = sides, exponents
+    def __init__(self, sides: Sides, function: str = "") -> None:
+        self.sides, self.function = sides, function
+        inside = [*walk(*chain(*sides))]
+        self.called = {node.function for node in inside if isinstance(node, Call)} | {
+            *filter(None, [function])
+        }
+        numbers = [id(node) for node in inside if isinstance(node, Number)]
+        powers = [id(node.exponent) for node in inside if isinstance(node, Power)]
+        self.exponents = tuple(numbers.index(power) for power in powers if power in numbers)
         self.kept: dict[Any, Any] = {}
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
-        return Form, (self.sides, self.exponents)
+        return Form, (self.sides, self.function)
+
+    def numbered(self) -> RuleBody:
+        """The rule whose names and numbers are their places among all names and numbers of it."""
+        sides = _sides(self.sides, map(str, count()), map(float, count()), lambda span: span)
+        return CallRule(self.function, *sides) if self.function else Equality(*sides)
 
 
 class Like(NamedTuple):
@@ -65,6 +90,15 @@ class Like(NamedTuple):
     start: int
     code: str
 
+    @classmethod
+    def of(cls, form: Form, names: Sequence[str], numbers: tuple[float, ...], start: int, code: str) -> Like:
+        """That with these names in the order of the text."""
+        once = tuple(dict.fromkeys(names))
+        if len(once) == len(names):
+            return Like(form, once, (), numbers, start, code)
+        places = {name: k for k, name in enumerate(once)}
+        return Like(form, once, tuple([places[name] for name in names]), numbers, start, code)
+
     def sides(self, source: Source) -> Sides:
         every = [self.names[k] for k in self.pattern] if self.pattern else self.names
         places = words(self.code, self.start)
@@ -72,13 +106,17 @@ class Like(NamedTuple):
         def place(span: Span) -> Span:
             return Span(source, places[span.start][0], places[span.end][1])
 
-        return _sides(self.form.sides, Leaves("", [*every], self.numbers), place)
+        return _sides(self.form.sides, every, self.numbers, place)
 
-    def rule(self, span: Span) -> Equality:
+    def rule(self, span: Span) -> Equality | CallRule:
         """The rule, whose sides are made when they are asked for."""
-        made = Equality.__new__(Equality)
+        made: Any = Equality.__new__(Equality)
+        if self.form.function:
+            made = CallRule.__new__(CallRule)
+            made.function = self.form.function
         made.span, made.like = span, self
-        return made
+        rule: Equality | CallRule = made
+        return rule
 
 
 def words(code: str, start: int) -> list[tuple[int, int]]:
@@ -104,57 +142,64 @@ def leaves_of(code: str) -> Leaves | None:
     return Leaves("".join(filter(None, parts)), names, numbers)
 
 
-def rule_of(form: Form, leaves: Leaves, code: str, start: int, span: Span) -> Equality:
-    """The rule of the line at ``start`` that has this form."""
-    names = tuple(dict.fromkeys(leaves.names))
-    places = {name: k for k, name in enumerate(names)}
-    pattern = tuple(map(places.__getitem__, leaves.names)) if len(names) < len(leaves.names) else ()
-    return Like(form, names, pattern, leaves.numbers, start, code).rule(span)
-
-
 def form_of(first: object, leaves: Leaves, code: str, start: int) -> Form | None:
     """What rules share that differ from the line at ``start`` in names and numbers only, told by its tree.
 
-    None for rules that are more than an equality of two expressions of built-in functions.
+    None for rules with arms, conditions, symbols or units, and for those whose sides are exchanged.
     """
-    if not isinstance(first, Equality) or len(first.left) != 1 or len(first.right) != 1:
-        return None
-    inside = [*walk(first.left[0], first.right[0])]
+    match first:
+        case Equality(left, (right,)) if len(left) == 1 or isinstance(right, Call):
+            sides: Sides = left, (right,)
+            function = ""
+        case CallRule(function, arguments, results):
+            sides = arguments, results
+        case _:
+            return None
+    inside = [*walk(*chain(*sides))]
     if not all(map(_plain, inside)) or not _BETWEEN.fullmatch(" ".join(_LEAF.split(code)[::3])):
         return None
     called = {node.function for node in inside if isinstance(node, Call)}
     if "pi" in called and called & {"sin", "cos", "tan"}:  # values that are known exactly
         return None
-    numbers = [id(node) for node in inside if isinstance(node, Number)]
-    powers = [id(node.exponent) for node in inside if isinstance(node, Power)]
-    exponents = tuple(numbers.index(power) for power in powers if power in numbers)
+    at = [node.span.start for node in inside if isinstance(node, Name | Number) and node.span is not None]
+    if len(at) != len(leaves.names) + len(leaves.numbers) or at != sorted(at):
+        return None
     begins, ends = ({at: k for k, at in enumerate(every)} for every in zip(*words(code, start), strict=True))
 
     def index(span: Span) -> Span:
         return Span(_INDICES, begins[span.start], ends[span.end])
 
-    return Form(_sides((first.left, first.right), leaves, index), exponents)
+    return Form(_sides(sides, leaves.names, leaves.numbers, index), function)
+
+
+def like_of(rule: RuleBody) -> Like | None:
+    """A rule as one of those that differ from it in names and numbers only; None where it has no form."""
+    like: Like | None = getattr(rule, "like", None)
+    if like is not None or rule.span is None or '"' in (code := rule.span.text):
+        return like
+    leaves, start = leaves_of(code), rule.span.start
+    form = leaves and form_of(rule, leaves, code, start)
+    return Like.of(form, leaves.names, leaves.numbers, start, code) if leaves and form else None
 
 
 def _plain(node: Any) -> bool:
     """Whether nothing but the form of the rule decides what is to be said of a node."""
-    if not isinstance(node, Call):
-        return not isinstance(node, Symbol) and getattr(node, "unit", None) is None
-    row = TABLE.get(node.function)
-    return row is not None and node.function not in PLANNED and row.accepts(len(node.arguments))
+    return not isinstance(node, Symbol) and getattr(node, "unit", None) is None
 
 
-def _sides(sides: Any, leaves: Leaves, place: Callable[[Span], Span]) -> Sides:
+def _sides(
+    sides: Sides, names: Iterable[str], numbers: Iterable[float], place: Callable[[Span], Span]
+) -> Sides:
     """The two sides with other leaves, in other places."""
-    names, numbers = iter(leaves.names), iter(leaves.numbers)
+    name, number = iter(names), iter(numbers)
 
     def made(node: Any) -> Expression:
         span = place(node.span)
         if isinstance(node, Name):
-            return Name(next(names), span)
+            return Name(next(name), span)
         if isinstance(node, Number):
-            return Number(next(numbers), span)
+            return Number(next(number), span)
         return rebuilt(node, tuple(map(made, children(node)))).but(span=span)
 
-    (left,), (right,) = sides
-    return (made(left),), (made(right),)
+    left, right = sides
+    return tuple(map(made, left)), tuple(map(made, right))

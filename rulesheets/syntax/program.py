@@ -74,7 +74,7 @@ def bodies(body: nodes.RuleBody) -> Iterator[nodes.RuleBody]:
 
 def names_of(body: nodes.RuleBody) -> Iterable[str]:
     """The variables of a rule, not of its arms, left to right."""
-    if isinstance(body, nodes.Equality) and body.like is not None:
+    if isinstance(body, nodes.Repeatable) and body.like is not None:
         found: Iterable[str] = body.like.names
         return found
     return (name for operand in children(body) for name in names(operand))
@@ -95,7 +95,9 @@ def components(rule: nodes.RuleBody, functions: Mapping[str, nodes.Function]) ->
     ``(x, y) = f(a)`` and ``x = f(a)`` are calls of f with these results. Sides of
     unlike length that no call explains come back as they are.
     """
-    if not isinstance(rule, nodes.Equality) or rule.like is not None:
+    if not isinstance(rule, nodes.Equality):
+        return (rule,)
+    if rule.like is not None and rule.like.form.called.isdisjoint(functions):
         return (rule,)
     if len(rule.left) == len(rule.right) == 1 and not functions:
         return (rule,)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import pickle
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rulesheets import build, loads
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.parse import parse
 from rulesheets.parse.grammar import grammar
@@ -58,6 +60,65 @@ def test_a_number_out_of_range_is_told(number: str, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(forms, "LONG", 0)
     with pytest.raises(RuleSheetError, match="out of range"):
         parse(Source("x", "".join(f"x{k} = {n}\n" for k, n in enumerate(["1", "2", "3", number]))))
+
+
+FUNCTIONS = """
+function f(x; y)
+rules
+y = x^2 + 1
+function g(a, b; p, q)
+parameters c
+rules
+p = a + b*c
+if a > b then q = sin(a)*f(b) else (q, z) = (a - 2, f(f(a)))
+z = 3
+function h(u; v)
+parameters c
+rules
+call g(u, u; v, 2*w)
+w = f(u + pi)
+v > 0
+"""
+CALLS = [
+    "x{k} = f(y{k}) + {k}.5*f(f(2)) - h((z{k}))",
+    "(x{k}, y) = g({k}, -y{k})",
+    "g({k}, y{k}) = (a{k}, b{k})",
+    "call g(f(x{k}), y{k}; x, {k}*y{k})",
+    "call sin(x{k}; y{k}*2)",
+    "if x{k} > {k} then y{k} = f(x{k}) else call h(x; y{k})",
+    "f(x{k}) = f(x{k})",
+]
+
+
+@pytest.mark.parametrize("wrong", ["", "x{k} = f(1, {k})", "y = k(x{k})", "f = x{k}"])
+def test_calls_are_expanded_as_one_by_one(wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    rules = [rule.format(k=k) for k in range(1, 6) for rule in (*CALLS, wrong)]
+    text = "\n".join(["c = 2", *rules]) + FUNCTIONS
+    monkeypatch.setattr(forms, "LONG", 0)
+    by_form = _model(text)
+    monkeypatch.setattr(forms, "LONG", len(text))
+    monkeypatch.setattr(build, "like_of", lambda rule: None)
+    assert by_form == _model(text)
+
+
+def test_calls_share_the_forms_of_the_rules_of_their_function(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(forms, "LONG", 0)
+    rules = "".join(f"x{k} = f(2*y{k})\n" for k in range(9))
+    model = loads(rules + FUNCTIONS)
+    argument, body = ({e.like and e.like.form for e in model.equations[k::2]} for k in (6, 7))
+    assert len(argument) == len(body) == 1
+    assert None not in argument | body
+    again = pickle.loads(pickle.dumps(model))
+    assert again.equations == model.equations
+
+
+def _model(text: str) -> Any:
+    try:
+        model = loads(text)
+    except RuleSheetError as error:
+        return error.diagnoses
+    equations = [_tree((e.left, e.right, e.guard, e.rule, e.scope)) for e in model.equations]
+    return equations, [*model.variables.values()], _tree(model.conditions), model.requirements
 
 
 def _read(text: str) -> Any:
