@@ -388,11 +388,11 @@ def search_sparsely(question: Question, candidates: Candidates, every: bool = Fa
     if question.sparse is None:
         return
     free = {v.name for v in question.variables if v.low == -math.inf and question.turn(v.name) is None}
-    for start, sizes, positive, told in _sparse_starts(question):
+    for start, sizes, positive, told, limited in _sparse_starts(question):
         if candidates.answers and not (positive or every):
             continue
         most = POSITIVE_ITERATIONS if positive else MOST_ITERATIONS
-        root = sparse_newton(*question.sparse, start, sizes, positive, most, told)
+        root = sparse_newton(*question.sparse, start, sizes, positive, most, told, limited)
         if not np.isfinite(root.x).all():
             continue
         point = question.named(root.x.tolist())
@@ -404,6 +404,7 @@ def search_sparsely(question: Question, candidates: Candidates, every: bool = Fa
             candidates.note(point)
         signs = [min((v for n, v in a.values.items() if n in free), default=0.0) for a in candidates.answers]
         if signs and not every and (question.guesses or max(signs) >= 0.0):
+            candidates.answers.insert(0, candidates.answers.pop(signs.index(max(signs))))
             return
 
 
@@ -427,11 +428,12 @@ def _corrected(
     return None
 
 
-Start: TypeAlias = tuple[Array, Array | None, bool, Map]
+Start: TypeAlias = tuple[Array, Array | None, bool, Map, bool]
 
 
 def _sparse_starts(question: Question) -> Iterator[Start]:
-    """Points, sizes, whether unknowns that are positive are kept so, and a map to follow after each step.
+    """Points, sizes, whether unknowns that are positive are kept so, a map to follow after each step, and
+    whether steps are limited.
 
     The guesses where there are any, else 0, where the first step solves the linearised rules; positive
     numbers of the sizes that balance the rules; and 1. What a rule tells outright is as that has it, at
@@ -445,7 +447,7 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
 
     zero = told(np.clip(np.zeros(len(names)), low, high))
     if not guesses:
-        yield zero, None, False, itself
+        yield zero, None, False, itself, False
     known = {name: v for name in question.kernel.known if isinstance(v := question.here[name], float)}
     turns = np.array([question.turn(name) or math.nan for name in names])
     guessed, turning = np.abs([guesses.get(name, 0.0) for name in names]), ~np.isnan(turns)
@@ -454,18 +456,23 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
     inside = np.clip(np.where(turning, 0.0, sizes), low, high)
     if guesses:
         guess = np.array([guesses.get(n, v) for n, v in zip(names, inside, strict=True)])
-        yield guess, sizes, False, itself
-        yield zero, sizes, False, itself
-    yield inside, sizes, True, itself
-    yield np.clip(np.where(turning, 0.0, 1.0), low, high), sizes, False, itself
-    yield inside, sizes, False, itself
+        yield guess, sizes, False, itself, False
+        yield zero, sizes, False, itself, False
+    ones = np.clip(np.where(turning, 0.0, 1.0), low, high)
+    yield inside, sizes, True, itself, False
+    yield ones, sizes, True, itself, False
+    yield ones, sizes, False, itself, False
+    yield inside, sizes, False, itself, False
     flat = _beside_known(question, inside)
     if flat is not None:
-        yield told(flat), sizes, False, itself
+        yield told(flat), sizes, False, itself, False
     if len(names) > FEW:
         for start in (zero, inside, flat):
             if start is not None:
-                yield start, sizes, False, told
+                yield start, sizes, False, told, False
+        for start in (inside, flat):
+            if start is not None:
+                yield start, sizes, False, told, True
 
 
 def _beside_known(question: Question, start: Array) -> Array | None:

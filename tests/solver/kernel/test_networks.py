@@ -7,6 +7,7 @@ import tracemalloc
 from itertools import pairwise, product, starmap
 
 import numpy as np
+import pytest
 
 import rulesheets
 import solver
@@ -165,3 +166,49 @@ def test_a_multiple_root_of_a_large_block_stays_singular() -> None:
     rules = [f"(x{k} - 1)^2 + (x{k} - x{(k + 1) % n})*(2 + x{(k + 7) % n}) = 0" for k in range(n)]
     result = solver.solve(rulesheets.loads("\n".join(rules) + "\n"), timeout=5.0)
     assert str(result.status) != "solved"
+
+
+def test_nodes_led_far_off_do_not_hold_back_a_net_of_springs() -> None:
+    """Ten by ten weights in a net of springs, coordinates unknown: limited steps unfold it."""
+    n, lines, ends = 10, ["k = 200"], dict[tuple[int, int], list[tuple[str, list[str], list[str]]]]()
+
+    def place(i: int, j: int) -> list[str]:
+        if 0 < i < n + 1 and 0 < j < n + 1:
+            return [f"{axis}{i}_{j}" for axis in "xyz"]
+        return [f"{i}.0", f"{j}.0", repr(0.3 * (i + j) / n)]
+
+    def spring(one: tuple[int, int], other: tuple[int, int]) -> None:
+        a, b, name = place(*one), place(*other), f"{one[0]}_{one[1]}_{other[0]}_{other[1]}"
+        squares = " + ".join(f"({q} - {p})^2" for p, q in zip(a, b, strict=True))
+        lines.extend([f"l{name} = sqrt({squares})", f"q{name} = k*(l{name} - 0.8)/l{name}"])
+        ends.setdefault(one, []).append((name, a, b))
+        ends.setdefault(other, []).append((name, b, a))
+
+    for i, j in product(range(n + 1), range(1, n + 1)):
+        spring((i, j), (i + 1, j))
+        spring((j, i), (j, i + 1))
+    for i, j in product(range(1, n + 1), repeat=2):
+        for axis, load in enumerate((0, 0, 5)):
+            pulls = (f"q{name}*({b[axis]} - {a[axis]})" for name, a, b in ends[i, j])
+            lines.append(f"{' + '.join(pulls)} = {load}")
+    result = _solved(lines)
+    heights = [result[f"z{i}_{j}"] for i, j in product(range(1, n + 1), repeat=2)]
+    assert min(heights) < 0.0
+
+
+def _patches(n: int) -> list[str]:
+    """Prey and predators on a ring of patches: one answer has both everywhere."""
+    lines = ["r = 1", "K = 10", "a = 0.5", "h = 0.2", "m = 0.6", "c = 0.7", "d = 0.1"]
+    for k in range(n):
+        sides = (k - 1) % n, (k + 1) % n
+        eaten = f"a*N{k}*P{k}/(1 + a*h*N{k})"
+        spread = [" + ".join(f"d*({s}{j} - {s}{k})" for j in sides) for s in "NP"]
+        lines.append(f"r*N{k}*(1 - N{k}/K) - {eaten} + {spread[0]} + {0.01 * (k % 7)} = 0")
+        lines.append(f"c*{eaten} - m*P{k} + {spread[1]} + 0.05 = 0")
+    return lines
+
+
+@pytest.mark.parametrize("n", [15, 200])
+def test_populations_are_positive(n: int) -> None:
+    result = _solved(_patches(n))
+    assert min(result[f"{s}{k}"] for s in "NP" for k in range(n)) > 0.0
