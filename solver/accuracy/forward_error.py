@@ -25,7 +25,7 @@ from solver.accuracy.alike import MANY, evaluated, sizes_of
 from solver.accuracy.rule_check import blur, sides
 from solver.facts import DoubleRoot
 from solver.numerics.linear_algebra import Array, as_matrix, factorise, sparse_matrix
-from solver.numerics.tolerances import CANCELLED, HALF, UNIT_ROUNDOFF
+from solver.numerics.tolerances import BACKWARD, CANCELLED, HALF, UNIT_ROUNDOFF
 from solver.path import SolveBlock, Step, given_by
 from solver.path.cases import solved_by
 
@@ -67,17 +67,19 @@ def forward_errors(
     decided: Mapping[int, bool],
     doubles: Sequence[DoubleRoot] = (),
     inputs: Mapping[str, float] | None = None,
+    held: bool = False,
 ) -> ForwardErrors:
     """The errors of the ``values`` that ``steps`` have led to, where conditions came out as ``decided``.
 
     Where answers coincide (``doubles``), half the digits are known; errors are infinite then of what the
     rules do not determine at the double root itself. With ``inputs`` it is told how far every number moves as
     these are off by so much, and the numbers in the rules by half a unit of their last places; rounding is
-    left aside.
+    left aside. ``held``: every rule was found to hold, in as many digits as it takes, so that it is off by no
+    more than its backward error, however much the rounding of floats in it.
     """
     errors = {n: error * _signs(-2 - k) for k, (n, error) in enumerate((inputs or {}).items())}
     at = {double.equations: double for double in doubles}
-    return _Propagation(model, values, decided, at, errors, rounds=inputs is None).run(steps)
+    return _Propagation(model, values, decided, at, errors, inputs is None, held).run(steps)
 
 
 Row: TypeAlias = tuple[Mapping[str, float], Errors]
@@ -92,6 +94,7 @@ class _Propagation:
     doubles: Mapping[tuple[int, ...], DoubleRoot]
     errors: dict[str, Errors]
     rounds: bool
+    held: bool = False
     cancelled: bool = False
     blocks: dict[tuple[str, ...], BlockCondition] = field(default_factory=dict)
 
@@ -141,6 +144,9 @@ class _Propagation:
         except (Undefined, KeyError):
             return None
         size = noise + abs(left - right)
+        if self.held:
+            moves = (abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float))
+            size = min(size, BACKWARD * sum(moves))
         if not self.rounds:
             size = blur(subtract(equation.left, equation.right), self.values, {})
         off = size * _signs(equation.index) if size else NONE
@@ -177,7 +183,9 @@ class _Propagation:
         (n,) of its unknowns."""
         found = evaluated(self.model, equations, self.values)
         n, place = len(unknowns), {name: place for place, name in enumerate(unknowns)}
-        off = _signs_of([e.index for e in equations]) * (found.noise + np.abs(found.miss))[:, None]
+        size = found.noise + np.abs(found.miss)
+        size = np.fmin(size, BACKWARD * found.moves) if self.held else size
+        off = _signs_of([e.index for e in equations]) * size[:, None]
         columns = np.array([place.get(name, -1) for name in found.names], dtype=np.intp)[found.columns]
         inside = columns >= 0
         known = np.array([self.errors.get(name, NONE) for name in found.names])

@@ -23,8 +23,9 @@ from rulesheets.evaluate.digits import DIGITS, beside, extended_derivatives, ind
 from rulesheets.model import Equation, Model, Value, Variable
 from rulesheets.syntax.nodes import Name, Number, Quotient, exchange, subtract
 from rulesheets.syntax.program import walk
+from solver.accuracy.forward_error import ForwardErrors, forward_errors
 from solver.accuracy.rule_check import check_rule, sides
-from solver.facts import Conflict, Filled
+from solver.facts import Conflict, DoubleRoot, Filled
 from solver.leaves import Asked, CutOff, Exploration, Leaf, leaf_errors, unmet
 from solver.numerics.tolerances import BACKWARD, LOST, MEANINGLESS, NO_DIGIT, SAFETY, VAGUE
 from solver.path.cases import MIRRORED, known_rules, outcomes
@@ -56,15 +57,27 @@ def explore_refined(asked: Asked, always: bool = False) -> Exploration:
             return precise
     except TimeIsUp:
         raise CutOff(certain(asked, found), asked.inputs) from None
-    kept: list[Leaf] = []
-    for leaf in found.leaves:
-        # nothing but rounding: the sine of 1e90 + x is any number for values of 1e90 that are next to one
-        # another, and the rule holds whatever x is
-        numbers = {n: abs(v) for n in asked.judged if isinstance(v := leaf.branch.values.get(n), float) and v}
-        errors = leaf_errors(asked.model, leaf).error
-        if not (leaf.solved and any(MEANINGLESS * v < errors[n] < math.inf for n, v in numbers.items())):
-            kept.append(leaf)
+    kept = [leaf for leaf in found.leaves if not (leaf.solved and _meaningless(asked, leaf))]
     return found if len(kept) == len(found.leaves) else replace(found, leaves=tuple(kept), complete=False)
+
+
+def _meaningless(asked: Asked, leaf: Leaf) -> bool:
+    """Whether some value is nothing but rounding: the sine of 1e90 + x is any number for values of 1e90 that
+    are next to one another, and the rule holds whatever x is. What only floats lose in a rule
+    (``exp(x) - 1`` at a small x) leaves an answer its meaning."""
+    branch = leaf.branch
+    numbers = {n: abs(v) for n in asked.judged if isinstance(v := branch.values.get(n), float) and v}
+
+    def open_by(errors: ForwardErrors) -> bool:
+        return any(MEANINGLESS * v < errors.error[n] < math.inf for n, v in numbers.items())
+
+    if not open_by(leaf_errors(asked.model, leaf)):
+        return False
+    doubles = [fact for fact in branch.facts if isinstance(fact, DoubleRoot)]
+    held = forward_errors(
+        asked.model, branch.values, branch.steps, branch.conditions, doubles, held=not doubles
+    )
+    return open_by(held)
 
 
 def certain(asked: Asked, found: Exploration) -> Exploration:

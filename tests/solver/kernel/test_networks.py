@@ -212,3 +212,18 @@ def _patches(n: int) -> list[str]:
 def test_populations_are_positive(n: int) -> None:
     result = _solved(_patches(n))
     assert min(result[f"{s}{k}"] for s in "NP" for k in range(n)) > 0.0
+
+
+def test_voltages_below_the_rounding_of_exponentials_keep_their_meaning() -> None:
+    """A ladder whose nodes take a fifth of the one before: the last stands at 1e-120 V."""
+    n, lines = 250, ["Is = 1e-12", "Vt = 0.02585", "V0 = 5"]
+    for k in range(1, n + 1):
+        onwards = f" + I{k + 1}" if k < n else ""
+        lines.append(f"I{k} = (V{k - 1} - V{k})/100")
+        lines.append(f"D{k} = Is*(exp(V{k}/Vt) - 1)")
+        lines.append(f"I{k} = D{k} + V{k}/60{onwards}")
+    result = _solved(lines)
+    ratio = result["V200"] / result["V199"]
+    expected = 1 + 100 / 120 - math.sqrt((1 + 100 / 120) ** 2 - 1)
+    assert abs(ratio - expected) < 1e-9
+    assert 0.0 < result["V250"] < 1e-60
