@@ -28,6 +28,14 @@ LONGER = 4.0
 """The first share of a step that is tried, beside that of the step before."""
 PANEL = 1
 """Columns that SuperLU takes at once: networks have few that are alike."""
+POSITIVE_DEFINITE: dict[str, Any] = {
+    "permc_spec": "MMD_AT_PLUS_A",
+    "diag_pivot_thresh": 0.0,
+    "panel_size": PANEL,
+    "options": {"SymmetricMode": True},
+}
+"""How SuperLU factors such a matrix: without a search for pivots, in an order for its own pattern, not that
+of its square."""
 REFINEMENTS = 3
 INVERSE_ITERATIONS = 3
 BACKWARDS = 0.9
@@ -254,4 +262,5 @@ def sparse_least_squares(entries: Triplets, shape: tuple[int, int], rhs: Array) 
     data, rows, columns = entries
     matrix = scipy.sparse.csr_array((data, (rows, columns)), shape=shape)
     normal = (matrix.T @ matrix + DAMPING * scipy.sparse.eye_array(shape[1])).tocsc()
-    return np.asarray(scipy.sparse.linalg.splu(normal).solve(matrix.T @ rhs))
+    factor = scipy.sparse.linalg.splu(normal, **POSITIVE_DEFINITE)
+    return np.asarray(factor.solve(matrix.T @ rhs))
