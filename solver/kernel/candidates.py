@@ -53,10 +53,12 @@ REMOTE = 1e60
 
 
 class Answer(NamedTuple):
-    """Values of the unknowns of a block; ``double`` where the answer is not a simple root."""
+    """Values of the unknowns of a block; ``double`` where the answer is not a simple root, ``counted`` where
+    exact numbers have shown that it is a root."""
 
     values: Mapping[str, float]
     double: DoubleRoot | None = None
+    counted: bool = False
 
 
 class Candidates:
@@ -131,10 +133,13 @@ class Candidates:
             self.keep(found)
             self.dull -= len(self.answers) > known
 
-    def keep(self, point: dict[str, float], singular: bool = False, alone: float = 0.0) -> None:
+    def keep(
+        self, point: dict[str, float], singular: bool = False, alone: float = 0.0, counted: bool = False
+    ) -> None:
         """Add a point at which the rules hold, if it is an answer that is not there already.
 
         ``alone``: how far around, relative to the unknowns, Newton's method has shown a simple root to be.
+        ``counted``: exact numbers have shown that it is a root.
         """
         if len(self.answers) >= MOST_ANSWERS:
             return
@@ -153,8 +158,8 @@ class Candidates:
         repeated = (self._near(beside(point, one.values), one.values, ROUNDED) for one in self.answers)
         if not multiple and any(repeated):  # most starts lead to an answer that is known
             return
-        if self.stands(point, found):
-            self._add(Answer(point, self._double(point) if multiple else None), blur)
+        if counted or self.stands(point, found):
+            self._add(Answer(point, self._double(point) if multiple else None, counted), blur)
 
     def stands(self, point: dict[str, float], found: Uncertainty) -> bool:
         """Whether a root of the block lies within the error bars of a point at which its rules hold. One that

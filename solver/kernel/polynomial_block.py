@@ -13,11 +13,11 @@ from __future__ import annotations
 import itertools
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import reduce
 from operator import mul
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
@@ -40,8 +40,14 @@ Point: TypeAlias = Mapping[str, float]
 Gross: TypeAlias = tuple[Polynomial, Polynomial]
 """A polynomial; and what it would be if nothing cancelled in it."""
 
+Exact: TypeAlias = Callable[[float], Fraction]
+"""What a float stands for: the fraction that it is, or the decimal as which it is written."""
+
 CANCELLED = 10**9
 """A coefficient so many times smaller than what it was made of may be but the rounding of the inputs."""
+
+FLAT = 1e-3
+"""Share of the terms of a slope, x p'(x), that is left where more roots are near x than one."""
 
 
 class NotPolynomial(Exception):
@@ -51,9 +57,11 @@ class NotPolynomial(Exception):
 class _Steps:
     """The steps of a block followed in polynomials of its tears, or of the cosine and the sine of one."""
 
-    def __init__(self, question: Question, forms: Forms, turn: float | None = None) -> None:
+    def __init__(
+        self, question: Question, forms: Forms, turn: float | None = None, exact: Exact = Fraction
+    ) -> None:
         tears = question.kernel.block.tears
-        self.turn, self.tear = turn, tears[0]
+        self.turn, self.tear, self.exact = turn, tears[0], exact
         self.values = {n: self._number(v) for n, v in zip(question.kernel.known, question.known, strict=True)}
         if turn is None:
             self.values |= {tear: (letter(tear), letter(tear)) for tear in tears}
@@ -109,7 +117,8 @@ class _Steps:
     def _number(self, number: float) -> Gross:
         if not math.isfinite(number):
             raise NotPolynomial
-        return constant(number), constant(abs(number))
+        exact = self.exact(number)
+        return constant(exact), constant(abs(exact))
 
     def _wave(self, function: str, argument: Expression, turn: float) -> Gross:
         """Sine or cosine of plus or minus the angle and some quarter turns. Raises NotPolynomial."""
@@ -166,54 +175,89 @@ def _dense(polynomial: Polynomial) -> list[Fraction]:
     return [by_degree.get(k, Fraction(0)) for k in range(max(by_degree, default=-1) + 1)]
 
 
-def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
-    """Find the answers; False where the block is no such polynomial, or rounding leaves a doubt about one.
+class _OnePolynomial(NamedTuple):
+    """A block as a polynomial in its tear, or in t: ``simple`` has each of its roots once, ``several`` tells
+    whether it has some more than once, ``at_half_turn`` how often t = ∞ is one."""
 
-    The only tear is a number, or an angle free to turn. Multiple roots are what they are in exact numbers.
-    """
-    (tear,) = question.kernel.block.tears
-    turn, domain = question.turn(tear), question.domain(tear)
-    if turn is not None and (not question.graph.is_turning(tear) or domain != (-turn / 2, turn / 2)):
+    forms: Forms
+    simple: Coefficients
+    at_half_turn: int
+    several: bool
+
+    def has_neighbours(self, roots: Sequence[float]) -> bool:
+        """Whether it is so flat at one of these roots that others, real or not, must be near."""
+        for x in map(Fraction, roots):
+            terms = [k * c * x**k for k, c in enumerate(self.simple)]
+            if abs(sum(terms, Fraction(0))) <= FLAT * sum(map(abs, terms), Fraction(0)):
+                return True
         return False
-    followed = _followed(question, turn)
+
+
+def _decimal(number: float) -> Fraction:
+    return Fraction(repr(number))
+
+
+def _one_polynomial(question: Question, turn: float | None, exact: Exact = Fraction) -> _OnePolynomial | None:
+    followed = _followed(question, turn, exact)
     if followed is None:
-        return False
+        return None
     forms, ((whole, gross),) = followed
     power = _total(gross)
     if turn is not None:
         cosine = constant(2.0) - CIRCLE
         whole, gross = _half_angle(whole, power, cosine), _half_angle(gross, power, CIRCLE)
     if any(CANCELLED * abs(c) <= gross.get(monomial, 0) for monomial, c in whole.items()):
-        return False
+        return None
     polynomial = _dense(whole)
-    at_half_turn = 2 * power - max(len(polynomial) - 1, 0)  # how often t = ∞ is a root
+    at_half_turn = 2 * power - max(len(polynomial) - 1, 0)
     simple = simple_part(polynomial)
+    several = len(simple) < len(polynomial) or (turn is not None and at_half_turn > 1)
+    return _OnePolynomial(forms, simple, at_half_turn, several)
+
+
+def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
+    """Find the answers; False where the block is no such polynomial, or rounding leaves a doubt about one.
+
+    The only tear is a number, or an angle free to turn. Multiple roots are what they are in exact numbers; or
+    in decimals, as people write them: (x - 1.6)^3 expanded has three roots in one, which floats part.
+    """
+    (tear,) = question.kernel.block.tears
+    turn, domain = question.turn(tear), question.domain(tear)
+    if turn is not None and (not question.graph.is_turning(tear) or domain != (-turn / 2, turn / 2)):
+        return False
     # of a range with what rounding may lead beyond its ends
     slack = BACKWARD * max([abs(end) for end in domain if math.isfinite(end)], default=0.0)
-    roots = _clear_roots(simple, *((domain[0] - slack, domain[1] + slack) if turn is None else ()))
-    if roots is None:
+    within = (domain[0] - slack, domain[1] + slack) if turn is None else ()
+    found = _one_polynomial(question, turn)
+    roots = found and _clear_roots(found.simple, *within)
+    if found and not found.several and (roots is None or found.has_neighbours(roots)):
+        written = _one_polynomial(question, turn, _decimal)
+        if written and written.several:
+            found, roots = written, _clear_roots(written.simple, *within)
+    if found is None or roots is None:
         return False
     if turn is not None:
-        roots = *(2.0 * math.atan(t) * turn / math.tau for t in roots), *[turn / 2] * (at_half_turn > 0)
+        roots = *(2.0 * math.atan(t) * turn / math.tau for t in roots), *[turn / 2] * (found.at_half_turn > 0)
     trial = Candidates(question)
-    several = len(simple) < len(polynomial) or (turn is not None and at_half_turn > 1)
     for root in roots:
-        point = _point_at(question, forms, {tear: root})
+        point = _point_at(question, found.forms, {tear: root})
         if point is None:
             return False
         if question.holds(point):
-            trial.keep(point, singular=several)
-        elif not (astray(question, point) if several else trial.settles(point)):
+            trial.keep(point, singular=found.several, counted=found.several and turn is None)
+        elif not (astray(question, point) if found.several else trial.settles(point)):
             return False
     candidates.take(trial)
     return True
 
 
-def _followed(question: Question, turn: float | None = None) -> tuple[Forms, list[Gross]] | None:
+def _followed(
+    question: Question, turn: float | None = None, exact: Exact = Fraction
+) -> tuple[Forms, list[Gross]] | None:
     """The explicit forms of the steps, and what must vanish; None where that is no polynomial."""
     forms = _explicit_forms(question)
     try:
-        return None if forms is None else (forms, _Steps(question, forms, turn).residuals(question))
+        return None if forms is None else (forms, _Steps(question, forms, turn, exact).residuals(question))
     except (NotPolynomial, NoForm, OverflowError):
         return None
 

@@ -245,7 +245,9 @@ class _Block:
         """Raises Unresolved if Newton's method leads away from an answer."""
         if self.question.kernel.linear:
             return self._linear()
-        for seed in (*(answer.values for answer in self.floats.answers), *self.floats.refused):
+        self.double = [answer for answer in self.floats.answers if answer.double and answer.counted]
+        known = (answer.values for answer in self.floats.answers if answer not in self.double)
+        for seed in (*known, *self.floats.refused):
             start = list(seed.values())
             if self._folded(start):
                 continue

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from decimal import Decimal
 
 import pytest
@@ -47,3 +48,31 @@ def test_given_decimals_touch_as_written_ones_do(number: int) -> None:
     result = solver.solve(model, {"p": float(2 * r), "q": float(r * r)})
     assert result.status is solver.Status.SINGULAR
     assert result["x"] == pytest.approx(float(r), rel=1e-15)
+
+
+def expanded(roots: Sequence[Decimal]) -> list[Decimal]:
+    """The coefficients of (x - r)(x - s) …, highest degree first."""
+    found = [Decimal(1)]
+    for r in roots:
+        found = [a - r * b for a, b in zip([*found, Decimal(0)], [Decimal(0), *found], strict=True)]
+    return found
+
+
+ROOTS = st.integers(-99, 99).filter(bool).map(lambda number: Decimal(number) / 10)
+
+
+@given(ROOTS, ROOTS, st.sampled_from(("rrr", "rrrr", "rrrs", "rrss", "rrs")), st.booleans())
+def test_a_root_of_any_multiplicity_is_what_decimals_say(
+    r: Decimal, s: Decimal, form: str, told: bool
+) -> None:
+    assume(abs(r - s) > Decimal("0.5"))
+    coefficients = expanded([{"r": r, "s": s}[root] for root in form])
+    powers = range(len(form), -1, -1)
+    names = [f"c{k}" if told else f"({c})" for k, c in zip(powers, coefficients, strict=True)]
+    rule = " + ".join(f"{name}*x^{k}" if k else name for name, k in zip(names, powers, strict=True))
+    given_ = {name: float(c) for name, c in zip(names, coefficients, strict=True)} if told else {}
+    result = solver.solve(rulesheets.loads(f"rules\n{rule} = 0\n"), given_)
+    expected = sorted({float(r), float(s)} if "s" in form else {float(r)})
+    assert sorted(answer["x"] for answer in result.solutions) == pytest.approx(expected, rel=1e-9)
+    simple_first = form.count("s") == 1 and result["x"] == pytest.approx(float(s))
+    assert result.status is (solver.Status.SOLVED if simple_first else solver.Status.SINGULAR)
