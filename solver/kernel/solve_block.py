@@ -135,6 +135,13 @@ def solve_block(
     return with_isolated(question, outcome)
 
 
+def solve_sparsely(
+    kernel: BlockKernel, values: Mapping[str, Value], guesses: Mapping[str, float], budget: Budget
+) -> BlockOutcome:
+    """The sensible answer of a block by sparse Newton steps alone, if these lead to one."""
+    return _Search(Question(kernel, values, guesses, budget), dict).sparsely()
+
+
 class _Search:
     """What is known of the answers so far. ``complete``: they are proven to be all; ``whole``: they would be,
     if floats had digits enough for those that were refused.
@@ -180,6 +187,11 @@ class _Search:
                 fall_back(question, candidates)
             settled = self._outcome()
         return settled if assumed or budget.brief else without_curves(question, settled)
+
+    def sparsely(self) -> BlockOutcome:
+        """What sparse Newton steps come to."""
+        self._tried(Method.SPARSE)
+        return self._outcome()
 
     def _worth_a_last_resort(self, assumed: bool) -> bool:
         open_ = self.candidates.fruitless and not (self.complete or assumed)

@@ -14,10 +14,10 @@ from solver.accuracy.alike import accepted
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import check_rule, half_unit
 from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated, about
-from solver.kernel.block import kernel_of
+from solver.kernel.block import DENSE, kernel_of
 from solver.kernel.candidates import BlockOutcome
 from solver.kernel.question import PLAN, STEP, Budget
-from solver.kernel.solve_block import solve_block
+from solver.kernel.solve_block import solve_block, solve_sparsely
 from solver.kernel.step import StepOutcome, StepSolver
 from solver.leaves import (
     Asked,
@@ -35,7 +35,7 @@ from solver.leaves import (
     unmet,
     without_value,
 )
-from solver.path import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of
+from solver.path import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of, given_by
 from solver.path.cases import EQUAL, activity, known_rules, value_of_equality
 from solver.path.isolate import Isolation
 from solver.path.planner import planner
@@ -44,6 +44,9 @@ MAX_LEAVES, FEW_LEAVES, MAX_VALUES = 1_000, 20, 20_000
 """Answers that are listed; the least and the values in all where the model is large."""
 
 
+MANY_BLOCKS, MANY_ANSWERS = 8, 256
+"""Blocks of a path, and answers that forks one after another lead to, from which on those of a large model
+are too many to list."""
 MAX_SEARCHES = 150
 """Searches of nonlinear blocks at other values, after the first search of each block."""
 
@@ -96,6 +99,8 @@ class Explorer:
         self.budget = Budget()
         self.outcomes: Outcomes = {}
         self._searched: set[SolveBlock] = set()
+        self.first_path: Sequence[Step] | None = None
+        self.forked = 1
         self.cases = 0
         self._begin()
 
@@ -109,8 +114,7 @@ class Explorer:
 
     def run(self) -> Exploration:
         """All answers; where the sensible ones of some blocks lead to none, those from their others."""
-        start = Branch(dict(self.inputs), {})
-        start.decided.update(self.casework.outcomes(range(len(self.model.conditions)), start))
+        start = self._start()
         try:
             self._explore(start)
         except TimeIsUp:
@@ -122,6 +126,12 @@ class Explorer:
         self.budget.every, self.outcomes = True, {}
         self._begin()
         return self.run()
+
+    def _start(self) -> Branch:
+        """The branch on which nothing but the inputs is known."""
+        start = Branch(dict(self.inputs), {})
+        start.decided.update(self.casework.outcomes(range(len(self.model.conditions)), start))
+        return start
 
     def _found(self) -> Exploration:
         """What the branches came to; a case that is adrift hides no answer if what it lacks is refused."""
@@ -188,13 +198,48 @@ class Explorer:
 
     def _explore(self, branch: Branch) -> None:
         """Follow a branch and its forks to their ends: each fork with all of its own before the next."""
-        stack: list[Iterator[Pending]] = [iter([(branch, None, 0)])]
+        stack: list[tuple[Iterator[Pending], int]] = [(iter([(branch, None, 0)]), 1)]
         while stack:
-            pending = next(stack[-1], None)
+            forks, answers = stack[-1]
+            pending = next(forks, None)
             if pending is None:
                 stack.pop()
-            else:
-                stack.append(iter(self._followed(*pending)))
+                continue
+            self.forked = 1
+            forks = iter(self._followed(*pending))
+            stack.append((forks, answers * self.forked))
+            if stack[-1][1] >= MANY_ANSWERS and (one := self._as_one_block()) is not None:
+                stack = [(iter([(one, None, 0)]), 1)]
+
+    def _as_one_block(self) -> Branch | None:
+        """The sensible answer of all steps of the first path, solved as one large block.
+
+        None for a model whose answers can be listed, where the steps are not those of a network of blocks,
+        and where an unknown is negative. A few of 2^100 answers tell nobody anything, and each block of such
+        a path costs a search.
+        """
+        steps, self.first_path = self.first_path or (), ()
+        blocks = [place for place, step in enumerate(steps) if isinstance(step, SolveBlock)]
+        cases = any(isinstance(step, Select | Assume) for step in steps)
+        if len(blocks) < MANY_BLOCKS or len(self.model.variables) <= DENSE or cases:
+            return None
+        branch, solved = self._start(), [one for one in steps[blocks[0] :] if given_by(one)]
+        if self._follow(branch, steps[: blocks[0]], ends=False) is not True:
+            return None
+        equations = tuple(number for step in solved for number in equations_of(step))
+        unknowns = tuple(name for step in solved for name in given_by(step))
+        whole = SolveBlock(equations, unknowns, ())
+        found = solve_sparsely(kernel_of(self.graph, whole), branch.values, self.guesses, self.budget)
+        if not found.answers or found.answers[0].double is not None:
+            return None
+        values = found.answers[0].values
+        if any(v < 0.0 and self.graph.turn(name) is None for name, v in values.items()):
+            return None  # others, which a list has, may be positive
+        self._begin()
+        self.note(False, equations, unknowns, [values], False)
+        branch.attempts[whole] = found.attempts
+        self._learn(branch, whole, values)
+        return branch
 
     def _followed(self, branch: Branch, steps: Sequence[Step] | None, start: int) -> Iterable[Pending]:
         """Follow a branch until it ends, and plan again where an outcome asks for it: its forks, if it has
@@ -205,12 +250,16 @@ class Explorer:
             known = frozenset(branch.values)
             void = frozenset(branch.void)
             path = self.planner.path(known, branch.conditions, void, self.want, required=True)
+            self.first_path = path.steps if self.first_path is None else self.first_path
             found = self._follow(branch, path.steps)
         return () if isinstance(found, bool) else found
 
-    def _follow(self, branch: Branch, steps: Sequence[Step], start: int = 0) -> bool | Iterator[Pending]:
+    def _follow(
+        self, branch: Branch, steps: Sequence[Step], start: int = 0, ends: bool = True
+    ) -> bool | Iterator[Pending]:
         """Run the steps from ``start``: True where the branch must be planned anew, False where it ended,
-        and its forks, each with the steps left to it, where it forked."""
+        and its forks, each with the steps left to it, where it forked. Where the steps are not all that there
+        are, it does not end with them."""
         for place in range(start, len(steps)):
             expect_time()
             if self.model.requirements and self._broken(branch):
@@ -237,7 +286,7 @@ class Explorer:
                 return again
             if again is not None:
                 return ((fork, steps, place + 1) for fork in again)
-        if branch.void and self._reopened(branch):
+        if not ends or (branch.void and self._reopened(branch)):
             return True
         self._finish(branch)
         return False
@@ -293,6 +342,7 @@ class Explorer:
     ) -> Forks | None:
         """Go on with the one value there is (None), or with a fork for each."""
         if len(found) != 1:
+            self.forked = len(found)
             return self._each(branch, step, found)
         values, facts = found[0]
         branch.facts = (*branch.facts, *facts)

@@ -109,3 +109,27 @@ def test_hundreds_of_steps_of_two_answers_each_have_their_answers_in_order() -> 
     assert not result.complete
     negative = [[k for k in range(n) if answer[f"x{k}"] < 0.0] for answer in result.solutions[:4]]
     assert negative == [[], [n - 1], [n - 2], [n - 3]]
+
+
+def test_a_row_of_blocks_of_many_answers_each_has_its_sensible_answer_in_good_time() -> None:
+    """Rings of three queues, each ring fed by the one before: 8 answers a ring, all but one overloaded."""
+    rings, rules, fed = 40, list[str](), "0.4"
+    for ring in range(rings):
+        for k in range(3):
+            before, inflow = f"{ring}_{(k - 1) % 3}", fed if k == 0 else "0"
+            here = f"{ring}_{k}"
+            rules += [f"lam{here} = 0.3 + 0.45*lam{before} + 0.4*{inflow} - 0.05*L{here}"]
+            rules += [f"rho{here} = lam{here}/{2 + (ring + k) % 3}", f"L{here} = rho{here}/(1 - rho{here})"]
+        fed = f"lam{ring}_2"
+    result = solver.solve(rulesheets.loads("\n".join(rules) + "\n"), timeout=5.0)
+    assert str(result.status) == "solved"
+    assert not result.complete
+    inflow = 0.4
+    for ring in range(rings):
+        lam = [0.5] * 3
+        for _ in range(200):
+            for k in range(3):
+                rho = lam[k] / (2 + (ring + k) % 3)
+                lam[k] = 0.3 + 0.45 * lam[k - 1] + (0.4 * inflow if k == 0 else 0.0) - 0.05 * rho / (1 - rho)
+        assert all(math.isclose(result[f"lam{ring}_{k}"], lam[k], rel_tol=1e-9) for k in range(3))
+        inflow = lam[2]
