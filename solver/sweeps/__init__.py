@@ -27,7 +27,7 @@ from rulesheets.inputs import (
 from rulesheets.model import Model, Value, Variable, expect_model
 from solver.facts import OutOfTime, Status, Unsolved
 from solver.files.tables import CODES, Column, Table, column_of, free_name, one_length
-from solver.leaves import Asked, Exploration
+from solver.leaves import Asked, Exploration, blocked
 from solver.path.planner import planner
 from solver.ranking.branches import Answers, found_again, kept
 from solver.solution.conclusion import conclude
@@ -202,7 +202,8 @@ class Plan:
         verdict, found = self.judged(numbers)
         solved = verdict.status is Status.SOLVED
         if not verdict.reread and all(isinstance(one, str) or math.isfinite(one) for one in numbers):
-            if solved and self.records.learn(numbers, verdict.leaves, found.dead):
+            ended = (leaf for leaf in (*found.leaves, *found.adrift) if not leaf.solved and blocked(leaf))
+            if solved and self.records.learn(numbers, verdict.leaves, (*found.dead, *ended)):
                 self._bind()
             elif verdict.status is Status.INFEASIBLE:
                 self.records.refuse(numbers, found)

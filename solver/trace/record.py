@@ -68,7 +68,7 @@ class Recording(Inverses):
 
     def run(self, dead: Sequence[Leaf], ranking: Ranking) -> Program:
         """The program of the answers, put in their order by the ``ranking``; ``dead`` are branches that
-        contradict a rule at the sample."""
+        contradict a rule at the sample, or come to a step without a value."""
         start, symbols = self._start()
         states = [self._followed(start, leaf) for leaf in self.leaves]
         ranked = None

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial, reduce
 from typing import Any, TypeAlias
 
@@ -61,6 +62,18 @@ class Refusal(Recording):
         self._guard(state.checks, state.finite)
         self._keep_usual()
         return Program(self.flow, len(self.pattern.inputs), (self._guards,), symbols)
+
+    def _watch(self, start: State, leaf: Leaf) -> None:
+        """The same of a branch that came to a step without a value."""
+        if leaf.conflicts:
+            super()._watch(start, leaf)
+            return
+        branch = leaf.branch.fork()
+        branch.void = {}
+        state = self._on(self._steps(start.fork(), replace(leaf, branch=branch)))
+        impossible = self._impossible(state, leaf.branch.reasons[0], leaf)
+        if self._numbers(impossible) is True:
+            self._guard((*state.checks, impossible), state.finite)
 
     def _impossible(self, state: State, fact: Fact, leaf: Leaf) -> int:
         match fact:
@@ -349,7 +362,7 @@ class Records:
         ranking = Ranking(self.model, (*pattern.inputs, *pattern.given), names, pattern.guesses)
         for corrects in (False, True):
             with suppress(NotCompilable):
-                recording = Recording(self.model, self.planner, pattern, leaves, corrects)
+                recording = Refusal(self.model, self.planner, pattern, leaves, corrects)
                 program = recording.run(dead, ranking)
                 every = compile_scalar(program, all_answers=True)
                 if self._agrees(every(*numbers), answers):

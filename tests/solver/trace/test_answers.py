@@ -106,3 +106,19 @@ def test_symbols_that_are_wanted_come_with_their_answers() -> None:
     assert answers.listed()[0].tolist() == pytest.approx([2.0, -2.0, math.nan, 0.5, -0.5] * 8, nan_ok=True)
     assert answers.listed()[1].tolist() == ["right", "left", None, "right", "left"] * 8
     assert [str(solver.Table.STATUSES[code]) for code in codes[:3]] == ["solved", "infeasible", "solved"]
+
+
+CENTRES = "r^2 = (x + 38.28)^2 + (y - b)^2\ns^2 = x^2 + y^2\n"
+"""Two circles, one through the other's centre line: each x of the second has two centres b, or none."""
+
+
+@given(st.permutations((0.97, 1.0, 1.05, 1.2, 0.99, 1.1)))
+def test_calls_have_the_answers_of_a_solve_whatever_was_asked_before(shares: list[float]) -> None:
+    model = rulesheets.loads(CENTRES)
+    plan = solver.prepare(model, ["y", "r", "s"], ["x", "b"])
+    for share in shares:
+        y, r, s = (share * v for v in (3.4, 42.36688528792271, 5.17925177993887))
+        found = solver.solve(model, {"y": y, "r": r, "s": s}).solutions
+        expected = [pytest.approx((one["x"], one["b"]), rel=1e-9) for one in found]
+        assert plan.all(y, r, s) == expected
+        assert plan(y, r, s) == expected[0]
