@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from solver.kernel.block import FEW
 from solver.kernel.candidates import BlockOutcome, Candidates, left_free
 from solver.kernel.emitter import IntervalEmitter
 from solver.kernel.question import Budget, Question
+from solver.kernel.tangents import Tangents
 from solver.numerics.linear_algebra import Array, connected
 from solver.numerics.newton import (
     GAUSS_NEWTON,
@@ -377,6 +378,8 @@ def without_curves(question: Question, outcome: BlockOutcome) -> BlockOutcome:
 # --- by sparse Newton steps: one answer of a large block, the sensible one, none of its unknowns torn ---
 
 MOST_ITERATIONS, POSITIVE_ITERATIONS = 100, 40
+LIMIT = 0.2
+"""The share of its size by which an unknown may move in a limited step."""
 
 
 def search_sparsely(question: Question, candidates: Candidates, every: bool = False) -> None:
@@ -388,11 +391,12 @@ def search_sparsely(question: Question, candidates: Candidates, every: bool = Fa
     if question.sparse is None:
         return
     free = {v.name for v in question.variables if v.low == -math.inf and question.turn(v.name) is None}
-    for start, sizes, positive, told, limited in _sparse_starts(question):
+    for start, sizes, positive, told, limit, tangents in _sparse_starts(question):
         if candidates.answers and not (positive or every):
             continue
-        most = POSITIVE_ITERATIONS if positive else MOST_ITERATIONS
-        root = sparse_newton(*question.sparse, start, sizes, positive, most, told, limited)
+        most = POSITIVE_ITERATIONS if positive or tangents else MOST_ITERATIONS
+        functions = question.sparse if tangents is None else tangents.system.at(question.known)
+        root = sparse_newton(*functions, start, sizes, positive, most, told, limit)
         if not np.isfinite(root.x).all():
             continue
         point = question.named(root.x.tolist())
@@ -428,16 +432,25 @@ def _corrected(
     return None
 
 
-Start: TypeAlias = tuple[Array, Array | None, bool, Map, bool]
+class Start(NamedTuple):
+    """A point (n,) to start from, the ``sizes`` (n,) of the unknowns, and how to go on from there, as
+    ``sparse_newton`` has it; with ``tangents`` in place of exponentials."""
+
+    x: Array
+    sizes: Array | None
+    positive: bool = False
+    told: Map = itself
+    limit: float | None = None
+    tangents: Tangents | None = None
 
 
 def _sparse_starts(question: Question) -> Iterator[Start]:
-    """Points, sizes, whether unknowns that are positive are kept so, a map to follow after each step, and
-    whether steps are limited.
+    """Points to start from in turn, and how.
 
-    The guesses where there are any, else 0, where the first step solves the linearised rules; positive
-    numbers of the sizes that balance the rules; and 1. What a rule tells outright is as that has it, at
-    last after each step too: auxiliary unknowns, such as friction factors, do not hold back the others.
+    The guesses where there are any, else 0, where the first step solves the linearised rules, exponentials
+    replaced by tangents if need be; positive numbers of the sizes that balance the rules; and 1. What a rule
+    tells outright is as that has it, at last after each step too: auxiliary unknowns, such as friction
+    factors, do not hold back the others.
     """
     names, guesses, system = question.unknowns, question.guesses, question.kernel.sparse
     low, high = np.array([(v.low, v.high) for v in question.variables]).T
@@ -445,9 +458,13 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
     def told(x: Array) -> Array:
         return np.clip(x if system is None else system.with_told(x, question.known), low, high)
 
-    zero = told(np.clip(np.zeros(len(names)), low, high))
+    nothing = np.clip(np.zeros(len(names)), low, high)
+    zero = told(nothing)
     if not guesses:
-        yield zero, None, False, itself, False
+        yield Start(zero, None)
+        tangents = None if system is None else Tangents(system, question.known)
+        if tangents is not None and tangents.some:
+            yield Start(nothing, None, told=tangents.follow, limit=math.inf, tangents=tangents)
     known = {name: v for name in question.kernel.known if isinstance(v := question.here[name], float)}
     turns = np.array([question.turn(name) or math.nan for name in names])
     guessed, turning = np.abs([guesses.get(name, 0.0) for name in names]), ~np.isnan(turns)
@@ -456,23 +473,20 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
     inside = np.clip(np.where(turning, 0.0, sizes), low, high)
     if guesses:
         guess = np.array([guesses.get(n, v) for n, v in zip(names, inside, strict=True)])
-        yield guess, sizes, False, itself, False
-        yield zero, sizes, False, itself, False
+        yield Start(guess, sizes)
+        yield Start(zero, sizes)
     ones = np.clip(np.where(turning, 0.0, 1.0), low, high)
-    yield inside, sizes, True, itself, False
-    yield ones, sizes, True, itself, False
-    yield ones, sizes, False, itself, False
-    yield inside, sizes, False, itself, False
+    yield Start(inside, sizes, positive=True)
+    yield Start(ones, sizes, positive=True)
+    yield Start(ones, sizes)
+    yield Start(inside, sizes)
     flat = _beside_known(question, inside)
     if flat is not None:
-        yield told(flat), sizes, False, itself, False
+        yield Start(told(flat), sizes)
     if len(names) > FEW:
-        for start in (zero, inside, flat):
-            if start is not None:
-                yield start, sizes, False, told, False
-        for start in (inside, flat):
-            if start is not None:
-                yield start, sizes, False, told, True
+        beside = [inside] if flat is None else [inside, flat]
+        yield from (Start(start, sizes, told=told) for start in (zero, *beside))
+        yield from (Start(start, sizes, told=told, limit=LIMIT) for start in beside)
 
 
 def _beside_known(question: Question, start: Array) -> Array | None:

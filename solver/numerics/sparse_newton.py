@@ -40,8 +40,6 @@ REFINEMENTS = 3
 INVERSE_ITERATIONS = 3
 BACKWARDS = 0.9
 """The largest share of a positive unknown that one step may take, where they are kept positive."""
-LIMIT = 0.2
-"""The share of its size by which an unknown may move in a limited step."""
 
 
 class SparseRoot(NamedTuple):
@@ -123,14 +121,14 @@ def sparse_newton(
     positive: bool = False,
     iterations: int = ITERATIONS,
     told: Map = itself,
-    limited: bool = False,
+    limit: float | None = None,
 ) -> SparseRoot:
     """Search a root of F: Rⁿ → Rⁿ from ``start`` (n,) with typical magnitudes ``sizes`` (n,).
 
     Without sizes the first step, to where the linearised equations hold, gives them.
     ``positive``: unknowns that are positive stay so. ``told`` (n,) → (n,) replaces unknowns that equations
-    give as functions of others: Newton's method on what is left when these are eliminated. ``limited``: the
-    step of each unknown is cut to a share of its size, and no correction has to become shorter.
+    give as functions of others: Newton's method on what is left when these are eliminated. With a ``limit``
+    the step of each unknown is cut to that share of its size, and no correction has to become shorter.
     """
     x = told(start)
     f = residual(x)
@@ -151,11 +149,11 @@ def sparse_newton(
             return SparseRoot(x, False, count)
         if before > STAGNATION:
             alone = max(alone, before) if last == 1.0 and length <= FAST * before < math.inf else 0.0
-        if limited:
-            found = _limited(residual, x, step, weight, told)
+        if limit is not None:
+            found = _limited(residual, x, step, limit * weight, told)
         else:
             found = _damped(residual, factor, x, step, weight, positive, share, told)
-        if count == 0 and not (positive or limited) and (found is None or found[2] < 1.0):
+        if count == 0 and not positive and limit is None and (found is None or found[2] < 1.0):
             found = _twice(residual, jacobian, x + step, weight, length) or found
         if found is not None:
             x, f, share = found
@@ -233,15 +231,15 @@ def _damped(
 
 
 def _limited(
-    residual: Callable[[Array], Array], x: Array, step: Array, weight: Array, told: Map
+    residual: Callable[[Array], Array], x: Array, step: Array, longest: Array, told: Map
 ) -> tuple[Array, Array, float] | None:
-    """The point after a step of which each unknown takes a share of its size at most, as circuit simulators
+    """The point after a step of which each unknown takes its ``longest`` part at most, as circuit simulators
     limit voltages (L. W. Nagel, *SPICE2*, 1975): one that is led far off does not hold back the others. The
     step is halved where it leaves the domain; its share is that of a full step."""
     share = 1.0
     while share >= SHORTEST:
         part = share * step
-        ahead = told(x + np.clip(part, -LIMIT * weight, LIMIT * weight))
+        ahead = told(x + np.clip(part, -longest, longest))
         there = residual(ahead)
         if np.isfinite(there).all():
             return ahead, there, share

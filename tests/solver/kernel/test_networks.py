@@ -227,3 +227,20 @@ def test_voltages_below_the_rounding_of_exponentials_keep_their_meaning() -> Non
     expected = 1 + 100 / 120 - math.sqrt((1 + 100 / 120) ** 2 - 1)
     assert abs(ratio - expected) < 1e-9
     assert 0.0 < result["V250"] < 1e-60
+
+
+def test_tangents_bring_the_voltages_of_a_random_circuit_down() -> None:
+    """Resistors and diodes between the nodes of a grid, fed by 24 V: exp(24/0.026) is beyond floats."""
+    side = 12
+    node = {place: f"V{k}" for k, place in enumerate(product(range(side), range(side)))}
+    lines, near = ["Is = 1e-14", "nVt = 0.026", "V0 = 24"], {name: ["0"] for name in node.values()}
+    beside = [((i, j), (i + di, j + dj)) for (i, j) in node for di, dj in ((1, 0), (0, 1))]
+    for k, (one, other) in enumerate(pair for pair in beside if pair[1] in node):
+        a, b = (node[one], node[other]) if k % 3 else (node[other], node[one])
+        law = f"Is*(exp(({a} - {b})/nVt) - 1)" if k % 4 == 0 else f"({a} - {b})/{100 + 37 * (k % 29)}"
+        lines.append(f"i{k} = {law}")
+        near[a].append(f"- i{k}")
+        near[b].append(f"+ i{k}")
+    lines += [f"{' '.join(near[name])} = {name}/5000" for name in node.values() if name != "V0"]
+    result = _solved(lines)
+    assert all(0.0 <= result[name] <= 24.0 for name in node.values())
