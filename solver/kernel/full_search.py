@@ -397,6 +397,10 @@ def search_sparsely(question: Question, candidates: Candidates, every: bool = Fa
         most = POSITIVE_ITERATIONS if positive or tangents else MOST_ITERATIONS
         functions = question.sparse if tangents is None else tangents.system.at(question.known)
         root = sparse_newton(*functions, start, sizes, positive, most, told, limit)
+        for _ in range(most if tangents is not None else 0):
+            if not root.converged or tangents is None or tangents.touch(root.x):
+                break  # else some exponential is still far above its tangent
+            root = sparse_newton(*functions, root.x, sizes, positive, most, told, limit)
         if not np.isfinite(root.x).all():
             continue
         point = question.named(root.x.tolist())

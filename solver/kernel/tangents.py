@@ -7,7 +7,7 @@ the tangent has promised: the limits of junction voltages of circuit simulators 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from copy import copy
 from functools import partial
 
@@ -18,6 +18,9 @@ from rulesheets.syntax.nodes import ONE, ZERO, Call, Name, add, exchange, multip
 from rulesheets.syntax.program import walk
 from solver.kernel.emitter import SparseSystem, compile_expressions
 from solver.numerics.linear_algebra import Array
+
+TOUCHING = 1e-6
+"""How far a tangent's point may be from an argument: what the tangent leaves out is its square."""
 
 
 class Tangents:
@@ -60,12 +63,19 @@ class Tangents:
 
     def follow(self, x: Array) -> Array:
         """The point (n,) itself, to which the tangents have moved on."""
+        for numbers, at in self._points(x):
+            with np.errstate(all="ignore"):
+                numbers[:] = np.where(at > numbers, numbers + np.log1p(at - numbers), at)
+        return x
+
+    def touch(self, x: Array) -> bool:
+        """Whether every tangent touches its exponential at the point: no exponential is still far above."""
+        return all((np.abs(at - numbers) <= TOUCHING).all() for numbers, at in self._points(x))
+
+    def _points(self, x: Array) -> Iterator[tuple[Array, Array]]:
+        """The arguments at which the tangents touch, and those at the point."""
         everything = np.concatenate([x, self.known])
         for shape, arguments, count in self._arguments:
             with np.errstate(all="ignore"):
-                at = np.stack(
-                    np.broadcast_arrays(*arguments(*everything[shape.places], *shape.numbers[:count]))
-                )
-                before = shape.numbers[count:]
-                shape.numbers[count:] = np.where(at > before, before + np.log1p(at - before), at)
-        return x
+                at = arguments(*everything[shape.places], *shape.numbers[:count])
+            yield shape.numbers[count:], np.stack(np.broadcast_arrays(*at))

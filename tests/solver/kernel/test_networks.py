@@ -229,18 +229,18 @@ def test_voltages_below_the_rounding_of_exponentials_keep_their_meaning() -> Non
     assert 0.0 < result["V250"] < 1e-60
 
 
-def test_tangents_bring_the_voltages_of_a_random_circuit_down() -> None:
-    """Resistors and diodes between the nodes of a grid, fed by 24 V: exp(24/0.026) is beyond floats."""
-    side = 12
+@pytest.mark.parametrize(("side", "supply", "every", "load"), [(12, 24, 4, 5000), (9, 15, 2, 500)])
+def test_tangents_bring_the_voltages_of_a_circuit_down(side: int, supply: int, every: int, load: int) -> None:
+    """Resistors and diodes between the nodes of a grid, where exp(supply/0.026) is beyond floats."""
     node = {place: f"V{k}" for k, place in enumerate(product(range(side), range(side)))}
-    lines, near = ["Is = 1e-14", "nVt = 0.026", "V0 = 24"], {name: ["0"] for name in node.values()}
+    lines, near = ["Is = 1e-14", "nVt = 0.026", f"V0 = {supply}"], {name: ["0"] for name in node.values()}
     beside = [((i, j), (i + di, j + dj)) for (i, j) in node for di, dj in ((1, 0), (0, 1))]
     for k, (one, other) in enumerate(pair for pair in beside if pair[1] in node):
         a, b = (node[one], node[other]) if k % 3 else (node[other], node[one])
-        law = f"Is*(exp(({a} - {b})/nVt) - 1)" if k % 4 == 0 else f"({a} - {b})/{100 + 37 * (k % 29)}"
+        law = f"Is*(exp(({a} - {b})/nVt) - 1)" if k % every == 0 else f"({a} - {b})/{100 + 37 * (k % 29)}"
         lines.append(f"i{k} = {law}")
         near[a].append(f"- i{k}")
         near[b].append(f"+ i{k}")
-    lines += [f"{' '.join(near[name])} = {name}/5000" for name in node.values() if name != "V0"]
+    lines += [f"{' '.join(near[name])} = {name}/{load}" for name in node.values() if name != "V0"]
     result = _solved(lines)
-    assert all(0.0 <= result[name] <= 24.0 for name in node.values())
+    assert all(0.0 <= result[name] <= supply for name in node.values())
