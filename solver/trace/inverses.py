@@ -31,8 +31,10 @@ class Inverses(Guards):
     """Isolations followed backwards, and the two roots of a quadratic."""
 
     def _isolation(self, equation: int, unknown: str) -> Isolation:
+        """Raises NotCompilable where no formula solves the rule for the unknown."""
         isolation = self.graph.isolation(equation, self.graph.number[unknown])
-        assert isolation is not None
+        if isolation is None:
+            raise NotCompilable
         return isolation
 
     def _values(self, state: State, equation: int, unknown: str) -> list[int | str]:

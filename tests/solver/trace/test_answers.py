@@ -122,3 +122,12 @@ def test_calls_have_the_answers_of_a_solve_whatever_was_asked_before(shares: lis
         expected = [pytest.approx((one["x"], one["b"]), rel=1e-9) for one in found]
         assert plan.all(y, r, s) == expected
         assert plan(y, r, s) == expected[0]
+
+
+def test_a_branch_may_end_in_a_block_out_of_range() -> None:
+    model = rulesheets.load(str(MODELS / "slotted_link" / "model.tk"))  # its slot points one way: CS > 0
+    plan = solver.prepare(model, ["xD"], ["thetaOB"], {"thetaOB": None})
+    for number in (0.2618614682831908, 0.262, 0.26):
+        inputs = {"thetaOB": None, "xD": number}
+        found = solver.solve(model, inputs, want=["thetaOB"]).solutions
+        assert plan.all(number) == [pytest.approx((one["thetaOB"],), rel=1e-9) for one in found]
