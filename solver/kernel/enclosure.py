@@ -110,16 +110,19 @@ Code: TypeAlias = Sequence[Callable[..., Any]]
 
 
 class Enclosure:
-    """Bounds over boxes of the tear, given the numbers ``known`` to the chain, in this order."""
+    """Bounds over boxes of the tear, given the numbers ``known`` to the chain, in this order.
 
-    def __init__(self, chain: Chain, known: Sequence[str]) -> None:
-        self._chain, self._known = chain, tuple(known)
+    Names that are ``ranged`` are known within ranges: the ends of these follow those of the tear in a box.
+    """
+
+    def __init__(self, chain: Chain, known: Sequence[str], ranged: Sequence[str] = ()) -> None:
+        self._chain, self._known, self._ranged = chain, tuple(known), tuple(ranged)
         self.slopes = slopes_of(chain)
         self.cleared = cleared(chain)
         self.operations = 3 * len(chain.assignments) + len(self.slopes or ())
         """How many operations on all boxes one level of a search costs: range, sections and slope."""
 
-    def ranges(self, boxes: Sequence[Interval], known: Sequence[float]) -> list[Interval]:
+    def ranges(self, boxes: Sequence[tuple[float, ...]], known: Sequence[float]) -> list[Interval]:
         """The residual over each box; nan, nan where it is undefined all over it, or jumps across 0 there and
         has no root."""
         on_box = self._code[0](*known)
@@ -142,7 +145,7 @@ class Enclosure:
 
     @cached_property
     def _of_numerator(self) -> Enclosure | None:
-        return None if self.cleared is None else Enclosure(self.cleared, self._known)
+        return None if self.cleared is None else Enclosure(self.cleared, self._known, self._ranged)
 
     def slopes_over(self, boxes: Sequence[Interval], known: Sequence[float]) -> list[Interval]:
         """The derivative of the residual by the tear; unbounded where it may be undefined somewhere."""
@@ -152,12 +155,12 @@ class Enclosure:
 
     @cached_property
     def _sides(self) -> tuple[Enclosure, ...]:
-        return tuple(Enclosure(side, self._known) for side in sides(self._chain))
+        return tuple(Enclosure(side, self._known, self._ranged) for side in sides(self._chain))
 
     @cached_property
     def _code(self) -> Code:
         """Functions of the ends of a box and of the known numbers, for the range and for the slope."""
-        emitter = _followed(self._chain, self._known)
+        emitter = _followed(self._chain, self._known, self._ranged)
         residual = emitter.of(Name(self._chain.residuals[0]))
         for pair in _by_slopes(emitter, self._chain):
             residual = emitter.apply("within", residual, pair)
@@ -173,18 +176,20 @@ class Enclosure:
         ranges = emitter.function(residual)
         if self.slopes is None:
             return (ranges,)
-        emitter = _followed(self._chain, self._known, smooth=True)
+        emitter = _followed(self._chain, self._known, self._ranged, smooth=True)
         for name, expression in self.slopes:
             emitter.assign(name, emitter.of(expression))
         return ranges, emitter.function(emitter.of(Name(slope_name(self._chain.residuals[0]))))
 
 
-def _followed(chain: Chain, known: Sequence[str], smooth: bool = False) -> IntervalEmitter:
+def _followed(
+    chain: Chain, known: Sequence[str], ranged: Sequence[str], smooth: bool = False
+) -> IntervalEmitter:
     """The box of every name of a chain; nan, nan at once where some value must leave its domain.
 
     ``smooth``: -inf, inf at once where some value may, or may jump.
     """
-    emitter = IntervalEmitter(chain.tears, known, **FORMS)
+    emitter = IntervalEmitter((*chain.tears, *ranged), known, **FORMS)
     otherwise = "return -inf, inf" if smooth else "return nan, nan"
     for item in chain.assignments:
         for direction in directions(item.expression) if smooth else ():

@@ -17,6 +17,7 @@ from dataclasses import replace
 from functools import partial, reduce
 from typing import Any, TypeAlias
 
+from rulesheets.deadline import TimeIsUp
 from rulesheets.model import Model, Value
 from solver.facts import Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.block import kernel_of
@@ -26,12 +27,13 @@ from solver.path.cases import activity
 from solver.path.elimination import Circle, Let, Parabola
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
+from solver.trace.exclusion import excluded
 from solver.trace.graph import NotCompilable
 from solver.trace.guards import CLEAR, Pattern, State
 from solver.trace.nearby import Nearby
 from solver.trace.program import Program
 from solver.trace.python import compile_scalar
-from solver.trace.record import Recording
+from solver.trace.record import MAX_DEAD, Recording
 
 BEYOND = 1e-6
 """How far outside of an image, relative to the numbers around, a target is refused without a second look."""
@@ -41,25 +43,27 @@ Preimages: TypeAlias = Callable[[State], list[int]]
 
 
 class Refusal(Recording):
-    """Follows the steps of the only leaf to the one that it has no value for."""
+    """Follows the steps of every leaf to the one that it has no value for."""
 
     def refused(self) -> Program:
         """The program whose one ending holds where a row is refused as this one was.
 
-        Raises NotCompilable where more than one step without a value was the reason.
+        Raises NotCompilable where more than one step without a value was the reason for a leaf.
         """
-        (leaf,), branch = self.leaves, self.branch
-        known = [e for e in self.model.equations if branch.values.keys() >= set(e.names)]
-        active = [e.index for e in known if activity(e, branch.conditions)]
-        if branch.assumed or not branch.settled.issuperset(active) or len(branch.reasons) != 1:
-            raise NotCompilable
-        (fact,), branch.void = branch.reasons, {}
+        for leaf in self.leaves:
+            branch = leaf.branch
+            known = [e for e in self.model.equations if branch.values.keys() >= set(e.names)]
+            active = [e.index for e in known if activity(e, branch.conditions)]
+            if branch.assumed or not branch.settled.issuperset(active) or len(branch.reasons) != 1:
+                raise NotCompilable
         start, symbols = self._start()
-        state = self._on(self._steps(start, leaf))
-        self.flow.require(self._impossible(state, fact, leaf))
+        for leaf in self.leaves:
+            (fact,), leaf.branch.void = leaf.branch.reasons, {}
+            state = self._on(self._steps(start.fork(), leaf))
+            self.flow.require(self._impossible(state, fact, leaf))
+            self._guard(state.checks, state.finite)
         if self.flow.finders:
             raise NotCompilable  # of the roots of a block it follows those that the sample has
-        self._guard(state.checks, state.finite)
         self._keep_usual()
         return Program(self.flow, len(self.pattern.inputs), (self._guards,), symbols)
 
@@ -83,7 +87,13 @@ class Refusal(Recording):
             case NoRoot(equations, unknowns, True):
                 self._use(state, equations)
                 steps = (step for step in leaf.branch.attempts if step.equations == equations)
-                return self._no_root(state, next(steps, None) or SolveBlock(equations, unknowns, ()))
+                step = next(steps, None) or SolveBlock(equations, unknowns, ())
+                before = state.checks.copy()
+                try:
+                    return self._no_root(state, step)
+                except NotCompilable:
+                    state.checks[:] = before
+                    return self._excluded(self._on(state), step)
             case OutOfRange(equation, unknown):
                 self._use(state, (equation,))
                 return self._out_of_range(state, equation, unknown)
@@ -208,6 +218,30 @@ class Refusal(Recording):
                     break
                 return less
         return reduce(lambda one, other: flow.add("and", one, other), self._every_out(state, step), flow.true)
+
+    def _excluded(self, state: State, step: SolveBlock) -> int:
+        """That the known numbers of a block lie within ranges for which it has no root."""
+        flow, kernel = self.flow, kernel_of(self.graph, step)
+        nodes = [state.values.get(name) for name in kernel.known]
+        known = [node for node in nodes if node is not None]
+        if len(known) < len(nodes):
+            raise NotCompilable
+        sample = [float(self._numbers(node)) for node in known]
+        varying = [flow.value_of(node) is None for node in known]
+        found = excluded(kernel, sample, varying, list(map(self._rounded, known)))
+        if found is None:
+            raise NotCompilable
+        within = flow.true
+        for node, moves, (low, high) in zip(known, varying, found, strict=True):
+            if moves:
+                above = flow.add("le", flow.constant(low), node)
+                below = flow.add("le", node, flow.constant(high))
+                within = flow.add("and", within, flow.add("and", above, below))
+        return within
+
+    def _rounded(self, node: int) -> float:
+        """How far a number may be moved without being another one to a solve."""
+        return BEYOND * abs(self._numbers(node)) + ROUNDINGS * self._numbers.error(node)
 
     def _every_out(self, state: State, step: SolveBlock) -> Iterator[int]:
         """Of each candidate that the first check fails clearly which failed at the sample."""
@@ -379,8 +413,8 @@ class Records:
         if len(self.refusals) >= MAX_RECORDS or self.vain >= MAX_FAILURES:
             return
         ends = (*found.leaves, *found.adrift)
-        with suppress(NotCompilable):
-            if len(ends) == 1 and not found.dead:
+        with suppress(NotCompilable, TimeIsUp):
+            if 1 <= len(ends) <= MAX_DEAD and not found.dead:
                 program = Refusal(self.model, self.planner, self.pattern, ends).refused()
                 refused = compile_scalar(program)
                 if refused(*numbers) is not None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import rulesheets
 import solver
@@ -95,3 +97,54 @@ def test_a_block_out_of_its_ranges_is_refused_without_an_error() -> None:
         with pytest.raises(solver.Unsolved) as refused:
             plan(0.04)
         assert str(refused.value.status) == "infeasible"
+
+
+BEYOND_FOLDS = (
+    ("x = r*cosd(t) + sqrt(l^2 - r^2*sind(t)^2)\n", {"r": 1.0, "l": 2.0}, "x", (1.5, 6.0), ["t"]),
+    ("y = x*exp(-x/a)\n", {"a": 2.0}, "y", (0.1, 3.0), ["x"]),
+    ("y = x - a*sin(x)\nz = ln(x)*y\n", {"a": 1.5}, "z", (-1.0, 1.0), ["x", "y"]),
+    (
+        "p = u*v*sind(t)/x\nq = u*v*cosd(t)/x - v^2/x\n",
+        {"q": 0.1, "u": 1.0, "x": 0.4},
+        "p",
+        (0.1, 3.0),
+        ["v", "t"],
+    ),
+    ("variables\n y > 0\nrules\n e = y + q^2/(19.62*y^2)\n", {"e": 2.0}, "q", (1.0, 30.0), ["y"]),
+    (
+        "variables\n  z in [0, 1]\nrules\n  x^2 = p\n  exp(z) + x*z = q\n",
+        {"p": 1.0},
+        "q",
+        (0.5, 4.0),
+        ["x", "z"],
+    ),
+)
+"""Sheets, what is given, and an input with a range beyond the fold of a block that no formula solves."""
+
+
+@pytest.mark.parametrize(("sheet", "given_", "name", "ends", "want"), BEYOND_FOLDS)
+def test_rows_beyond_a_fold_are_refused_where_a_solve_refuses_them(
+    sheet: str, given_: dict[str, float], name: str, ends: tuple[float, float], want: list[str]
+) -> None:
+    model = rulesheets.loads(sheet)
+    plan = solver.prepare(model, [name], want, given_)
+    column = np.random.default_rng(1).uniform(*ends, 60)
+    expected = [str(plan.judged((number,))[0].status) for number in column.tolist()]
+    for _ in range(2):
+        assert statuses(plan, column) == expected
+
+
+@settings(max_examples=15)
+@given(st.floats(0.3, 2.0), st.floats(0.3, 2.0), st.floats(0.3, 2.0))
+def test_what_one_box_of_inputs_refuses_has_no_answer(u: float, v: float, w: float) -> None:
+    """z - a sin z = b + c is clear of 0 for z in [1, 2] where b + c is small, or large."""
+    model = rulesheets.loads("variables\n  z in [1, 2]\nrules\n  z - a*sin(z) = b + c\n")
+    plan = solver.prepare(model, ["a", "b", "c"], ["z"])
+    for row in ((u, v, w), (u, w, v), (v, u, w), (1.1 * u, v, w), (u, 0.9 * v, w), (u, v, 1.5 * w)):
+        expected = solver.solve(model, dict(zip("abc", row, strict=True)))
+        if expected.status is solver.Status.SOLVED:
+            assert plan(*row) == pytest.approx((expected["z"],), rel=1e-9)
+        else:
+            with pytest.raises(solver.Unsolved) as refused:
+                plan(*row)
+            assert refused.value.status is expected.status
