@@ -172,6 +172,8 @@ def _read(part: nodes.Expression, values: Mapping[str, float]) -> bool:
 
 TRIALS = (1.3247180, 7.3890561, 0.0207880, 1.1e-4)
 """Shares of its size at which an unknown is tried."""
+EVERYDAY = 0.7548777
+"""A number at which it is tried as well: beside tiny inputs ``exp(x) - x`` is 1 at all of its trials."""
 MOST = 4
 """Unknowns, and given numbers, that are looked at."""
 _FLAT = named(lambda row: not row.smooth)
@@ -227,9 +229,10 @@ def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> tupl
     sizes = [abs(v) for v in rest.values() if isinstance(v, float) and v]
     size = math.exp(sum(map(math.log, sizes)) / len(sizes)) if sizes else 1.0
     found: set[float] = set()
-    for share in TRIALS:
-        trial = {**rest, unknown: share * size}
-        if patience.lost or not asked.model.variables[unknown].admits(share * size):
+    trials, variable = [share * size for share in TRIALS], asked.model.variables[unknown]
+    for at in [*trials, EVERYDAY] if variable.admits(EVERYDAY) else trials:
+        trial = {**rest, unknown: at}
+        if patience.lost or not variable.admits(at):
             return None
         tried = patience.shown(explore(Asked(asked.model, trial, None, {}, (name,)), brief=True))
         leaves = [leaf for leaf in tried.leaves if leaf.solved]

@@ -64,6 +64,7 @@ def test_what_cancels_is_free_where_the_rule_holds_but_for_rounding(ulps: int) -
         ("y = max(x, 3)", {"y": 2.0}),
         ("y = x^2 + 1", {"y": 0.5}),
         ("y = tanh(x)*k", {"y": 3e3, "k": 1e3}),
+        ("exp(x) + y = b\ns = x + y", {"b": 0.3, "s": 1e-6}),
     ],
 )
 def test_what_does_depend_on_it_is_not(text: str, inputs: dict[str, float]) -> None:
