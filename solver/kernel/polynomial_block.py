@@ -46,7 +46,7 @@ Exact: TypeAlias = Callable[[float], Fraction]
 CANCELLED = 10**9
 """A coefficient so many times smaller than what it was made of may be but the rounding of the inputs."""
 
-FLAT = 1e-3
+FLAT = Fraction(1, 1000)
 """Share of the terms of a slope, x p'(x), that is left where more roots are near x than one."""
 
 
