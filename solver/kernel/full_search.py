@@ -490,7 +490,8 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
     if len(names) > FEW:
         beside = [inside] if flat is None else [inside, flat]
         yield from (Start(start, sizes, told=told) for start in (zero, *beside))
-        yield from (Start(start, sizes, told=told, limit=LIMIT) for start in beside)
+        if not turning.any():  # a mechanism has several answers, which starts at random find
+            yield from (Start(start, sizes, told=told, limit=LIMIT) for start in beside)
 
 
 def _beside_known(question: Question, start: Array) -> Array | None:
