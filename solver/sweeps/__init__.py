@@ -201,15 +201,18 @@ class Plan:
             return Status.INFEASIBLE, [], None
         verdict, found = self.judged(numbers)
         solved = verdict.status is Status.SOLVED
+        leaves = verdict.leaves if solved else ()
+        rows = [tuple(leaf.branch.values.get(n, math.nan) for n in self.want) for leaf in leaves]
+        rows = list(dict.fromkeys(rows))
         if not verdict.reread and all(isinstance(one, str) or math.isfinite(one) for one in numbers):
             ended = (leaf for leaf in (*found.leaves, *found.adrift) if not leaf.solved and blocked(leaf))
             if solved and self.records.learn(numbers, verdict.leaves, (*found.dead, *ended)):
                 self._bind()
+            elif solved:
+                self.records.remember(numbers, rows)
             elif verdict.status is Status.INFEASIBLE:
                 self.records.refuse(numbers, found)
-        leaves = verdict.leaves if solved else ()
-        rows = (tuple(leaf.branch.values.get(n, math.nan) for n in self.want) for leaf in leaves)
-        return verdict.status, list(dict.fromkeys(rows)), verdict
+        return verdict.status, rows, verdict
 
     def sweep(self, *columns: Column, jit: bool = False) -> Table:
         """One solve a row for arrays (n,) in the order of ``inputs``; a row without an answer is NaN.

@@ -290,6 +290,8 @@ class Records:
         self.failures = self.vain = 0
         self.useful = 0
         """The place of the record that settled what no record before it did."""
+        self.rows: dict[tuple[Value, ...], list[tuple[Value, ...]]] = {}
+        """The answers of rows of which no record can be made, such as those of a double root."""
         self._primary: dict[int, tuple[Callable[..., Any], ...]] = {}
         self._nearby: dict[int, Nearby] = {}
         self._samples: list[Sequence[Value]] = []
@@ -320,7 +322,7 @@ class Records:
     def near(self, numbers: tuple[Value, ...]) -> None:
         """Take note of a row that the useful record settled, of which the first answer was asked."""
         place = self.useful
-        if not self.programs[place].ranked:
+        if numbers in self.rows or not self.programs[place].ranked:
             return
         if place in self._nearby:
             self._nearby[place].move(numbers)
@@ -332,12 +334,14 @@ class Records:
                 lambda row: all(every(*row) is None for every in before),
             )
 
-    def known(self, numbers: Sequence[Value]) -> list[tuple[Value, ...]] | None:
+    def known(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]] | None:
         """All answers of a row by the first record that settles it, which is useful from now on.
 
         None also where a full solve should tell whether answers end between a record that has more of them
         and this row.
         """
+        if numbers in self.rows:
+            return self.rows[numbers].copy()
         lost: list[int] = []
         for place in self.order:
             found: list[tuple[Value, ...]] | None = self.every[place](*numbers)
@@ -408,6 +412,11 @@ class Records:
         self.failures += 1
         return False
 
+    def remember(self, numbers: tuple[Value, ...], rows: list[tuple[Value, ...]]) -> None:
+        """Take note of the answers of one row, of which no record was made; zeros have signs."""
+        if len(self.rows) < MAX_RECORDS and 0.0 not in numbers:
+            self.rows[numbers] = rows.copy()
+
     def refuse(self, numbers: Sequence[Value], found: Exploration) -> None:
         """Learn to tell the rows that are refused as this one."""
         if len(self.refusals) >= MAX_RECORDS or self.vain >= MAX_FAILURES:
@@ -425,11 +434,11 @@ class Records:
 
     def mark(self) -> dict[str, Any]:
         """What has been learned so far, for ``forget``."""
-        return {name: v[:] if isinstance(v, list) else v for name, v in vars(self).items()}
+        return {name: v.copy() if isinstance(v, list | dict) else v for name, v in vars(self).items()}
 
     def forget(self, mark: Mapping[str, Any]) -> None:
         """Go back to what was known at a mark."""
-        vars(self).update((name, v[:] if isinstance(v, list) else v) for name, v in mark.items())
+        vars(self).update((n, v.copy() if isinstance(v, list | dict) else v) for n, v in mark.items())
         self._primary.clear()
         self._nearby.clear()
 

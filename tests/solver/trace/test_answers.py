@@ -131,3 +131,16 @@ def test_a_branch_may_end_in_a_block_out_of_range() -> None:
         inputs = {"thetaOB": None, "xD": number}
         found = solver.solve(model, inputs, want=["thetaOB"]).solutions
         assert plan.all(number) == [pytest.approx((one["thetaOB"],), rel=1e-9) for one in found]
+
+
+def test_a_double_root_that_is_asked_again_has_the_same_answers() -> None:
+    model = rulesheets.loads("x^3 - 3*x = y\nz = exp(x)\n")
+    plan = solver.prepare(model, ["y"], ["x", "z"])
+    first = plan.all(2.0)
+    assert [row[0] for row in first] == pytest.approx([2.0, -1.0])
+    for number in (1.0, 2.0, 1.5, 2.0, -2.0, 2.0):
+        again = [row[0] for row in plan.all(number)]
+        assert again == pytest.approx([one["x"] for one in solver.solve(model, {"y": number}).solutions])
+        assert plan(number) == plan.all(number)[0]
+    assert plan.all(2.0) == first
+    assert plan.sweep(np.array([1.0, 2.0, 2.0]))["x"].tolist()[1:] == pytest.approx([2.0, 2.0])
