@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rulesheets import build, loads
+from rulesheets import expand, loads
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.parse import parse
 from rulesheets.parse.grammar import grammar
@@ -97,7 +97,7 @@ def test_calls_are_expanded_as_one_by_one(wrong: str, monkeypatch: pytest.Monkey
     monkeypatch.setattr(forms, "LONG", 0)
     by_form = _model(text)
     monkeypatch.setattr(forms, "LONG", len(text))
-    monkeypatch.setattr(build, "like_of", lambda rule: None)
+    monkeypatch.setattr(expand, "like_of", lambda rule: None)
     assert by_form == _model(text)
 
 

@@ -1,0 +1,334 @@
+"""The equations of a program: its rules under full names, its calls expanded.
+
+A call of a rule function stands for the rules of that function with their names bound:
+
+* an argument or a result whose actual is a plain variable *is* that variable;
+* any other actual gets a dotted variable and an equation (``f.a = AO/2``);
+* a parameter is the variable of that name in the calling scope;
+* every other name is local: ``f.name``, in the second call of f ``f#2.name``,
+  in a call inside a call ``f.g.name``.
+
+Equations come rule by rule in source order, those of a call right after the rule that
+calls. Bodies of calls are worked off a stack, so that only the nesting of one rule recurses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from rulesheets.evaluate.number import with_round_values
+from rulesheets.model import Equation, Premise, Requirement
+from rulesheets.syntax import Source, Span, nodes
+from rulesheets.syntax.forms import Form, Like, like_of
+from rulesheets.syntax.nodes import children, measured, rebuilt
+from rulesheets.syntax.program import Program, components, names_of, rules_of
+
+_NOWHERE = Span(Source("<tree>", ""), 0, 0)
+
+
+class Scope(NamedTuple):
+    """Names of one body of rules on their way to full names.
+
+    ``bound`` maps arguments, results and parameters to full names; what is not in it is
+    local and gets ``prefix``. ``counts`` numbers the calls of each function.
+    """
+
+    prefix: str
+    bound: Mapping[str, str]
+    counts: dict[str, int]
+
+    def full_name(self, name: str) -> str:
+        return self.bound.get(name) or self.prefix + name
+
+
+class Context(NamedTuple):
+    """Where an expression stands: its scope, its premises and the rule that complaints and places name."""
+
+    scope: Scope
+    guard: tuple[Premise, ...]
+    rule: Span
+
+
+class Piece(NamedTuple):
+    """An equation of rules of one form: which of their names, of their numbers and what calls it reads."""
+
+    form: Form
+    reads: tuple[int | Called, ...]
+    numbers: tuple[int, ...]
+
+
+class Called(NamedTuple):
+    """A call in rules of one form, with what stands for the arguments, and for the results beside it."""
+
+    function: nodes.Function
+    actuals: tuple[tuple[str, int | Called | Piece], ...]
+
+
+class Said(NamedTuple):
+    """A rule that is like others: its full ``names`` in the order of the text, and where it stands."""
+
+    names: list[str]
+    like: Like
+    context: Context
+
+
+class Expansion:
+    """The equations of a program that passed its checks.
+
+    ``names`` are all variables that occur, in order of appearance, conditions included.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self.functions = program.functions
+        self.equations: list[Equation] = []
+        self.conditions: list[nodes.Condition] = []
+        self.requirements: list[Requirement] = []
+        self.names: dict[str, None] = {}
+        self._called: list[Iterator[tuple[nodes.RuleBody, Context]]] = []
+        self._rules: dict[int, list[tuple[nodes.RuleBody, Span]]] = {}
+        self._expanded: set[int] = set()
+        self._likes: dict[int, Like | None] = {}
+        self._outlines: dict[Form, list[Piece | Called]] = {}
+        # calls found in a rule are pushed and come before the next rule
+        stack = [self._bodies(program.sheet, Scope("", {}, {}), ())]
+        while stack:
+            step = next(stack[-1], None)
+            if step is None:
+                stack.pop()
+                continue
+            self._expand(*step)
+            stack.extend(reversed(self._called))
+            self._called.clear()
+        for row in program.rows:  # the ends of ranges that name variables
+            limits = row.range
+            if limits is None or limits.span is None:
+                continue
+            low, high = ">" if limits.low_open else ">=", "<" if limits.high_open else "<="
+            for operator, end in ((low, limits.lower), (high, limits.upper)):
+                if end is not None and measured(end) is None:
+                    comparison = nodes.Comparison(operator, nodes.Name(row.name), end, limits.span)
+                    self.requirements.append(Requirement(comparison, (), limits.span))
+
+    def _bodies(
+        self, owner: nodes.RuleSheet | nodes.Function, scope: Scope, guard: tuple[Premise, ...]
+    ) -> Iterator[tuple[nodes.RuleBody, Context]]:
+        """The rules of a sheet or a function with where each stands."""
+        if id(owner) not in self._rules:
+            self._rules[id(owner)] = [
+                (rule.body, rule.span or rule.body.span or _NOWHERE) for rule in rules_of(owner)
+            ]
+        return ((body, Context(scope, guard, rule)) for body, rule in self._rules[id(owner)])
+
+    def _expand(self, body: nodes.RuleBody, context: Context) -> None:
+        """One rule; a stack holds the arms to come, so that long ``else if`` chains don't recurse."""
+        stack = [(body, context)]
+        while stack:
+            body, context = stack.pop()
+            scope, guard, rule = context
+            if (like := self._like(body, scope)) is not None:
+                self._repeat(body, like, context)
+                continue
+            read = names_of(body)  # in the order of the text, whatever the order of the calls
+            self.names.update(dict.fromkeys(map(scope.full_name, read) if scope.prefix else read))
+            for part in components(body, self.functions):
+                match part:
+                    case nodes.Equality((left, *_), (right, *_)):
+                        self._equate(self._bind(left, context), self._bind(right, context), context)
+                    case nodes.CallRule(called, arguments, results, span):
+                        function = self.functions.get(called.lower())
+                        if function is not None:
+                            self._call(function, arguments, results, context)
+                        else:
+                            result, value = results[0], nodes.Call(called.lower(), arguments, span)
+                            self._equate(self._bind(result, context), self._bind(value, context), context)
+                    case nodes.Inequality(comparisons):
+                        bound = (self._bind_condition(comparison, context) for comparison in comparisons)
+                        self.requirements += (Requirement(one, guard, rule, scope.prefix) for one in bound)
+                    case nodes.IfRule(condition, then, otherwise):
+                        index = len(self.conditions)
+                        self.conditions.append(self._bind_condition(condition, context))
+                        for arm, holds in ((otherwise, False), (then, True)):
+                            if arm is not None:
+                                stack.append((arm, Context(scope, (*guard, Premise(index, holds)), rule)))
+
+    # --- rules that are like others ---
+
+    def _like(self, body: nodes.RuleBody, scope: Scope) -> Like | None:
+        """What a rule shares with others; a rule of a function shares it with itself in other calls."""
+        if isinstance(body, nodes.CallRule) and body.function not in self.functions:
+            return None
+        like: Like | None = getattr(body, "like", None)
+        if like is not None or not scope.prefix:
+            return like
+        if id(body) not in self._expanded:  # what is expanded once is expanded as it stands
+            self._expanded.add(id(body))
+            return None
+        if id(body) not in self._likes:
+            self._likes[id(body)] = like_of(body)
+        return self._likes[id(body)]
+
+    def _repeat(self, body: nodes.RuleBody, like: Like, context: Context) -> None:
+        """The equations and calls of a rule that is like others."""
+        names = [*map(context.scope.full_name, like.names)]
+        self.names.update(dict.fromkeys(names))
+        if not context.scope.prefix and like.form.called.isdisjoint(self.functions):
+            self.equations.append(Equation.of(len(self.equations), body, context.guard, context.rule))
+            return
+        if like.form not in self._outlines:
+            parts = components(like.form.numbered(), self.functions)
+            self._outlines[like.form] = [*map(self._outline, parts)]
+        every = [names[place] for place in like.pattern] if like.pattern else names
+        said = Said(every, like, context)
+        for part in self._outlines[like.form]:
+            if isinstance(part, Piece):
+                self._write(part, [self._name(read, said) for read in part.reads], said)
+            else:
+                self._call_like(part, said)
+
+    def _outline(self, part: nodes.RuleBody) -> Piece | Called:
+        """What becomes of a part of rules of one form, whose names and numbers are told by their places."""
+        if isinstance(part, nodes.CallRule):
+            return self._outlined(self.functions[part.function], (*part.arguments, *part.results))
+        assert isinstance(part, nodes.Equality)
+        return self._piece(part.left[0], part.right[0])
+
+    def _outlined(self, function: nodes.Function, actuals: tuple[nodes.Expression, ...]) -> Called:
+        pairs = zip((*function.arguments, *function.results), actuals, strict=False)
+        return Called(function, tuple([(formal, self._actual(actual)) for formal, actual in pairs]))
+
+    def _actual(self, actual: nodes.Expression) -> int | Called | Piece:
+        if isinstance(actual, nodes.Name):
+            return int(actual.name)
+        if isinstance(actual, nodes.Call) and actual.function in self.functions:
+            return self._outlined(self.functions[actual.function], actual.arguments)
+        return self._piece(None, actual)
+
+    def _piece(self, left: nodes.Expression | None, right: nodes.Expression) -> Piece:
+        """That of an equation; ``left`` is None for the variable of an argument."""
+        reads: list[int | Called] = []
+        numbers: list[int] = []
+
+        def blank(node: nodes.Expression) -> nodes.Expression:
+            if isinstance(node, nodes.Number):
+                numbers.append(int(node.value))
+                return node
+            if isinstance(node, nodes.Name) or (
+                isinstance(node, nodes.Call) and node.function in self.functions
+            ):
+                read = self._actual(node)
+                assert not isinstance(read, Piece)
+                reads.append(read)
+                return nodes.Name("", node.span)
+            return rebuilt(node, tuple([blank(part) for part in children(node)]))
+
+        first = nodes.Name("", right.span) if left is None else blank(left)
+        return Piece(Form(((first,), (blank(right),))), tuple(reads), tuple(numbers))
+
+    def _name(self, read: int | Called, said: Said) -> str:
+        """The full name of a variable of a rule, or of the result of a call in it."""
+        if isinstance(read, int):
+            return said.names[read]
+        self.names.setdefault(result := self._call_like(read, said))
+        return result
+
+    def _call_like(self, called: Called, said: Said) -> str:
+        """As :meth:`_call`, of a call in a rule that is like others."""
+        prefix, bound = self._scope(called.function, said.context)
+        for formal, actual in called.actuals:
+            if isinstance(actual, Piece):
+                reads = [self._name(read, said) for read in actual.reads]
+                bound[formal] = full = prefix + formal
+                self.names.setdefault(full)
+                self._write(actual, [full, *reads], said)
+            else:
+                bound[formal] = self._name(actual, said)
+        return self._enter(called.function, Scope(prefix, bound, {}), said.context)
+
+    def _write(self, piece: Piece, names: list[str], said: Said) -> None:
+        """An equation of a rule that is like others."""
+        like, (scope, guard, rule) = said.like, said.context
+        numbers = tuple([like.numbers[place] for place in piece.numbers])
+        body = Like.of(piece.form, names, numbers, like.start, like.code).rule(rule)
+        self.equations.append(Equation.of(len(self.equations), body, guard, rule, scope.prefix))
+
+    # --- rules as they stand ---
+
+    def _call(
+        self,
+        function: nodes.Function,
+        arguments: tuple[nodes.Expression, ...],
+        results: tuple[nodes.Expression, ...] | None,
+        context: Context,
+    ) -> str:
+        """Bind a call and put its body on the stack; the full name of its first result.
+
+        With ``results`` None (a call in an expression) the results are locals of the call.
+        """
+        prefix, bound = self._scope(function, context)
+        pairs = [*zip(function.arguments, arguments, strict=True)]
+        if results is not None:
+            pairs += zip(function.results, results, strict=True)
+        for formal, actual in pairs:
+            value = self._bind(actual, context)
+            if isinstance(value, nodes.Name):
+                bound[formal] = value.name
+            else:
+                bound[formal] = full = prefix + formal
+                self.names.setdefault(full)
+                self._equate(nodes.Name(full, actual.span), value, context)
+        return self._enter(function, Scope(prefix, bound, {}), context)
+
+    def _scope(self, function: nodes.Function, context: Context) -> tuple[str, dict[str, str]]:
+        """The prefix of the next call of a function, and what its parameters stand for."""
+        caller, name = context.scope, function.name
+        number = caller.counts[name] = caller.counts.get(name, 0) + 1
+        prefix = f"{caller.prefix}{name}." if number == 1 else f"{caller.prefix}{name}#{number}."
+        return prefix, {parameter: caller.full_name(parameter) for parameter in function.parameters}
+
+    def _enter(self, function: nodes.Function, scope: Scope, context: Context) -> str:
+        """Put the body of a call on the stack; the full name of its first result."""
+        self._called.append(self._bodies(function, scope, context.guard))
+        return scope.full_name(function.results[0]) if function.results else ""
+
+    def _equate(self, left: nodes.Expression, right: nodes.Expression, context: Context) -> None:
+        scope, guard, rule = context
+        left, right = (_exact(side, rule) for side in (left, right))
+        self.equations.append(Equation(len(self.equations), left, right, guard, rule, scope.prefix))
+
+    def _bind(self, node: nodes.Expression, context: Context) -> nodes.Expression:
+        """The expression under full names, calls of rule functions replaced by their results."""
+        if not self.functions:
+            return node
+        if isinstance(node, nodes.Name):
+            full = context.scope.full_name(node.name)
+            return node if full == node.name else nodes.Name(full, node.span)
+        if isinstance(node, nodes.Call) and node.function in self.functions:
+            result = self._call(self.functions[node.function], node.arguments, None, context)
+            self.names.setdefault(result)
+            return nodes.Name(result, node.span)
+        parts = children(node)
+        bound: list[nodes.Expression] = []
+        for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
+            bound.append(self._bind(part, context))
+        if all(new is old for new, old in zip(bound, parts, strict=True)):
+            return node
+        return rebuilt(node, tuple(bound))
+
+    def _bind_condition(self, node: nodes.Condition, context: Context) -> Any:
+        match node:
+            case nodes.Comparison(operator, left, right, span):
+                left, right = (_exact(self._bind(side, context), context.rule) for side in (left, right))
+                return nodes.Comparison(operator, left, right, span)
+            case nodes.And(terms, span) | nodes.Or(terms, span):
+                return type(node)(tuple(self._bind_condition(term, context) for term in terms), span)
+            case nodes.Not(term, span):
+                return nodes.Not(self._bind_condition(term, context), span)
+            case nodes.Given(name, span):
+                return nodes.Given(context.scope.full_name(name), span)
+
+
+def _exact(side: nodes.Expression, rule: Span) -> nodes.Expression:
+    """A side of a rule with what its constants are exactly put in: the text tells where there may be any."""
+    text = (rule.text or "sin pi").lower()
+    return with_round_values(side) if "pi" in text and any(f in text for f in ("sin", "cos", "tan")) else side
