@@ -313,7 +313,7 @@ def blur(expression: Expression, values: Mapping[str, Value], known: Mapping[str
 # its rounding; if not even the highest do, F vanishes there like that of an identity, unless an operation has
 # absorbed a term.
 
-BESIDE = 2.0**-10
+MOVED = 2.0**-10
 """Share of a value by which it is moved to see how a rule bends."""
 HALVINGS = 24
 """Bisections that tell a root, towards which F shrinks, from a pole or a jump."""
@@ -448,9 +448,9 @@ class _Rule:
         of any multiplicity it changes in so far as the value does. Raises Undefined."""
         miss, bends = self.miss(digits), 0
         for name, number, size in self._numbers(digits):
-            above, below = (self._tried(name, number + size * s, digits) for s in (BESIDE, -BESIDE))
+            above, below = (self._tried(name, number + size * s, digits) for s in (MOVED, -MOVED))
             if above is not None and below is not None:
-                bends = max(bends, max(abs(above + below - 2 * miss), abs(above - below)) / BESIDE**2)
+                bends = max(bends, max(abs(above + below - 2 * miss), abs(above - below)) / MOVED**2)
         terms = (term for side in self.sides for term in _terms(side))
         most = max(abs(extended(term, self.values, digits)) for term in terms)
         return abs(miss) <= BACKWARD**2 * min(bends, most) and not self.absorbed()

@@ -43,7 +43,7 @@ Preimages: TypeAlias = Callable[[State], list[int]]
 
 
 class Refusal(Recording):
-    """Follows the steps of every leaf to the one that it has no value for."""
+    """Follows the steps of leaves to the one that they have no value for, all of them or some."""
 
     def refused(self) -> Program:
         """The program whose one ending holds where a row is refused as this one was.
@@ -58,10 +58,8 @@ class Refusal(Recording):
                 raise NotCompilable
         start, symbols = self._start()
         for leaf in self.leaves:
-            (fact,), leaf.branch.void = leaf.branch.reasons, {}
-            state = self._on(self._steps(start.fork(), leaf))
-            self.flow.require(self._impossible(state, fact, leaf))
-            self._guard(state.checks, state.finite)
+            state, impossible = self._stopped(start, leaf)
+            self._guard((*state.checks, impossible), state.finite)
         if self.flow.finders:
             raise NotCompilable  # of the roots of a block it follows those that the sample has
         self._keep_usual()
@@ -72,12 +70,16 @@ class Refusal(Recording):
         if leaf.conflicts:
             super()._watch(start, leaf)
             return
+        state, impossible = self._stopped(start, leaf)
+        if self._numbers(impossible) is True:
+            self._guard((*state.checks, impossible), state.finite)
+
+    def _stopped(self, start: State, leaf: Leaf) -> tuple[State, int]:
+        """What a leaf comes to before the step without a value, and whether that still has none."""
         branch = leaf.branch.fork()
         branch.void = {}
         state = self._on(self._steps(start.fork(), replace(leaf, branch=branch)))
-        impossible = self._impossible(state, leaf.branch.reasons[0], leaf)
-        if self._numbers(impossible) is True:
-            self._guard((*state.checks, impossible), state.finite)
+        return state, self._impossible(state, leaf.branch.reasons[0], leaf)
 
     def _impossible(self, state: State, fact: Fact, leaf: Leaf) -> int:
         match fact:
@@ -222,6 +224,8 @@ class Refusal(Recording):
     def _excluded(self, state: State, step: SolveBlock) -> int:
         """That the known numbers of a block lie within ranges for which it has no root."""
         flow, kernel = self.flow, kernel_of(self.graph, step)
+        if flow.finders and not self.endings:
+            raise NotCompilable  # no refusal follows the roots of a block
         nodes = [state.values.get(name) for name in kernel.known]
         known = [node for node in nodes if node is not None]
         if len(known) < len(nodes):
@@ -399,7 +403,7 @@ class Records:
         names = (*want, *(name for name in answers[0] if name not in want))
         ranking = Ranking(self.model, (*pattern.inputs, *pattern.given), names, pattern.guesses)
         for corrects in (False, True):
-            with suppress(NotCompilable):
+            with suppress(NotCompilable, TimeIsUp):  # the answers are known, whatever becomes of a record
                 recording = Refusal(self.model, self.planner, pattern, leaves, corrects)
                 program = recording.run(dead, ranking)
                 every = compile_scalar(program, all_answers=True)
