@@ -12,7 +12,8 @@ import pytest
 import rulesheets
 import solver
 from benchmarks.networks import bratu
-from solver.numerics.linear_algebra import factorise, sparse_matrix
+from solver.numerics.linear_algebra import Array, factorise, sparse_matrix
+from solver.numerics.sparse_newton import Triplets, sparse_newton
 
 
 def _solved(lines: list[str]) -> solver.Result:
@@ -161,11 +162,21 @@ def test_a_root_that_newton_shows_to_be_simple_is_not_singular_for_its_condition
     assert abs(result["u2500"] - coarse["u625"]) < 1e-4 + 0.01 * abs(result["u2500"])
 
 
-def test_a_multiple_root_of_a_large_block_stays_singular() -> None:
-    n = 60
-    rules = [f"(x{k} - 1)^2 + (x{k} - x{(k + 1) % n})*(2 + x{(k + 7) % n}) = 0" for k in range(n)]
-    result = solver.solve(rulesheets.loads("\n".join(rules) + "\n"), timeout=5.0)
-    assert str(result.status) != "solved"
+@pytest.mark.parametrize(("other", "alone"), [(0.0, 0.0), (1e-6, 1e-6), (1e-3, 1e-3), (1.0, 1.0)])
+def test_steps_tell_how_far_a_root_is_alone(other: float, alone: float) -> None:
+    """Roots 1 and 1 - other along the direction in which all unknowns move together."""
+    i = np.arange(60)
+
+    def residual(x: Array) -> Array:
+        return (x - 1) ** 2 + other * (x - 1) + x - np.roll(x, -1)
+
+    def jacobian(x: Array) -> Triplets:
+        return np.r_[2 * (x - 1) + other + 1, -np.ones(60)], np.r_[i, i], np.r_[i, (i + 1) % 60]
+
+    found = sparse_newton(residual, jacobian, 1 + 0.5 * np.cos(i), np.ones(60))
+    assert found.converged
+    assert found.alone <= alone
+    assert found.alone > 0.0 or other <= 1e-6
 
 
 def test_nodes_led_far_off_do_not_hold_back_a_net_of_springs() -> None:
