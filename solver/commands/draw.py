@@ -210,7 +210,7 @@ class _Studio:
         numbers, instants = table.solved.astype(int), np.arange(len(values))
         if self.every:
             numbers = table[free_name("answer", (name, *want))]
-            instants = np.cumsum(numbers < 2) - 1
+            instants = np.cumsum(table.begins()) - 1
         views: list[list[View | None]] = [[None] * max(1, numbers.max(initial=0)) for _ in values]
         for row, (instant, number) in enumerate(zip(instants.tolist(), numbers.tolist(), strict=True)):
             at = {**known, **{n: table[n][row] for n in table}}

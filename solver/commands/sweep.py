@@ -29,7 +29,7 @@ from solver.sweeps.curves import follow_sweep
 from solver.sweeps.sweep import Sink, followed, heads, resumed, shown_columns, work_of
 from solver.sweeps.sweep import run as streamed
 from solver.sweeps.tracing import Branch
-from solver.sweeps.work import Solved, Work
+from solver.sweeps.work import Work
 from solver.sweeps.workers import solved_pieces
 
 PATIENCE = 0.5
@@ -105,7 +105,7 @@ class PlotSink:
     def __init__(self, path: str, work: Work, swept: Swept) -> None:
         self._path, self._work, self._shape = path, work, swept.shape
         self._form = picture_kind(path, PICTURES)[1:]
-        self._answer = work.names[len(work.inputs)] if work.every else None
+        self._answer = work.answer
         self._pieces: list[Table] = []
         self._rows = 0
         self._expect_few(swept.total or 0)
@@ -116,8 +116,7 @@ class PlotSink:
             raise RuleSheetError(error("E445", said, notes=notes))
 
     def add(self, table: Table) -> None:
-        new = len(table.status) if self._answer is None else int((table[self._answer] < 2).sum())
-        self._rows += new
+        self._rows += int(table.begins().sum()) if self._answer else len(table.status)
         self._pieces = [*self._pieces, table] if self._rows <= ROWS_DRAWN else []
 
     def close(self) -> None:
@@ -184,7 +183,7 @@ def _run(arguments: Namespace) -> int:
     pieces = solved_pieces(work, chunks, swept.total, arguments.jobs, arguments.scheduler)
     watching = WATCH.set(progress.within)
     try:
-        outcome = streamed(chain(before, followed(work, pieces)), sinks, progress, work.model)
+        outcome = streamed(chain(before, followed(work, pieces)), sinks, progress, work.model, work.every)
     finally:
         WATCH.reset(watching)
         progress.end()
@@ -201,7 +200,7 @@ def _run(arguments: Namespace) -> int:
 
 def _prepared(
     arguments: Namespace, swept: Swept, request: Request
-) -> tuple[Work, list[Solved], Iterator[Chunk]]:
+) -> tuple[Work, list[Table], Iterator[Chunk]]:
     """What is to be solved for each row, what an earlier run has left, and the rows that are left."""
     given = {name: value for name, value in request.inputs.items() if name not in swept.names}
     plan = prepare(request.model, swept.names, request.want, given, request.guesses)
@@ -213,7 +212,8 @@ def _prepared(
         raise RuleSheetError(error("E448", said, notes=notes))
     if not arguments.resume or not os.path.exists(arguments.output):
         return work, [], swept.chunks
-    return work, *resumed(arguments.output, work, swept.chunks)
+    done, chunks = resumed(arguments.output, work, swept.chunks)
+    return work, [done], chunks
 
 
 ALONE = ("rows", "zip", "all", "plot", "jobs", "scheduler", "resume")

@@ -100,6 +100,15 @@ class Table(Mapping[str, NDArray[Any]], Shown):
         """Which rows are solved."""
         return np.asarray(self.status == CODES[Status.SOLVED])
 
+    def begins(self) -> NDArray[np.bool_]:
+        """Which rows begin the answers of one row of inputs, in a table that has a row for each answer.
+
+        Their numbers do not tell it: a branch keeps its number where the ones before it have ended.
+        """
+        places, each = np.arange(len(self.status)), np.maximum(self.answers, 1)
+        start = np.maximum.accumulate(np.where(np.diff(each, prepend=0) != 0, places, 0))
+        return np.asarray((places - start) % each == 0)
+
     def write(self, path: str) -> None:
         """Write a file by its ending, ``.csv`` or ``.parquet`` (with the extra ``parquet``).
 

@@ -55,9 +55,10 @@ def arranged(
     Where two inputs of numbers would make more curves than can be told apart, maps. Raises
     RuleSheetError (E445) where nothing can be drawn.
     """
-    numbers = table[answer] if answer else np.ones(len(table.status), dtype=int)
-    places = np.unravel_index(np.cumsum(numbers < 2) - 1, shape)
-    number = np.maximum(numbers, 1) - 1
+    rows, number = np.arange(len(table.status)), np.zeros(len(table.status), dtype=int)
+    if answer:
+        rows, number = np.cumsum(table.begins()) - 1, np.maximum(table[answer], 1) - 1
+    places = np.unravel_index(rows, shape)
     answers = int(number.max(initial=0)) + 1
     drawn = {n: v for n, v in table.items() if n not in (*inputs, answer) and v.dtype != object}
     if len(shape) == 1:  # rows side by side, or of a file, run along their first input of numbers

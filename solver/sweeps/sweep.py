@@ -43,7 +43,7 @@ from solver.files.tables import (
 from solver.path.planner import planner
 from solver.solution.solving import SPREADS, Result, Samples
 from solver.sweeps import Plan, prepare
-from solver.sweeps.work import ENDLESS, Every, Primary, Rows, Solved, Work
+from solver.sweeps.work import ENDLESS, Every, Primary, Rows, Work
 from solver.sweeps.workers import solved_pieces
 
 
@@ -105,7 +105,7 @@ def sweep(
     work = work_of(plan, grid_lessons(rows), rows.shape[-1], every=all, jit=jit, timeout=timeout)
     chunks = grid_chunks(rows) if len(rows) else iter([rows.at(np.arange(0))])
     solved = solved_pieces(work, chunks, len(rows), jobs, scheduler)
-    table = joined([piece.table for piece in followed(work, solved)])
+    table = joined(list(followed(work, solved)))
     return Table(table, table.status, model.files, table.answers)
 
 
@@ -143,7 +143,7 @@ def work_of(
     return Work(*known, lessons, every, jit, line, until)
 
 
-def followed(work: Work, pieces: Iterator[Rows]) -> Iterator[Solved]:
+def followed(work: Work, pieces: Iterator[Rows]) -> Iterator[Table]:
     """The pieces as tables, with branches kept: in the numbers of answers where all are asked for, else in
     the first.
     """
@@ -319,7 +319,7 @@ def shown_columns(table: Table, model: Model) -> Table:
     return table.having(values)
 
 
-def resumed(path: str, work: Work, chunks: Iterator[Chunk]) -> tuple[list[Solved], Iterator[Chunk]]:
+def resumed(path: str, work: Work, chunks: Iterator[Chunk]) -> tuple[Table, Iterator[Chunk]]:
     """The rows of a file that an earlier run of a sweep has left, and the chunks of those left to do.
 
     Rows at its end that failed are left out: they are solved again, with more time perhaps. Raises
@@ -343,8 +343,7 @@ def resumed(path: str, work: Work, chunks: Iterator[Chunk]) -> tuple[list[Solved
     values = dict(zip(work.names, columns, strict=True))
     values[work.names[-1]] = columns[-1].astype(np.int64)  # the numbers of answers
     table = Table(values, codes).rows(0, int(done[-1]) + 1 if len(done) else 0)
-    counts = np.bincount(table.status, minlength=len(WORDS))
-    return [Solved(tuple(counts.tolist()), table)], _after(path, table, chunks, work.inputs)
+    return table, _after(path, table, chunks, work.inputs)
 
 
 def _after(path: str, table: Table, chunks: Iterator[Chunk], inputs: Sequence[str]) -> Iterator[Chunk]:
@@ -397,37 +396,40 @@ class Outcome(NamedTuple):
 
 
 def run(
-    pieces: Iterator[Solved],
+    pieces: Iterator[Table],
     sinks: Sequence[Sink],
     progress: Callable[[int], None] | None = None,
     model: Model | None = None,
+    every: bool = False,
 ) -> Outcome:
-    """Hand the table of every piece to every sink, in the display units of a ``model``.
+    """Hand every piece of a table to every sink, in the display units of a ``model``.
 
-    ``progress`` hears the number of rows done. An interrupt ends the sweep and keeps what is done. Anything
-    else that ends it early discards the sinks and is raised, as is a second interrupt.
+    ``every``: each answer has a row of its own. ``progress`` hears the number of rows done. An interrupt ends
+    the sweep and keeps what is done. Anything else that ends it early discards the sinks and is raised, as is
+    a second interrupt.
     """
-    counts, several = [0] * len(WORDS), 0
+    counts, several = np.zeros(len(WORDS), dtype=np.int64), 0
     with Interrupts() as interrupts:
         try:
-            for piece in _each(pieces, interrupts):
-                table = piece.table if model is None else shown_columns(piece.table, model)
+            for table in _each(pieces, interrupts):
+                shown = table if model is None else shown_columns(table, model)
                 for sink in sinks:
-                    sink.add(table)
-                counts = [done + more for done, more in zip(counts, piece.counts, strict=True)]
-                several += piece.several
+                    sink.add(shown)
+                status = table.status[table.begins()] if every else table.status
+                counts += np.bincount(status, minlength=len(WORDS))
+                several += 0 if every else int((table.answers > 1).sum())
                 if progress is not None:
-                    progress(sum(counts))
+                    progress(int(counts.sum()))
             for sink in sinks:
                 sink.close()
         except BaseException:
             for sink in sinks:
                 sink.discard()
             raise
-        return Outcome(tuple(counts), interrupts.asked, several)
+        return Outcome(tuple(counts.tolist()), interrupts.asked, several)
 
 
-def _each(pieces: Iterator[Solved], interrupts: Interrupts) -> Iterator[Solved]:
+def _each(pieces: Iterator[Table], interrupts: Interrupts) -> Iterator[Table]:
     """The pieces, and what an interrupt leaves of those that are under way."""
     while not interrupts.asked:
         try:

@@ -14,7 +14,7 @@ from rulesheets.deadline import Interrupted, time_limit
 from rulesheets.model import Model, Value, Variable
 from rulesheets.registered import run_python
 from solver.facts import Status
-from solver.files.tables import CODES, WORDS, Array, Table, free_name, stacked
+from solver.files.tables import CODES, Array, Table, free_name, stacked
 from solver.ranking.branches import ROOM, Answers, Points, distances, kept, numbers_of, together, wound
 from solver.sweeps import Plan, one_answer, sweep_answers
 from solver.trace.rows import listed
@@ -76,16 +76,6 @@ class Rows(NamedTuple):
         return Rows(inputs, self.codes[-2:], self.answers.cut(max(rows - 2, 0), rows))
 
 
-class Solved(NamedTuple):
-    """A piece of the ``table`` in the order of its rows: ``counts`` are the rows by status code, ``several``
-    those that have several answers and show one.
-    """
-
-    counts: tuple[int, ...]
-    table: Table
-    several: int = 0
-
-
 ENDLESS = 2**62
 """Rows of a line without an end."""
 
@@ -113,10 +103,15 @@ class Work(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """The columns of the table, the status not among them."""
-        own = (*self.inputs, *(name for name in self.want if name not in self.inputs))
-        if not self.every:
-            return (*own, free_name("answers", own))
-        return (*self.inputs, free_name("answer", own), *own[len(self.inputs) :])
+        wanted = tuple(name for name in self.want if name not in self.inputs)
+        if self.answer is None:
+            return (*self.inputs, *wanted, free_name("answers", (*self.inputs, *wanted)))
+        return (*self.inputs, self.answer, *wanted)
+
+    @property
+    def answer(self) -> str | None:
+        """The column that numbers the answers of a row, where each has a row of its own."""
+        return free_name("answer", (*self.inputs, *self.want)) if self.every else None
 
     def packed(self) -> bytes:
         """Bytes from which ``unpacked`` makes the same work in any process with the same Backsolve."""
@@ -196,12 +191,6 @@ class Solver:
         return plan
 
 
-def _counts(codes: Array) -> tuple[int, ...]:
-    if not codes.any():  # most pieces: nothing to be told apart
-        return (len(codes), *[0] * (len(WORDS) - 1))
-    return tuple(np.bincount(codes, minlength=len(WORDS)).tolist())
-
-
 class Primary:
     """Pieces as tables with one answer a row: the one that continues the branch of the row before, else the
     one that the rule says.
@@ -214,16 +203,14 @@ class Primary:
         self._done = 0
         self._before: tuple[Rows, list[int]] | None = None
 
-    def __call__(self, rows: Rows) -> Solved:
+    def __call__(self, rows: Rows) -> Table:
         count, work = len(rows.codes), self.work
-        several = int((rows.answers.counts > 1).sum())
         first, here = np.zeros(count, dtype=np.intp), rows
-        if several:
+        if (rows.answers.counts > 1).any():
             first, here = self._continued(rows)
         self._before, self._done = (here.last(), first[-2:].tolist()), self._done + count
         inputs = dict(zip(work.inputs, rows.inputs, strict=True))
-        table = one_answer(inputs, work.want, rows.codes, rows.answers, first[-count:])
-        return Solved(_counts(rows.codes), table, several)
+        return one_answer(inputs, work.want, rows.codes, rows.answers, first[-count:])
 
     def _continued(self, rows: Rows) -> tuple[Array, Rows]:
         """The rows behind the last two before them, and of each the answer that comes first."""
@@ -249,7 +236,7 @@ class Every:
         self._number, *self._wanted = work.names[len(work.inputs) :]
         self._follow = Follower([turn(name) or np.inf for name in self._wanted], work.line)
 
-    def __call__(self, rows: Rows) -> Solved:
+    def __call__(self, rows: Rows) -> Table:
         work, counts = self.work, rows.answers.counts
         each = np.maximum(counts, 1)
         pairs = zip(work.inputs, rows.inputs, strict=True)
@@ -258,9 +245,8 @@ class Every:
         found = dict(zip(work.want, values, strict=True))
         points = np.array([numbers_of(found[name]) for name in self._wanted])
         table[self._number] = self._follow(points.reshape(len(self._wanted), each.sum()), counts)
-        status, answers = np.repeat(rows.codes, each), np.repeat(counts, each)
         table.update((name, found[name]) for name in self._wanted)
-        return Solved(_counts(rows.codes), Table(table, status, answers=answers))
+        return Table(table, np.repeat(rows.codes, each), answers=np.repeat(counts, each))
 
 
 class Follower:

@@ -106,6 +106,14 @@ def test_a_film_of_every_answer(run: Run) -> None:
     assert (code, out) == (0, "a.gif: 3 frames\n")
 
 
+def test_a_film_shows_an_only_answer_that_is_not_the_first(run: Run) -> None:
+    """The first branch ends at y = 2, and the second goes on alone."""
+    sheet = "variables\ny = 0\nx\nrules\ny = x^3 - 3*x\nfigure f\npoint A = (x, 0)\npoint O = (y, 1)\n"
+    Path("cubic.tk").write_text(sheet)
+    words = ("--over", "y=-3:3:1", "--dpi", "40", "--all", "-o", "a.gif")
+    assert run(*words, sheet="cubic.tk")[:2] == (0, "a.gif: 7 frames\n")
+
+
 @pytest.mark.parametrize("words", [(), ("--all",)])
 def test_a_film_of_inputs_alone(run: Run, words: tuple[str, ...]) -> None:
     """Nothing is solved for; a variable may be called as the column of the numbers of answers is."""

@@ -76,13 +76,13 @@ def test_a_worker_that_is_killed_costs_no_rows(cluster: Cluster) -> None:
     model = rulesheets.load("offset_slider_crank")
     work = work_of(solver.prepare(model, ["thetaAO"], ["xB", "vB", "aB"]))
     rows = Grid((column_of(np.linspace(-180, 180, 1500)),), zipped=True)
-    alone = [piece.table for piece in followed(work, solved_pieces(work, grid_chunks(rows), 1500, 1))]
+    alone = list(followed(work, solved_pieces(work, grid_chunks(rows), 1500, 1)))
     shared = []
     there = solved_pieces(work, grid_chunks(rows), 1500, scheduler=cluster.address)
     for piece in followed(work, there):
         if not shared:
             cluster.workers[0].kill()
-        shared.append(piece.table)
+        shared.append(piece)
     assert cluster.workers[0].wait(10) != 0
     assert len(alone) == len(shared) > 4
     for one, other in zip(alone, shared, strict=True):

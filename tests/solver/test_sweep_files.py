@@ -43,7 +43,7 @@ from solver.ranking.branches import Answers
 from solver.sweeps import Plan, workers
 from solver.sweeps import sweep as sweeping
 from solver.sweeps.sweep import Grid, Outcome, followed, grid_chunks, grid_lessons, run, work_of
-from solver.sweeps.work import Rows, Solved, Solver, Work, unpacked
+from solver.sweeps.work import Rows, Solver, Work, unpacked
 from solver.sweeps.workers import in_order, solved_pieces
 from solver.trace.records import Records
 
@@ -294,7 +294,7 @@ def test_a_failure_discards_the_file_and_ends_the_sweep(tmp_path: Path) -> None:
             kept.append("discarded")
 
     with pytest.raises(RuntimeError):
-        run(iter([Solved((1, 0, 0, 0, 0, 0), None)]), [Broken()])
+        run(iter([Table({}, np.zeros(1, np.int8))]), [Broken()])
     assert kept == ["discarded"]
 
 
@@ -336,7 +336,7 @@ def test_a_piece_comes_out_alike_whatever_was_solved_before(
     forward, backward = Solver(work), Solver(unpacked(work.packed()))
     there = [forward(piece) for piece in pieces]
     back = [backward(piece) for piece in reversed(pieces)][::-1]
-    tables = ([piece.table for piece in followed(work, iter(found))] for found in (there, back))
+    tables = (list(followed(work, iter(found))) for found in (there, back))
     for one, other in zip(*tables, strict=True):
         assert one.status.tobytes() == other.status.tobytes()
         for column in one:

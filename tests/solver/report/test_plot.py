@@ -10,15 +10,17 @@ import pytest
 pytest.importorskip("matplotlib")
 
 import rulesheets
+import solver
 from rulesheets.diagnosis import RuleSheetError
 from solver.__main__ import main
 from solver.files.tables import Table
 from solver.pictures.plot import Curves, Maps, arranged, broken, colored, panels, titled
 
 
-def columns(values: dict[str, object]) -> Table:
+def columns(values: dict[str, object], answers: list[int] | None = None) -> Table:
     arrays = {name: np.asarray(column) for name, column in values.items()}
-    return Table(arrays, np.zeros(len(next(iter(arrays.values()))), dtype=np.int8))
+    status = np.zeros(len(next(iter(arrays.values()))), dtype=np.int8)
+    return Table(arrays, status, answers=None if answers is None else np.array(answers))
 
 
 def test_a_grid_makes_a_curve_for_each_value_of_the_shorter_input() -> None:
@@ -33,11 +35,23 @@ def test_a_grid_makes_a_curve_for_each_value_of_the_shorter_input() -> None:
 def test_answers_are_curves_with_gaps_where_they_are_not() -> None:
     x, answer = [0.0, 1.0, 1.0, 2.0, 3.0, 3.0], [0, 1, 2, 1, 1, 2]
     y = [np.nan, 1.0, -1.0, 2.0, 3.0, -3.0]
-    shown = arranged(columns({"x": x, "answer": answer, "y": y}), ("x",), (4,), "answer")
+    table = columns({"x": x, "answer": answer, "y": y}, [0, 2, 2, 1, 2, 2])
+    shown = arranged(table, ("x",), (4,), "answer")
     assert isinstance(shown, Curves)
     assert shown.labels == ("answer 1", "answer 2")
     expected = [[np.nan, 1, 2, 3], [np.nan, -1, np.nan, -3]]
     assert np.array_equal(shown.heights["y"], expected, equal_nan=True)
+
+
+def test_an_only_answer_that_is_not_the_first_has_a_place_of_its_own() -> None:
+    sheet = rulesheets.loads("variables\ny = 0\nx\nrules\ny = x^3 - 3*x")
+    table = solver.sweep(sheet, {"y": np.arange(-3.0, 4.0)}, ["x"], all=True)
+    assert table["answer"].tolist()[-3:] == [2, 1, 2]  # of y = 2 and of y = 3
+    shown = arranged(table, ("y",), (7,), "answer")
+    assert isinstance(shown, Curves)
+    assert shown.abscissa.tolist() == list(range(-3, 4))
+    assert shown.heights["x"][1].tolist()[-2:] == pytest.approx([2.0, 2.1038034])
+    assert np.isnan(shown.heights["x"][0][-1])
 
 
 def test_two_inputs_of_many_values_make_maps() -> None:
