@@ -380,6 +380,8 @@ def without_curves(question: Question, outcome: BlockOutcome) -> BlockOutcome:
 MOST_ITERATIONS, POSITIVE_ITERATIONS = 100, 40
 LIMIT = 0.2
 """The share of its size by which an unknown may move in a limited step."""
+HALF = 0.5
+"""The share of their sizes at which unknowns begin again: at these themselves differences may be 0."""
 
 
 def search_sparsely(question: Question, candidates: Candidates, every: bool = False) -> None:
@@ -482,6 +484,8 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
     ones = np.clip(np.where(turning, 0.0, 1.0), low, high)
     yield Start(inside, sizes, positive=True)
     yield Start(ones, sizes, positive=True)
+    if len(names) > FEW:
+        yield Start(np.clip(HALF * inside, low, high), sizes, positive=True)
     yield Start(ones, sizes)
     yield Start(inside, sizes)
     flat = _beside_known(question, inside)
@@ -491,7 +495,9 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
         beside = [inside] if flat is None else [inside, flat]
         yield from (Start(start, sizes, told=told) for start in (zero, *beside))
         if not turning.any():  # a mechanism has several answers, which starts at random find
-            yield from (Start(start, sizes, told=told, limit=LIMIT) for start in beside)
+            for start in beside:
+                yield Start(start, sizes, told=told, limit=LIMIT)
+                yield Start(start, sizes, limit=LIMIT)
 
 
 def _beside_known(question: Question, start: Array) -> Array | None:

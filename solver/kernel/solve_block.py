@@ -281,9 +281,7 @@ class _Search:
         elif candidates.outside is not None and not answers:
             facts = (candidates.outside,)
         elif not answers:
-            best = candidates.nearest
-            misses = tuple(question.residual(list(best.values()))) if best else ()
-            facts = (NoRoot(block.equations, block.unknowns, complete, best, misses),)
+            facts = (NoRoot(block.equations, block.unknowns, complete, *_nearest_miss(question, candidates)),)
         return BlockOutcome(
             tuple(answers),
             complete and not cut,
@@ -295,3 +293,14 @@ class _Search:
             whole=self.whole or self.complete,
             cut=cut,
         )
+
+
+def _nearest_miss(
+    question: Question, candidates: Candidates
+) -> tuple[Mapping[str, float], tuple[float, ...]]:
+    """The nearest miss, and what each equation is off there; nothing where an equation has no value there."""
+    best = candidates.nearest
+    try:
+        return best, tuple(question.residual(list(best.values()))) if best else ()
+    except (ArithmeticError, ValueError):
+        return {}, ()

@@ -10,7 +10,7 @@ are doubled, or omega and v.
 from __future__ import annotations
 
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import log10, pi
@@ -208,10 +208,19 @@ class _Rows:
             return
         parts = added(subtract(*sides))
         drops = DROP if _is_balance(parts) else 1.0
-        found = [(part, term) for part, _ in parts if (term := self._term(part)) is not None]
+        found = self._shared(parts)
         exact = len(found) == 2 and all(term.exact for _, term in found)
         shares = [1.0 if _is_level(part) else drops for part, _ in found]
         self._balance([term for _, term in found], EXACT if exact else 1.0, shares)
+
+    def _shared(self, parts: Sequence[tuple[Expression, bool]]) -> list[tuple[Expression, _Term]]:
+        """The terms of a balance; in a network each times the number of those of its sign: of n equal ones
+        each is the n-th part of what they balance."""
+        found = [(part, sign, term) for part, sign in parts if (term := self._term(part)) is not None]
+        if not self.cancelling:
+            return [(part, term) for part, _, term in found]
+        count = Counter(sign for _, sign, _ in found)
+        return [(part, term.plus(_Term({}, log10(count[sign])), 1.0)) for part, sign, term in found]
 
     def parts(self, unknowns: int) -> tuple[Vector, Vector, Vector]:
         """The matrix of the unknowns (and of free numbers), that of known numbers, and the constants."""
@@ -253,6 +262,8 @@ class _Rows:
         if not self.exact and (not numbers or any(unbounded)):
             parts = [part for part in parts if not isinstance(part, Number)]
         whole = self._balance([term for part in parts if (term := self._term(part)) is not None])
+        if self.cancelling and whole is not None and len({sign for _, sign in signed}) == 1:
+            whole = whole.plus(_Term({}, log10(len(parts))), 1.0)
         between_nodes = _is_balance(signed) and not self.nodes.isdisjoint(names(node))
         cancels = _has_difference(node) if self.cancelling else between_nodes
         if whole is None or not cancels:

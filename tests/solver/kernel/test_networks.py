@@ -12,8 +12,14 @@ import pytest
 import rulesheets
 import solver
 from benchmarks.networks import bratu
+from solver.kernel.block import BlockKernel
+from solver.kernel.candidates import Candidates
+from solver.kernel.question import Question
+from solver.kernel.solve_block import _nearest_miss
 from solver.numerics.linear_algebra import Array, factorise, sparse_matrix
 from solver.numerics.sparse_newton import Triplets, sparse_newton
+from solver.path import SolveBlock
+from solver.path.graph import ModelGraph
 
 
 def _solved(lines: list[str]) -> solver.Result:
@@ -255,3 +261,47 @@ def test_tangents_bring_the_voltages_of_a_circuit_down(side: int, supply: int, e
     lines += [f"{' '.join(near[name])} = {name}/{load}" for name in node.values() if name != "V0"]
     result = _solved(lines)
     assert all(0.0 <= result[name] <= supply for name in node.values())
+
+
+@pytest.mark.parametrize("n", [30, 100])
+def test_fractions_are_positive_and_not_next_to_a_pole(n: int) -> None:
+    """An absorber of n stages, whose ratios x/(1 - x) have a pole where fractions are of the size of 1."""
+    lines = ["L0 = 40", "x0 = 0.001", f"G{n + 1} = 100", f"y{n + 1} = 0.08"]
+    for i in range(1, n + 1):
+        lines.append(f"y{i}/(1 - y{i}) = 0.7*x{i}/(1 - x{i}) + 0.2*x{i}^2")
+        lines.append(f"L{i - 1}*x{i - 1} + G{i + 1}*y{i + 1} = L{i}*x{i} + G{i}*y{i}")
+        lines.append(f"L{i - 1}*(1 - x{i - 1}) = L{i}*(1 - x{i})")
+        lines.append(f"G{i + 1}*(1 - y{i + 1}) = G{i}*(1 - y{i})")
+    result = _solved(lines)
+    assert all(0.0 < result[f"{s}{k}"] < 0.2 for s in "xy" for k in range(1, n + 1))
+
+
+def test_each_of_many_terms_is_a_small_part_of_their_sum() -> None:
+    """Prices of sectors that buy from one another, with demands that share an income."""
+    n = 400
+    lines = ["Y = 1000" + "".join(f" + 0.05*p{i}*q{i}" for i in range(n))]
+    lines.append("P = " + " + ".join(f"p{i}^-1.5" for i in range(n)))
+    for i in range(n):
+        inputs = " + ".join(
+            f"{0.05 + 0.03 * ((i + k) % 5)}*p{(i * 7 + k * k * 31) % n}^-0.5" for k in (1, 2, 3, 4)
+        )
+        lines.append(f"c{i} = (0.4 + {inputs})^-2")
+        lines.append(f"p{i} = 1.25*c{i}*(1 + 0.1*q{i}^0.3)")
+        lines.append(f"q{i} = {0.5 + 0.2 * (i % 9)}*p{i}^-2.5*Y/P")
+    result = _solved(lines)
+    spent = sum(result[f"p{i}"] * result[f"q{i}"] for i in range(n))
+    assert math.isclose(result["Y"], 1000 + 0.05 * spent, rel_tol=1e-9)
+    assert all(result[f"{s}{i}"] > 0.0 for s in "cpq" for i in range(n))
+
+
+def test_a_nearest_miss_out_of_the_domain_is_not_told() -> None:
+    """The search in arrays may end where a rule by itself divides by 0."""
+    model = rulesheets.loads("y = 1/x\ny = x + 1\n")
+    graph = ModelGraph(model)
+    kernel = BlockKernel(graph, SolveBlock((0, 1), ("x", "y"), ("x",)))
+    question = Question(kernel, {}, {})
+    candidates = Candidates(question)
+    candidates.nearest = {"x": 0.0, "y": 1.0}
+    assert _nearest_miss(question, candidates) == ({}, ())
+    candidates.nearest = {"x": 1.0, "y": 1.0}
+    assert _nearest_miss(question, candidates) == ({"x": 1.0, "y": 1.0}, (0.0, -1.0))
