@@ -5,6 +5,7 @@ from rulesheets.evaluate.gradient import (
     NotDifferentiable,
     derivatives,
     differentiate,
+    less_one,
     rounded_derivatives,
     slopes_by_name,
 )
@@ -19,6 +20,7 @@ __all__ = [
     "extended",
     "extended_derivatives",
     "holds",
+    "less_one",
     "rounded_derivatives",
     "slopes_by_name",
     "value",

@@ -6,7 +6,7 @@ Jacobian, rules of one shape (``path/graph.py``) being the rows of one function 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, lru_cache, partial
 from graphlib import CycleError, TopologicalSorter
 from math import inf, nan, nextafter
@@ -16,7 +16,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.evaluate import differentiate, slopes_by_name
+from rulesheets.evaluate import differentiate, less_one, slopes_by_name
 from rulesheets.evaluate.number import INTERVALS, Arithmetic
 from rulesheets.functions import TABLE, intervals
 from rulesheets.functions.arrays import ARRAYS
@@ -34,8 +34,11 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     Symbol,
+    add,
     children,
     names,
+    negative,
+    rebuilt,
     subtract,
 )
 from solver.numerics.linear_algebra import Array
@@ -163,6 +166,8 @@ class Emitter(_Source[str]):
         return self._called("POWER", self._power, [base, exponent])  # no function has capitals
 
     def applied(self, node: Call, arguments: list[str]) -> str:
+        if node.function == EXPM1:
+            return self._called(EXPM1, np.expm1, arguments)
         return self._called(node.function, self._functions[node.function], arguments)
 
     def _called(self, name: str, function: Callable[..., Any], arguments: list[str]) -> str:
@@ -390,7 +395,10 @@ class _Shape:
         self.arguments += [f"#.{k}" for k in range(len(self.numbers))]
         self.moving = [(k, places[k] < n) for k in range(len(places)) if (places[k] < n).any()]
         self.compiled = partial(compile_expressions, arguments=self.arguments, arrays=True)
-        self._residual = self.compiled([self.form])
+        ones = {f"#.{k}" for k, column in enumerate(self.numbers) if (column == 1.0).all()}
+        exact = with_expm1(self.form, ones) if ones else self.form
+        self.cancels = exact != self.form
+        self._residual = self.compiled([exact])
         slopes = slopes_by_name(self.form, {f"#{k}" for k, _ in self.moving})
         self._partials = self.compiled([slopes.get(f"#{k}", ZERO) for k, _ in self.moving])
         self.slope_rows = np.concatenate([self.rows[m] for _, m in self.moving])
@@ -416,6 +424,25 @@ class _Shape:
             if read:
                 found.append((read, self.compiled([divisor, *slopes])))
         return found
+
+
+EXPM1 = "EXPM1"
+"""The function ``exp(x) - 1`` on arrays; no function of the language has capitals."""
+
+
+def with_expm1(expression: Expression, ones: Collection[str]) -> Expression:
+    """The expression with ``exp(x) - 1`` as one function, where the names ``ones`` stand for 1."""
+    expression = rebuilt(expression, tuple([with_expm1(part, ones) for part in children(expression)]))
+    terms = expression.terms if isinstance(expression, Sum) else ()
+    pair = less_one(terms, lambda part: isinstance(part, Name) and part.name in ones)
+    if pair is None:
+        return expression
+    power, one = pair
+    away = isinstance(terms[power], Negative)
+    (call,) = children(terms[power]) if away else (terms[power],)
+    difference = Call(EXPM1, children(call))
+    told = {power: negative(difference) if away else difference}
+    return add(*[told.get(place, term) for place, term in enumerate(terms) if place != one])
 
 
 def _read(expression: Expression) -> list[int]:

@@ -403,6 +403,9 @@ def search_sparsely(question: Question, candidates: Candidates, every: bool = Fa
             if not root.converged or tangents is None or tangents.touch(root.x):
                 break  # else some exponential is still far above its tangent
             root = sparse_newton(*functions, root.x, sizes, positive, most, told, limit)
+        if tangents is not None and root.converged and tangents.cancels:
+            polished = sparse_newton(*question.sparse, root.x, sizes)  # the digits that tangents lose
+            root = root._replace(x=polished.x) if polished.converged else root
         if not np.isfinite(root.x).all():
             continue
         point = question.named(root.x.tolist())

@@ -58,6 +58,11 @@ class Tangents:
             shape._partials = shape.compiled([slopes.get(f"#{k}", ZERO) for k, _ in shape.moving])
 
     @property
+    def cancels(self) -> bool:
+        """Whether 1 is taken from exponentials that may be next to it."""
+        return any(shape.cancels for shape in self.system.shapes)
+
+    @property
     def some(self) -> bool:
         return bool(self._arguments)
 
