@@ -199,7 +199,7 @@ def _sides(
             return Name(next(name), span)
         if isinstance(node, Number):
             return Number(next(number), span)
-        return rebuilt(node, tuple(map(made, children(node)))).but(span=span)
+        return rebuilt(node, tuple(map(made, children(node))), span)
 
     left, right = sides
     return tuple(map(made, left)), tuple(map(made, right))

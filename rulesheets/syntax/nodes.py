@@ -482,17 +482,18 @@ def children(node: Any) -> Any:
     return node.parts
 
 
-def rebuilt(node: Expression, parts: tuple[Expression, ...]) -> Expression:
-    """The expression with other direct parts: the inverse of :func:`children`."""
+def rebuilt(node: Expression, parts: tuple[Expression, ...], span: Span | None = None) -> Expression:
+    """The expression with other direct parts: the inverse of :func:`children`; elsewhere, with a span."""
+    span = span or node.span
     match node:
         case Sum():
-            return Sum(parts, node.span)
+            return Sum(parts, span)
         case Call():
-            return Call(node.function, parts, node.span)
+            return Call(node.function, parts, span)
         case Negative():
-            return Negative(parts[0], node.span)
+            return Negative(parts[0], span)
         case Product() | Quotient() | Power():
-            return type(node)(parts[0], parts[1], node.span)
+            return type(node)(parts[0], parts[1], span)
         case _:
             return node
 

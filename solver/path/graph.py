@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -31,8 +32,11 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import walk
 from solver.path.isolate import Isolation, isolate, plainly_resolvable
+from solver.structure.tearing import Tearing
 
 Array: TypeAlias = NDArray[np.float64]
+FOLDING = (0.0, 1.0, -1.0)
+"""Numbers that an isolation does away with."""
 
 
 @dataclass(eq=False)
@@ -188,6 +192,13 @@ def _blank(side: Expression, names: dict[str, Name], numbers: list[float]) -> Ex
 _told = cache(Name)
 
 
+class Effort(NamedTuple):
+    """What it costs to solve a rule for an unknown, as ``Isolation`` has it, and into how many branches."""
+
+    cost: int
+    branches: int
+
+
 Ratio: TypeAlias = tuple[int, int]
 
 MAX_FACTOR = 1e9
@@ -209,7 +220,10 @@ class ModelGraph:
         )
         self._isolations: dict[tuple[int, int], Isolation | None] = {}
         self._plain: dict[Shape, tuple[int, ...]] = {}
+        self._occurring: dict[Shape, Counter[str]] = {}
+        self._efforts: dict[tuple[Shape, int, tuple[float, ...]], Effort | None] = {}
         self.kernels: dict[Any, Any] = {}
+        self.torn: dict[Any, tuple[Tearing, ...]] = {}
 
     @cached_property
     def users(self) -> Mapping[str, Sequence[int]]:
@@ -237,8 +251,27 @@ class ModelGraph:
             self._plain[shape] = tuple(k for k, name in enumerate(body.names) if name in plain)
         if any(body.names[k] == self.names[variable] for k in self._plain[shape]):
             return 0
-        isolation = self.isolation(equation, variable)
-        return None if isolation is None else isolation.cost
+        effort = self.effort(equation, variable)
+        return None if effort is None else effort.cost
+
+    def effort(self, equation: int, variable: int) -> Effort | None:
+        """What an isolation costs, None where there is none: found once for rules of one shape.
+
+        Numbers 0 and 1 fold away, so that shapes are told apart by these; where an unknown occurs several
+        times, terms may also be equal by their numbers.
+        """
+        body = self.model.equations[equation]
+        shape, numbers = shape_of(body)
+        if shape not in self._occurring:
+            self._occurring[shape] = Counter((*nodes.names(shape.left), *nodes.names(shape.right)))
+        place = body.names.index(self.names[variable])
+        if self._occurring[shape][f"#{place}"] == 1:
+            numbers = [number if number in FOLDING else math.inf for number in numbers]
+        key = shape, place, tuple(numbers)
+        if key not in self._efforts:
+            found = self.isolation(equation, variable)
+            self._efforts[key] = None if found is None else Effort(found.cost, found.branches)
+        return self._efforts[key]
 
     @cached_property
     def angles(self) -> Mapping[str, Angle]:

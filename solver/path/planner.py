@@ -23,11 +23,10 @@ from solver.path import (
     given_by,
 )
 from solver.path.cases import activity, compatible, outcomes, value_of_equality
-from solver.path.graph import ModelGraph
-from solver.path.isolate import Isolation
+from solver.path.graph import Effort, ModelGraph
 from solver.structure.decomposition import block_triangular, dulmage_mendelsohn, maximum_matching
 from solver.structure.incidence import Block, Frontier, Incidence
-from solver.structure.tearing import tearings
+from solver.structure.tearing import Tearing, tearings
 
 TEARINGS = 2
 MAX_TORN = 100
@@ -35,9 +34,9 @@ MAX_TORN = 100
 
 
 def _evaluate(graph: ModelGraph, equation: int, unknown: int) -> Evaluate:
-    isolation = graph.isolation(equation, unknown)
-    assert isolation is not None
-    return Evaluate(equation, graph.names[unknown], isolation.branches)
+    effort = graph.effort(equation, unknown)
+    assert effort is not None
+    return Evaluate(equation, graph.names[unknown], effort.branches)
 
 
 def _blocks(part: Incidence) -> tuple[Block, ...]:
@@ -85,9 +84,27 @@ def _block_step(
             tuple(_evaluate(graph, rules[e], variables[u]) for e, u in tearing.order),
             tuple(rules[e] for e in tearing.residuals),
         )
-        for tearing in tearings(replace(part, resolvable=resolvable), weights, limit=TEARINGS)
+        for tearing in _tearings(graph, replace(part, resolvable=resolvable), weights)
     )
     return first._replace(others=tuple(others)) if len(first.tears) == 1 else first
+
+
+def _tearings(graph: ModelGraph, part: Incidence, weights: Mapping[int, int]) -> Iterator[Tearing]:
+    """The tearings of a block: blocks that differ in the numbering alone are torn alike, once."""
+    equations, unknowns = part.block
+    place = {unknown: k for k, unknown in enumerate(unknowns)}
+    rows = tuple([tuple([place[u] for u in part.occurs[e]]) for e in equations])
+    costs = tuple([tuple([(place[u], c) for u, c in part.resolvable[e].items()]) for e in equations])
+    key = rows, costs, tuple([weights[u] for u in unknowns])
+    if key not in graph.torn:
+        alone = Incidence(rows, tuple(map(dict, costs)), len(unknowns))
+        graph.torn[key] = tearings(alone, dict(enumerate(key[2])), limit=TEARINGS)
+    for tears, order, residuals in graph.torn[key]:
+        yield Tearing(
+            tuple([unknowns[u] for u in tears]),
+            tuple([(equations[e], unknowns[u]) for e, u in order]),
+            tuple([equations[e] for e in residuals]),
+        )
 
 
 def needed_steps(
@@ -141,7 +158,7 @@ class _Building:
             i: tuple(p.condition for p in equations[i].guard if p.condition not in decided)
             for i in self.pending
         }
-        self.parked: list[tuple[int, int, Isolation]] = []
+        self.parked: list[tuple[int, int, Effort]] = []
         self.forking: list[tuple[int, int, int]] = []
         self.frontier = Frontier((*graph.occurs, *graph.condition_occurs), len(graph.names))
         for name in known:
@@ -196,15 +213,15 @@ class _Building:
             unknown = self.frontier.unknown_of(equation)
             if unknown is None or equation >= len(self.active):
                 continue
-            isolation = self.graph.isolation(equation, unknown)
-            if isolation is None:
+            effort = self.graph.effort(equation, unknown)
+            if effort is None:
                 continue
             if not self.active[equation]:
-                self.parked.append((equation, unknown, isolation))
-            elif isolation.cost > 1:
-                heappush(self.forking, (isolation.cost, equation, unknown))
+                self.parked.append((equation, unknown, effort))
+            elif effort.cost > 1:
+                heappush(self.forking, (effort.cost, equation, unknown))
             else:
-                best[unknown] = min(best.get(unknown, (ANY_COST, 0)), (isolation.cost, equation))
+                best[unknown] = min(best.get(unknown, (ANY_COST, 0)), (effort.cost, equation))
         self._take(*(_evaluate(self.graph, equation, unknown) for unknown, (_, equation) in best.items()))
         return bool(best) or bool(self.frontier.ripe)
 
@@ -220,14 +237,14 @@ class _Building:
     # --- guards ---
 
     def _select(self, cost: int) -> bool:
-        groups: dict[int, list[tuple[int, Isolation]]] = {}
+        groups: dict[int, list[tuple[int, Effort]]] = {}
         self.parked = [one for one in self.parked if self.frontier.missing[one[0]]]
-        for equation, unknown, isolation in self.parked:
-            if isolation.cost <= cost and not self._awaited(equation):
-                groups.setdefault(unknown, []).append((equation, isolation))
+        for equation, unknown, effort in self.parked:
+            if effort.cost <= cost and not self._awaited(equation):
+                groups.setdefault(unknown, []).append((equation, effort))
         for unknown, members in groups.items():
             equations = tuple(sorted(equation for equation, _ in members))
-            branches = max(isolation.branches for _, isolation in members)
+            branches = max(effort.branches for _, effort in members)
             self._take(Select(equations, self.graph.names[unknown], branches))
         return bool(groups)
 

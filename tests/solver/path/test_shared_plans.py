@@ -1,0 +1,38 @@
+"""What is found out once for rules and blocks of one shape when a path is planned."""
+
+from __future__ import annotations
+
+import pytest
+
+import rulesheets
+from solver.path.graph import ModelGraph
+from solver.path.planner import planner
+
+RULES = [
+    "0*y + x = {n}",
+    "{n}*y + x = 3",
+    "x*({n} + y)^2 = 2",
+    "exp({n}*x) = y",
+    "y/{n} = x",
+    "{n}/y = x + {n}",
+]
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_rules_of_one_shape_share_what_an_isolation_costs(rule: str) -> None:
+    numbers = ["2.5", "0", "1", "7", "0", "1", "3"]
+    model = rulesheets.loads("\n".join(rule.format(n=n) for n in numbers) + "\n")
+    graph = ModelGraph(model)
+    for equation in model.equations:
+        for name in equation.names:
+            found = graph.isolation(equation.index, graph.number[name])
+            told = graph.effort(equation.index, graph.number[name])
+            assert told == (None if found is None else (found.cost, found.branches))
+
+
+def test_many_rules_of_one_shape_are_isolated_when_they_are_solved_only() -> None:
+    rules = "\n".join(f"x{k} + y{k}^3 = {k}.5\nx{k} - y{k} = 0.{k}" for k in range(1, 100))
+    model = rulesheets.loads(rules + "\n")
+    made = planner(model)
+    assert len(made.path(frozenset(), {}).steps) == 99
+    assert len(made.graph._isolations) <= 4
