@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from copy import copy
 from functools import cached_property, lru_cache, partial
 from graphlib import CycleError, TopologicalSorter
 from math import inf, nan, nextafter
@@ -299,9 +300,20 @@ class SparseSystem:
         self.n = len(unknowns)
         place = {name: place for place, name in enumerate((*unknowns, *known))}
         order = np.array([place[name] for name in rules.names], dtype=np.intp)
-        self.shapes = [_Shape(family, order[family.columns], self.n) for family in rules.families]
-        self.rows = np.concatenate([shape.slope_rows for shape in self.shapes])
-        self.columns = np.concatenate([shape.slope_columns for shape in self.shapes])
+        self._take([_Shape(family, order[family.columns], self.n) for family in rules.families])
+
+    def _take(self, shapes: list[_Shape]) -> None:
+        self.shapes = shapes
+        self.rows = np.concatenate([shape.slope_rows for shape in shapes])
+        self.columns = np.concatenate([shape.slope_columns for shape in shapes])
+
+    def changed(self, shapes: list[_Shape], n: int) -> SparseSystem:
+        """A system of n rules of other shapes, with the same known names."""
+        other = copy(self)
+        other.__dict__.pop("_told", None)
+        other.n = n
+        other._take(shapes)
+        return other
 
     def at(self, known: Sequence[float]) -> tuple[Callable[[Array], Array], Callable[[Array], Triplets]]:
         """Residual and Jacobian at these values of the known names; nan where they are undefined."""
@@ -389,9 +401,13 @@ class _Shape:
         shape, _ = shape_of(family.first)
         self.sides = shape.left, shape.right
         self.form = subtract(*self.sides)
-        self.arguments = [f"#{k}" for k in range(len(places))]
         alone = {k: _read(side) for k, side in enumerate(self.sides) if isinstance(side, Name)}
         self.told = {k: read[0] for k, read in alone.items() if read}
+        self._compile(n)
+
+    def _compile(self, n: int) -> None:
+        places = self.places
+        self.arguments = [f"#{k}" for k in range(len(places))]
         self.arguments += [f"#.{k}" for k in range(len(self.numbers))]
         self.moving = [(k, places[k] < n) for k in range(len(places)) if (places[k] < n).any()]
         self.compiled = partial(compile_expressions, arguments=self.arguments, arrays=True)
@@ -403,6 +419,14 @@ class _Shape:
         self._partials = self.compiled([slopes.get(f"#{k}", ZERO) for k, _ in self.moving])
         self.slope_rows = np.concatenate([self.rows[m] for _, m in self.moving])
         self.slope_columns = np.concatenate([places[k][m] for k, m in self.moving])
+
+    def changed(self, form: Expression, rows: NDArray[np.intp], places: NDArray[np.intp], n: int) -> _Shape:
+        """Another form with the same numbers, in other rows, of names at other places among n unknowns."""
+        other = copy(self)
+        other.__dict__.pop("divisors", None)
+        other.form, other.rows, other.places, other.told = form, rows, places, {}
+        other._compile(n)
+        return other
 
     def residual(self, everything: Array) -> Any:
         with np.errstate(all="ignore"):

@@ -15,15 +15,17 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rulesheets.model import Equation
-from rulesheets.syntax.nodes import Expression, Name, Negative, Sum
+from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Product, Quotient, Sum
 from rulesheets.syntax.program import walk
 from solver.accuracy.alike import MANY
 from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.block import FEW
 from solver.kernel.candidates import BlockOutcome, Candidates, left_free
 from solver.kernel.emitter import IntervalEmitter
+from solver.kernel.lifting import Lifting
 from solver.kernel.question import Budget, Question
 from solver.kernel.tangents import Tangents
 from solver.numerics.linear_algebra import Array, connected
@@ -40,7 +42,7 @@ from solver.numerics.newton import (
     spread,
     starting_points,
 )
-from solver.numerics.sparse_newton import Map, SparseFactor, Triplets, itself, sparse_newton
+from solver.numerics.sparse_newton import Map, SparseFactor, SparseRoot, Triplets, itself, sparse_newton
 from solver.numerics.tolerances import FREE, MOVED, SAME_END
 from solver.ranking.sizes import nearly_balanced
 
@@ -393,19 +395,10 @@ def search_sparsely(question: Question, candidates: Candidates, every: bool = Fa
     if question.sparse is None:
         return
     free = {v.name for v in question.variables if v.low == -math.inf and question.turn(v.name) is None}
-    for start, sizes, positive, told, limit, tangents in _sparse_starts(question):
-        if candidates.answers and not (positive or every):
+    for start in _sparse_starts(question):
+        if candidates.answers and not (start.positive or every):
             continue
-        most = POSITIVE_ITERATIONS if positive or tangents else MOST_ITERATIONS
-        functions = question.sparse if tangents is None else tangents.system.at(question.known)
-        root = sparse_newton(*functions, start, sizes, positive, most, told, limit)
-        for _ in range(most if tangents is not None else 0):
-            if not root.converged or tangents is None or tangents.touch(root.x):
-                break  # else some exponential is still far above its tangent
-            root = sparse_newton(*functions, root.x, sizes, positive, most, told, limit)
-        if tangents is not None and root.converged and tangents.cancels:
-            polished = sparse_newton(*question.sparse, root.x, sizes)  # the digits that tangents lose
-            root = root._replace(x=polished.x) if polished.converged else root
+        root = _arrived(question, start)
         if not np.isfinite(root.x).all():
             continue
         point = question.named(root.x.tolist())
@@ -421,6 +414,29 @@ def search_sparsely(question: Question, candidates: Candidates, every: bool = Fa
             return
 
 
+def _arrived(question: Question, begin: Start) -> SparseRoot:
+    """Where Newton's method comes to from a start, on the rules as they are or as ``begin`` changes them."""
+    assert question.sparse is not None
+    (start, sizes, positive, told, limit, tangents, lifting), plain = begin, question.sparse
+    most = POSITIVE_ITERATIONS if positive or tangents else MOST_ITERATIONS
+    if lifting is not None:
+        lifted = lifting.start(start)
+        wide = None if sizes is None else np.concatenate([sizes, lifted[len(sizes) :]])
+        root = sparse_newton(*lifting.system.at(question.known), lifted, wide, positive, most, limit=limit)
+        here = root._replace(x=root.x[: len(start)])
+        return sparse_newton(*plain, here.x, sizes) if root.converged else here
+    functions = plain if tangents is None else tangents.system.at(question.known)
+    root = sparse_newton(*functions, start, sizes, positive, most, told, limit)
+    for _ in range(most if tangents is not None else 0):
+        if not root.converged or tangents is None or tangents.touch(root.x):
+            break  # else some exponential is still far above its tangent
+        root = sparse_newton(*functions, root.x, sizes, positive, most, told, limit)
+    if tangents is not None and root.converged and tangents.cancels:
+        polished = sparse_newton(*plain, root.x, sizes)  # the digits that tangents lose
+        root = root._replace(x=polished.x) if polished.converged else root
+    return root
+
+
 CORRECTED = 2
 
 
@@ -432,8 +448,13 @@ def _corrected(
     for left in reversed(range(CORRECTED + 1)):
         point = question.named(x.tolist())
         misses = question.misses(point) if np.isfinite(x).all() else None
-        if misses is None or not misses.any():
-            return None if misses is None else point
+        if misses is None:
+            before, x = x, _with_zeros(question, x)
+            if (x == before).all():
+                return None
+            continue
+        if not misses.any():
+            return point
         try:
             x = x - SparseFactor(jacobian(x), len(x)).solve(misses) if left else x
         except ArithmeticError:
@@ -441,9 +462,19 @@ def _corrected(
     return None
 
 
+def _with_zeros(question: Question, x: Array) -> Array:
+    """The point (n,) with every unknown at 0 of which a rule tells that: the flow through a closed valve, of
+    which rounding has left a trace."""
+    system = question.kernel.sparse
+    return x if system is None else np.where(system.with_told(x, question.known) == 0.0, 0.0, x)
+
+
+_EXPONENTIALS = frozenset({"exp", "sinh", "cosh"})
+
+
 class Start(NamedTuple):
     """A point (n,) to start from, the ``sizes`` (n,) of the unknowns, and how to go on from there, as
-    ``sparse_newton`` has it; with ``tangents`` in place of exponentials."""
+    ``sparse_newton`` has it; with ``tangents`` in place of exponentials, or ``lifting`` of differences."""
 
     x: Array
     sizes: Array | None
@@ -451,6 +482,7 @@ class Start(NamedTuple):
     told: Map = itself
     limit: float | None = None
     tangents: Tangents | None = None
+    lifting: Lifting | None = None
 
 
 def _sparse_starts(question: Question) -> Iterator[Start]:
@@ -491,6 +523,14 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
         yield Start(np.clip(HALF * inside, low, high), sizes, positive=True)
     yield Start(ones, sizes)
     yield Start(inside, sizes)
+    level = _exponents(question)
+    if level.any():
+        yield Start(np.clip(np.where(level, 0.0, inside), low, high), sizes)
+    lifting = None if system is None or len(names) <= FEW else Lifting(system, question.known)
+    if lifting is not None and lifting.some:
+        for start in (inside, HALF * inside, ones):
+            yield Start(np.clip(start, low, high), sizes, positive=True, lifting=lifting)
+        yield Start(inside, sizes, limit=LIMIT, lifting=lifting)
     flat = _beside_known(question, inside)
     if flat is not None:
         yield Start(told(flat), sizes)
@@ -501,6 +541,7 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
             for start in beside:
                 yield Start(start, sizes, told=told, limit=LIMIT)
                 yield Start(start, sizes, limit=LIMIT)
+            yield Start(np.clip(HALF * inside, low, high), sizes, limit=LIMIT)
 
 
 def _beside_known(question: Question, start: Array) -> Array | None:
@@ -517,6 +558,37 @@ def _beside_known(question: Question, start: Array) -> Array | None:
     place = {name: i for i, name in enumerate(rules.names)}
     own = kind[[place[name] for name in question.unknowns]]
     return np.where(count[own] > 0.0, means[own], start) if count[own].any() else None
+
+
+def _exponents(question: Question) -> NDArray[np.bool_]:
+    """Which unknowns (n,) exponents of e are sums of, with factors: utilities, potentials. These may have
+    either sign, and no size but that of 1."""
+    place = {name: i for i, name in enumerate(question.unknowns)}
+    rules, found = question.kernel.alike, np.zeros(len(place), dtype=bool)
+    columns = np.array([place.get(name, -1) for name in rules.names], dtype=np.intp)
+    for family in rules.families:
+        for name in dict.fromkeys(_terms_of_exponents(family.first)):
+            mine = columns[family.columns[family.first.names.index(name)]]
+            found[mine[mine >= 0]] = True
+    return found
+
+
+def _terms_of_exponents(rule: Equation) -> Iterator[str]:
+    waiting = [
+        node.arguments[0]
+        for node in walk(rule.left, rule.right)
+        if isinstance(node, Call) and node.function in _EXPONENTIALS
+    ]
+    while waiting:
+        match waiting.pop():
+            case Name(name):
+                yield name
+            case Sum(terms):
+                waiting += terms
+            case Negative(one) | Quotient(one, _):
+                waiting.append(one)
+            case Product(one, other):
+                waiting += (one, other)
 
 
 def _added(rule: Equation) -> Iterator[tuple[int, int]]:

@@ -319,3 +319,51 @@ def test_a_nearest_miss_out_of_the_domain_is_not_told() -> None:
     assert _nearest_miss(question, candidates) == ({}, ())
     candidates.nearest = {"x": 1.0, "y": 1.0}
     assert _nearest_miss(question, candidates) == ({"x": 1.0, "y": 1.0}, (0.0, -1.0))
+
+
+def test_logarithmic_means_begin_with_positive_differences() -> None:
+    """Heat exchangers in counterflow, whose differences of temperature vanish where all are of one size."""
+    n, lines = 700, ["c0 = 290", "ch = 1.8", "cc = 2", "h701 = 480"]
+    for i in range(1, n + 1):
+        lines += [f"Q{i} = ch*(h{i + 1} - h{i})", f"Q{i} = cc*(c{i} - c{i - 1})"]
+        hot, cold = f"(h{i + 1} - c{i})", f"(h{i} - c{i - 1})"
+        lines.append(f"Q{i} = {6 / n}*({hot} - {cold})/ln({hot}/{cold})")
+    result = _solved(lines)
+    capacities = 1.8 / 2  # a heat exchanger of 6/1.8 transfer units in all, by its effectiveness
+    drop = math.exp(-6 / 1.8 * (1 - capacities))
+    effectiveness = (1 - drop) / (1 - capacities * drop)
+    assert math.isclose(result["h1"], 480 - effectiveness * (480 - 290), rel_tol=1e-9)
+
+
+def test_utilities_begin_at_zero() -> None:
+    """A demand that chooses among stations by their queues (multinomial logit)."""
+    n, lines = 100, ["D = 4000", "a = 0.5", "S = " + " + ".join(f"exp(U{j})" for j in range(100))]
+    for j in range(n):
+        lines.append(f"U{j} = {(j * 37 % 200) / 100} - a*w{j}")
+        lines.append(f"w{j} = 1 + (f{j}/{30 + j * 13 % 30})^4*0.5")
+        lines.append(f"f{j} = D*exp(U{j})/S")
+    result = _solved(lines)
+    assert math.isclose(sum(result[f"f{j}"] for j in range(n)), 4000, rel_tol=1e-9)
+    assert all(result[f"{s}{j}"] > 0.0 for s in "wf" for j in range(n))
+
+
+def test_nothing_flows_through_closed_valves() -> None:
+    """A grid of pipes between a reservoir and demands, across which check valves lead back."""
+    side, lines = 25, ["H0 = 60"]
+    number = {place: k for k, place in enumerate(product(range(side), repeat=2))}
+    balance: list[list[str]] = [[] for _ in number]
+    pipes = [(k, number[p]) for (i, j), k in number.items() for p in ((i + 1, j), (i, j + 1)) if p in number]
+    valves = [(number[i + 1, j + 1], number[i, j]) for i in range(0, 24, 3) for j in range(0, 24, 5)]
+    for k, (a, b) in enumerate([*pipes, *valves]):
+        r = 500 + 8500 * (k * 37 % 101) / 101
+        law = f"H{a} - H{b} = {r}*Q{k}*abs(Q{k})^0.852"
+        lines.append(law if k < len(pipes) else f"Q{k} = max(H{a} - H{b}, 0)/{r / 50}")
+        balance[a].append(f"- Q{k}")
+        balance[b].append(f"+ Q{k}")
+    for k, terms in enumerate(balance[1:], 1):
+        lines.append(f"{' '.join(terms)} = {(0.2 + 0.8 * (k * 29 % 97) / 97) * 0.4 / len(number)}")
+    result = _solved(lines)
+    closed = [result[f"Q{k}"] == 0.0 for k in range(len(pipes), len(pipes) + len(valves))]
+    back = [result[f"H{a}"] <= result[f"H{b}"] for a, b in valves]
+    assert closed == back
+    assert any(closed)
