@@ -19,8 +19,7 @@ from solver.accuracy.digits import ManyDigits, Unresolved, Work
 from solver.accuracy.rule_check import sides
 from solver.numerics.linear_algebra import factorise, independent_rows
 from solver.path.cases import known_rules, outcomes
-from solver.structure.decomposition import block_triangular, dulmage_mendelsohn, maximum_matching
-from solver.structure.incidence import Incidence
+from solver.structure.decomposition import Incidence, block_triangular, dulmage_mendelsohn, maximum_matching
 
 DENSE = 1500
 """Unknowns up to which redundant rows may stand in for dependent ones."""

@@ -24,8 +24,14 @@ from solver.path import (
 )
 from solver.path.cases import activity, compatible, outcomes, value_of_equality
 from solver.path.graph import Effort, ModelGraph
-from solver.structure.decomposition import block_triangular, dulmage_mendelsohn, maximum_matching
-from solver.structure.incidence import Block, Frontier, Incidence
+from solver.structure.decomposition import (
+    Block,
+    Frontier,
+    Incidence,
+    block_triangular,
+    dulmage_mendelsohn,
+    maximum_matching,
+)
 from solver.structure.tearing import Tearing, tearings
 
 TEARINGS = 2

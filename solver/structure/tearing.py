@@ -16,7 +16,7 @@ from math import comb
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
-from solver.structure.incidence import Incidence
+from solver.structure.decomposition import Incidence
 
 Tears: TypeAlias = tuple[int, ...]
 Steps: TypeAlias = tuple[tuple[int, int], ...]

@@ -8,7 +8,7 @@ from itertools import combinations
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from solver.structure.incidence import Block, Incidence
+from solver.structure.decomposition import Block, Incidence
 
 patient = settings(deadline=None)
 """Brute force, and the first import of scipy, take the time that the machine has."""

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from hypothesis import given
 
-from solver.structure.decomposition import Parts, dulmage_mendelsohn
-from solver.structure.incidence import Block, Incidence
+from solver.structure.decomposition import Block, Incidence, Parts, dulmage_mendelsohn
 from tests.solver.structure.incidences import (
     columns,
     incidences,

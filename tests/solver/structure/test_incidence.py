@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from solver.structure.incidence import Block, Incidence
+from solver.structure.decomposition import Block, Incidence
 from tests.solver.structure.incidences import system
 
 

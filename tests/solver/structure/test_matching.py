@@ -7,8 +7,7 @@ from random import Random
 
 from hypothesis import given
 
-from solver.structure.decomposition import maximum_matching
-from solver.structure.incidence import Incidence
+from solver.structure.decomposition import Incidence, maximum_matching
 from tests.solver.structure.incidences import columns, incidences, matchable, patient, rank, system
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 
 from solver.structure import tearing as module
-from solver.structure.incidence import Incidence
+from solver.structure.decomposition import Incidence
 from solver.structure.tearing import Tearing, tearings
 from tests.solver.structure.incidences import closure, incidences, patient, renumbered, shuffled, system
 

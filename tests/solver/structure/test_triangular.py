@@ -8,8 +8,7 @@ from itertools import combinations
 import pytest
 from hypothesis import given
 
-from solver.structure.decomposition import block_triangular
-from solver.structure.incidence import Block, Incidence
+from solver.structure.decomposition import Block, Incidence, block_triangular
 from tests.oracles.operations import growth
 from tests.solver.structure.incidences import incidences, moved, patient, renumbered, shuffled, system
 
