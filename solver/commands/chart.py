@@ -36,8 +36,7 @@ from solver.path.planner import planner
 from solver.pictures import picture_kind
 from solver.report import table
 from solver.report.text import result_text
-from solver.solution.conclusion import can_prove
-from solver.solution.solving import Solution, solve
+from solver.solution.solving import Solution, can_prove, solve
 from solver.sweeps import Plan, prepare
 
 OURS = "backsolve"

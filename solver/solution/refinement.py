@@ -1,5 +1,7 @@
 """Explored again: in more digits where floats are vague, within what requirements allow, at 0/0 by limits.
 
+A refusal is looked into as well: a rule may be 0/0 where there would be an answer, or fix a given number.
+
 The given values are exact numbers, so that an answer exists to all digits, however ill-conditioned. Where the
 error bar of an answer says that floats lose more than their rounding, the path is followed once more in
 numbers of higher precision, and of twice that, until two precisions agree: then every value is the float
@@ -18,16 +20,18 @@ from itertools import takewhile
 from typing import Any
 
 from rulesheets.deadline import TimeIsUp, grace
-from rulesheets.evaluate import Undefined, extended, value
+from rulesheets.evaluate import Undefined, derivatives, extended, value
 from rulesheets.evaluate.digits import DIGITS, beside, extended_derivatives, indeterminate
+from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value, Variable
-from rulesheets.syntax.nodes import Name, Number, Quotient, exchange, subtract
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient, exchange, subtract
 from rulesheets.syntax.program import walk
 from solver.accuracy.forward_error import ForwardErrors, forward_errors
 from solver.accuracy.rule_check import check_rule, sides
-from solver.facts import Conflict, DoubleRoot, Filled
-from solver.leaves import Asked, CutOff, Exploration, Leaf, leaf_errors, unmet
-from solver.numerics.tolerances import BACKWARD, LOST, MEANINGLESS, NO_DIGIT, SAFETY, VAGUE
+from solver.facts import Conflict, DoubleRoot, Fact, Filled, Fixed, Indeterminacy, NoRoot, NoValue
+from solver.kernel.step import OTHERWISE
+from solver.leaves import Asked, CutOff, Exploration, Leaf, Patience, indeterminacy, leaf_errors, unmet
+from solver.numerics.tolerances import BACKWARD, LOST, MEANINGLESS, NO_DIGIT, SAFETY, SAME_VALUE, VAGUE
 from solver.path.cases import MIRRORED, known_rules, outcomes
 from solver.solution.explore import GRACE, explore
 
@@ -323,3 +327,120 @@ def _holds_beside(equation: Equation, values: Mapping[str, Value]) -> bool:
         return False
     total = sum(float(abs(slope * there[name])) for name, slope in slopes.items())
     return bool(abs(miss) / 2 <= BACKWARD * total)
+
+
+# --- blocks without an answer whose equations are 0/0 where there would be one ---
+
+NEAR = 1e-4
+"""Share of the change that its variables make of it, below which a side of a quotient may be 0."""
+
+
+def at_a_limit(asked: Asked, leaf: Leaf, refusals: Sequence[Fact]) -> tuple[Indeterminacy, ...] | None:
+    """The rules that are undefined where there is an answer in the limit; None if there is no such answer."""
+    model = asked.model
+    for fact in refusals:  # both sides may be 0 where the rules miss least
+        if isinstance(fact, NoRoot):
+            values = {**leaf.branch.values, **fact.best}
+            rules = [model.equations[index] for index in fact.equations]
+            parts = walk(*(side for rule in rules for side in (rule.left, rule.right)))
+            quotients = (part for part in parts if isinstance(part, Quotient))
+            if any(_small(part.left, values) and _small(part.right, values) for part in quotients):
+                break
+    else:
+        return None
+    for answer in answers_between(asked)[:1]:
+        filled = (fact.equation for fact in answer.branch.facts if isinstance(fact, Filled))
+        undefined = (indeterminacy(model.equations[index], answer.branch.values) for index in filled)
+        return tuple(filter(None, undefined))
+    return None
+
+
+def _small(part: Expression, values: Mapping[str, Value]) -> bool:
+    try:
+        number, slopes = derivatives(part, values)
+    except (Undefined, KeyError, TypeError):
+        return False
+    return abs(number) <= NEAR * sum(
+        abs(s * v) for n, s in slopes.items() if isinstance(v := values[n], float)
+    )
+
+
+# --- given numbers that the rules fix otherwise, whatever the unknowns are ---
+#
+# A ratio of speeds does not depend on the speed that is free. A search for the speed at which it comes out as
+# given finds nothing, or creeps towards 0; but the rules give the ratio one value at any speed.
+
+TRIALS = (1.3247180, 7.3890561, 0.0207880, 1.1e-4)
+"""Shares of its size at which an unknown is tried."""
+EVERYDAY = 0.7548777
+"""A number at which it is tried as well: beside tiny inputs ``exp(x) - x`` is 1 at all of its trials."""
+MOST = 4
+"""Unknowns, and given numbers, that are looked at."""
+_FLAT = named(lambda row: not row.smooth)
+"""Functions that are constant, or without a part of their arguments, over a range of them."""
+
+
+def fixed_otherwise(asked: Asked, refusals: Sequence[Fact]) -> Fixed | None:
+    """The given number that contradicts the rules at any value of an unknown; None if none does."""
+    patience = Patience()
+    for fact in refusals:  # the rules of which it is said that nothing satisfies them
+        match fact:
+            case NoRoot(equations=equations, unknowns=unknowns):
+                pass
+            case NoValue(e, u, reading, pole) if pole or reading.startswith(OTHERWISE):
+                equations, unknowns = (e,), (u,)
+            case _:
+                continue
+        rules = [asked.model.equations[e] for e in equations]
+        parts = walk(*(side for rule in rules for side in (rule.left, rule.right)))
+        if any(rule.guard for rule in rules) or any(
+            isinstance(part, Call) and part.function in _FLAT for part in parts
+        ):
+            continue  # what they say may differ from one range of their variables to the next
+        if (found := next(_fixed(asked, rules, unknowns, patience), None)) is not None:
+            return found
+    return None
+
+
+def _fixed(
+    asked: Asked, rules: Sequence[Equation], unknowns: Sequence[str], patience: Patience
+) -> Iterator[Fixed]:
+    inputs = asked.inputs
+    read = [name for rule in rules for name in rule.names]
+    alone = {side.name for rule in rules for side in (rule.left, rule.right) if isinstance(side, Name)}
+    own = {name: variable.value for name, variable in asked.model.variables.items()}
+    given = [name for name in inputs if name in read and isinstance(inputs[name], float)]
+    given.sort(key=lambda name: (own[name] == inputs[name], name not in alone, read.count(name)))
+    free = sorted((n for n in unknowns if n in read), key=lambda name: (own[name] is None, name in alone))
+    for unknown in free[:MOST]:
+        for name in given[:MOST]:
+            ends, number = _whatever(asked, name, unknown, patience), inputs[name]
+            if ends is None or not isinstance(number, float):
+                continue
+            slack = BACKWARD * max(map(abs, (*ends, number)))
+            if not ends[0] - slack <= number <= ends[1] + slack:
+                yield Fixed(name, ends[0], number, unknown, tuple(rule.index for rule in rules))
+
+
+def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> tuple[float, float] | None:
+    """The ends of the one value, but for rounding, that the rules give to a variable at any trial of an
+    unknown; None if there is none."""
+    rest = {n: v for n, v in asked.inputs.items() if n != name}
+    sizes = [abs(v) for v in rest.values() if isinstance(v, float) and v]
+    size = math.exp(sum(map(math.log, sizes)) / len(sizes)) if sizes else 1.0
+    found: set[float] = set()
+    trials, variable = [share * size for share in TRIALS], asked.model.variables[unknown]
+    for at in [*trials, EVERYDAY] if variable.admits(EVERYDAY) else trials:
+        trial = {**rest, unknown: at}
+        if patience.lost or not variable.admits(at):
+            return None
+        tried = patience.shown(explore(Asked(asked.model, trial, None, {}, (name,)), brief=True))
+        leaves = [leaf for leaf in tried.leaves if leaf.solved]
+        if len(leaves) != 1 or not tried.complete:
+            return None
+        value = leaves[0].branch.values[name]
+        if not isinstance(value, float):
+            return None
+        found.add(value)
+    low, high = min(found), max(found)
+    return (low, high) if high - low <= SAME_VALUE * max(abs(low), abs(high)) else None

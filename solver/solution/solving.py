@@ -7,13 +7,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.deadline import TimeIsUp, grace, time_limit
-from rulesheets.diagnosis import Diagnosis, plural
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, plural
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Tolerance, Value
 from solver.accuracy.forward_error import ForwardErrors
@@ -22,9 +23,8 @@ from solver.leaves import Asked, CutOff, Exploration, Leaf, infinite, leaf_error
 from solver.path import Path, Shown, SolveBlock, Step, equations_of
 from solver.path.planner import planner
 from solver.ranking.ranking import unlikely
-from solver.solution.conclusion import conclude, require_proof
 from solver.solution.refinement import explore_required
-from solver.solution.verdict import Verdict, judge
+from solver.solution.verdict import Verdict, conclude, judge
 
 if TYPE_CHECKING:
     from solver.derivatives import Sensitivities, ToleranceBands
@@ -169,6 +169,18 @@ class Result(Shown):
         if not 0 <= number < len(self.solutions):
             raise IndexError(f"there is no answer {number}: answers are 0 to {len(self.solutions) - 1}")
         return self.solutions[number]
+
+
+def can_prove() -> bool:
+    """Whether the extra is installed."""
+    return find_spec("flint") is not None
+
+
+def require_proof() -> None:
+    """Raises RuleSheetError where the extra is not installed."""
+    if not can_prove():
+        notes = ("pip install 'backsolve[proof]'",)
+        raise RuleSheetError(error("E449", "proof needs python-flint", notes=notes))
 
 
 CUT = "S593"

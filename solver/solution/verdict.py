@@ -1,20 +1,39 @@
-"""From the leaves of an exploration to one status: the judgement that a result stands on."""
+"""One question to its verdict: explored, judged by its leaves, and judged again where more can be said.
+
+Where rules lose an unknown (at a dead centre, above all), they are read again without what vanishes. Where a
+block has no answer, its equations may be 0/0 where there would be one, or fix a given number otherwise.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
-from rulesheets.model import Model, Value
+from rulesheets.deadline import TimeIsUp
+from rulesheets.evaluate import Undefined
+from rulesheets.evaluate.digits import vanishes
+from rulesheets.model import Equation, Model, Value
+from rulesheets.syntax import nodes
 from solver import facts
-from solver.facts import Fact, Status
+from solver.accuracy.rule_check import check_rule, sides
+from solver.facts import AsksNothing, DoubleRoot, Fact, RankLoss, Status
 from solver.leaves import Asked, Casework, Exploration, Leaf, blocked, leaf_errors, within_one_turn
+from solver.numerics.linear_algebra import null_direction
 from solver.numerics.tolerances import NEIGHBOURS, SAFETY, SAME_ANSWER
 from solver.path import Evaluate, SolveBlock, equations_of
+from solver.path.cases import activity, known_rules
 from solver.path.planner import planner
 from solver.ranking.ranking import Ranking
+from solver.solution.refinement import (
+    at_a_limit,
+    explore_refined,
+    explore_required,
+    fixed_otherwise,
+    with_limits,
+)
 
 
 class Verdict(NamedTuple):
@@ -274,3 +293,164 @@ def _ordered(asked: Asked, leaves: list[Leaf]) -> list[Leaf]:
         [leaf.branch.values for leaf in leaves], asked.inputs
     )
     return [leaves[place] for place in order]
+
+
+# --- rules that lose an unknown ---
+#
+# A product with a factor that is 0 at what is known tells nothing of its other factor, and a rule that holds
+# such a product does not tie that unknown to the others. Without it the rules may determine what was left
+# open: at dead centre the slider's acceleration gives the speed of the crank, which its velocity does not.
+# The same goes for rules of a block that say the same thing at these values: one of them is left out.
+
+
+def _look_behind(
+    asked: Asked, found: Exploration, verdict: Verdict, always: bool = False
+) -> tuple[Model, Exploration, Verdict] | None:
+    """The rules without products that vanish, and what comes of them; None where that is no more.
+
+    For a ``verdict`` on what was ``found`` that leaves something open. Where two answers coincide it stands:
+    what the rules read there is the edge between those two.
+    """
+    if any(isinstance(fact, DoubleRoot) for fact in verdict.facts):
+        return None
+    void = [fact for leaf in found.leaves for fact in leaf.branch.reasons]
+    if not any(isinstance(fact, RankLoss | AsksNothing) for fact in void):
+        return None
+    lost = (fact for fact in void if isinstance(fact, RankLoss))
+    model, first = asked.model, found.leaves[0].branch.values
+    values = {  # numbers that all leaves have
+        name: value
+        for name, value in first.items()
+        if isinstance(value, float) and all(leaf.branch.values.get(name) == value for leaf in found.leaves)
+    }
+    reduced, open_ = _reduced(model, values)
+    repeated = {place for fact in lost if (place := _repeated(model, fact, values)) is not None}
+    if not open_ and not repeated:
+        return None
+    left = (
+        replace(e, left=nodes.ZERO, right=nodes.ZERO) if e.index in repeated else e for e in reduced.equations
+    )
+    reduced = replace(reduced, equations=tuple(left))
+    again = explore_refined(asked._replace(model=reduced), always)
+    told = judge(asked._replace(model=reduced), again)._replace(reread=True)
+    if told.status is not Status.INFEASIBLE:
+        if not told.leaves or not all(_stands(model, leaf) for leaf in told.leaves):
+            return None
+        known = [
+            sum(name in leaf.branch.values for leaf in one.leaves[:1] for name in asked.judged)
+            for one in (verdict, told)
+        ]
+        if told.status in (Status.PARTIAL, Status.SINGULAR) and known[1] > known[0]:
+            told = told if verdict.status is Status.PARTIAL else _singular(model, told, open_)
+        elif told.status is not Status.SOLVED:
+            return None
+    return reduced, again, told
+
+
+def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verdict:
+    """What is determined, by the leaves that know most; the rules that tell nothing here say what is not."""
+    fewest = min(len(leaf.missing) for leaf in told.leaves)
+    leaves = tuple(leaf for leaf in told.leaves if len(leaf.missing) == fewest)
+    decided = leaves[0].branch.conditions
+    facts = tuple(
+        fact
+        for fact in open_
+        if fact.unknown not in leaves[0].branch.values and activity(model.equations[fact.equation], decided)
+    )
+    return told._replace(status=Status.SINGULAR, leaves=leaves, facts=facts[:1] or told.facts, structural=())
+
+
+def _stands(model: Model, leaf: Leaf) -> bool:
+    """Whether the rules as they are written hold, all that can be read."""
+    values, decided = leaf.branch.values, leaf.branch.conditions
+    return all(check_rule(rule, values).holds for rule in known_rules(model, decided, values))
+
+
+def _repeated(model: Model, fact: RankLoss, values: Mapping[str, float]) -> int | None:
+    """A rule of a block that follows from its others, to first order: the one that has most part in it."""
+    equations = [model.equations[index] for index in fact.equations]
+    unknowns = [n for n in dict.fromkeys(n for e in equations for n in e.names) if n not in values]
+    at = {**values, **dict.fromkeys(unknowns, 1.0)}
+    try:
+        slopes = [sides(e, at).slopes for e in equations]
+    except Undefined:
+        return None
+    rows = [[slope.get(n, 0.0) for n in unknowns] for slope in slopes]
+    sizes = [max(map(abs, row), default=0.0) for row in rows]
+    if len(rows) != len(unknowns) or not all(sizes):
+        return None
+    unit = [[entry / size for entry in row] for row, size in zip(rows, sizes, strict=True)]
+    shares = null_direction(list(zip(*unit, strict=True)), [1.0] * len(rows))
+    return fact.equations[max(range(len(shares)), key=lambda place: abs(shares[place]))]
+
+
+def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[AsksNothing, ...]]:
+    """The model without products that vanish at the values; which rule tells nothing of which unknown."""
+    equations: list[Equation] = []
+    told_nothing: list[AsksNothing] = []
+    for equation in model.equations:
+        left, right = (_without(side, values) for side in (equation.left, equation.right))
+        without = replace(equation, left=left, right=right)
+        lost = set(equation.names) - set(without.names) - values.keys()
+        if lost and (not values.keys() >= set(without.names) or check_rule(without, values).holds):
+            told_nothing += [AsksNothing(equation.index, name) for name in equation.names if name in lost]
+            equation = without
+        equations.append(equation)  # one that is left with a contradiction has no value for what it loses
+    return replace(model, equations=tuple(equations)), tuple(dict.fromkeys(told_nothing))
+
+
+def _without(side: nodes.Expression, values: Mapping[str, float]) -> nodes.Expression:
+    """The expression with 0 for products and quotients of what is 0 at the values with what is unknown."""
+    parts = nodes.children(side)
+    if not parts:
+        return side
+    done: list[nodes.Expression] = []
+    for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
+        done.append(_without(part, values))
+    pairs = [done] if isinstance(side, nodes.Product | nodes.Quotient) else []
+    for factor, other in [*pairs, done[::-1]] if isinstance(side, nodes.Product) else pairs:
+        nothing = nodes.is_number(factor, 0.0) or (_read(factor, values) and vanishes(factor, values))
+        if nothing and not _read(other, values):
+            return nodes.ZERO
+    if all(new is old for new, old in zip(done, parts, strict=True)):
+        return side
+    match side:
+        case nodes.Sum():
+            return nodes.add(*done)
+        case nodes.Negative():
+            return nodes.negative(done[0])
+        case nodes.Product():
+            return nodes.multiply(*done)
+        case _:
+            return nodes.rebuilt(side, tuple(done))
+
+
+def _read(part: nodes.Expression, values: Mapping[str, float]) -> bool:
+    return all(name in values for name in nodes.names(part))
+
+
+def conclude(
+    asked: Asked, *, prove: bool = False, limits: bool = False
+) -> tuple[Verdict, Exploration, Model]:
+    """The verdict on these inputs, what it rests on, and the model as it was read for it.
+
+    When the time is up after the first verdict, that is the last. Raises TimeIsUp before there is one.
+    """
+    found = explore_required(asked, always=prove)
+    verdict, by = judge(asked, found), asked.model
+    if verdict.status in (Status.SINGULAR, Status.PARTIAL):
+        with suppress(TimeIsUp):
+            behind = _look_behind(asked, found, verdict, always=prove)
+            by, found, verdict = behind or (by, found, verdict)
+    with suppress(TimeIsUp):
+        if limits:
+            by, found = with_limits(asked, found)
+            verdict = judge(asked._replace(model=by), found)._replace(reread=by is not asked.model)
+        elif verdict.status is Status.FAILED and verdict.leaves:
+            undefined = at_a_limit(asked, verdict.leaves[0], verdict.facts)
+            if undefined is not None:
+                verdict = Verdict(Status.SINGULAR, verdict.leaves, undefined)
+        if verdict.status in (Status.FAILED, Status.INFEASIBLE):
+            fixed = fixed_otherwise(asked, verdict.facts)
+            verdict = verdict._replace(status=Status.INCONSISTENT, facts=(fixed,)) if fixed else verdict
+    return verdict, found, by

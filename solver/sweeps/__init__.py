@@ -30,9 +30,8 @@ from solver.files.tables import CODES, Column, Table, column_of, free_name, one_
 from solver.leaves import Asked, Exploration, blocked
 from solver.path.planner import planner
 from solver.ranking.branches import Answers, found_again, kept
-from solver.solution.conclusion import conclude
 from solver.solution.explain import explain
-from solver.solution.verdict import Verdict
+from solver.solution.verdict import Verdict, conclude
 from solver.trace.guards import Pattern
 from solver.trace.python import with_resort
 from solver.trace.records import Records
