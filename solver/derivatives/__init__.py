@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, err
 from rulesheets.format import format_expression
 from rulesheets.inputs import no_tolerance, variable_named, variables_named
 from rulesheets.model import Model, Tolerance, Value
-from solver.derivatives.total_derivatives import Near, Total, active_comparisons, one_sided, totals
+from solver.derivatives.linearization import Extended, Total, active_comparisons, number, totals
 from solver.path import Shown
 from solver.path.cases import Pair
 
@@ -188,13 +188,88 @@ def _one(total: Total, values: Mapping[str, Value], output: str, given: str) -> 
     corner = total.cornered.get(given, {}).get(output)
     if corner is not None:
         return Reason("rough", corner)
-    if output in total.by and output not in total.underdetermined:
+    if output in total.by and output not in total.sharp.lost:
         slope = float(total.by[output].get(given, 0.0))
         # 0 where it is no more than what is left of terms that cancel at the digits computed with
         above, below = (abs(float(total.sharp.values[name])) or 1.0 for name in (output, given))
         return slope if abs(slope) * below > CANCELLED * above else 0.0
-    rule = next((e for e, read in total.rough.items() if read & {output, *total.underdetermined}), None)
+    rule = next((e for e, read in total.rough.items() if read & {output, *total.sharp.lost}), None)
     return Reason("free") if rule is None else Reason("rough", rule)
+
+
+# --- where the rules have no slope: limits of the derivatives from one side ---
+
+Near = Callable[[Mapping[str, Value], Mapping[str, float]], Mapping[str, Value] | None]
+"""The answer for some inputs that is nearest to guesses; None where there is none."""
+
+NODES = 8
+FARTHEST = 2.0**-10
+"""Distance of the farthest node, in units of the input (or 1); each next one is half as far."""
+
+SETTLED = 1e-12
+"""Change of the limit by its farthest node, relative, at which it is one."""
+
+CONTINUOUS, NOUGHT = 1e-9, 1e-15
+"""Relative distance of an output from its limit, and of a limit from 0, at which they are taken for one."""
+
+
+def one_sided(
+    model: Model,
+    values: Mapping[str, Value],
+    inputs: Mapping[str, Value],
+    outputs: Sequence[str],
+    given: str,
+    way: int,
+    near: Near,
+) -> dict[str, float]:
+    """Limits of the derivatives by ``given`` from above (``way`` 1) or below (-1), where there are any.
+
+    An output that is not continuous there has none, and nothing has where there is no answer on that side.
+    """
+    middle = inputs[given]
+    assert isinstance(middle, float)
+    guesses = {n: v for n, v in values.items() if isinstance(v, float) and n not in inputs}
+    reach = FARTHEST * max(abs(middle), 1.0)
+    nodes: list[Extended] = []
+    slopes: dict[str, list[Extended]] = {output: [] for output in outputs}
+    levels: dict[str, list[Extended]] = {output: [] for output in outputs}
+    for k in range(NODES):
+        moved = {**inputs, given: middle + way * reach * 2.0**-k}
+        answer = near(moved, guesses)
+        if answer is None:
+            return {}
+        total = totals(model, answer, moved, (given,))
+        nodes.append(number(moved[given]) - number(middle))  # type: ignore[arg-type]
+        for output in [*slopes]:
+            if output in total.sharp.lost or output not in total.by or given in total.tied:
+                del slopes[output], levels[output]
+                continue
+            slopes[output].append(total.by[output].get(given, number(0.0)))
+            levels[output].append(total.sharp.values[output])
+    found = {}
+    for output, samples in slopes.items():
+        slope, level = _limit(nodes, samples), _limit(nodes, levels[output])
+        here = values[output]
+        if slope is None or level is None or not isinstance(here, float):
+            continue
+        if abs(level - here) <= CONTINUOUS * max(abs(here), *map(abs, levels[output])):
+            found[output] = float(slope)
+    return found
+
+
+def _limit(nodes: Sequence[Extended], samples: Sequence[Extended]) -> Extended | None:
+    """The value at 0 of the polynomial through the samples, by Neville's scheme; None where it depends on the
+    farthest one."""
+    row, rest = list(samples), samples[-1]
+    for step in range(1, len(row)):
+        rest = row[1]
+        for i in range(len(row) - step):
+            far, near = nodes[i], nodes[i + step]
+            row[i] = (far * row[i + 1] - near * row[i]) / (far - near)
+    size = max(map(abs, samples))
+    if abs(row[0] - rest) > SETTLED * size:
+        return None
+    return row[0] if abs(row[0]) > NOUGHT * size else row[0] * 0
 
 
 class Contribution(NamedTuple):

@@ -27,8 +27,7 @@ from solver.solution.refinement import explore_required
 from solver.solution.verdict import Verdict, conclude, judge
 
 if TYPE_CHECKING:
-    from solver.derivatives import Sensitivities, ToleranceBands
-    from solver.derivatives.total_derivatives import Near
+    from solver.derivatives import Near, Sensitivities, ToleranceBands
     from solver.files.tables import Table
 
 
