@@ -1,4 +1,4 @@
-"""Searches over all unknowns of a block at once: by boxes, from starts, by sparse Newton steps, for a curve.
+"""Searches over all unknowns of a block at once: by boxes, from starts, for a curve.
 
 Where all unknowns have finite ranges, their box is subdivided with proof (``numerics/subdivision.py``).
 
@@ -10,25 +10,18 @@ is held at the edge of it. Where descent finds nothing, trust regions do.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rulesheets.model import Equation
-from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Product, Quotient, Sum
-from rulesheets.syntax.program import walk
-from solver.accuracy.alike import MANY
+from rulesheets.syntax.nodes import Expression
 from solver.facts import Attempt, Beside, Method, RankLoss
-from solver.kernel.block import FEW
 from solver.kernel.candidates import BlockOutcome, Candidates, left_free
 from solver.kernel.emitter import IntervalEmitter
-from solver.kernel.lifting import Lifting
 from solver.kernel.question import Budget, Question
-from solver.kernel.tangents import Tangents
-from solver.numerics.linear_algebra import Array, connected
+from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import (
     GAUSS_NEWTON,
     NEWTON,
@@ -42,9 +35,7 @@ from solver.numerics.newton import (
     spread,
     starting_points,
 )
-from solver.numerics.sparse_newton import Map, SparseFactor, SparseRoot, Triplets, itself, sparse_newton
 from solver.numerics.tolerances import FREE, MOVED, SAME_END
-from solver.ranking.sizes import nearly_balanced
 
 # --- box by box ---
 
@@ -375,226 +366,3 @@ def without_curves(question: Question, outcome: BlockOutcome) -> BlockOutcome:
         facts = (*outcome.facts, beside(curves[0]))
         return outcome._replace(answers=others, complete=False, whole=False, stretches=(), facts=facts)
     return curves[0]._replace(attempts=(*outcome.attempts, Attempt(Method.CURVE, 1)))
-
-
-# --- by sparse Newton steps: one answer of a large block, the sensible one, none of its unknowns torn ---
-
-MOST_ITERATIONS, POSITIVE_ITERATIONS = 100, 40
-LIMIT = 0.2
-"""The share of its size by which an unknown may move in a limited step."""
-HALF = 0.5
-"""The share of their sizes at which unknowns begin again: at these themselves differences may be 0."""
-
-
-def search_sparsely(question: Question, candidates: Candidates, every: bool = False) -> None:
-    """Try starts in turn until an answer stands that none is to be preferred to, or ``every`` one.
-
-    An answer with no negative number ends the search; one with some is kept, and looked for is one that keeps
-    to positive numbers.
-    """
-    if question.sparse is None:
-        return
-    free = {v.name for v in question.variables if v.low == -math.inf and question.turn(v.name) is None}
-    for start in _sparse_starts(question):
-        if candidates.answers and not (start.positive or every):
-            continue
-        root = _arrived(question, start)
-        if not np.isfinite(root.x).all():
-            continue
-        point = question.named(root.x.tolist())
-        if root.converged and len(point) <= MANY:
-            candidates.refine(root.x.tolist())
-        elif root.converged and (settled := _corrected(question, question.sparse[1], root.x)) is not None:
-            candidates.keep(settled, alone=root.alone)
-        else:
-            candidates.note(point)
-        signs = [min((v for n, v in a.values.items() if n in free), default=0.0) for a in candidates.answers]
-        if signs and not every and (question.guesses or max(signs) >= 0.0):
-            candidates.answers.insert(0, candidates.answers.pop(signs.index(max(signs))))
-            return
-
-
-def _arrived(question: Question, begin: Start) -> SparseRoot:
-    """Where Newton's method comes to from a start, on the rules as they are or as ``begin`` changes them."""
-    assert question.sparse is not None
-    (start, sizes, positive, told, limit, tangents, lifting), plain = begin, question.sparse
-    most = POSITIVE_ITERATIONS if positive or tangents else MOST_ITERATIONS
-    if lifting is not None:
-        lifted = lifting.start(start)
-        wide = None if sizes is None else np.concatenate([sizes, lifted[len(sizes) :]])
-        root = sparse_newton(*lifting.system.at(question.known), lifted, wide, positive, most, limit=limit)
-        here = root._replace(x=root.x[: len(start)])
-        return sparse_newton(*plain, here.x, sizes) if root.converged else here
-    functions = plain if tangents is None else tangents.system.at(question.known)
-    root = sparse_newton(*functions, start, sizes, positive, most, told, limit)
-    for _ in range(most if tangents is not None else 0):
-        if not root.converged or tangents is None or tangents.touch(root.x):
-            break  # else some exponential is still far above its tangent
-        root = sparse_newton(*functions, root.x, sizes, positive, most, told, limit)
-    if tangents is not None and root.converged and tangents.cancels:
-        polished = sparse_newton(*plain, root.x, sizes)  # the digits that tangents lose
-        root = root._replace(x=polished.x) if polished.converged else root
-    return root
-
-
-CORRECTED = 2
-
-
-def _corrected(
-    question: Question, jacobian: Callable[[Array], Triplets], x: Array
-) -> dict[str, float] | None:
-    """The point at which every rule holds; where rounding of its own evaluation keeps one from that
-    (``exp(x) - 1`` at a small x), after corrections by what it misses in many digits. None elsewhere."""
-    for left in reversed(range(CORRECTED + 1)):
-        point = question.named(x.tolist())
-        misses = question.misses(point) if np.isfinite(x).all() else None
-        if misses is None:
-            before, x = x, _with_zeros(question, x)
-            if (x == before).all():
-                return None
-            continue
-        if not misses.any():
-            return point
-        try:
-            x = x - SparseFactor(jacobian(x), len(x)).solve(misses) if left else x
-        except ArithmeticError:
-            return None
-    return None
-
-
-def _with_zeros(question: Question, x: Array) -> Array:
-    """The point (n,) with every unknown at 0 of which a rule tells that: the flow through a closed valve, of
-    which rounding has left a trace."""
-    system = question.kernel.sparse
-    return x if system is None else np.where(system.with_told(x, question.known) == 0.0, 0.0, x)
-
-
-_EXPONENTIALS = frozenset({"exp", "sinh", "cosh"})
-
-
-class Start(NamedTuple):
-    """A point (n,) to start from, the ``sizes`` (n,) of the unknowns, and how to go on from there, as
-    ``sparse_newton`` has it; with ``tangents`` in place of exponentials, or ``lifting`` of differences."""
-
-    x: Array
-    sizes: Array | None
-    positive: bool = False
-    told: Map = itself
-    limit: float | None = None
-    tangents: Tangents | None = None
-    lifting: Lifting | None = None
-
-
-def _sparse_starts(question: Question) -> Iterator[Start]:
-    """Points to start from in turn, and how.
-
-    The guesses where there are any, else 0, where the first step solves the linearised rules, exponentials
-    replaced by tangents if need be; positive numbers of the sizes that balance the rules; and 1. What a rule
-    tells outright is as that has it, at last after each step too: auxiliary unknowns, such as friction
-    factors, do not hold back the others.
-    """
-    names, guesses, system = question.unknowns, question.guesses, question.kernel.sparse
-    low, high = np.array([(v.low, v.high) for v in question.variables]).T
-
-    def told(x: Array) -> Array:
-        return np.clip(x if system is None else system.with_told(x, question.known), low, high)
-
-    nothing = np.clip(np.zeros(len(names)), low, high)
-    zero = told(nothing)
-    if not guesses:
-        yield Start(zero, None)
-        tangents = None if system is None else Tangents(system, question.known)
-        if tangents is not None and tangents.some:
-            yield Start(nothing, None, told=tangents.follow, limit=math.inf, tangents=tangents)
-    known = {name: v for name in question.kernel.known if isinstance(v := question.here[name], float)}
-    turns = np.array([question.turn(name) or math.nan for name in names])
-    guessed, turning = np.abs([guesses.get(name, 0.0) for name in names]), ~np.isnan(turns)
-    balanced = nearly_balanced(question.kernel.alike, names, known)
-    sizes = np.where(guessed > 0.0, guessed, np.where(turning, turns / 4, balanced))
-    inside = np.clip(np.where(turning, 0.0, sizes), low, high)
-    if guesses:
-        guess = np.array([guesses.get(n, v) for n, v in zip(names, inside, strict=True)])
-        yield Start(guess, sizes)
-        yield Start(zero, sizes)
-    ones = np.clip(np.where(turning, 0.0, 1.0), low, high)
-    yield Start(inside, sizes, positive=True)
-    yield Start(ones, sizes, positive=True)
-    if len(names) > FEW:
-        yield Start(np.clip(HALF * inside, low, high), sizes, positive=True)
-    yield Start(ones, sizes)
-    yield Start(inside, sizes)
-    level = _exponents(question)
-    if level.any():
-        yield Start(np.clip(np.where(level, 0.0, inside), low, high), sizes)
-    lifting = None if system is None or len(names) <= FEW else Lifting(system, question.known)
-    if lifting is not None and lifting.some:
-        for start in (inside, HALF * inside, ones):
-            yield Start(np.clip(start, low, high), sizes, positive=True, lifting=lifting)
-        yield Start(inside, sizes, limit=LIMIT, lifting=lifting)
-    flat = _beside_known(question, inside)
-    if flat is not None:
-        yield Start(told(flat), sizes)
-    if len(names) > FEW:
-        beside = [inside] if flat is None else [inside, flat]
-        yield from (Start(start, sizes, told=told) for start in (zero, *beside))
-        if not turning.any():  # a mechanism has several answers, which starts at random find
-            for start in beside:
-                yield Start(start, sizes, told=told, limit=LIMIT)
-                yield Start(start, sizes, limit=LIMIT)
-            yield Start(np.clip(HALF * inside, low, high), sizes, limit=LIMIT)
-
-
-def _beside_known(question: Question, start: Array) -> Array | None:
-    """The start (n,), but that unknowns which rules add to known numbers, or take from them, directly or by
-    way of others, begin as these: the flat start of power systems. None where there are none."""
-    rules, known = question.kernel.alike, question.here
-    pairs = [family.columns[[one, other]] for family in rules.families for one, other in _added(family.first)]
-    if not pairs:
-        return None
-    kind = connected(np.concatenate(pairs, axis=1), len(rules.names))
-    numbers = np.array([v if isinstance(v := known.get(name), float) else math.nan for name in rules.names])
-    count = np.bincount(kind, ~np.isnan(numbers))
-    means = np.bincount(kind, np.nan_to_num(numbers)) / np.maximum(count, 1.0)
-    place = {name: i for i, name in enumerate(rules.names)}
-    own = kind[[place[name] for name in question.unknowns]]
-    return np.where(count[own] > 0.0, means[own], start) if count[own].any() else None
-
-
-def _exponents(question: Question) -> NDArray[np.bool_]:
-    """Which unknowns (n,) exponents of e are sums of, with factors: utilities, potentials. These may have
-    either sign, and no size but that of 1."""
-    place = {name: i for i, name in enumerate(question.unknowns)}
-    rules, found = question.kernel.alike, np.zeros(len(place), dtype=bool)
-    columns = np.array([place.get(name, -1) for name in rules.names], dtype=np.intp)
-    for family in rules.families:
-        for name in dict.fromkeys(_terms_of_exponents(family.first)):
-            mine = columns[family.columns[family.first.names.index(name)]]
-            found[mine[mine >= 0]] = True
-    return found
-
-
-def _terms_of_exponents(rule: Equation) -> Iterator[str]:
-    waiting = [
-        node.arguments[0]
-        for node in walk(rule.left, rule.right)
-        if isinstance(node, Call) and node.function in _EXPONENTIALS
-    ]
-    while waiting:
-        match waiting.pop():
-            case Name(name):
-                yield name
-            case Sum(terms):
-                waiting += terms
-            case Negative(one) | Quotient(one, _):
-                waiting.append(one)
-            case Product(one, other):
-                waiting += (one, other)
-
-
-def _added(rule: Equation) -> Iterator[tuple[int, int]]:
-    """Pairs of names of a rule, by their places, that it adds to one another or takes from one another."""
-    for node in walk(rule.left, rule.right):
-        terms = node.terms if isinstance(node, Sum) else ()
-        plain = [term.operand if isinstance(term, Negative) else term for term in terms]
-        places = [rule.names.index(term.name) for term in plain if isinstance(term, Name)]
-        yield from ((places[0], other) for other in places[1:])

@@ -24,12 +24,12 @@ from solver.kernel.full_search import (
     free_curve,
     search_boxes,
     search_from_starts,
-    search_sparsely,
     with_isolated,
     without_curves,
 )
 from solver.kernel.linear_block import Blur, solve_linear_block
 from solver.kernel.question import Budget, Question
+from solver.kernel.sparse_search import search_sparsely
 
 MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""

@@ -1,0 +1,336 @@
+"""One answer of a large block, the sensible one, by sparse Newton steps: none of its unknowns is torn.
+
+A large block is tried with tangents for its exponentials as well, which follow the iteration at their own
+pace. Newton's method on an exponential that a step has led far up comes down by 1 in its argument each time.
+Here a rise of the argument by d moves the point of tangency up by ln(1 + d) alone, to where the exponential
+is what the tangent has promised: the limits of junction voltages of circuit simulators (L. W. Nagel,
+*SPICE2*, 1975).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from copy import copy
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rulesheets.evaluate import slopes_by_name
+from rulesheets.model import Equation
+from rulesheets.syntax.nodes import (
+    ONE,
+    ZERO,
+    Call,
+    Name,
+    Negative,
+    Product,
+    Quotient,
+    Sum,
+    add,
+    exchange,
+    multiply,
+    names,
+    negative,
+)
+from rulesheets.syntax.program import walk
+from solver.accuracy.alike import MANY
+from solver.kernel.block import FEW
+from solver.kernel.candidates import Candidates
+from solver.kernel.emitter import SparseSystem, compile_expressions
+from solver.kernel.lifting import Lifting
+from solver.kernel.question import Question
+from solver.numerics.linear_algebra import Array, connected
+from solver.numerics.sparse_newton import Map, SparseFactor, SparseRoot, Triplets, itself, sparse_newton
+from solver.ranking.sizes import nearly_balanced
+
+MOST_ITERATIONS, POSITIVE_ITERATIONS = 100, 40
+LIMIT = 0.2
+"""The share of its size by which an unknown may move in a limited step."""
+HALF = 0.5
+"""The share of their sizes at which unknowns begin again: at these themselves differences may be 0."""
+
+
+def search_sparsely(question: Question, candidates: Candidates, every: bool = False) -> None:
+    """Try starts in turn until an answer stands that none is to be preferred to, or ``every`` one.
+
+    An answer with no negative number ends the search; one with some is kept, and looked for is one that keeps
+    to positive numbers.
+    """
+    if question.sparse is None:
+        return
+    free = {v.name for v in question.variables if v.low == -math.inf and question.turn(v.name) is None}
+    for start in _sparse_starts(question):
+        if candidates.answers and not (start.positive or every):
+            continue
+        root = _arrived(question, start)
+        if not np.isfinite(root.x).all():
+            continue
+        point = question.named(root.x.tolist())
+        if root.converged and len(point) <= MANY:
+            candidates.refine(root.x.tolist())
+        elif root.converged and (settled := _corrected(question, question.sparse[1], root.x)) is not None:
+            candidates.keep(settled, alone=root.alone)
+        else:
+            candidates.note(point)
+        signs = [min((v for n, v in a.values.items() if n in free), default=0.0) for a in candidates.answers]
+        if signs and not every and (question.guesses or max(signs) >= 0.0):
+            candidates.answers.insert(0, candidates.answers.pop(signs.index(max(signs))))
+            return
+
+
+def _arrived(question: Question, begin: Start) -> SparseRoot:
+    """Where Newton's method comes to from a start, on the rules as they are or as ``begin`` changes them."""
+    assert question.sparse is not None
+    (start, sizes, positive, told, limit, tangents, lifting), plain = begin, question.sparse
+    most = POSITIVE_ITERATIONS if positive or tangents else MOST_ITERATIONS
+    if lifting is not None:
+        lifted = lifting.start(start)
+        wide = None if sizes is None else np.concatenate([sizes, lifted[len(sizes) :]])
+        root = sparse_newton(*lifting.system.at(question.known), lifted, wide, positive, most, limit=limit)
+        here = root._replace(x=root.x[: len(start)])
+        return sparse_newton(*plain, here.x, sizes) if root.converged else here
+    functions = plain if tangents is None else tangents.system.at(question.known)
+    root = sparse_newton(*functions, start, sizes, positive, most, told, limit)
+    for _ in range(most if tangents is not None else 0):
+        if not root.converged or tangents is None or tangents.touch(root.x):
+            break  # else some exponential is still far above its tangent
+        root = sparse_newton(*functions, root.x, sizes, positive, most, told, limit)
+    if tangents is not None and root.converged and tangents.cancels:
+        polished = sparse_newton(*plain, root.x, sizes)  # the digits that tangents lose
+        root = root._replace(x=polished.x) if polished.converged else root
+    return root
+
+
+CORRECTED = 2
+
+
+def _corrected(
+    question: Question, jacobian: Callable[[Array], Triplets], x: Array
+) -> dict[str, float] | None:
+    """The point at which every rule holds; where rounding of its own evaluation keeps one from that
+    (``exp(x) - 1`` at a small x), after corrections by what it misses in many digits. None elsewhere."""
+    for left in reversed(range(CORRECTED + 1)):
+        point = question.named(x.tolist())
+        misses = question.misses(point) if np.isfinite(x).all() else None
+        if misses is None:
+            before, x = x, _with_zeros(question, x)
+            if (x == before).all():
+                return None
+            continue
+        if not misses.any():
+            return point
+        try:
+            x = x - SparseFactor(jacobian(x), len(x)).solve(misses) if left else x
+        except ArithmeticError:
+            return None
+    return None
+
+
+def _with_zeros(question: Question, x: Array) -> Array:
+    """The point (n,) with every unknown at 0 of which a rule tells that: the flow through a closed valve, of
+    which rounding has left a trace."""
+    system = question.kernel.sparse
+    return x if system is None else np.where(system.with_told(x, question.known) == 0.0, 0.0, x)
+
+
+_EXPONENTIALS = frozenset({"exp", "sinh", "cosh"})
+
+
+class Start(NamedTuple):
+    """A point (n,) to start from, the ``sizes`` (n,) of the unknowns, and how to go on from there, as
+    ``sparse_newton`` has it; with ``tangents`` in place of exponentials, or ``lifting`` of differences."""
+
+    x: Array
+    sizes: Array | None
+    positive: bool = False
+    told: Map = itself
+    limit: float | None = None
+    tangents: Tangents | None = None
+    lifting: Lifting | None = None
+
+
+def _sparse_starts(question: Question) -> Iterator[Start]:
+    """Points to start from in turn, and how.
+
+    The guesses where there are any, else 0, where the first step solves the linearised rules, exponentials
+    replaced by tangents if need be; positive numbers of the sizes that balance the rules; and 1. What a rule
+    tells outright is as that has it, at last after each step too: auxiliary unknowns, such as friction
+    factors, do not hold back the others.
+    """
+    names, guesses, system = question.unknowns, question.guesses, question.kernel.sparse
+    low, high = np.array([(v.low, v.high) for v in question.variables]).T
+
+    def told(x: Array) -> Array:
+        return np.clip(x if system is None else system.with_told(x, question.known), low, high)
+
+    nothing = np.clip(np.zeros(len(names)), low, high)
+    zero = told(nothing)
+    if not guesses:
+        yield Start(zero, None)
+        tangents = None if system is None else Tangents(system, question.known)
+        if tangents is not None and tangents.some:
+            yield Start(nothing, None, told=tangents.follow, limit=math.inf, tangents=tangents)
+    known = {name: v for name in question.kernel.known if isinstance(v := question.here[name], float)}
+    turns = np.array([question.turn(name) or math.nan for name in names])
+    guessed, turning = np.abs([guesses.get(name, 0.0) for name in names]), ~np.isnan(turns)
+    balanced = nearly_balanced(question.kernel.alike, names, known)
+    sizes = np.where(guessed > 0.0, guessed, np.where(turning, turns / 4, balanced))
+    inside = np.clip(np.where(turning, 0.0, sizes), low, high)
+    if guesses:
+        guess = np.array([guesses.get(n, v) for n, v in zip(names, inside, strict=True)])
+        yield Start(guess, sizes)
+        yield Start(zero, sizes)
+    ones = np.clip(np.where(turning, 0.0, 1.0), low, high)
+    yield Start(inside, sizes, positive=True)
+    yield Start(ones, sizes, positive=True)
+    if len(names) > FEW:
+        yield Start(np.clip(HALF * inside, low, high), sizes, positive=True)
+    yield Start(ones, sizes)
+    yield Start(inside, sizes)
+    level = _exponents(question)
+    if level.any():
+        yield Start(np.clip(np.where(level, 0.0, inside), low, high), sizes)
+    lifting = None if system is None or len(names) <= FEW else Lifting(system, question.known)
+    if lifting is not None and lifting.some:
+        for start in (inside, HALF * inside, ones):
+            yield Start(np.clip(start, low, high), sizes, positive=True, lifting=lifting)
+        yield Start(inside, sizes, limit=LIMIT, lifting=lifting)
+    flat = _beside_known(question, inside)
+    if flat is not None:
+        yield Start(told(flat), sizes)
+    if len(names) > FEW:
+        beside = [inside] if flat is None else [inside, flat]
+        yield from (Start(start, sizes, told=told) for start in (zero, *beside))
+        if not turning.any():  # a mechanism has several answers, which starts at random find
+            for start in beside:
+                yield Start(start, sizes, told=told, limit=LIMIT)
+                yield Start(start, sizes, limit=LIMIT)
+            yield Start(np.clip(HALF * inside, low, high), sizes, limit=LIMIT)
+
+
+def _beside_known(question: Question, start: Array) -> Array | None:
+    """The start (n,), but that unknowns which rules add to known numbers, or take from them, directly or by
+    way of others, begin as these: the flat start of power systems. None where there are none."""
+    rules, known = question.kernel.alike, question.here
+    pairs = [family.columns[[one, other]] for family in rules.families for one, other in _added(family.first)]
+    if not pairs:
+        return None
+    kind = connected(np.concatenate(pairs, axis=1), len(rules.names))
+    numbers = np.array([v if isinstance(v := known.get(name), float) else math.nan for name in rules.names])
+    count = np.bincount(kind, ~np.isnan(numbers))
+    means = np.bincount(kind, np.nan_to_num(numbers)) / np.maximum(count, 1.0)
+    place = {name: i for i, name in enumerate(rules.names)}
+    own = kind[[place[name] for name in question.unknowns]]
+    return np.where(count[own] > 0.0, means[own], start) if count[own].any() else None
+
+
+def _exponents(question: Question) -> NDArray[np.bool_]:
+    """Which unknowns (n,) exponents of e are sums of, with factors: utilities, potentials. These may have
+    either sign, and no size but that of 1."""
+    place = {name: i for i, name in enumerate(question.unknowns)}
+    rules, found = question.kernel.alike, np.zeros(len(place), dtype=bool)
+    columns = np.array([place.get(name, -1) for name in rules.names], dtype=np.intp)
+    for family in rules.families:
+        for name in dict.fromkeys(_terms_of_exponents(family.first)):
+            mine = columns[family.columns[family.first.names.index(name)]]
+            found[mine[mine >= 0]] = True
+    return found
+
+
+def _terms_of_exponents(rule: Equation) -> Iterator[str]:
+    waiting = [
+        node.arguments[0]
+        for node in walk(rule.left, rule.right)
+        if isinstance(node, Call) and node.function in _EXPONENTIALS
+    ]
+    while waiting:
+        match waiting.pop():
+            case Name(name):
+                yield name
+            case Sum(terms):
+                waiting += terms
+            case Negative(one) | Quotient(one, _):
+                waiting.append(one)
+            case Product(one, other):
+                waiting += (one, other)
+
+
+def _added(rule: Equation) -> Iterator[tuple[int, int]]:
+    """Pairs of names of a rule, by their places, that it adds to one another or takes from one another."""
+    for node in walk(rule.left, rule.right):
+        terms = node.terms if isinstance(node, Sum) else ()
+        plain = [term.operand if isinstance(term, Negative) else term for term in terms]
+        places = [rule.names.index(term.name) for term in plain if isinstance(term, Name)]
+        yield from ((places[0], other) for other in places[1:])
+
+
+# --- tangents in place of exponentials ---
+
+TOUCHING = 1e-6
+"""How far a tangent's point may be from an argument: what the tangent leaves out is its square."""
+
+
+class Tangents:
+    """The ``system`` with tangents; ``follow`` moves their points to a point of the unknowns.
+
+    ``some``: whether there is an exponential with unknowns in it.
+    """
+
+    def __init__(self, system: SparseSystem, known: Sequence[float]) -> None:
+        self.known = np.array(known, dtype=float)
+        self.system = copy(system)
+        self.system.shapes = [copy(shape) for shape in system.shapes]
+        self._arguments = []
+        for shape in self.system.shapes:
+            moving = {f"#{k}" for k, _ in shape.moving}
+            calls = dict.fromkeys(
+                part
+                for part in walk(shape.form)
+                if isinstance(part, Call) and part.function == "exp" and not moving.isdisjoint(names(part))
+            )
+            if not calls:
+                continue
+            count, arguments = len(shape.numbers), list(shape.arguments)
+            inside = [call.arguments[0] for call in calls]
+            self._arguments.append((shape, shape.compiled(inside), count))
+            for number, (call, argument) in enumerate(zip(calls, inside, strict=True)):
+                point = Name(f"#.{count + number}")
+                arguments.append(point.name)
+                tangent = multiply(Call("exp", (point,)), add(ONE, argument, negative(point)))
+                shape.form = exchange(shape.form, call, tangent)
+            shape.numbers = np.concatenate([shape.numbers, np.zeros((len(inside), len(shape.rows)))])
+            shape.compiled = partial(compile_expressions, arguments=arguments, arrays=True)
+            slopes = slopes_by_name(shape.form, moving)
+            shape._residual = shape.compiled([shape.form])
+            shape._partials = shape.compiled([slopes.get(f"#{k}", ZERO) for k, _ in shape.moving])
+
+    @property
+    def cancels(self) -> bool:
+        """Whether 1 is taken from exponentials that may be next to it."""
+        return any(shape.cancels for shape in self.system.shapes)
+
+    @property
+    def some(self) -> bool:
+        return bool(self._arguments)
+
+    def follow(self, x: Array) -> Array:
+        """The point (n,) itself, to which the tangents have moved on."""
+        for numbers, at in self._points(x):
+            with np.errstate(all="ignore"):
+                numbers[:] = np.where(at > numbers, numbers + np.log1p(at - numbers), at)
+        return x
+
+    def touch(self, x: Array) -> bool:
+        """Whether every tangent touches its exponential at the point: no exponential is still far above."""
+        return all((np.abs(at - numbers) <= TOUCHING).all() for numbers, at in self._points(x))
+
+    def _points(self, x: Array) -> Iterator[tuple[Array, Array]]:
+        """The arguments at which the tangents touch, and those at the point."""
+        everything = np.concatenate([x, self.known])
+        for shape, arguments, count in self._arguments:
+            with np.errstate(all="ignore"):
+                at = arguments(*everything[shape.places], *shape.numbers[:count])
+            yield shape.numbers[count:], np.stack(np.broadcast_arrays(*at))
