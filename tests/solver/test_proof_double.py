@@ -21,7 +21,7 @@ from rulesheets.evaluate.balls import ball, precision
 from rulesheets.evaluate.number import Inexact, exactly
 from rulesheets.syntax.nodes import Name, Negative, Number, Power, Product, Sum
 from solver.__main__ import main
-from solver.kernel.krawczyk import Square, unfolded
+from solver.solution.proof import Square, unfolded
 
 MODELS = Path(__file__).parent.parent.parent / "models"
 CRANK = rulesheets.load(MODELS / "offset_slider_crank" / "model.tk")
