@@ -175,20 +175,16 @@ def size(equation: Equation, values: Mapping[str, Value]) -> float:
     return total if math.isfinite(total) else math.inf
 
 
-def terms(equation: Equation) -> Iterator[Expression]:
+def terms(*sides: Expression) -> Iterator[Expression]:
     """What the sides of an equation add up."""
-    for side in (equation.left, equation.right):
-        yield from _terms(side)
-
-
-def _terms(side: Expression) -> tuple[Expression, ...]:
-    return side.terms if isinstance(side, Sum) else (side,)
+    for side in sides:
+        yield from side.terms if isinstance(side, Sum) else (side,)
 
 
 def gross(equation: Equation, values: Mapping[str, Value]) -> float:
     """How large the terms of an equation are before they cancel: what its rounding errors go by."""
     try:
-        return sum(abs(value(term, values)) for term in terms(equation))
+        return sum(abs(value(term, values)) for term in terms(equation.left, equation.right))
     except Undefined:
         return math.inf
 
@@ -338,7 +334,8 @@ def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -
                 return rule.judged(agreed, more)
         if abs(misses[-1]) > size * power ** (SPARE - fine):
             return rule.judged(misses[-1], fine)
-        seen = max(abs(misses[0]), sum(abs(extended(term, values, rough)) for term in terms(equation)))
+        added = (abs(extended(term, values, rough)) for term in terms(*rule.sides))
+        seen = max(abs(misses[0]), sum(added))
     except Undefined as error:
         reaches = not error.hole and rule.reaches(fine)  # 0/0 may be anything beside 0
         return RuleCheck(reaches, None, 0.0 if reaches else math.inf, True)
@@ -451,8 +448,7 @@ class _Rule:
             above, below = (self._tried(name, number + size * s, digits) for s in (MOVED, -MOVED))
             if above is not None and below is not None:
                 bends = max(bends, max(abs(above + below - 2 * miss), abs(above - below)) / MOVED**2)
-        terms = (term for side in self.sides for term in _terms(side))
-        most = max(abs(extended(term, self.values, digits)) for term in terms)
+        most = max(abs(extended(term, self.values, digits)) for term in terms(*self.sides))
         return abs(miss) <= BACKWARD**2 * min(bends, most) and not self.absorbed()
 
     def _meet(self, name: str, one: tuple[Any, Any], other: tuple[Any, Any], digits: int) -> bool:
