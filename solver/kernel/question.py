@@ -41,12 +41,13 @@ class Budget:
     """What is left of the work of one solve, shared by all of its blocks and cases.
 
     ``thorough``: a proof was asked for, and may cost what it costs. ``brief``: all that is asked is
-    whether there is an answer, and what rarely finds one is left out. ``every``: no answer of a block is left
-    out for not being the sensible one; ``cut``: one was.
+    whether there is an answer, and what rarely finds one is left out; ``nearby``: or whether Newton's method
+    leads to one, from the guesses or, where there are none, from one round of starts. ``every``: no answer of
+    a block is left out for not being the sensible one; ``cut``: one was.
     """
 
     def __init__(self) -> None:
-        self.thorough = self.brief = self.every = self.cut = False
+        self.thorough = self.brief = self.nearby = self.every = self.cut = False
         self.left = SOLVE
         self.used = 0
         self.of_block = BLOCK
@@ -78,6 +79,8 @@ class Budget:
     def another_round(self) -> bool:
         """Whether there may be one more round of starts, beside the first of each block."""
         expect_time()
+        if self.nearby:
+            return False
         self.used += ROUND
         self.rounds -= self.shared
         return self.rounds >= 0

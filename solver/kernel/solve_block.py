@@ -106,6 +106,8 @@ def may_be_polynomial(kernel: BlockKernel) -> bool:
     )
 
 
+SEARCHES = frozenset({Method.RANGE, Method.SUBSTITUTION, Method.BOXES, Method.STARTS})
+"""Methods that look for answers wherever they may be."""
 MAX_STRETCHES = 6
 """Intervals that a search left open, beyond which it is no use to settle them."""
 
@@ -162,6 +164,11 @@ class _Search:
         question, candidates, budget = self.question, self.candidates, self.budget
         settled: BlockOutcome | None = None
         for method in first_methods(self.kernel, budget.thorough):
+            if budget.nearby and method in SEARCHES and (question.guesses or method is not Method.STARTS):
+                candidates.refine([question.guesses.get(name, 1.0) for name in question.unknowns])
+                if question.guesses or candidates.answers:
+                    return self._outcome()
+                continue
             if method is Method.STARTS and (refuted := self._refuted(given)) is not None:
                 return refuted
             settled = self._tried(method)

@@ -69,15 +69,17 @@ def explore(
     thorough: bool = False,
     brief: bool = False,
     enough: Callable[[Leaf], bool] | None = None,
+    nearby: bool = False,
 ) -> Exploration:
     """Every answer for these inputs.
 
     ``thorough``: what it costs to prove that there are no others does not count. ``brief``: the last resorts
-    of a block are left out, and so are curves of answers where it has none. ``enough``: the search ends at
-    the first such answer. Raises CutOff where a limit in time is met.
+    of a block are left out, and so are curves of answers where it has none. ``nearby``: in blocks, only
+    what Newton's method leads to. ``enough``: the search ends at the first such answer. Raises CutOff where a
+    limit in time is met.
     """
     explorer = Explorer(asked, enough)
-    explorer.budget.thorough, explorer.budget.brief = thorough, brief
+    explorer.budget.thorough, explorer.budget.brief, explorer.budget.nearby = thorough, brief, nearby
     return explorer.run()
 
 

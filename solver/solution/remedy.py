@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations, islice
 from typing import NamedTuple
 
 from rulesheets.model import Model, Value
@@ -22,8 +22,12 @@ MAX_FILTER = 60
 MAX_TRIALS = 26
 ROUGH = 1e-6
 """How near to a number, relative to the given value, an edge is taken for that number."""
+CLOSE = 1e-7
+"""How closely an edge is found, relative to it."""
+DEAR = 1_000
+"""Work from which on a search without success is not repeated where many starts serve."""
 NEAR = 1e-9
-"""How near to a bound that does not belong to them feasible values must come, relative to it."""
+"""How near to 0 as a bound that does not belong to them feasible values must come, relative to their size."""
 BEYOND = (0.25, 0.5, 0.75, 0.99)
 """Shares of the way to an edge, at which nothing is feasible if it is one."""
 
@@ -48,8 +52,8 @@ def givings(asked: Asked, decided: Mapping[int, bool], missing: Sequence[str]) -
     posted = [name for name in unknown if variables[name].posted] or unknown
     candidates = posted[:MAX_CANDIDATES]
     best: list[Giving] = []
-    sets = (names for size in range(1, 5) for names in itertools.combinations(candidates, size))
-    for names in itertools.islice(sets, MAX_SETS):
+    sets = (names for size in range(1, 5) for names in combinations(candidates, size))
+    for names in islice(sets, MAX_SETS):
         if len(names) > 1 and any(giving.enough and len(giving.names) < len(names) for giving in best):
             break
         left = plan.path(start.union(names), decided).undetermined
@@ -165,26 +169,47 @@ def bounds(
         given = asked.inputs[name]
         if not isinstance(given, float) or patience.lost:
             continue
-
-        def feasible(value: float, name: str = name) -> bool:
-            if patience.lost or not asked.model.variables[name].admits(value):
-                return False
-            moved = asked._replace(inputs={**asked.inputs, name: value}, want=judged, judged=judged)
-            tried = patience.shown(explore(moved, brief=True, enough=lambda leaf: leaf.solved))
-            return any(leaf.solved for leaf in tried.leaves)
-
-        bound = _bound(name, given, feasible)
+        bound = _bound(_Trials(asked._replace(want=judged, judged=judged), name, patience), given)
         if bound is not None and not patience.lost:
             found.append(bound)
     return tuple(found)
 
 
-def _bound(name: str, given: float, feasible: Callable[[float], bool]) -> Bound | None:
+class _Trials:
+    """Whether there is a solution at other values of one input; ``known`` is the last one that was found, and
+    a search for all of them is ``dear`` if one without success took long."""
+
+    def __init__(self, asked: Asked, name: str, patience: Patience) -> None:
+        self.asked, self.name, self.patience = asked, name, patience
+        self.known: dict[str, float] = {}
+        self.dear = False
+
+    def beside(self, value: float) -> bool:
+        """Whether Newton's method leads to a solution from the one that is known, or a search to any."""
+        return self.anywhere(value, self.known)
+
+    def anywhere(self, value: float, guesses: Mapping[str, float] = {}) -> bool:
+        """Whether there is one at all, or one that Newton's method leads to from the guesses."""
+        asked, name, nearby = self.asked, self.name, bool(guesses) or self.dear
+        if self.patience.lost or not asked.model.variables[name].admits(value):
+            return False
+        moved = asked._replace(inputs={**asked.inputs, name: value}, guesses=guesses or asked.guesses)
+        tried = explore(moved, brief=True, enough=lambda leaf: leaf.solved, nearby=nearby)
+        leaf = next((leaf for leaf in self.patience.shown(tried).leaves if leaf.solved), None)
+        if leaf is not None:
+            self.known = {n: v for n, v in leaf.branch.values.items() if isinstance(v, float)}
+        else:
+            self.dear = self.dear or tried.work > DEAR
+        return leaf is not None
+
+
+def _bound(trials: _Trials, given: float) -> Bound | None:
     """What the edge of the feasible values says, tried: whether it belongs to them, rounded to where it does.
 
     None where there is none, or where something on the far side of it is feasible, too: then it is no edge.
     """
-    size, edge = abs(given) or 1.0, _edge(feasible, given)
+    name, feasible = trials.name, trials.anywhere
+    size, edge = abs(given) or 1.0, _edge(trials, given)
     if edge is None:
         return None
     inward = 1.0 if edge > given else -1.0
@@ -193,13 +218,13 @@ def _bound(name: str, given: float, feasible: Callable[[float], bool]) -> Bound 
     if any(feasible(given + share * (edge - given)) for share in BEYOND):
         return None
     shown = 0.0 if abs(edge) <= ROUGH * size and given != 0.0 else rounded(edge)
-    if shown != given and feasible(shown):
+    if shown != given and trials.beside(shown):
         return Bound(name, "≥" if inward > 0 else "≤", shown)
-    if feasible(shown + inward * NEAR * max(abs(shown), NEAR * size)):
+    if abs(shown - edge) <= CLOSE * abs(edge) or trials.beside(shown + inward * NEAR * NEAR * size):
         return Bound(name, ">" if inward > 0 else "<", shown)
     unit = 10.0 ** (math.floor(math.log10(abs(edge))) - 5) if edge else 1.0
     shown = rounded((math.ceil if inward > 0 else math.floor)(edge / unit) * unit)
-    return Bound(name, "≥" if inward > 0 else "≤", shown) if feasible(shown) else None
+    return Bound(name, "≥" if inward > 0 else "≤", shown) if trials.beside(shown) else None
 
 
 def rounded(value: float, digits: int = 6) -> float:
@@ -207,19 +232,19 @@ def rounded(value: float, digits: int = 6) -> float:
     return float(f"{value:.{digits}g}")
 
 
-def _edge(feasible: Callable[[float], bool], given: float) -> float | None:
+def _edge(trials: _Trials, given: float) -> float | None:
     """The feasible value nearest to the given one along the line, as far as a short search tells."""
     size = abs(given) or 1.0
     shares = (0.02, 0.1, 0.3, 0.6, 1.0, 2.5, 5.0)
-    trials = (given + sign * share * size for share in shares for sign in (-1, 1))
-    inside, outside = next(filter(feasible, trials), None), given
+    values = [given + sign * share * size for share in shares for sign in (-1, 1)]
+    inside, outside = next(filter(trials.beside, values), None), given
     if inside is None:
         return None
     for _ in range(MAX_TRIALS):
         middle = 0.5 * (outside + inside)
-        if abs(outside - inside) <= 1e-7 * max(abs(inside), 1e-7) or middle in (outside, inside):
+        if abs(outside - inside) <= CLOSE * max(abs(inside), CLOSE) or middle in (outside, inside):
             break
-        if feasible(middle):
+        if trials.beside(middle):
             inside = middle
         else:
             outside = middle

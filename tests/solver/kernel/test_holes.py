@@ -19,6 +19,8 @@ TRIANGLES = (
 def test_a_triangle_that_its_sides_do_not_make_is_infeasible(text: str) -> None:
     found = solver.solve(rulesheets.loads(text), {"a": 1.0, "b": 2.0, "c": 4.0})
     assert str(found.status) == "infeasible"
+    (note,) = found.diagnoses[0].notes
+    assert note.endswith("a solution needs a > 2, b > 3 or c < 3")
     found = solver.solve(rulesheets.loads(text), {"a": 3.0, "b": 4.0, "c": 5.0})
     assert found.complete
     assert found["C"] == pytest.approx(90.0)
