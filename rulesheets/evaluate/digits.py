@@ -54,6 +54,7 @@ def _over_reals(mp: Any, row: Function) -> Callable[..., Extended]:
 
     function = row.form("digits", mp, defined)
 
+    @lru_cache(maxsize=1024)  # a check asks again for what the check of the slopes has asked for
     def value(*arguments: Extended) -> Extended:
         if function is None:
             raise ValueError(f"{row.name} is known in floats only")

@@ -327,8 +327,10 @@ def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -
     power = context(rough).mpf(10)
     try:
         size = noise / EPS if SMALLEST_NORMAL < noise < math.inf else rule.largest(rough)
-        misses = [rule.miss(digits) for digits in PRECISIONS]
-        for (some, found), (more, agreed) in pairwise(zip(PRECISIONS, misses, strict=True)):
+        misses = [rule.miss(rough)]
+        for some, more in pairwise(PRECISIONS):
+            found, agreed = misses[-1], rule.miss(more)
+            misses.append(agreed)
             clear = abs(agreed) > size * power ** (SPARE - some) or (agreed and more == fine)
             if clear and abs(found - agreed) <= COMMON * abs(agreed):
                 return rule.judged(agreed, more)
