@@ -13,7 +13,7 @@ import itertools
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -40,7 +40,7 @@ from solver.kernel.enclosure import Enclosure
 from solver.numerics.linear_algebra import Array
 from solver.path import SolveBlock
 from solver.path.elimination import ClosedForm, closed_form
-from solver.path.graph import Alike, ModelGraph, alike, same_columns
+from solver.path.graph import Alike, ModelGraph, alike, same_columns, shape_of
 from solver.path.isolate import Isolation, degree, isolate, smooth
 from solver.ranking.sizes import Scalings
 
@@ -48,6 +48,7 @@ FEW = 30
 """Rules up to which each is looked at by itself, beyond it one of each shape."""
 DENSE = 300
 """Unknowns of a block beyond which its matrix is taken as a sparse one."""
+T = TypeVar("T")
 
 
 class BlockKernel:
@@ -61,7 +62,36 @@ class BlockKernel:
         unknowns = frozenset(self.unknowns)
         self.known = tuple(name for name in names if name not in unknowns)
         self._enclosures: dict[int, Enclosure] = {}
-        self._compiled: dict[int, Callable[..., Any]] = {}
+        kept = graph.kernels
+        few = len(self.equations) <= FEW
+        self._shared: dict[Any, Any] = kept.setdefault(("alike", self._pattern()), {}) if few else {}
+
+    def _pattern(self) -> tuple[Any, ...]:
+        """The block with places for names: what is found out about it without them holds for all blocks of
+        the same pattern, such as those of subsheets that are called again."""
+        place = {name: k for k, name in enumerate((*self.unknowns, *self.known))}
+        number = {equation: k for k, equation in enumerate(self.block.equations)}
+        rules = []
+        for equation in self.equations:
+            shape, numbers = shape_of(equation)
+            told = tuple([v or str(v) for v in numbers])  # zeros have signs
+            rules.append((shape, told, tuple([place[name] for name in equation.names])))
+        traits = []
+        for name in self.unknowns:
+            v = self.graph.model.variables[name]
+            angle = self.graph.angles.get(name)
+            traits.append((v.low, v.high, v.low_open, v.high_open, angle))
+        tears = tuple([place[name] for name in self.block.tears])
+        order = tuple([(number[step.equation], place[step.unknown]) for step in self.block.order])
+        residuals = tuple([number[equation] for equation in self.block.residuals])
+        return tuple(rules), tuple(traits), tears, order, residuals
+
+    def once(self, key: Any, make: Callable[[], T]) -> T:
+        """What ``make`` gives, made once for all blocks of the pattern."""
+        if key not in self._shared:
+            self._shared[key] = make()
+        found: T = self._shared[key]
+        return found
 
     @cached_property
     def forms(self) -> list[Expression]:
@@ -71,12 +101,12 @@ class BlockKernel:
     @cached_property
     def jumps(self) -> bool:
         """Whether an equation may jump, where its Jacobian does not show it."""
-        return any(jumps(form) or any(directions(form)) for form in self.forms)
+        return self.once("jumps", lambda: any(jumps(form) or any(directions(form)) for form in self.forms))
 
     @property
     def smooth(self) -> bool:
         """Whether every equation has its derivatives by formula."""
-        return all(self.partials)
+        return self.once("smooth", lambda: all(self.partials))
 
     def domain(self, name: str) -> tuple[float, float]:
         """Where to search an unknown: its declared range, and of an angle no more than one turn."""
@@ -96,7 +126,7 @@ class BlockKernel:
 
     @cached_property
     def exhaustive(self) -> bool:
-        return exhaustive(self.graph, self.block)
+        return self.once("exhaustive", lambda: exhaustive(self.graph, self.block))
 
     @cached_property
     def divisors(self) -> tuple[Expression, ...]:
@@ -115,7 +145,7 @@ class BlockKernel:
         """The degrees (n,) of the equations in the unknowns, as they are written."""
         unknowns = frozenset(self.unknowns)
         if len(self.equations) <= FEW:
-            return np.array([degree(form, unknowns) for form in self.forms])
+            return self.once("degrees", lambda: np.array([degree(form, unknowns) for form in self.forms]))
         inside = np.array([name in unknowns for name in self.alike.names], dtype=bool)
         found = np.zeros(len(self.equations))
         for family in self.alike.families:
@@ -128,8 +158,12 @@ class BlockKernel:
     @cached_property
     def closed(self) -> ClosedForm | None:
         """Formulas for the unknowns, where elimination leads to them."""
+        if not self._shared.get("closed", True):
+            return None
         turning = [name for name in self.unknowns if self.graph.is_turning(name)]
-        return closed_form(self.equations, self.unknowns, turning)
+        found = closed_form(self.equations, self.unknowns, turning)
+        self._shared["closed"] = found is not None
+        return found
 
     @cached_property
     def partials(self) -> list[Expression | None]:
@@ -146,12 +180,17 @@ class BlockKernel:
 
     @cached_property
     def _residual(self) -> Callable[..., Sequence[float]]:
-        return compile_expressions(self.forms, (*self.unknowns, *self.known))
+        names = (*self.unknowns, *self.known)
+        return self.once("residual", lambda: compile_expressions(self.forms, names))
 
     @cached_property
     def _flat(self) -> Callable[..., Sequence[float]]:
-        flat = [partial or nodes.Number(0.0) for partial in self.partials]
-        return compile_expressions(flat, (*self.unknowns, *self.known))
+        names = (*self.unknowns, *self.known)
+
+        def made() -> Callable[..., Sequence[float]]:
+            return compile_expressions([slope or nodes.Number(0.0) for slope in self.partials], names)
+
+        return self.once("slopes", made)
 
     @cached_property
     def alike(self) -> Alike:
@@ -181,15 +220,15 @@ class BlockKernel:
 
     def chain_function(self, place: int) -> Callable[..., Any]:
         """``f(*tears, *known)`` gives the unknowns in order and then the residuals."""
-        if place not in self._compiled:
-            results = (*self.unknowns, *self.chains[place].residuals)
-            self._compiled[place] = compile_chain(self.chains[place], self.known, results)
-        return self._compiled[place]
+        chain = self.chains[place]
+        results = (*self.unknowns, *chain.residuals)
+        return self.once(("chain", place), lambda: compile_chain(chain, self.known, results))
 
     def enclosure(self, place: int) -> Enclosure:
         """Bounds of the residual of a chain over boxes of its tear."""
         if place not in self._enclosures:
-            self._enclosures[place] = Enclosure(self.chains[place], self.known)
+            shared = self.once(("enclosure", place), dict[str, Any])
+            self._enclosures[place] = Enclosure(self.chains[place], self.known, shared=shared)
         return self._enclosures[place]
 
     def residual(self, known: Sequence[float]) -> Callable[[Sequence[float]], Sequence[float]]:

@@ -113,14 +113,40 @@ class Enclosure:
     """Bounds over boxes of the tear, given the numbers ``known`` to the chain, in this order.
 
     Names that are ``ranged`` are known within ranges: the ends of these follow those of the tear in a box.
+    ``shared`` is what chains that differ in names have in common.
     """
 
-    def __init__(self, chain: Chain, known: Sequence[str], ranged: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        chain: Chain,
+        known: Sequence[str],
+        ranged: Sequence[str] = (),
+        shared: dict[str, Any] | None = None,
+    ) -> None:
         self._chain, self._known, self._ranged = chain, tuple(known), tuple(ranged)
-        self.slopes = slopes_of(chain)
-        self.cleared = cleared(chain)
-        self.operations = 3 * len(chain.assignments) + len(self.slopes or ())
+        self._shared = {} if shared is None else shared
+
+    @cached_property
+    def slopes(self) -> tuple[tuple[str, Expression], ...] | None:
+        return slopes_of(self._chain)
+
+    @cached_property
+    def cleared(self) -> Chain | None:
+        return cleared(self._chain)
+
+    @property
+    def smooth(self) -> bool:
+        """Whether the residual has a slope by formula."""
+        if "smooth" not in self._shared:
+            self._shared["smooth"] = self.slopes is not None
+        return bool(self._shared["smooth"])
+
+    @property
+    def operations(self) -> int:
         """How many operations on all boxes one level of a search costs: range, sections and slope."""
+        if "operations" not in self._shared:
+            self._shared["operations"] = 3 * len(self._chain.assignments) + len(self.slopes or ())
+        return int(self._shared["operations"])
 
     def ranges(self, boxes: Sequence[tuple[float, ...]], known: Sequence[float]) -> list[Interval]:
         """The residual over each box; nan, nan where it is undefined all over it, or jumps across 0 there and
@@ -157,8 +183,14 @@ class Enclosure:
     def _sides(self) -> tuple[Enclosure, ...]:
         return tuple(Enclosure(side, self._known, self._ranged) for side in sides(self._chain))
 
-    @cached_property
+    @property
     def _code(self) -> Code:
+        if "code" not in self._shared:
+            self._shared["code"] = self._made()
+        code: Code = self._shared["code"]
+        return code
+
+    def _made(self) -> Code:
         """Functions of the ends of a box and of the known numbers, for the range and for the slope."""
         emitter = _followed(self._chain, self._known, self._ranged)
         residual = emitter.of(Name(self._chain.residuals[0]))

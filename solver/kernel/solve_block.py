@@ -98,12 +98,13 @@ def may_be_polynomial(kernel: BlockKernel) -> bool:
     if not 1 <= len(tears) <= 2 or (turning and len(tears) == 2):
         return False
     admitted = _CIRCULAR if turning else frozenset[str]()
-    return all(
-        node.function in admitted
-        for form in kernel.forms
-        for node in walk(form)
-        if isinstance(node, Call) and not unknowns.isdisjoint(nodes.names(node))
-    )
+
+    def found() -> bool:
+        calls = (node for form in kernel.forms for node in walk(form) if isinstance(node, Call))
+        moving = (call for call in calls if not unknowns.isdisjoint(nodes.names(call)))
+        return all(call.function in admitted for call in moving)
+
+    return kernel.once("polynomial", found)
 
 
 SEARCHES = frozenset({Method.RANGE, Method.SUBSTITUTION, Method.BOXES, Method.STARTS})

@@ -107,7 +107,7 @@ class TearSearch:
         """Find the roots along one chain. True where they are proven to be all of it."""
         expect_time()
         enclosure, known, candidates = self.kernel.enclosure(place), self.question.known, self.candidates
-        smooth, function = enclosure.slopes is not None, self.kernel.chain_function(place)
+        smooth, function = enclosure.smooth, self.kernel.chain_function(place)
         levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
         search = isolate_roots(
             partial(enclosure.ranges, known=known),
