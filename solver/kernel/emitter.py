@@ -410,6 +410,7 @@ class _Shape:
         self.arguments = [f"#{k}" for k in range(len(places))]
         self.arguments += [f"#.{k}" for k in range(len(self.numbers))]
         self.moving = [(k, places[k] < n) for k in range(len(places)) if (places[k] < n).any()]
+        self._all_move = [bool(m.all()) for _, m in self.moving]
         self.compiled = partial(compile_expressions, arguments=self.arguments, arrays=True)
         ones = {f"#.{k}" for k, column in enumerate(self.numbers) if (column == 1.0).all()}
         exact = with_expm1(self.form, ones) if ones else self.form
@@ -435,8 +436,11 @@ class _Shape:
     def slopes(self, everything: Array) -> Array:
         with np.errstate(all="ignore"):
             columns = self._partials(*everything[self.places], *self.numbers)
-        every = zip(columns, self.moving, strict=True)
-        return np.concatenate([np.broadcast_to(column, len(m))[m] for column, (_, m) in every])
+        found = []
+        for column, (_, m), all_move in zip(columns, self.moving, self._all_move, strict=True):
+            full = column if np.ndim(column) else np.full(len(m), column)
+            found.append(full if all_move else full[m])
+        return np.concatenate(found)
 
     @cached_property
     def divisors(self) -> list[tuple[list[int], Callable[..., Any]]]:
