@@ -188,6 +188,11 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
     yield Start(ones, sizes, positive=True)
     if len(names) > FEW:
         yield Start(np.clip(HALF * inside, low, high), sizes, positive=True)
+        alike = nearly_balanced(question.kernel.alike, names, known, sharing=False)
+        alike = np.where(guessed > 0.0, guessed, np.where(turning, turns / 4, alike))
+        whole = np.clip(np.where(turning, 0.0, alike), low, high)
+        yield Start(whole, alike, positive=True)
+        yield Start(whole, alike)
     yield Start(ones, sizes)
     yield Start(inside, sizes)
     level = _exponents(question)

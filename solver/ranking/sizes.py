@@ -114,8 +114,12 @@ class Suggestions:
         return (-(inverse[places] @ k)).tolist(), (-(inverse[places] @ c)).tolist(), determined.tolist()
 
 
-def nearly_balanced(rules: Alike, unknowns: Sequence[str], known: Mapping[str, float]) -> Vector:
+def nearly_balanced(
+    rules: Alike, unknowns: Sequence[str], known: Mapping[str, float], sharing: bool = True
+) -> Vector:
     """Sizes (n,) of the unknowns of a large block, which balance its rules about as well as they can.
+
+    The terms of a sum are ``sharing`` it, or one may make up most of it, as along a chain of branches.
 
     Rules of one shape, with zeros at the same places, ask for the same equations of other unknowns.
     """
@@ -129,7 +133,7 @@ def nearly_balanced(rules: Alike, unknowns: Sequence[str], known: Mapping[str, f
         mine, given = columns[family.columns], numbers[family.columns]
         every = np.concatenate([np.where(mine < 0, given, np.nan), family.numbers])
         for zero, chosen in same_columns(every == 0.0):
-            matrix, constants = _balance_of_shape(family.first, len(mine), zero)
+            matrix, constants = _balance_of_shape(family.first, len(mine), zero, sharing)
             count, (height, width) = len(chosen), rows
             at = np.full((matrix.shape[1], count), -1)  # the column of each name and number; -1 where known
             at[: len(mine)] = mine[:, chosen]
@@ -152,11 +156,18 @@ def nearly_balanced(rules: Alike, unknowns: Sequence[str], known: Mapping[str, f
     return np.asarray(10.0 ** np.clip(found, -50.0, 50.0))
 
 
-def _balance_of_shape(rule: Equation, names: int, zero: NDArray[np.bool_]) -> tuple[Vector, Vector]:
+def _balance_of_shape(
+    rule: Equation, names: int, zero: NDArray[np.bool_], sharing: bool
+) -> tuple[Vector, Vector]:
     """The equations between decades of rules of one shape: their matrix, with a column for each of their
     ``names``, each number in their text, and each number of free size, and constants. Some are ``zero``."""
     every = [f"#{k}" if k < names else f"#.{k - names}" for k in range(len(zero))]
-    read = _Rows(every, {name for name, none in zip(every, zero, strict=True) if none}, cancelling=True)
+    read = _Rows(
+        every,
+        {name for name, none in zip(every, zero, strict=True) if none},
+        cancelling=True,
+        sharing=sharing,
+    )
     shape, _ = shape_of(rule)
     read.read(replace(rule, left=shape.left, right=shape.right))
     matrix, _, constants = read.parts(len(every))
@@ -195,8 +206,10 @@ class _Rows:
         exact: bool = False,
         cancelling: bool = False,
         nodes: frozenset[str] = frozenset(),
+        sharing: bool = False,
     ) -> None:
         self.vanishing, self.exact, self.cancelling, self.nodes = vanishing, exact, cancelling, nodes
+        self.sharing = sharing
         self.places = {name: i for i, name in enumerate(names)}
         self.rows: list[tuple[_Term, float]] = []
         self.free = 0
@@ -214,10 +227,10 @@ class _Rows:
         self._balance([term for _, term in found], EXACT if exact else 1.0, shares)
 
     def _shared(self, parts: Sequence[tuple[Expression, bool]]) -> list[tuple[Expression, _Term]]:
-        """The terms of a balance; in a network each times the number of those of its sign: of n equal ones
-        each is the n-th part of what they balance."""
+        """The terms of a balance; if they are ``sharing`` it each times the number of those of its sign: of n
+        equal ones each is the n-th part of what they balance."""
         found = [(part, sign, term) for part, sign in parts if (term := self._term(part)) is not None]
-        if not self.cancelling:
+        if not self.sharing:
             return [(part, term) for part, _, term in found]
         count = Counter(sign for _, sign, _ in found)
         return [(part, term.plus(_Term({}, log10(count[sign])), 1.0)) for part, sign, term in found]
@@ -262,7 +275,7 @@ class _Rows:
         if not self.exact and (not numbers or any(unbounded)):
             parts = [part for part in parts if not isinstance(part, Number)]
         whole = self._balance([term for part in parts if (term := self._term(part)) is not None])
-        if self.cancelling and whole is not None and len({sign for _, sign in signed}) == 1:
+        if self.sharing and whole is not None and len({sign for _, sign in signed}) == 1:
             whole = whole.plus(_Term({}, log10(len(parts))), 1.0)
         between_nodes = _is_balance(signed) and not self.nodes.isdisjoint(names(node))
         cancels = _has_difference(node) if self.cancelling else between_nodes

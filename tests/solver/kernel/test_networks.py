@@ -367,3 +367,21 @@ def test_nothing_flows_through_closed_valves() -> None:
     back = [result[f"H{a}"] <= result[f"H{b}"] for a, b in valves]
     assert closed == back
     assert any(closed)
+
+
+def test_flows_of_a_tree_go_on_to_one_branch_for_the_most_part() -> None:
+    """District heating along a tree whose junctions are many: flows, losses of heat and pressures."""
+    rng, n = np.random.default_rng(55), 500
+    lines = ["cp = 4.186", "Tg = 8", "S0 = 85", "p0 = 600"]
+    above = [0, *(int(rng.integers(max(0, i - 5), i)) for i in range(1, n))]
+    for i in range(1, n):
+        onwards = [k for k in range(i + 1, n) if above[k] == i]
+        loss, back = round(float(rng.uniform(0.005, 0.03)), 4), "".join(f" + m{k}*E{k}" for k in onwards)
+        lines.append(f"m{i} = d{i}" + "".join(f" + m{k}" for k in onwards))
+        lines.append(f"S{i} = Tg + (S{above[i]} - Tg)*exp(-{loss}/(m{i}*cp))")
+        lines.append(f"{round(float(rng.uniform(20, 120)), 1)} = cp*d{i}*(S{i} - R{i})")
+        lines += [f"R{i} = 35 + 0.1*(S{i} - 60)", f"m{i}*N{i} = d{i}*R{i}{back}"]
+        lines.append(f"E{i} = Tg + (N{i} - Tg)*exp(-{loss}/(m{i}*cp))")
+        lines.append(f"p{above[i]} - p{i} = {round(float(rng.uniform(0.01, 0.2)), 3)}*m{i}^2")
+    result = _solved(lines)
+    assert all(result[f"d{i}"] > 0.0 and 30.0 < result[f"R{i}"] < result[f"S{i}"] < 85.0 for i in range(1, n))
