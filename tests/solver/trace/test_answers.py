@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -112,16 +113,21 @@ CENTRES = "r^2 = (x + 38.28)^2 + (y - b)^2\ns^2 = x^2 + y^2\n"
 """Two circles, one through the other's centre line: each x of the second has two centres b, or none."""
 
 
+@cache
+def centres(share: float) -> tuple[list[float], list[tuple[float, float]]]:
+    """Numbers of y, r and s, and the answers of a solve."""
+    numbers = [share * v for v in (3.4, 42.36688528792271, 5.17925177993887)]
+    found = solver.solve(rulesheets.loads(CENTRES), dict(zip("yrs", numbers, strict=True))).solutions
+    return numbers, [(one["x"], one["b"]) for one in found]
+
+
 @given(st.permutations((0.97, 1.0, 1.05, 1.2, 0.99, 1.1)))
 def test_calls_have_the_answers_of_a_solve_whatever_was_asked_before(shares: list[float]) -> None:
-    model = rulesheets.loads(CENTRES)
-    plan = solver.prepare(model, ["y", "r", "s"], ["x", "b"])
-    for share in shares:
-        y, r, s = (share * v for v in (3.4, 42.36688528792271, 5.17925177993887))
-        found = solver.solve(model, {"y": y, "r": r, "s": s}).solutions
-        expected = [pytest.approx((one["x"], one["b"]), rel=1e-9) for one in found]
-        assert plan.all(y, r, s) == expected
-        assert plan(y, r, s) == expected[0]
+    plan = solver.prepare(rulesheets.loads(CENTRES), ["y", "r", "s"], ["x", "b"])
+    for numbers, found in map(centres, shares):
+        expected = [pytest.approx(one, rel=1e-9) for one in found]
+        assert plan.all(*numbers) == expected
+        assert plan(*numbers) == expected[0]
 
 
 def test_a_branch_may_end_in_a_block_out_of_range() -> None:
