@@ -152,6 +152,8 @@ NEAR = 2e-4
 NUDGE = 1e-5
 """Of an error bar, by which another start lies beside a point."""
 HALVINGS = 12
+SHRUNK = 1e-3
+"""Share of a residual at the beginning that steps to a root leave of it."""
 FAR = 100.0
 """Error bars from an answer, beyond which no root is followed any farther."""
 
@@ -290,6 +292,7 @@ def _solved_on(
 
     x = [mp.mpf(v) + (k + 1) * nudge * bar for k, (v, bar) in enumerate(zip(start, bars, strict=True))]
     rows, residual = at(x)
+    first = residual
     for count in range(most):
         step = eliminate(rows, residual) if any(residual) else None
         if step is None:
@@ -307,8 +310,19 @@ def _solved_on(
             return None, False
         x = ahead
         if all(abs(d) <= SETTLED * abs(v) for v, d in zip(x, step, strict=True)):
-            return [float(v) for v in x], True
+            end = [float(v) for v in x]
+            return (end, True) if _reached(question, end, residual, first) else (None, False)
     return [float(v) for v in x], False
+
+
+def _reached(question: Question, x: Sequence[float], residual: Sequence[Any], first: Sequence[Any]) -> bool:
+    """Whether steps have settled at a root, and not for want of digits to take them with: every residual is
+    nothing beside its terms, or beside what it was at the ``first``."""
+    here, equations = {**question.here, **question.named(x)}, question.kernel.equations
+    return all(
+        abs(miss) <= SHRUNK * abs(before) or abs(miss) <= EPS * gross(equation, here)
+        for miss, before, equation in zip(residual, first, equations, strict=True)
+    )
 
 
 def _within(start: Sequence[float], x: Sequence[Any], bars: Sequence[float], factor: float) -> bool:

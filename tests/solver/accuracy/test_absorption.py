@@ -58,3 +58,12 @@ def test_what_only_the_most_digits_show_is_seen() -> None:
     model = rulesheets.loads("cos(x) = 1")
     assert not rule_check.check_rule(model.equations[0], {"x": 2.4e-265}).holds
     assert rule_check.check_rule(model.equations[0], {"x": 0.0}).holds
+
+
+def test_a_root_at_infinity_is_no_answer_for_want_of_digits() -> None:
+    """Beside an endless m1 the temperature T is T1 to more digits than anybody looks at."""
+    rules = "Q = m1*c*(T - T1)\nx = (T - T1)/(T2 - T1)\nT = (m1*T1 + m2*T2)/(m1 + m2)"
+    inputs = {"m2": 0.03, "T1": 37.999012391489096, "T2": 36.5155298, "c": 3.5391}
+    result = solver.solve(rulesheets.loads(rules), {**inputs, "Q": -0.13387993115783828})
+    assert [one["m1"] for one in result.solutions] == [pytest.approx(0.17000003004835929)]
+    assert result.complete
