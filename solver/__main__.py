@@ -10,12 +10,31 @@ import os
 import sys
 from collections.abc import Sequence
 
-from solver.commands import COMMANDS, WRONG
-
 INTERRUPTED = 130
 BROKEN_PIPE = 141
+WRONG = 2
 COLLECTION = 100_000, 50, 100
 """Thresholds of the garbage collector: large sheets are objects that stay, not worth going over often."""
+
+COMMANDS = {
+    "solve": ("commands.solve", "solve a sheet and print its variable sheet"),
+    "sweep": ("commands.sweep", "solve a sheet for many values of an input"),
+    "draw": ("commands.draw", "draw the figures of a sheet to scale"),
+    "chart": ("commands.chart", "measure methods on a sheet: speed against accuracy"),
+    "path": ("commands.solve", "show the order in which the rules are solved"),
+    "why": ("commands.solve", "show the chain of rules behind one number"),
+    "check": ("commands.solve", "read a sheet and say what is wrong with it"),
+    "format": ("commands.solve", "print a sheet in its canonical form"),
+    "open": ("page.serving", "open a sheet as a page in the browser"),
+    "export": ("page.serving", "write a sheet as one file with sliders"),
+    "watch": ("commands.solve", "solve a sheet whenever it is saved"),
+    "tutor": ("commands.about", "learn the first steps, in five minutes"),
+    "lsp": ("page.serving", "serve an editor: the language server"),
+    "models": ("commands.about", "list the sheets that come with Backsolve"),
+    "codes": ("commands.about", "say what the code of a message means"),
+    "cache": ("commands.about", "show what is kept between runs, or clear it"),
+}
+"""Each by its name, with its module in the solver, and what it does."""
 
 USAGE = """\
 usage: backsolve COMMAND …
@@ -65,11 +84,11 @@ def _dispatch(words: list[str]) -> int:
         print(f"backsolve {version('backsolve')}")
         return 0
     gc.set_threshold(*COLLECTION)
-    from solver.commands.running import run, unknown_command  # help needs nothing of what this brings
+    from solver.commands import run, unknown_command  # help needs nothing of what this brings
 
     if words[0] not in COMMANDS:
         return unknown_command(words[0], COMMANDS)
-    return run(words[0], words[1:])
+    return run(words[0], *COMMANDS[words[0]], words[1:])
 
 
 def usage() -> str:

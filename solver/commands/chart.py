@@ -23,9 +23,9 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.evaluate.digits import context, in_many_digits
 from rulesheets.model import Model, Value
 from rulesheets.syntax import escaped
+from solver.commands import Command
 from solver.commands.inputs import Option, Request, add_input_options, read_request
 from solver.commands.over import read_approach, read_axes
-from solver.commands.running import Command
 from solver.derivatives.linearization import DIGITS, linearize, sharpened
 from solver.facts import FALSE, Mark, Status, Unsolved
 from solver.files import write_file

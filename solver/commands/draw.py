@@ -18,9 +18,9 @@ from rulesheets.model import Model, Value
 from rulesheets.syntax import escaped
 from rulesheets.syntax.nodes import Figure as Declared
 from rulesheets.units import shown
+from solver.commands import Command
 from solver.commands.inputs import Request, add_input_options, read_request
 from solver.commands.over import read_states
-from solver.commands.running import Command
 from solver.facts import Status, Unsolved
 from solver.files import write_file
 from solver.files.tables import free_name

@@ -21,8 +21,8 @@ from rulesheets.inputs import override, variable_named
 from rulesheets.loading import load
 from rulesheets.model import Model
 from rulesheets.syntax import escaped
+from solver.commands import Command
 from solver.commands.inputs import Option, add_input_options, add_sheet_options, load_sheet, read_request
-from solver.commands.running import Command
 from solver.files import write_file
 from solver.path.planner import path_tree, planner
 from solver.report import shown_on

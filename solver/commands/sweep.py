@@ -17,9 +17,9 @@ from rulesheets.inputs import symbolic
 from rulesheets.model import Variable
 from rulesheets.syntax import escaped
 from rulesheets.units import shown
+from solver.commands import Command
 from solver.commands.inputs import Option, Request, add_input_options, read_request
 from solver.commands.over import Swept, read_axes, read_swept
-from solver.commands.running import Command
 from solver.files import Printed, write_file
 from solver.files.tables import Chunk, CsvFile, Table, csv_head, csv_rows, joined, table_file
 from solver.path.planner import planner

@@ -10,10 +10,8 @@ import os
 import stat
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from functools import partial
 from io import RawIOBase
 from mmap import mmap
-from threading import Thread
 from types import TracebackType
 from typing import Any, BinaryIO, Self, TextIO
 
@@ -21,7 +19,7 @@ from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, said
 from rulesheets.files import unwritable
 from rulesheets.syntax import Source, Span
 
-with suppress(ImportError):  # a system without refuses to remove open files by itself
+with suppress(ImportError):  # a system without has no O_DIRECT either
     import fcntl
 
 
@@ -57,6 +55,8 @@ UNFINISHED = ".backsolve-unfinished"
 _LONGEST = 200
 """Bytes of its name that such a file keeps of the final one: most systems allow 255."""
 
+NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+
 
 def write_file(path: str, data: bytes) -> None:
     """Write a whole file. Raises RuleSheetError (E416)."""
@@ -89,8 +89,8 @@ class Replacement:
 
     ``keep`` moves it into place when its bytes are on the disk, ``discard`` removes it; as a context it is
     kept unless an exception leaves the block. A link is followed and the mode of an existing file kept. What
-    is no regular file (a pipe, a terminal, ``/dev/null``) is written into. The unfinished files that killed
-    processes left in the folder are removed. Raises RuleSheetError (E416) for every failure of the system.
+    is no regular file (a pipe, a terminal, ``/dev/null``) is written into. Raises RuleSheetError
+    (E416) for every failure of the system.
     """
 
     stream: BinaryIO | LongFile
@@ -104,8 +104,11 @@ class Replacement:
             if there is not None and not stat.S_ISREG(there):
                 self.stream = open(self._target, "wb")  # noqa: SIM115
                 return
-            self._unfinished, handle = _unfinished_file(*os.path.split(self._target))
-            self.stream = LongFile(handle)
+            folder, name = os.path.split(self._target)
+            short = os.fsdecode(os.fsencode(name)[:_LONGEST])
+            path = os.path.join(folder, f"{short}.{os.urandom(4).hex()}{UNFINISHED}")
+            self.stream = LongFile(os.open(path, NEW, 0o666))
+            self._unfinished = path
             if there is not None:
                 os.chmod(self._unfinished, stat.S_IMODE(there))
         except OSError as failure:
@@ -165,53 +168,23 @@ class Replacement:
             self.discard()
 
 
-class Behind:
-    """One task at a time in a thread of its own. A failure is raised by what is asked next."""
-
-    def __init__(self) -> None:
-        self._thread: Thread | None = None
-        self._failure: Exception | None = None
-
-    def start(self, task: Callable[[], object]) -> None:
-        """Once the task before has come to its end."""
-        self.wait()
-        self._thread = Thread(target=self._run, args=(task,))
-        self._thread.start()
-
-    def wait(self) -> None:
-        self.join()
-        if self._failure is not None:
-            raise self._failure
-
-    def join(self) -> None:
-        if self._thread is not None:
-            self._thread.join()
-
-    def _run(self, task: Callable[[], object]) -> None:
-        try:
-            task()
-        except Exception as failure:
-            self._failure = failure
-
-
 BLOCK = 2**22
 """Bytes that are written at once: larger writes are no quicker."""
 DIRECT: int = getattr(os, "O_DIRECT", 0)
 
 
 class LongFile(RawIOBase):
-    """A new file, written by a thread of its own in blocks that go past the memory of the system.
+    """A new file, written in blocks that go past the memory of the system.
 
     On their way through it the bytes of a long file cost several times what the disk takes: its pages must be
     found, cleared, filled and given back. Linux takes whole blocks directly (``O_DIRECT``, open(2)). The last
     bytes, a file of less than a block, and all bytes where the file system does not know of that go the
-    usual way. A failure of the disk (OSError) may be told by the write that comes after.
+    usual way.
     """
 
     def __init__(self, handle: int) -> None:
         self._handle, self._direct = handle, DIRECT
-        self._filling, self._full = mmap(-1, BLOCK), mmap(-1, BLOCK)  # each at a whole page
-        self._held, self._behind = 0, Behind()
+        self._block, self._held = mmap(-1, BLOCK), 0  # at a whole page
 
     def fileno(self) -> int:
         return self._handle
@@ -223,29 +196,26 @@ class LongFile(RawIOBase):
         size = len(rest := memoryview(data).cast("B"))
         while len(rest):
             part = rest[: BLOCK - self._held]
-            self._filling[self._held : self._held + len(part)] = part
+            self._block[self._held : self._held + len(part)] = part
             self._held, rest = self._held + len(part), rest[len(part) :]
             if self._held == BLOCK:
-                self._behind.start(partial(self._put, memoryview(self._filling)))
-                self._filling, self._full, self._held = self._full, self._filling, 0
+                self._put()
         return size
 
     def flush(self) -> None:
         """Write what is left."""
-        self._behind.wait()
         self._direct = 0
-        self._put(memoryview(self._filling)[: self._held])
-        self._held = 0
+        self._put()
 
     def close(self) -> None:
         if not self.closed:
             try:
                 super().close()  # writes what is left
             finally:
-                self._behind.join()  # an interrupt may have come while it was waited for
                 os.close(self._handle)
 
-    def _put(self, rest: memoryview) -> None:
+    def _put(self) -> None:
+        rest, self._held = memoryview(self._block)[: self._held], 0
         while len(rest):
             try:
                 if DIRECT:
@@ -273,35 +243,3 @@ class Printed:
 
     def discard(self) -> None:
         """Nothing can be taken back."""
-
-
-def _unfinished_file(folder: str, name: str) -> tuple[str, int]:
-    """A new file that no other writer has, locked while this process lives: its path, and a handle.
-
-    The unfinished files of processes that ended are removed: those of living ones are locked.
-    """
-    with suppress(OSError), os.scandir(folder) as items:
-        for item in items:
-            if item.name.endswith(UNFINISHED) and item.is_file(follow_symlinks=False):
-                with suppress(OSError):
-                    handle = os.open(item.path, os.O_WRONLY)
-                    try:
-                        _lock(handle)
-                        os.unlink(item.path)
-                    finally:
-                        os.close(handle)
-    short = os.fsdecode(os.fsencode(name)[:_LONGEST])
-    while True:
-        path = os.path.join(folder, f"{short}.{os.urandom(4).hex()}{UNFINISHED}")
-        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
-        with suppress(OSError):  # a file system without locks, or somebody removes it this very moment
-            _lock(handle)
-        if os.path.exists(path):
-            return path, handle
-        os.close(handle)
-
-
-def _lock(handle: int) -> None:
-    """Lock a file for as long as it is open. Raises OSError if another process has it."""
-    if "fcntl" in globals():
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Sized
-from functools import cache, partial
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import cache
 from importlib import import_module
 from io import StringIO
 from itertools import islice
@@ -20,7 +21,6 @@ from rulesheets.format import exact
 from rulesheets.inputs import decimal_point, delimiter, is_symbol, parse_value
 from solver.facts import Status, UnknownName
 from solver.files import (
-    Behind,
     Printed,
     Replacement,
     expect_no_input,
@@ -217,63 +217,52 @@ class ParquetFile:
     """
 
     def __init__(self, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
-        self._file, self._behind = Replacement(path), Behind()
-        try:
-            self._arrow, self._parquet = _pyarrow()
-        except RuleSheetError:
-            self.discard()
-            raise
+        self._arrow, self._parquet = _pyarrow()
+        self._file, self._thread = Replacement(path), ThreadPoolExecutor(1)
         self._path, self._names, self._symbols = path, tuple(names), frozenset(symbols)
-        self._rooms: list[Array] = []
-        self._others: list[Array] = []
-        self._held = 0
+        self._held: list[Table] = []
+        self._writing: Future[None] | None = None
         self._writer: Any = None
 
     def add(self, table: Table) -> None:
-        columns = (*table.values(), table.status)
-        if not self._rooms:
-            kinds = [self._kind(*pair) for pair in zip(self._names, table.values(), strict=True)]
-            self._rooms = [np.empty(ROW_GROUP, kind) for kind in (*kinds, np.int8)]
-            self._others = list(map(np.empty_like, self._rooms))
-        start, rows = 0, len(table.status)
-        while start < rows:
-            more = min(rows - start, ROW_GROUP - self._held)
-            for room, column in zip(self._rooms, columns, strict=True):
-                room[self._held : self._held + more] = column[start : start + more]
-            self._held, start = self._held + more, start + more
-            if self._held == ROW_GROUP:
-                self._write()
+        self._held.append(table)
+        while (rows := sum(len(held.status) for held in self._held)) >= ROW_GROUP:
+            whole = joined(self._held)
+            self._write(whole.rows(0, ROW_GROUP))
+            self._held = [whole.rows(ROW_GROUP, rows)]
 
     def close(self) -> None:
         """Write the rows that wait, and the footer: after this the file can be read."""
         try:
-            if not self._rooms:
-                self.add(Table(dict.fromkeys(self._names, np.empty(0)), np.empty(0, np.int8)))
-            self._write()
-            self._behind.wait()
+            nothing = Table(dict.fromkeys(self._names, np.empty(0)), np.empty(0, np.int8))
+            self._write(joined(self._held or [nothing]))
+            self._wait()
             self._guarded(self._writer.close)
         except BaseException:
             self.discard()
             raise
+        self._thread.shutdown()
         self._file.keep()
 
     def discard(self) -> None:
-        self._behind.join()
+        self._thread.shutdown()
         self._file.discard()
 
-    def _kind(self, name: str, column: Array) -> type:
-        return object if name in self._symbols else np.int32 if column.dtype.kind == "i" else float
+    def _write(self, table: Table) -> None:
+        """Let rows be written as a row group while others are gathered."""
+        self._wait()
+        self._writing = self._thread.submit(self._write_group, table)
 
-    def _write(self) -> None:
-        """Let the rows that wait be written as a row group, while others fill the other rooms."""
-        self._behind.start(partial(self._write_group, [room[: self._held] for room in self._rooms]))
-        self._rooms, self._others, self._held = self._others, self._rooms, 0
+    def _wait(self) -> None:
+        """Raises RuleSheetError where the group that is being written fails."""
+        if self._writing is not None:
+            self._writing.result()
 
-    def _write_group(self, group: Sequence[Array]) -> None:
-        *columns, codes = group
-        status = self._arrow.DictionaryArray.from_arrays(codes, self._arrow.array(WORDS))
+    def _write_group(self, table: Table) -> None:
+        status = self._arrow.DictionaryArray.from_arrays(table.status, self._arrow.array(WORDS))
         names = [*self._names, free_name("status", self._names)]
-        rows = self._arrow.table([*map(self._array, columns), status], names=names)
+        columns = [self._array(*pair) for pair in zip(self._names, table.values(), strict=True)]
+        rows = self._arrow.table([*columns, status], names=names)
         if self._writer is None:
             self._writer = self._parquet.ParquetWriter(
                 self._file.stream,
@@ -283,13 +272,14 @@ class ParquetFile:
                 store_schema=False,  # a reader finds texts of the status, not its codes
                 write_batch_size=BATCH,
             )
-        if len(codes):
+        if len(table.status):
             self._guarded(lambda: self._writer.write_table(rows, row_group_size=ROW_GROUP))
 
-    def _array(self, column: Array) -> Any:
-        if column.dtype == object:
+    def _array(self, name: str, column: Array) -> Any:
+        if name in self._symbols:
             texts = [exact(value).removeprefix("'") or None for value in column.tolist()]
             return self._arrow.array(texts, self._arrow.string())
+        column = column.astype(np.int32 if column.dtype.kind == "i" else float, copy=False)
         gaps = column.dtype == float and bool(np.isnan(column).any())
         return self._arrow.array(column, from_pandas=gaps)
 

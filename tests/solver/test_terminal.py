@@ -1,18 +1,14 @@
-"""Commands for a person at a terminal: ``watch``, ``completion``, ``tutor``."""
+"""Commands for a person at a terminal: ``watch``, ``tutor``."""
 
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
-import pytest
-
-from solver.__main__ import COMMANDS, main
 from solver.commands.about import tutor as tutor_text
 
 ROOT = Path(__file__).parents[2]
@@ -76,40 +72,3 @@ def test_the_tutor_ends_where_the_reader_leaves(tmp_path: Path) -> None:
     tutor = started("tutor", folder=tmp_path)
     said, _ = tutor.communicate("q\n", timeout=60)
     assert tutor.returncode == 0 and "2 of" not in said
-
-
-def completed(*words: str, folder: Path) -> list[str]:
-    """What bash offers for the last of the words."""
-    script = subprocess.run(
-        [sys.executable, "-m", "solver", "completion", "bash"], capture_output=True, text=True, check=True
-    ).stdout
-    line = " ".join(f"'{word}'" for word in words)
-    ask = (
-        f"COMP_WORDS=({line}); COMP_CWORD={len(words) - 1}; _backsolve; printf '%s\\n' \"${{COMPREPLY[@]}}\""
-    )
-    done = subprocess.run(
-        ["bash", "-c", script + ask], capture_output=True, text=True, cwd=folder, check=True
-    )
-    return done.stdout.split()
-
-
-def test_bash_completes_commands_options_choices_and_sheets(tmp_path: Path) -> None:
-    (tmp_path / "offset.tk").write_text("x = 1\n")
-    assert set(completed("backsolve", "", folder=tmp_path)) == set(COMMANDS)
-    assert completed("backsolve", "solve", "--uni", folder=tmp_path) == ["--unit", "--units"]
-    assert completed("backsolve", "solve", "x.tk", "--units", "", folder=tmp_path) == ["si", "us"]
-    sheets = completed("backsolve", "solve", "offset", folder=tmp_path)
-    assert {"offset.tk", "offset_slider_crank"} <= set(sheets)
-
-
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_the_script_of_a_shell_is_one(shell: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["completion", shell]) == 0
-    script = capsys.readouterr().out
-    assert all(command in script for command in COMMANDS) and "--no-such" not in script
-    assert "guess" in script and "offset_slider_crank" in script
-    if not shutil.which(shell):
-        pytest.skip(f"there is no {shell} here to read it")
-    (tmp_path / "script").write_text(script)
-    done = subprocess.run([shell, "-n", str(tmp_path / "script")], capture_output=True, text=True)
-    assert (done.returncode, done.stderr) == (0, "")
