@@ -27,7 +27,6 @@ COMMANDS = {
     "format": ("commands.solve", "print a sheet in its canonical form"),
     "open": ("page.serving", "open a sheet as a page in the browser"),
     "export": ("page.serving", "write a sheet as one file with sliders"),
-    "watch": ("commands.solve", "solve a sheet whenever it is saved"),
     "tutor": ("commands.about", "learn the first steps, in five minutes"),
     "lsp": ("page.serving", "serve an editor: the language server"),
     "models": ("commands.about", "list the sheets that come with Backsolve"),

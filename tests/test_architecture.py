@@ -45,7 +45,6 @@ DOORS = {
     "pint": ("rulesheets.library",),
     "matplotlib": ("solver.pictures",),
     "rich": ("solver.report",),
-    "PIL": ("solver.pictures",),
     "distributed": ("solver.sweeps.workers",),
     "starlette": ("solver.page.server",),
     "anywidget": ("solver.page.widget",),

@@ -1,4 +1,4 @@
-"""Commands for a person at a terminal: ``watch``, ``tutor``."""
+"""The lesson for a person at a terminal."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 from solver.commands.about import tutor as tutor_text
@@ -21,38 +20,6 @@ def started(*words: str, folder: Path) -> subprocess.Popen[str]:
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     heard = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}
     return subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, text=True, **pipes, **heard)  # type: ignore[call-overload,no-any-return]
-
-
-def round_of(watch: subprocess.Popen[str]) -> str:
-    """What is printed until it waits again."""
-    assert watch.stdout is not None
-    lines = []
-    for line in watch.stdout:
-        lines.append(line)
-        if "waiting for a change" in line:
-            break
-    return "".join(lines)
-
-
-def test_watch_solves_at_every_save_of_the_sheet_and_of_what_it_uses(tmp_path: Path) -> None:
-    sheet, used = tmp_path / "sheet.tk", tmp_path / "double.tk"
-    used.write_text("function double(x; y)\n  y = 2*x\n")
-    sheet.write_text('use "double.tk"\nvariables\n  a = 2\n  b\nrules\n  call double(a; b)\n')
-    watch = started("watch", "sheet.tk", "--no-cache", folder=tmp_path)
-    try:
-        assert "b     4\n" in round_of(watch)
-        time.sleep(0.01)
-        sheet.write_text(sheet.read_text().replace("a = 2", "a = = 5"))
-        assert "error[E1" in round_of(watch)
-        sheet.write_text(sheet.read_text().replace("a = = 5", "a = 50"))
-        assert "b     100\n" in round_of(watch)
-        used.write_text("function double(x; y)\n  y = 2*x + 1\n")
-        assert "b     101\n" in round_of(watch)
-        watch.send_signal(signal.SIGINT)
-        assert watch.wait(20) == 0
-    finally:
-        watch.kill()
-        watch.communicate()
 
 
 def test_the_tutor_runs_what_is_typed_and_goes_on_at_enter(tmp_path: Path) -> None:
