@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
@@ -21,17 +20,14 @@ from lark.lexer import PatternRE, TerminalDef
 from rulesheets import store
 from rulesheets.diagnosis import RuleSheetError, empty_range, refuse, said, wrong_range
 from rulesheets.evaluate import Undefined, value
-from rulesheets.parse import foreign, mistakes
-from rulesheets.parse.foreign import Stop, Word, too_deep
+from rulesheets.parse import mistakes
 from rulesheets.parse.layout import Line
+from rulesheets.parse.mistakes import too_deep
 from rulesheets.syntax import Source, Span, forms, nodes
 from rulesheets.syntax.nodes import Equality, Expression, Inequality, Range, measured, names, units_of
 
 KINDS = ["rule", "use", "head", "parameters", "figure", "mark"]
 """Kinds of lines beside rows: start rules of the grammar."""
-
-_ONLY_IN = {"LOCAL": "mark", "PLUS_MINUS": "row", "PERCENT": "row"}
-"""Terminals that are words in lines of one kind alone: in a rule ``+-`` is a plus and a sign."""
 
 MOST_FORMS = 10_000
 """Forms of rules that are remembered at a time."""
@@ -312,7 +308,6 @@ class Grammar(threading.local):
 
     def __init__(self) -> None:
         self._builder = Builder()
-        self._patterns: dict[str, re.Pattern[str]] = {}
         self.forms: dict[str, forms.Form | None] = {}
         self._lark = self._parser("lines", KINDS)
         self._of_rows = self._parser("rows", ["row"], _before_a_unit)
@@ -346,25 +341,6 @@ class Grammar(threading.local):
             raise Unparsed(len(line.code) if ended else int(stop.token.start_pos or 0)) from None
         except UnexpectedCharacters as stop:
             raise Unparsed(int(stop.pos_in_stream or 0)) from None
-
-    def words(self, line: Line, kind: str) -> tuple[Word, ...]:
-        """The words of a line, right or wrong: a character that no terminal matches is an ``UNKNOWN``."""
-        if kind not in self._patterns:  # of the terminals, in the order in which lark itself tries them
-            parsers = (self._lark, self._of_rows) if kind == "row" else (self._of_rows, self._lark)
-            terminals = {terminal.name: terminal for lark in parsers for terminal in lark.terminals}
-            for name in ("BLANK", *(name for name, only in _ONLY_IN.items() if only != kind)):
-                terminals.pop(name, None)
-            ordered = sorted(
-                terminals.values(),
-                key=lambda terminal: (-terminal.priority, -terminal.pattern.max_width, terminal.name),
-            )
-            either = "|".join(f"(?P<{terminal.name}>{terminal.pattern.to_regexp()})" for terminal in ordered)
-            self._patterns[kind] = re.compile(rf"\s*(?:{either}|(?P<UNKNOWN>\S))")
-        return tuple(
-            Word(group, found[group], found.start(group), end_pos=found.end(group))
-            for found in self._patterns[kind].finditer(line.code)
-            if (group := found.lastgroup)
-        )
 
 
 def _before_a_unit(terminal: TerminalDef) -> None:
@@ -403,15 +379,11 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
 
 
 def _read(source: Source, line: Line, kind: str) -> Any:
-    refuse(foreign.strange_characters(source, line))
+    refuse(mistakes.strange_characters(source, line))
     try:
         node = grammar().read(source, line, kind)
     except Unparsed as stopped:
-        words = grammar().words(line, kind)
-        index = next((i for i, word in enumerate(words) if word.end_pos > stopped.place), len(words))
-        stop = Stop(source, line, words, index)
-        explain = mistakes.explain_line if kind in ("rule", "row", "mark") else foreign.explain_head
-        raise RuleSheetError(explain(stop, kind)) from None
+        raise RuleSheetError(mistakes.explain_line(source, line, stopped.place, kind)) from None
     wrong = next(filter(None, map(too_deep, _trees(node, kind))), None)
     if wrong is None and kind == "mark":
         wrong = mistakes.wrong_mark(node)

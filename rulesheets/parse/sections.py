@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, refuse, said
-from rulesheets.parse import foreign, mistakes
+from rulesheets.parse import mistakes
 from rulesheets.parse.grammar import read_line
 from rulesheets.parse.layout import Line, logical_lines
 from rulesheets.syntax import Source, Span, nodes
@@ -87,7 +87,7 @@ class _Reading:
         try:
             if line.blank:
                 self.waiting.append(nodes.CommentLine(line.comment or "", line.place(self.source), line.gap))
-            elif wrong := foreign.wrong_shape(self.source, line):
+            elif wrong := mistakes.wrong_shape(self.source, line):
                 self.complaints.append(wrong)
             elif word := head_word(line.code):
                 self._begin(word, line)
@@ -107,7 +107,7 @@ class _Reading:
                 self.section = "variables"
             elif word in _ALMOST | {"rules"} and section != "function":
                 self.section = "rules"
-            raise RuleSheetError(foreign.unknown_section(lone[1], span))
+            raise RuleSheetError(mistakes.unknown_section(lone[1], span))
         self._place_comments()
         if section == "units":
             node: Any = _unit_row(line.code, span).but(comment=comment, gap=line.gap)
@@ -152,10 +152,10 @@ class _Reading:
         if word == "parameters":
             if self.section != _SKIPPED:
                 self._parameters(line)
-        elif word in foreign.PLANNED:
+        elif word in mistakes.PLANNED:
             self._place_comments()
             self.section = _SKIPPED
-            what, note = foreign.PLANNED[word]
+            what, note = mistakes.PLANNED[word]
             raise RuleSheetError(said("E190", f"{what} not there yet", line.place(self.source), note))
         elif word == "rules" and self.section == "function" and not self.blocks[-1].begun:
             self._place_comments()

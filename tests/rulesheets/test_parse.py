@@ -458,7 +458,6 @@ def test_tables_that_were_kept_read_and_explain_alike(monkeypatch, tmp_path):
     (line,) = logical_lines(source.text)
     for _ in range(2):
         grammar = Grammar()
-        assert [str(word) for word in grammar.words(line, "rule")] == ["a", "+", "=", "2"]
         with pytest.raises(Unparsed) as stop:
             grammar.read(source, line, "rule")
         assert stop.value.place == 4

@@ -14,8 +14,9 @@ ROOT = Path(__file__).parent.parent.parent
 
 
 def test_the_codes_said_are_those_of_the_catalogue() -> None:
-    rooms = [*(ROOT / "rulesheets").rglob("*.py"), *(ROOT / "solver").rglob("*.py")]
-    texts = [file.read_text(encoding="utf-8") for file in rooms if "catalogue" not in str(file)]
+    files = [file for room in ("rulesheets", "solver") for file in (ROOT / room).rglob("*")]
+    rooms = [file for file in files if file.suffix in (".py", ".toml") and file.stem != "catalogue"]
+    texts = [file.read_text(encoding="utf-8") for file in rooms]
     said = {code for text in texts for code in re.findall(r'"([ESW]\d{3})"', text)}
     assert said == catalogue().keys()
 
