@@ -17,9 +17,7 @@ from rulesheets.model import Model
 from rulesheets.syntax import escaped
 from solver.commands import Command
 from solver.commands.inputs import Option, add_input_options, add_sheet_options, load_sheet, read_request
-from solver.files import write_file
 from solver.path.planner import path_tree, planner
-from solver.report.path import reaches, tree_text
 from solver.report.sheet import diagnosis_json, result_csv, result_json
 from solver.report.text import result_text
 from solver.solution.solving import Result, posted, solve
@@ -37,7 +35,7 @@ def _solve_arguments(parser: ArgumentParser) -> None:
     add_input_options(parser, units=True)
     add, flag = parser.add_argument, "store_true"
     add("--all", action=flag, help="show every answer, side by side")
-    add("--explain", action=flag, help="show locals, path, and rules used")
+    add("--explain", action=flag, help="show locals, path, and methods")
     add("--digits", action=flag, help="print each number with the digits that are right")
     add("--prove", action=flag, help="prove every answer, and that there is no other")
     add("--limits", action=flag, help="take rules that are 0/0 by their limits")
@@ -57,10 +55,13 @@ def _solve_arguments(parser: ArgumentParser) -> None:
 def _solve(arguments: Namespace) -> int:
     """Solve, write, print; the exit code is that of the status."""
     request = read_request(arguments)
-    request.expect_output(arguments.output)
+    if arguments.output:
+        request.expect_output(arguments.output)
     options = {"prove": arguments.prove, "limits": arguments.limits}
     result = solve(request.model, request.inputs, request.want, request.guesses, **options)
     if arguments.output:
+        from solver.files import write_file  # which a table on the screen does without
+
         write_file(arguments.output, result_csv(result).encode())
     warnings = result.model.unit_warnings  # of the rules; the status stays
     if not arguments.json and len(warnings) > MOST_WARNINGS:
@@ -179,12 +180,16 @@ def _format(arguments: Namespace) -> int:
     if not arguments.in_place:
         sys.stdout.write(text)
     elif text != source.text:
+        from solver.files import write_file
+
         write_file(path, text.encode())
     return 0
 
 
 def _path(arguments: Namespace) -> int:
     """Print the path; the exit code is 0 where it reaches every wanted variable, at least in some case."""
+    from solver.report.path import reaches, tree_text
+
     request = read_request(arguments)
     model, given = request.model, override(request.model, request.inputs, request.guesses).values
     wanted = request.want or posted(model)

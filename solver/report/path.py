@@ -1,4 +1,4 @@
-"""A solution path as text: what is solved from which rule, in order, and the cases that follow."""
+"""A solution path as text: what is solved from which rule, in order; and the rules that are not satisfied."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from rulesheets.format import DIGITS, format_condition, format_expression, reada
 from rulesheets.model import Equation, Model, Premise, Requirement, Value
 from rulesheets.syntax import Span, escaped, nodes
 from rulesheets.syntax.nodes import Condition, Expression, names, substitute
-from solver.facts import Method
+from solver.facts import Method, Status
 from solver.kernel.block import BlockKernel
 from solver.kernel.solve_block import first_methods
 from solver.path import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.path.planner import PathTree, planner, question
-from solver.report import table
+from solver.report import few, table
 from solver.solution.solving import Result
 
 _FIRST = re.compile(r"(^|\(|, )\((-[^()]*)\)(?!\^)")
@@ -254,3 +254,43 @@ def _parts(
     after = first + len(told(tree.path))
     for case in tree.cases:
         yield from _parts(model, case.tree, wanted, (*outcomes, *case.outcomes), after)
+
+
+WAITING, BLAMED = "*", ">"
+
+LIMIT, NAMED = 12, 4
+"""Rows shown, and names in a cell; the rest is counted."""
+
+LONGEST = 72
+"""Characters of a rule shown; its place tells where to read on."""
+
+
+def rule_status_table(result: Result) -> str:
+    """The rules that are not satisfied, those blamed first and once, others once a call; else empty.
+
+    ``>`` marks a rule that a diagnosis points at, ``*`` one that waits for unknowns. Rules wait where the
+    inputs do not determine everything; where a solve has ended otherwise, what comes after it is not worth
+    telling.
+    """
+    places, partial = Places(result.model), result.status is Status.PARTIAL
+    blamed = {(label.span.file, label.span.start) for d in result.diagnoses for label in d.labels}
+    known = result.solutions[0] if result.solutions else result.partial
+    found: dict[tuple[str, Span, str], tuple[Equation | Requirement, tuple[str, ...]]] = {}
+    rules: tuple[Equation | Requirement, ...] = (*result.model.equations, *result.model.requirements)
+    for one in rules:
+        rule, waits_for = one.rule, tuple(name for name in one.names if name not in known)
+        if (rule.file, rule.start) in blamed:
+            found.setdefault((BLAMED, rule, ""), (one, waits_for))
+        elif partial and waits_for:
+            found.setdefault((WAITING, rule, one.scope), (one, waits_for))
+    if not found:
+        return ""
+    first, hidden = sorted(found, key=lambda key: key[0] != BLAMED)[:LIMIT], len(found) - LIMIT
+    shown = []
+    for key in first:  # texts take long: none for the rules that are only counted
+        one, waits_for = found[key]
+        text = rule_text(one.rule)
+        text = text if len(text) <= LONGEST else text[: LONGEST - 2] + " …"
+        shown.append((key[0], places.of(one), text, few(waits_for, NAMED)))
+    head = ("St", "Place", "Rule", "Waits for" if any(row[-1] for row in shown) else "")
+    return table(head, shown, soft=(2, 3)) + (f"\n… and {hidden} more" if hidden > 0 else "")

@@ -16,7 +16,6 @@ from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Span
 from rulesheets.units import shown
 from solver.path import Assume, Decide, Evaluate, Select, SolveBlock, Step, equations_of
-from solver.report.path import rule_text, told
 from solver.solution.solving import Result, Solution
 
 
@@ -167,6 +166,8 @@ def result_json(
 
     ``also`` are further members, put at its end.
     """
+    from solver.report.path import told  # a table does without
+
     variables, (rows, _) = result.model.variables, named(result)
     names = [name for name in variables if explain or name in rows]
     solutions = [finite({n: answer[n] for n in names if n in answer}) for answer in result.solutions]
@@ -229,7 +230,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> Json:
 
 
 def _place(span: Span) -> Json:
-    return {"file": span.file, "line": span.line, "text": rule_text(span)}
+    return {"file": span.file, "line": span.line, "text": " ".join(span.text.split())}
 
 
 def _step(model: Model, step: Step) -> Json:

@@ -7,70 +7,22 @@ from collections.abc import Iterator, Sequence
 from math import isfinite
 
 from rulesheets.diagnosis import plural, render
-from rulesheets.model import Equation, Requirement
-from rulesheets.syntax import Span, escaped
+from rulesheets.syntax import escaped
 from solver.facts import Status
 from solver.path import Evaluate, Path, Select, SolveBlock
-from solver.report import SCREEN, fits, table
-from solver.report.path import Places, path_text, rule_text
-from solver.report.sheet import SheetRow, answers, magnitude, named, sheet_heads, sheet_rows
+from solver.report import SCREEN, few, fits, table
+from solver.report.sheet import SheetRow, magnitude, sheet_heads, sheet_rows
 from solver.solution.solving import Result
-
-WAITING, BLAMED = "*", ">"
-
-LIMIT = 12
-"""Rows shown; the rest is counted."""
-
-LONGEST = 72
-"""Characters of a rule shown; its place tells where to read on."""
-
-
-def rule_status_table(result: Result) -> str:
-    """The rules that are not satisfied, those blamed first and once, others once a call; else empty.
-
-    ``>`` marks a rule that a diagnosis points at, ``*`` one that waits for unknowns. Rules wait where the
-    inputs do not determine everything; where a solve has ended otherwise, what comes after it is not worth
-    telling.
-    """
-    if result.status is Status.SOLVED:
-        return ""
-    places, partial = Places(result.model), result.status is Status.PARTIAL
-    blamed = {(label.span.file, label.span.start) for d in result.diagnoses for label in d.labels}
-    (known,) = answers(result, every=False)
-    found: dict[tuple[str, Span, str], tuple[Equation | Requirement, tuple[str, ...]]] = {}
-    rules: tuple[Equation | Requirement, ...] = (*result.model.equations, *result.model.requirements)
-    for one in rules:
-        rule, waits_for = one.rule, tuple(name for name in one.names if name not in known)
-        if (rule.file, rule.start) in blamed:
-            found.setdefault((BLAMED, rule, ""), (one, waits_for))
-        elif partial and waits_for:
-            found.setdefault((WAITING, rule, one.scope), (one, waits_for))
-    if not found:
-        return ""
-    first, hidden = sorted(found, key=lambda key: key[0] != BLAMED)[:LIMIT], len(found) - LIMIT
-    shown = []
-    for key in first:  # texts take long: none for the rules that are only counted
-        one, waits_for = found[key]
-        text = rule_text(one.rule)
-        text = text if len(text) <= LONGEST else text[: LONGEST - 2] + " …"
-        shown.append((key[0], places.of(one), text, _few(waits_for, NAMED)))
-    head = ("St", "Place", "Rule", "Waits for" if any(row[-1] for row in shown) else "")
-    return table(head, shown, soft=(2, 3)) + (f"\n… and {hidden} more" if hidden > 0 else "")
-
 
 NAMED, NAMES = 4, 6
 """Names that a cell, and that a sentence lists at most."""
-
-
-def _few(names: Sequence[str], most: int) -> str:
-    return ", ".join([*names[:most], "…"] if len(names) > most else names)
 
 
 def attempts_text(result: Result) -> str:
     """A table of blocks and methods; nothing where no block was solved."""
     rows = []
     for block, attempts in result.attempts.items():
-        names = _few(block.unknowns, NAMED)
+        names = few(block.unknowns, NAMED)
         for place, attempt in enumerate(attempts):
             method = attempt.method.told.format(tear=", ".join(block.tears))
             if attempt.iterations:
@@ -92,7 +44,7 @@ def conditions_text(result: Result) -> str:
     rows = []
     for block in blocks.values():
         condition = f"{block.condition:.1e}" if isfinite(block.condition) else "infinite"
-        rows.append((_few(block.unknowns, NAMES), f"{block.rank} of {len(block.unknowns)}", condition))
+        rows.append((few(block.unknowns, NAMES), f"{block.rank} of {len(block.unknowns)}", condition))
     return "Blocks\n" + table(("Unknowns", "Rank", "Condition"), rows)
 
 
@@ -179,14 +131,17 @@ def result_text(
 ) -> str:
     """Everything that ``backsolve solve`` prints, without the last line end.
 
-    ``every`` puts all answers side by side; ``explain`` adds the locals, the path, and how
-    many rules were needed; ``digits`` prints every number with the digits that are right.
+    ``every`` puts all answers side by side; ``explain`` adds the locals, the path, and
+    the methods of its blocks; ``digits`` prints every number with the digits that are right.
     """
     parts = [sheet_table(sheet_rows(result, every=every, digits=digits))]
     if explain:
         parts.extend(_explanation(result, every, digits))
     parts.append("\n".join(_verdict(result, every)))
-    parts.append(rule_status_table(result))
+    if result.status is not Status.SOLVED:
+        from solver.report.path import rule_status_table  # a sheet that is solved does without
+
+        parts.append(rule_status_table(result))
     width = SCREEN.get().width
     parts.extend(render(diagnosis, color=color, width=width) for diagnosis in result.diagnoses)
     return "\n\n".join(part for part in parts if part)
@@ -227,6 +182,8 @@ def _lines(rows: Sequence[SheetRow]) -> tuple[tuple[str, ...], list[tuple[str, .
 
 
 def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
+    from solver.report.path import path_text
+
     rows = sheet_rows(result, every=every, digits=digits, others=True)
     if rows:
         yield "Locals\n" + sheet_table(rows)
@@ -234,11 +191,6 @@ def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
     yield attempts_text(result)
     yield conditions_text(result)
     yield from (render(gap) for gap in result.gaps if gap not in result.diagnoses)
-    direct, sizes = _counted(result.path)
-    used, whole = direct + sum(sizes), len(result.model.equations)
-    few = result.status is Status.SOLVED and not named(result)[1] and used != whole
-    enough = f": no more is needed for {_few(result.wanted, NAMES)}" if few else ""
-    yield f"Used {used} of {plural(whole, 'rule')}{enough}."
 
 
 def _verdict(result: Result, every: bool) -> Iterator[str]:
@@ -259,7 +211,7 @@ def _verdict(result: Result, every: bool) -> Iterator[str]:
         why = next((f": {note.message}" for note in result.diagnoses if note.code == "S597"), "")
         if gap := next((gap for gap in result.gaps if gap.labels), None):  # of which unknowns, by which rule
             place = f"{escaped(os.path.basename(gap.labels[0].span.file))}:{gap.labels[0].span.line}"
-            names = _few(gap.variables, NAMES)
+            names = few(gap.variables, NAMES)
             why = f": {names} by {place}, which could not be searched whole (--explain)"
         yield some + why
     shown = result.solutions if every else result.solutions[:1]
