@@ -1,21 +1,33 @@
-"""What each command of ``backsolve`` asks for, does and prints; here its words are read, and it is run.
+"""What each command of ``backsolve`` asks for, does and prints.
 
-Neither sympy nor matplotlib is imported before a command asks for it.
+Here its words are read: a sheet, a variable sheet, and what the options override; and it is run.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from argparse import ArgumentParser, HelpFormatter, Namespace
-from collections.abc import Callable, Collection
+from argparse import ArgumentParser, ArgumentTypeError, HelpFormatter, Namespace
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import partial
 from importlib import import_module
 from typing import NamedTuple, NoReturn
 
 from rulesheets.deadline import TimeIsUp, time_limit
-from rulesheets.diagnosis import RuleSheetError, closest, render, suggestion
-from rulesheets.syntax import escaped
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, closest, refuse, render, said, suggestion
+from rulesheets.files import decoded, find_variable_sheet
+from rulesheets.inputs import (
+    guess_with_tolerance,
+    parse_input,
+    quantities,
+    symbol_for_number,
+    unknown_variable,
+    with_tolerances,
+)
+from rulesheets.loading import load, loads
+from rulesheets.model import Model, Tolerance, Value
+from rulesheets.syntax import Source, Span, escaped
+from rulesheets.units import with_display_unit, with_display_units
 from solver.report import screen_of, shown_on
 
 UNSOLVED = 1
@@ -92,3 +104,205 @@ def unknown_command(word: str, commands: Collection[str]) -> int:
         print(f"  {note}", file=sys.stderr)
     print(f"  the commands are {', '.join(commands)}", file=sys.stderr)
     return WRONG
+
+
+class Option(NamedTuple):
+    """One option as the user wrote it: ``text`` is what stands after ``--name``."""
+
+    name: str
+    text: str
+
+    def place(self, part: str, *, first: bool = False) -> Span:
+        """The place of a part of the text, the last where there are several."""
+        within = self.text.find(part) if first else self.text.rfind(part)
+        start = len(self.name) + 3 + max(within, 0)
+        source = Source("command line", f"--{self.name} {self.text}")
+        return Span(source, start, start + max(len(part), 1))
+
+    def wrong(self, code: str, message: str, note: str, part: str = "") -> Diagnosis:
+        """What is wrong with the option, or with a part of its text."""
+        return said(code, message, self.place(part or self.text), note)
+
+    def repeated(self, name: str) -> Diagnosis:
+        place, note = self.place(name, first=True), "keep one of the options"
+        return said("E421", f"{name} is given twice", place, note, label="again")
+
+
+class Request(NamedTuple):
+    """What a solve is asked: a model, inputs (None clears one), guesses, and the names wanted (None: all).
+
+    ``options`` are the names of the inputs that options give, not a variable sheet; ``files`` are all that
+    was read.
+    """
+
+    model: Model
+    inputs: Mapping[str, Value | None]
+    guesses: Mapping[str, float]
+    want: tuple[str, ...] | None
+    options: frozenset[str] = frozenset()
+    files: tuple[str, ...] = ()
+
+    def swept(self, names: Iterable[str]) -> None:
+        """Raise RuleSheetError (E421) if ``--over`` sweeps what ``--set`` gives; it overrides all else."""
+        refuse([Option("over", name).repeated(name) for name in names if name in self.options])
+
+    def expect_output(self, path: str | None) -> None:
+        """Raise RuleSheetError (E418) if a file to write is one that was read."""
+        if path is not None:
+            from solver.files import expect_no_input  # a solve that writes nothing does without
+
+            expect_no_input(path, self.files)
+
+
+def add_sheet_options(parser: ArgumentParser) -> None:
+    """The arguments of every command that loads a sheet."""
+    add = parser.add_argument
+    add("sheet", metavar="SHEET", help="a rule sheet, a shipped one by its name, or - for stdin")
+    allowed = "run the Python files that the sheet names (use python)"
+    add("--allow-python", action="store_true", help=allowed)
+    add("--within", metavar="FOLDER", help="read sheets of this folder alone, links resolved")
+
+
+def load_sheet(arguments: Namespace) -> Model:
+    """The model of the sheet, of standard input for ``-``. Raises RuleSheetError for all that is wrong."""
+    allowed, within = arguments.allow_python, arguments.within
+    if arguments.sheet != "-":
+        model = load(arguments.sheet, within=within, allow_python=allowed)
+    else:
+        text = decoded("standard input", sys.stdin.buffer.read())
+        model = loads(text, "standard input", base="", within=within, allow_python=allowed)
+    for note in model.notes:
+        print(render(note), file=sys.stderr)
+    return model
+
+
+def seconds(text: str) -> float:
+    """A time on the command line."""
+    try:
+        if (number := float(text)) > 0.0:
+            return number
+    except ValueError:
+        pass
+    raise ArgumentTypeError(f"{text} is no number of seconds")
+
+
+def add_input_options(parser: ArgumentParser, *, want: bool = True, units: bool = False) -> None:
+    """The arguments of every command on a filled-in sheet; ``--want`` and display units where asked for."""
+    add_sheet_options(parser)
+    parser.add_argument("variables", metavar="VARIABLES.csv", nargs="?", help="a variable sheet to fill in")
+    add = parser.add_argument
+    add("--set", metavar="NAME=VALUE[unit]", action="append", default=[], help="give an input")
+    add("--clear", metavar="NAME", action="append", default=[], help="take an input back: solve for it")
+    add("--timeout", metavar="SECONDS", type=seconds, help="stop then, with what is known so far")
+    add("--guess", metavar="NAME=VALUE", action="append", default=[], help="a first guess")
+    if want:
+        add("--want", metavar="NAME,…", action="append", default=[], help="solve for these alone")
+    if units:
+        add("--unit", metavar="NAME=UNIT", action="append", default=[], help="show a variable in this unit")
+        add("--units", choices=("si", "us"), help="show every variable in units of this system")
+
+
+def read_request(arguments: Namespace) -> Request:
+    """Load the sheets and apply the options.
+
+    Raises RuleSheetError with everything that is wrong, names that the model does not have included.
+    """
+    model = load_sheet(arguments)
+    inputs: dict[str, Value | None] = {}
+    guesses: dict[str, float] = {}
+    tolerances: dict[str, Tolerance] = {}
+    files = model.files
+    if arguments.variables:
+        from rulesheets.variables import read_variable_sheet  # most commands read none
+
+        beside = "." if arguments.sheet == "-" else arguments.sheet
+        filled_in = find_variable_sheet(arguments.variables, beside)
+        files = (*files, filled_in)
+        written = read_variable_sheet(filled_in, model)
+        inputs, guesses, tolerances = dict(written.inputs), dict(written.guesses), dict(written.tolerances)
+    options: dict[str, Value | None] = {}
+    units: dict[str, str] = {}
+    want: list[str] = []
+    complaints: list[Diagnosis] = []
+    for option, name, text in _options(arguments, model, complaints):
+        try:
+            if option.name == "want":
+                want.append(name)
+            elif option.name == "clear":
+                options[name] = inputs[name] = None
+            elif option.name == "unit":
+                with_display_unit(model.variables[name], text, option.place(text))
+                units[name] = text
+            elif option.name == "set":
+                options[name], tolerance = _input(option, name, text, model)
+                inputs[name] = options[name]
+                tolerances |= {} if tolerance is None else {name: tolerance}
+            else:
+                guesses[name] = _guess(option, name, text, model, inputs)
+        except RuleSheetError as wrong:
+            complaints.extend(wrong.diagnoses)
+    refuse(complaints)
+    model = with_tolerances(model, tolerances) if tolerances else model
+    model = with_display_units(model, getattr(arguments, "units", None), units)
+    given = frozenset(name for name, value in options.items() if value is not None)
+    return Request(model, inputs, guesses, tuple(want) or None, given, files)
+
+
+def _options(
+    arguments: Namespace, model: Model, complaints: list[Diagnosis]
+) -> Iterator[tuple[Option, str, str]]:
+    """Every name that an option gives, in the order in which options count, with what is said of it.
+
+    ``NAME,…`` says nothing of its names. Names come once; the model has them.
+    """
+    seen: dict[str, set[str]] = {kind: set() for kind in ("set", "guess", "unit", "want")}
+    seen["clear"] = seen["set"]
+    for kind in ("set", "clear", "guess", "unit", "want"):
+        for text in getattr(arguments, kind, ()):
+            option = Option(kind, text)
+            name, equals, value = (part.strip() for part in text.partition("="))
+            pairs = [(name, value)]
+            if kind in ("clear", "want"):
+                pairs = [(part.strip(), "") for part in text.split(",") if part.strip()]
+            elif not (name and equals):
+                note = f"write --{kind} NAME=VALUE, such as --{kind} NAME=3"
+                complaints.append(option.wrong("E420", f"--{kind} needs a name and a value", note))
+                continue
+            for one, told in pairs:
+                if one not in model.variables:
+                    complaints.append(unknown_variable(one, model, option.place(one)))
+                elif one not in seen[kind]:
+                    seen[kind].add(one)
+                    yield option, one, told
+                elif kind != "want":
+                    complaints.append(option.repeated(one))
+
+
+def _input(option: Option, name: str, text: str, model: Model) -> tuple[Value, Tolerance | None]:
+    """What an option gives a variable. Raises RuleSheetError, also for two variables in one option."""
+    try:
+        value, tolerance = parse_input(text, option.place(text), model.variables[name])
+    except RuleSheetError:
+        first, *others = option.text.split(",")
+        if not others or not all("=" in other for other in others):
+            raise
+        apart = " ".join(f"--{option.name} {part.strip()}" for part in (first, *others))
+        message = f"--{option.name} gives one value, and can be repeated"
+        raise RuleSheetError(option.wrong("E420", message, f"write {apart}")) from None
+    if isinstance(value, str) and option.name == "set" and name in quantities(model):
+        raise RuleSheetError(symbol_for_number(value, model.variables[name], model, option.place(text)))
+    return value, tolerance
+
+
+def _guess(option: Option, name: str, text: str, model: Model, inputs: Mapping[str, Value | None]) -> float:
+    value, tolerance = _input(option, name, text, model)
+    if tolerance is not None:
+        raise RuleSheetError(guess_with_tolerance(option.place(text)))
+    if inputs.get(name, model.variables[name].value) is not None:
+        message = f"{name} is an input: a guess for it says nothing"
+        raise RuleSheetError(option.wrong("E423", message, f"add --clear {name} to solve for it", name))
+    if isinstance(value, str):
+        message = f"a guess is a number, and {text} is a symbol"
+        note = f"write --set {name}={text} to give it as an input"
+        raise RuleSheetError(option.wrong("E423", message, note, text))
+    return value

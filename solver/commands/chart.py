@@ -23,8 +23,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.evaluate.digits import context, in_many_digits
 from rulesheets.model import Model, Value
 from rulesheets.syntax import escaped
-from solver.commands import Command
-from solver.commands.inputs import Option, Request, add_input_options, read_request
+from solver.commands import Command, Option, Request, add_input_options, read_request
 from solver.commands.over import read_approach, read_axes
 from solver.derivatives.linearization import DIGITS, linearize, sharpened
 from solver.facts import FALSE, Mark, Status, Unsolved
@@ -35,7 +34,7 @@ from solver.path import SolveBlock
 from solver.path.planner import planner
 from solver.pictures import picture_kind
 from solver.report import table
-from solver.report.text import result_text
+from solver.report.sheet import result_text
 from solver.solution.solving import Solution, can_prove, solve
 from solver.sweeps import Plan, prepare
 

@@ -16,13 +16,12 @@ from rulesheets.model import Model, Value
 from rulesheets.syntax import escaped
 from rulesheets.syntax.nodes import Figure as Declared
 from rulesheets.units import shown
-from solver.commands import Command
-from solver.commands.inputs import Option, Request, add_input_options, read_request
+from solver.commands import Command, Option, Request, add_input_options, read_request
 from solver.commands.over import read_axes
 from solver.facts import Status, Unsolved
 from solver.files import write_file
 from solver.pictures import View, drawable, lacking, picture_kind, require_matplotlib, variables
-from solver.report.text import MEANINGS
+from solver.report.sheet import MEANINGS
 from solver.solution.solving import Result, solve
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from rulesheets.inputs import (
 )
 from rulesheets.model import Model, Variable
 from rulesheets.units import converted, parted, scaling
-from solver.commands.inputs import Option, Request
+from solver.commands import Option, Request
 from solver.files.tables import Chunk, column_of, heading, pieces
 from solver.sweeps.sweep import Axis, Grid, Stretch, file_chunks, grid_chunks, grid_lessons
 

@@ -15,11 +15,9 @@ from rulesheets.format import format_sheet
 from rulesheets.inputs import override, variable_named
 from rulesheets.model import Model
 from rulesheets.syntax import escaped
-from solver.commands import Command
-from solver.commands.inputs import Option, add_input_options, add_sheet_options, load_sheet, read_request
+from solver.commands import Command, Option, add_input_options, add_sheet_options, load_sheet, read_request
 from solver.path.planner import path_tree, planner
-from solver.report.sheet import diagnosis_json, result_csv, result_json
-from solver.report.text import result_text
+from solver.report.sheet import diagnosis_json, result_csv, result_json, result_text
 from solver.solution.solving import Result, posted, solve
 
 MOST_WARNINGS = 3

@@ -17,16 +17,15 @@ from rulesheets.inputs import symbolic
 from rulesheets.model import Variable
 from rulesheets.syntax import escaped
 from rulesheets.units import shown
-from solver.commands import Command
-from solver.commands.inputs import Option, Request, add_input_options, read_request
+from solver.commands import Command, Option, Request, add_input_options, read_request
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.files import Printed, write_file
-from solver.files.tables import Chunk, CsvFile, Table, csv_head, csv_rows, joined, table_file
+from solver.files.tables import Chunk, CsvFile, Table, joined, table_file
 from solver.path.planner import planner
 from solver.pictures import picture_kind
 from solver.sweeps import prepare
 from solver.sweeps.curves import follow_sweep
-from solver.sweeps.sweep import Sink, followed, heads, resumed, shown_columns, work_of
+from solver.sweeps.sweep import Sink, followed, heads, resumed, work_of
 from solver.sweeps.sweep import run as streamed
 from solver.sweeps.tracing import Branch
 from solver.sweeps.work import Work
@@ -47,7 +46,7 @@ class Progress:
     def __init__(self, stream: TextIO, total: int | None) -> None:
         self._stream, self._total, self._began = stream, total, monotonic()
         self._due = self._began + PATIENCE if stream.isatty() else inf
-        self._done = self._width = 0
+        self._done, self._shown = 0, False
 
     def __call__(self, done: int) -> None:
         self._done = done
@@ -56,19 +55,16 @@ class Progress:
     def within(self, rows: int) -> None:
         now = monotonic()
         if now >= self._due:
-            self._due = now + PAUSE
-            line = progress_line(self._done + rows, self._total, now - self._began)
-            self._show(line.ljust(self._width))
-            self._width = len(line)
+            self._due, self._shown = now + PAUSE, True
+            self._show(progress_line(self._done + rows, self._total, now - self._began))
 
     def end(self) -> None:
         """Clear the line, also for whoever writes to the same terminal next."""
-        if self._width:
-            self._show(f"{' ' * self._width}\r")
-            self._width = 0
+        if self._shown:
+            self._show("")
 
     def _show(self, line: str) -> None:
-        self._stream.write(f"\r{line}")
+        self._stream.write(f"\r\x1b[K{line}")
         self._stream.flush()
 
 
@@ -234,11 +230,13 @@ def follow(arguments: Namespace) -> int:
     model, given = request.model, {n: value for n, value in request.inputs.items() if n != name}
     table = follow_sweep(model, name, axis[:], request.want, given, request.guesses)
     names = heads(tuple(table), model)
-    columns = table.having(dict(zip(names, shown_columns(table, model).values(), strict=True)))
-    if arguments.output:
-        columns.write(arguments.output)
-    else:
-        sys.stdout.write((csv_head(names) + csv_rows(columns)).decode("utf-8"))
+    to_file = bool(arguments.output)
+    sink = (
+        table_file(arguments.output, names, symbolic(model))
+        if to_file
+        else CsvFile(Printed(sys.stdout), names)
+    )
+    streamed(iter([table]), [sink], model=model)
     late, count = expired(), len(table.branches)
     if late:
         print("the time was up: there may be branches that were not found", file=sys.stderr)

@@ -14,8 +14,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.files import find_sheet, shipped_models
 from rulesheets.inputs import override
 from rulesheets.model import Model, Value, expect_model
-from solver.commands import Command
-from solver.commands.inputs import add_input_options, read_request, seconds
+from solver.commands import Command, add_input_options, read_request, seconds
 from solver.commands.over import read_axes
 from solver.files import missing_extra, write_file
 

@@ -48,16 +48,12 @@ def arguments(
     """
     asked = ", ".join(inputs) or "nothing"
     if len(given) > len(inputs):
-        raise TypeError(
-            f"this plan takes {plural(len(inputs), 'input')} ({asked}), and {len(given)} were given; "
-            "what is fixed is said to prepare, by given"
-        )
+        took = f"this plan takes {plural(len(inputs), 'input')} ({asked})"
+        raise TypeError(f"{took}, and {len(given)} were given")
     values = dict(zip(inputs, given, strict=False))
     for name, value in named.items():
         if name not in inputs:
             notes = meant(name, inputs)
-            if not notes and name in model.variables:
-                notes = (f"to vary it, prepare with inputs=[…, '{name}']",)
             tail = f"; {notes[0]}" if notes else ""
             raise TypeError(f"{name} is no input of this plan, which takes {asked}{tail}")
         if name in values:
@@ -65,33 +61,23 @@ def arguments(
         values[name] = value
     missing = [name for name in inputs if name not in values]
     if missing:
-        raise TypeError(
-            f"no value is given for {', '.join(missing)}; this plan takes {asked}, in this order "
-            "(give nan to have it solved)"
-        )
+        raise TypeError(f"no value is given for {', '.join(missing)}; this plan takes {asked}, in this order")
     return tuple(_value(model, name, values[name]) for name in inputs)
 
 
 def _value(model: Model, name: str, given: Any) -> Value:
-    number: float | None = None
-    kind = getattr(getattr(given, "dtype", None), "kind", "")
-    if not (isinstance(given, complex | bytes | bytearray) or kind == "c" or getattr(given, "ndim", 0)):
-        with suppress(TypeError, ValueError, OverflowError):
-            number = float(given)
     if isinstance(given, str):
         if not is_symbol(given):
-            hint = "" if number is None else f"; give the number {given}, not a text"
-            raise TypeError(
-                f"{given!r} is no value for {name}: a text is read as a symbol, and this is none{hint}"
-            )
+            raise TypeError(f"{given!r} is no value for {name}: a text is read as a symbol, and this is none")
         if name in quantities(model):
             raise TypeError(f"{name} is a number, and {given!r} a symbol")
         return given.removeprefix("'")
-    if number is not None:
-        return number
-    hint = "; for columns of values call sweep" if hasattr(given, "__len__") else ""
-    hint = "; to have it solved give nan" if given is None else hint
-    raise TypeError(f"{name} takes a number (or a symbol), not {type(given).__name__}{hint}")
+    kind = getattr(getattr(given, "dtype", None), "kind", "")
+    if not (isinstance(given, complex | bytes | bytearray) or kind == "c" or getattr(given, "ndim", 0)):
+        with suppress(TypeError, ValueError, OverflowError):
+            return float(given)
+    told = "nan to have it solved; sweep takes columns"
+    raise TypeError(f"{name} takes a number or a symbol ({told}), not {type(given).__name__}")
 
 
 Array: TypeAlias = NDArray[Any]

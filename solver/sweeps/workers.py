@@ -19,6 +19,7 @@ from contextlib import ExitStack, closing, suppress
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import version
+from math import inf
 from threading import Lock, local
 from time import thread_time
 from typing import Any
@@ -256,8 +257,6 @@ def _unusable(reason: str, *details: str) -> RuleSheetError:
 
 WORTH = 2.0
 """Seconds that workers must save to be started: about twice what starting them takes."""
-RECENT = 5
-"""Pieces that say what a row takes."""
 ENOUGH = 0.02
 """Seconds below which they say more of their own overhead than of their rows."""
 LEARNING = 1.0
@@ -300,24 +299,21 @@ def _as_it_pays(work: Work, chunks: Iterator[Chunk], total: int | None, jobs: in
     """Here, until what is left turns out to be worth starting workers for.
 
     Where nobody knows how many rows are left it may be as many as there have been. The first piece teaches
-    the records that serve the others, and is no measure of them, unless its rows were slow by themselves; nor
-    is a piece with a row that had to go step by step, so that the typical one of the last pieces counts.
-    Measured is the time of the processor: on a machine that others keep busy workers pay no sooner.
+    the records that serve the others, and is no measure of them, unless its rows were slow by themselves; of
+    two pieces in a row the quicker counts, since one may have a row that had to go step by step. Measured is
+    the time of the processor: on a machine that others keep busy workers pay no sooner.
     """
-    solve, done = Solver(work), 0
-    recent: deque[tuple[float, float]] = deque(maxlen=RECENT)
+    solve, done, before = Solver(work), 0, inf
     for number, chunk in enumerate(chunks):
         started = thread_time()
         solved = solve(chunk)
-        spent = thread_time() - started
-        done += len(chunk[0])
+        spent, rows = thread_time() - started, len(chunk[0])
+        done += rows
         yield solved
-        if number or spent >= LEARNING:
-            recent.append((spent / len(chunk[0]), spent))
-        if not recent:
+        if not number and spent < LEARNING:
             continue
-        each, typical = sorted(recent)[(len(recent) - 1) // 2]
+        each, before = min(spent / rows, before), spent / rows
         left = done if total is None else total - done
-        if typical * len(recent) >= ENOUGH and left * (each - CARRIAGE) * (1 - 1 / jobs) > WORTH:
+        if spent >= ENOUGH and left * (each - CARRIAGE) * (1 - 1 / jobs) > WORTH:
             yield from solved_by_workers(work, chunks, jobs)
             return

@@ -15,8 +15,8 @@ pytest.importorskip("matplotlib")
 import rulesheets
 import solver
 from solver.__main__ import main
+from solver.commands import Request
 from solver.commands.chart import COLUMNS, chart_csv, exact_state, measure, plain_newton, stability_table
-from solver.commands.inputs import Request
 from solver.facts import Mark
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.newton import METHODS, scipy_root

@@ -13,8 +13,7 @@ from scipy.optimize import brentq
 import rulesheets
 import solver
 from solver.ranking.ranking import Ranking
-from solver.report.sheet import result_json
-from solver.report.text import result_text
+from solver.report.sheet import result_json, result_text
 
 SHIELD = """variables
   T1 = 800 [K]

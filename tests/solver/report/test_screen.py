@@ -14,7 +14,7 @@ import solver
 from rulesheets.diagnosis import render
 from solver.report import PLAIN, SCREEN, Screen, screen_of, table, width
 from solver.report.derivation import why, why_text
-from solver.report.text import result_text
+from solver.report.sheet import result_text
 
 SHEET = """\
 variables

@@ -13,7 +13,7 @@ from solver.facts import Status
 from solver.path import Check, Evaluate, Path, SolveBlock
 from solver.report import path
 from solver.report.path import path_text, rule_status_table, rule_text
-from solver.report.text import result_text, work_line
+from solver.report.sheet import result_text, work_line
 from solver.solution.solving import Result, Solution
 
 

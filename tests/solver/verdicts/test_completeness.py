@@ -11,7 +11,7 @@ import pytest
 import rulesheets
 import solver
 from solver import Status
-from solver.report.text import result_text
+from solver.report.sheet import result_text
 
 
 def solved(text: str, guesses: dict[str, float] | None = None) -> Any:

@@ -9,7 +9,7 @@ import pytest
 import rulesheets
 import solver
 from solver.report.path import rule_status_table
-from solver.report.text import result_text
+from solver.report.sheet import result_text
 
 GEARS = "n2 = n1*z1/z2\nn3 = n2*z3/z4\ni = n1/n3\n"
 TEETH = {"z1": 20.0, "z2": 60.0, "z3": 25.0, "z4": 80.0}
