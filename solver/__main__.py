@@ -27,8 +27,10 @@ COMMANDS = {
     "format": ("commands.solve", "print a sheet in its canonical form"),
     "open": ("page.serving", "open a sheet as a page in the browser"),
     "export": ("page.serving", "write a sheet as one file with sliders"),
+    "watch": ("commands.solve", "solve a sheet whenever it is saved"),
     "tutor": ("commands.about", "learn the first steps, in five minutes"),
     "lsp": ("page.serving", "serve an editor: the language server"),
+    "completion": ("commands.about", "print what a shell completes commands by"),
     "models": ("commands.about", "list the sheets that come with Backsolve"),
     "codes": ("commands.about", "say what the code of a message means"),
     "cache": ("commands.about", "show what is kept between runs, or clear it"),
@@ -87,7 +89,7 @@ def _dispatch(words: list[str]) -> int:
 
     if words[0] not in COMMANDS:
         return unknown_command(words[0], COMMANDS)
-    return run(words[0], *COMMANDS[words[0]], words[1:])
+    return run(words[0], COMMANDS, words[1:])
 
 
 def usage() -> str:

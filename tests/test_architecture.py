@@ -45,6 +45,7 @@ DOORS = {
     "pint": ("rulesheets.library",),
     "matplotlib": ("solver.pictures",),
     "rich": ("solver.report",),
+    "PIL": ("solver.pictures",),
     "distributed": ("solver.sweeps.workers",),
     "starlette": ("solver.page.server",),
     "anywidget": ("solver.page.widget",),

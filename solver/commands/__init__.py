@@ -43,15 +43,23 @@ class Command(NamedTuple):
     keeps: bool = True
 
 
-def run(name: str, module: str, about: str, words: list[str]) -> int:
-    """Parse the words of the command of a module and run it; what argparse refuses ends with exit code 2.
+def command_of(module: str, name: str) -> Command:
+    """The command of that name, from the table ``COMMANDS`` of its module."""
+    found: Command = import_module(f"solver.{module}").COMMANDS[name]
+    return found
+
+
+def run(name: str, commands: Mapping[str, tuple[str, str]], words: list[str]) -> int:
+    """Parse the words of a command and run it; what argparse refuses ends with exit code 2.
 
     Diagnoses are rendered for people on stderr, and as an object on stdout where JSON is asked for.
     """
-    command: Command = import_module(f"solver.{module}").COMMANDS[name]
+    module, about = commands[name]
+    command = command_of(module, name)
     form = partial(HelpFormatter, width=(screen_of(sys.stdout).width or 80) - 2)  # else it brings shutil
     parser = _Parser(f"backsolve {name}", description=f"{about[0].upper()}{about[1:]}.", formatter_class=form)
     command.add_arguments(parser)
+    parser.set_defaults(commands=commands)
     if command.keeps:
         parser.add_argument("--no-cache", action="store_true", help="neither look up nor keep anything")
     try:

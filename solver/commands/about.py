@@ -1,4 +1,4 @@
-"""Commands about Backsolve itself: its ``models``, ``codes``, ``cache``, and a ``tutor``."""
+"""Commands about Backsolve itself: its ``models``, ``codes``, ``cache``, ``completion``, and a ``tutor``."""
 
 from __future__ import annotations
 
@@ -8,15 +8,17 @@ import subprocess
 import sys
 import tempfile
 import tomllib
-from argparse import ArgumentParser, Namespace
+from argparse import Action, ArgumentParser, Namespace
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from shlex import quote
 from textwrap import indent
-from typing import Any
+from typing import Any, TypeAlias
 
 from rulesheets import store
 from rulesheets.diagnosis import RuleSheetError, catalogue, error, suggestion
 from rulesheets.files import find_sheet, shipped_models
-from solver.commands import Command
+from solver.commands import Command, command_of
 from solver.report import columns
 
 
@@ -73,6 +75,80 @@ def _cache(arguments: Namespace) -> int:
     if not arguments.clear and not store.trusted(folder):
         print("it is not used: it belongs to somebody else, or others can write to it", file=sys.stderr)
     return 0
+
+
+SHELLS = ("bash", "zsh", "fish")
+
+
+def _completion_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument("shell", choices=SHELLS, help="the shell to complete in")
+    parser.epilog = (
+        'bash: eval "$(backsolve completion bash)" in ~/.bashrc; zsh: the same, after compinit; '
+        "fish: backsolve completion fish > ~/.config/fish/completions/backsolve.fish"
+    )
+
+
+def _completion(arguments: Namespace) -> int:
+    """Print the script of a shell: every command with its options, and the words that can stand without."""
+    commands = {}
+    for name, (module, about) in sorted(arguments.commands.items()):
+        parser = ArgumentParser(add_help=False)
+        command_of(module, name).add_arguments(parser)
+        options = [one for one in parser._actions if one.option_strings]
+        plain = [one for one in parser._actions if not one.option_strings]
+        words = [str(choice) for one in plain for choice in one.choices or ()]
+        if any(one.metavar == "SHEET" for one in plain):  # files are completed beside them
+            words += shipped_models()
+        commands[name] = about, options, " ".join(words)
+    if arguments.shell == "zsh":
+        print("autoload -U +X bashcompinit && bashcompinit")
+    print("\n".join((_fish if arguments.shell == "fish" else _bash)(commands)))
+    return 0
+
+
+Completed: TypeAlias = Mapping[str, tuple[str, Sequence[Action], str]]
+"""By command what it does, its options, and the words that can stand without one."""
+
+
+def _bash(commands: Completed) -> Iterator[str]:
+    yield "_backsolve() {"
+    yield "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} words options"
+    yield '  _of() { COMPREPLY+=($(compgen -W "$1" -- "$word")); }'
+    yield "  COMPREPLY=()"
+    yield f'  [ "$COMP_CWORD" -gt 1 ] || {{ _of "{" ".join(commands)}"; return; }}'
+    yield '  case "${COMP_WORDS[1]} $before" in'
+    for command, (_, options, _) in commands.items():
+        for option in filter(lambda one: one.choices, options):
+            places = "|".join(f'"{command} {name}"' for name in option.option_strings)
+            yield f'    {places}) _of "{_choices(option)}"; return;;'
+    yield "  esac"
+    yield "  case ${COMP_WORDS[1]} in"
+    for command, (_, options, words) in commands.items():
+        names = " ".join(name for option in options for name in option.option_strings)
+        yield f'    {command}) options="{names}" words="{words}";;'
+    yield "  esac"
+    yield '  case $word in -*) _of "$options";; *) _of "$words"; COMPREPLY+=($(compgen -f -- "$word"));; esac'
+    yield "}"
+    yield "complete -o filenames -F _backsolve backsolve"
+
+
+def _fish(commands: Completed) -> Iterator[str]:
+    for command, (about, *_) in commands.items():
+        yield f"complete -c backsolve -n __fish_use_subcommand -f -a {command} -d {quote(about)}"
+    for command, (_, options, words) in commands.items():
+        start = f"complete -c backsolve -n '__fish_seen_subcommand_from {command}'"
+        if words:
+            yield f"{start} -a {quote(words)}"
+        for option in options:
+            marks = (("-l" if name[:2] == "--" else "-s", name.lstrip("-")) for name in option.option_strings)
+            names = " ".join(f"{mark} {name}" for mark, name in marks)
+            values = f" -a {quote(_choices(option))}" if option.choices else ""
+            takes = " -r" * (option.nargs != 0)
+            yield f"{start} {names}{takes}{values} -d {quote(option.help or '')}"
+
+
+def _choices(option: Action) -> str:
+    return " ".join(map(str, option.choices or ()))
 
 
 def tutor() -> dict[str, Any]:
@@ -139,5 +215,6 @@ COMMANDS = {
     "models": Command(lambda parser: None, _models, keeps=False),
     "codes": Command(_codes_arguments, _codes, keeps=False),
     "cache": Command(_cache_arguments, _cache, keeps=False),
+    "completion": Command(_completion_arguments, _completion, keeps=False),
     "tutor": Command(_tutor_arguments, _tutor, keeps=False),
 }

@@ -1,4 +1,4 @@
-"""``backsolve draw`` and ``solver.draw``: the figures of a sheet to scale, as a picture."""
+"""``backsolve draw`` and ``solver.draw``: the figures of a sheet to scale, as a picture or a film."""
 
 from __future__ import annotations
 
@@ -6,23 +6,27 @@ import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from itertools import product
-from math import prod
+from itertools import chain, product
 from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
 
 from rulesheets.diagnosis import RuleSheetError, error, refuse, render, suggestion
 from rulesheets.format import readable
+from rulesheets.inputs import override
 from rulesheets.model import Model, Value
 from rulesheets.syntax import escaped
 from rulesheets.syntax.nodes import Figure as Declared
 from rulesheets.units import shown
-from solver.commands import Command, Option, Request, add_input_options, read_request
-from solver.commands.over import read_axes
+from solver.commands import Command, Request, add_input_options, read_request
+from solver.commands.over import read_states
 from solver.facts import Status, Unsolved
 from solver.files import write_file
+from solver.files.tables import free_name
 from solver.pictures import View, drawable, lacking, picture_kind, require_matplotlib, variables
 from solver.report.sheet import MEANINGS
 from solver.solution.solving import Result, solve
+from solver.sweeps.sweep import sweep
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -85,20 +89,22 @@ def chosen(model: Model, figures: Iterable[str] | None = None) -> tuple[Declared
 
 State: TypeAlias = Mapping[str, Value]
 
-PICTURES = (".png", ".svg", ".pdf")
-MOST = 24
-"""States side by side."""
+PICTURES, FILMS = (".png", ".svg", ".pdf"), (".gif",)
+_SHARP, _FILM = 150.0, 80.0
+"""Dots an inch."""
+_NAMED = 3
+"""States without an answer that are named, beyond which they are counted."""
 
 
 def _arguments(parser: ArgumentParser) -> None:
     add_input_options(parser, want=False)
     add = parser.add_argument
     over = "NAME=A,B,… or NAME=START:STOP:STEP"
-    add("--over", metavar=over, action="append", default=[], help="states side by side")
+    add("--over", metavar=over, action="append", default=[], help="states side by side, or a film")
     add("--all", action="store_true", help="draw every answer, side by side")
     add("--figure", metavar="NAME,…", action="append", default=[], help="draw these figures alone")
-    add("--dpi", type=float, default=150.0, help="dots an inch; 150")
-    add("-o", "--output", metavar="FILE", help="a file that ends in .png, .svg or .pdf")
+    add("--dpi", type=float, help=f"dots an inch; {_SHARP:g} for pictures, {_FILM:g} for films")
+    add("-o", "--output", metavar="FILE", help="a file that ends in .png, .svg, .pdf, or for a film .gif")
 
 
 def _run(arguments: Namespace) -> int:
@@ -106,58 +112,127 @@ def _run(arguments: Namespace) -> int:
     request = read_request(arguments)
     names = [name.strip() for text in arguments.figure for name in text.split(",")]
     figures = chosen(request.model, names or None)
-    axes = read_axes(arguments.over, request)
-    if prod(map(len, axes.values())) > MOST:
-        message = f"a drawing shows at most {MOST} states side by side"
-        raise RuleSheetError(Option("over", arguments.over[-1]).wrong("E424", message, "take a larger step"))
-    path, dpi = arguments.output or f"{request.model.name}.png", arguments.dpi
-    kind = picture_kind(path, PICTURES)
+    side_by_side, motion = read_states(arguments.over, request)
+    path = arguments.output or request.model.name + (".gif" if motion else ".png")
+    kind = _kind(path, FILMS if motion else PICTURES)
     request.expect_output(path)
+    dpi = (_FILM if motion else _SHARP) if arguments.dpi is None else arguments.dpi
     if not 10.0 <= dpi <= 2400.0:
         notes = ("give 10 to 2400 dots an inch",)
         raise RuleSheetError(error("E434", f"--dpi {dpi:g} is no resolution", notes=notes))
-    values = product(*(axis[:].tolist() for axis in axes.values()))
-    states = [dict(zip(axes, one, strict=True)) for one in values]
-    views, complaints = _solved(request, figures, states, arguments.all)
-    print(*complaints, sep="\n\n", end="\n" if complaints else "", file=sys.stderr)
-    if not views:
+    states = [dict(zip(side_by_side, values, strict=True)) for values in product(*side_by_side.values())]
+    studio = _Studio(request, figures, states, arguments.all)
+    data, tally = studio.film(motion, dpi) if motion else studio.picture(kind[1:], dpi)
+    print(*studio.complaints, sep="\n\n", end="\n" if studio.complaints else "", file=sys.stderr)
+    if data is None:
         return 1
-    from solver.pictures.page import compose, encode
-
-    write_file(path, encode(compose(views), kind[1:], dpi))
-    drawn = ", ".join({diagram.name: None for view in views for diagram in view.diagrams if diagram})
-    print(f"{escaped(path)}: {drawn}" + (f"; {len(views)} side by side" if len(views) > 1 else ""))
-    return 1 if complaints else 0
+    write_file(path, data)
+    print(f"{escaped(path)}: {tally}")
+    return 1 if studio.complaints else 0
 
 
-def _solved(
-    request: Request, figures: tuple[Declared, ...], states: Iterable[State], every: bool
-) -> tuple[list[View], list[str]]:
-    """What there is to draw of every state, and what is wrong."""
-    views, complaints = list[View](), list[str]()
-    for state in states:
-        inputs, title = {**request.inputs, **state}, _named(request.model, state)
-        result = solve(request.model, inputs, variables(figures) or None, request.guesses)
-        about = f"{title}: " if title else ""
-        if result.status is not Status.SOLVED:
-            complaints.append(f"{about}{result.status}: {MEANINGS[result.status]}")
-            complaints += map(render, result.diagnoses)
-        for figure in figures if result.solutions else ():
-            if reason := lacking(figure, result.solutions[0]):
-                complaints.append(f"{about}the figure {figure.name} is left out: {reason}")
-        with suppress(Unsolved):
-            views += _views(result, figures, title, every)
-    return views, complaints
+def _kind(path: str, kinds: Sequence[str]) -> str:
+    film = "give --over NAME=START:STOP:STEP to make a film" if kinds is PICTURES else "a range makes a film"
+    notes = (film,) if path.lower().endswith(FILMS) or kinds is FILMS else ()
+    return picture_kind(path, kinds, "film" if kinds is FILMS else "picture", notes)
 
 
-def _named(model: Model, state: State) -> str:
-    """``thetaAO = 30 deg, branch = open``."""
-    told = []
-    for name, value in state.items():
-        variable = model.variables[name]
-        number = value if isinstance(value, str) else readable(shown(value, variable))
-        told.append(f"{name} = {number} {variable.shown_unit}".rstrip())
-    return ", ".join(told)
+class _Studio:
+    """Solves state after state and draws them; ``complaints`` are what was not drawn.
+
+    Each drawing comes with what is told of it.
+    """
+
+    def __init__(
+        self, request: Request, figures: tuple[Declared, ...], states: Sequence[State], every: bool
+    ) -> None:
+        self.request, self.figures, self.states, self.every = request, figures, states, every
+        self.complaints: list[str] = []
+
+    def picture(self, form: str, dpi: float) -> tuple[bytes | None, str]:
+        """A still picture; None where there is nothing to draw. What is wrong joins the complaints."""
+        from solver.pictures.page import compose, encode
+
+        shown: list[View] = []
+        for state in self.states:
+            title, result = self._named(state), self._solve(state)
+            about = f"{title}: " if title else ""
+            if result.status is not Status.SOLVED:
+                self.complaints.append(f"{about}{result.status}: {MEANINGS[result.status]}")
+                self.complaints += map(render, result.diagnoses)
+            for figure in self.figures if result.solutions else ():
+                if reason := lacking(figure, result.solutions[0]):
+                    self.complaints.append(f"{about}the figure {figure.name} is left out: {reason}")
+            with suppress(Unsolved):
+                shown += _views(result, self.figures, title, self.every)
+        if not shown:
+            return None, ""
+        drawn = {d.name: None for view in shown for d in view.diagrams if d}
+        tally = ", ".join(drawn) + (f"; {len(shown)} side by side" if len(shown) > 1 else "")
+        return encode(compose(shown), form, dpi), tally
+
+    def film(self, motion: Mapping[str, Sequence[float]], dpi: float) -> tuple[bytes | None, str]:
+        """A frame for each value of the range; None where not one has an answer."""
+        from solver.pictures.page import gif, images
+
+        ((name, values),) = motion.items()
+        missing: dict[str, list[str]] = {}
+        states = [self._moving(name, values, state, missing) for state in self.states]
+        film = []
+        for at, *instants in zip(values, *states, strict=True):
+            views = tuple(chain.from_iterable(instants))
+            if any(views):
+                film.append((self._named({name: at}), views))
+        for status, names in missing.items():
+            rest = len(names) - _NAMED
+            more = f"; and {rest} more" if rest > 0 else ""
+            self.complaints.append(f"not drawn, {status}: {'; '.join(names[:_NAMED])}{more}")
+        return gif(images(film, dpi)) if film else None, f"{len(film)} frames"
+
+    def _moving(
+        self, name: str, values: Sequence[float], state: State, missing: dict[str, list[str]]
+    ) -> list[list[View | None]]:
+        """One state through the motion: a view for each branch of answers, None where it has none.
+
+        The states without an answer join ``missing``, by status.
+        """
+        request, title = self.request, self._named(state)
+        results = (self._solve({**state, name: value}) for value in values)
+        answer: State = next((r.solutions[0] for r in results if r.solutions), {})
+        given = {n: v for n, v in {**request.inputs, **state}.items() if n != name}
+        known = override(request.model, given).values
+        needed = variables(figure for figure in self.figures if not answer or not lacking(figure, answer))
+        want = [n for n in needed if n not in known and n != name]
+        table = sweep(
+            request.model, {name: values}, want, all=self.every, given=given, guesses=request.guesses
+        )
+        numbers, instants = table.solved.astype(int), np.arange(len(values))
+        if self.every:
+            numbers = table[free_name("answer", (name, *want))]
+            instants = np.cumsum(table.begins()) - 1
+        views: list[list[View | None]] = [[None] * max(1, numbers.max(initial=0)) for _ in values]
+        for row, (instant, number) in enumerate(zip(instants.tolist(), numbers.tolist(), strict=True)):
+            at = {**known, **{n: table[n][row] for n in table}}
+            diagrams = drawable(self.figures, at) if number else ()
+            if any(diagrams):
+                views[instant][number - 1] = View(title, diagrams)
+            else:
+                named = self._named({name: values[instant], **state})
+                missing.setdefault(table.words()[row], []).append(named)
+        return views
+
+    def _solve(self, values: State) -> Result:
+        request, want = self.request, variables(self.figures) or None
+        return solve(request.model, {**request.inputs, **values}, want, request.guesses)
+
+    def _named(self, values: State) -> str:
+        """``thetaAO = 30 deg, branch = open``."""
+        told = []
+        for name, value in values.items():
+            variable = self.request.model.variables[name]
+            number = value if isinstance(value, str) else readable(shown(value, variable))
+            told.append(f"{name} = {number} {variable.shown_unit}".rstrip())
+        return ", ".join(told)
 
 
 COMMANDS = {"draw": Command(_arguments, _run)}

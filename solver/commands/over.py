@@ -1,4 +1,4 @@
-"""Values of inputs on the command line (``--over``, ``--approach``)."""
+"""Values of inputs on the command line (``--over``, ``--approach``), and the states of a drawing."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from rulesheets.inputs import (
     symbol_for_number,
     variable_named,
 )
-from rulesheets.model import Model, Variable
+from rulesheets.model import Model, Value, Variable
 from rulesheets.units import converted, parted, scaling
 from solver.commands import Option, Request
 from solver.files.tables import Chunk, column_of, heading, pieces
@@ -137,6 +137,31 @@ def read_approach(text: str, model: Model) -> tuple[str, dict[float, float]]:
     distances = np.geomspace(first, last, count).tolist()
     numbers = [limit * (1.0 - d) if limit else d for d in distances]
     return name, {number: abs(d) for number, d in zip(numbers, distances, strict=True) if number != limit}
+
+
+FRAMES = 100_000
+"""Values that a range may have: a film of an hour and a half."""
+
+
+def read_states(
+    texts: Sequence[str], request: Request
+) -> tuple[dict[str, list[Value]], dict[str, list[float]]]:
+    """What ``--over`` says of a drawing: lists of values (``branch=open,crossed``), and one range at most.
+
+    Raises RuleSheetError for what is neither, for names that are given twice, and for a second range.
+    """
+    ranges = [text for text in texts if ":" in text]
+    if len(ranges) > 1:
+        note = "list the values of the other variable: they stand side by side"
+        raise RuleSheetError(Option("over", ranges[1]).wrong("E424", "a film runs over one range", note))
+    axes = read_axes(texts, request)
+    moving = ranges[0].partition("=")[0].strip() if ranges else None
+    if moving is not None and len(axes[moving]) > FRAMES:
+        message = f"a film has at most {FRAMES:,} frames"
+        raise RuleSheetError(Option("over", ranges[0]).wrong("E424", message, "take a larger step"))
+    values = {name: axis[:].tolist() for name, axis in axes.items()}
+    motion = {} if moving is None else {moving: values.pop(moving)}
+    return values, motion
 
 
 class Swept(NamedTuple):

@@ -1,22 +1,29 @@
-"""Commands on one sheet: ``solve``, ``check``, ``format``, ``path`` and ``why``."""
+"""Commands on one sheet: ``solve``, ``watch``, ``check``, ``format``, ``path`` and ``why``."""
 
 from __future__ import annotations
 
 import json
 import os
 import sys
+import time
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from collections.abc import Iterable
+from contextlib import suppress
+from contextvars import Context
 from dataclasses import replace
 from typing import Any
 
-from rulesheets.diagnosis import plural, render
+from rulesheets.deadline import TimeIsUp, time_limit
+from rulesheets.diagnosis import RuleSheetError, plural, render
 from rulesheets.files import find_sheet, parsed, read_source
 from rulesheets.format import format_sheet
 from rulesheets.inputs import override, variable_named
+from rulesheets.loading import load
 from rulesheets.model import Model
 from rulesheets.syntax import escaped
 from solver.commands import Command, Option, add_input_options, add_sheet_options, load_sheet, read_request
 from solver.path.planner import path_tree, planner
+from solver.report import shown_on
 from solver.report.sheet import diagnosis_json, result_csv, result_json, result_text
 from solver.solution.solving import Result, posted, solve
 
@@ -115,6 +122,49 @@ def _derived(result: Result, arguments: Namespace) -> Any:
 
         samples = monte_carlo(result, arguments.monte_carlo, arguments.seed, arguments.distribution)
     return Derived(sensitivities, bands, samples)
+
+
+LOOK = 0.2
+"""Seconds between two looks at the files."""
+
+
+def _watch(arguments: Namespace) -> int:
+    """Solve at once and after every change until interrupted."""
+    files = {find_sheet(arguments.sheet), *filter(None, [arguments.variables])}
+    with suppress(KeyboardInterrupt):
+        while True:
+            before = _saved(files)
+            if sys.stdout.isatty():
+                print("\x1b[2J\x1b[H", end="")
+            # a context of its own, so that the limit in time is that of one solve
+            files |= Context().run(_round, arguments)
+            print(time.strftime("\n%H:%M:%S; waiting for a change, Ctrl+C ends"), flush=True)
+            while _saved(files) == before | _saved(files - before.keys()):
+                time.sleep(LOOK)
+    return 0
+
+
+def _round(arguments: Namespace) -> set[str]:
+    """Solve once and print; the files that the sheet was read from."""
+    try:
+        with time_limit(arguments.timeout), shown_on(sys.stdout):
+            _solve(arguments)
+            return set(load(arguments.sheet, within=arguments.within).files)
+    except TimeIsUp:
+        print("error[S553]: the time was up", file=sys.stderr)
+    except RuleSheetError as wrong:
+        print("\n\n".join(map(render, wrong.diagnoses)), file=sys.stderr)
+    return set()
+
+
+def _saved(files: Iterable[str]) -> dict[str, float]:
+    """When each file was written; -1 for one that is not there at the moment."""
+    found = {}
+    for file in files:
+        found[file] = -1.0
+        with suppress(OSError):
+            found[file] = os.stat(file).st_mtime_ns
+    return found
 
 
 def _check_arguments(parser: ArgumentParser) -> None:
@@ -221,6 +271,7 @@ def _why(arguments: Namespace) -> int:
 
 COMMANDS = {
     "solve": Command(_solve_arguments, _solve),
+    "watch": Command(_solve_arguments, _watch),
     "check": Command(_check_arguments, _check),
     "format": Command(_format_arguments, _format, keeps=False),
     "path": Command(add_input_options, _path),

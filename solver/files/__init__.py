@@ -19,7 +19,7 @@ from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, said
 from rulesheets.files import unwritable
 from rulesheets.syntax import Source, Span
 
-with suppress(ImportError):  # a system without has no O_DIRECT either
+with suppress(ImportError):  # a system without refuses to remove open files by itself
     import fcntl
 
 
@@ -55,8 +55,6 @@ UNFINISHED = ".backsolve-unfinished"
 _LONGEST = 200
 """Bytes of its name that such a file keeps of the final one: most systems allow 255."""
 
-NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-
 
 def write_file(path: str, data: bytes) -> None:
     """Write a whole file. Raises RuleSheetError (E416)."""
@@ -89,8 +87,8 @@ class Replacement:
 
     ``keep`` moves it into place when its bytes are on the disk, ``discard`` removes it; as a context it is
     kept unless an exception leaves the block. A link is followed and the mode of an existing file kept. What
-    is no regular file (a pipe, a terminal, ``/dev/null``) is written into. Raises RuleSheetError
-    (E416) for every failure of the system.
+    is no regular file (a pipe, a terminal, ``/dev/null``) is written into. The unfinished files that killed
+    processes left in the folder are removed. Raises RuleSheetError (E416) for every failure of the system.
     """
 
     stream: BinaryIO | LongFile
@@ -104,11 +102,8 @@ class Replacement:
             if there is not None and not stat.S_ISREG(there):
                 self.stream = open(self._target, "wb")  # noqa: SIM115
                 return
-            folder, name = os.path.split(self._target)
-            short = os.fsdecode(os.fsencode(name)[:_LONGEST])
-            path = os.path.join(folder, f"{short}.{os.urandom(4).hex()}{UNFINISHED}")
-            self.stream = LongFile(os.open(path, NEW, 0o666))
-            self._unfinished = path
+            self._unfinished, handle = _unfinished_file(*os.path.split(self._target))
+            self.stream = LongFile(handle)
             if there is not None:
                 os.chmod(self._unfinished, stat.S_IMODE(there))
         except OSError as failure:
@@ -243,3 +238,35 @@ class Printed:
 
     def discard(self) -> None:
         """Nothing can be taken back."""
+
+
+def _unfinished_file(folder: str, name: str) -> tuple[str, int]:
+    """A new file that no other writer has, locked while this process lives: its path, and a handle.
+
+    The unfinished files of processes that ended are removed: those of living ones are locked.
+    """
+    with suppress(OSError), os.scandir(folder) as items:
+        for item in items:
+            if item.name.endswith(UNFINISHED) and item.is_file(follow_symlinks=False):
+                with suppress(OSError):
+                    handle = os.open(item.path, os.O_WRONLY)
+                    try:
+                        _lock(handle)
+                        os.unlink(item.path)
+                    finally:
+                        os.close(handle)
+    short = os.fsdecode(os.fsencode(name)[:_LONGEST])
+    while True:
+        path = os.path.join(folder, f"{short}.{os.urandom(4).hex()}{UNFINISHED}")
+        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+        with suppress(OSError):  # a file system without locks, or somebody removes it this very moment
+            _lock(handle)
+        if os.path.exists(path):
+            return path, handle
+        os.close(handle)
+
+
+def _lock(handle: int) -> None:
+    """Lock a file for as long as it is open. Raises OSError if another process has it."""
+    if "fcntl" in globals():
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)

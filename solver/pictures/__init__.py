@@ -202,9 +202,9 @@ _POINT = 0.3528
 
 _ROUNDS = 3
 _DIRECTIONS = np.arange(16) * np.pi / 8 + np.pi / 4
-_CROSSED, _COVERED, _OUTSIDE, _FAR = 6.0, 3.0, 40.0, 0.35
+_CROSSED, _COVERED, _OUTSIDE, _FAR, _MOVED = 6.0, 3.0, 40.0, 0.35, 0.4
 """Costs: of a mm of line under a label, of a mm² of symbol or (twice) of label under it, of a mm beyond the
-window, and away from the point."""
+window, away from the point, and from the place in an earlier frame."""
 
 
 class Wish(NamedTuple):
@@ -215,10 +215,13 @@ class Wish(NamedTuple):
     along: tuple[Place, Place] | None = None
 
 
-def place(wishes: Mapping[str, Wish], segments: Array, symbols: Array, size: Place) -> dict[str, Array]:
+def place(
+    wishes: Mapping[str, Wish], segments: Array, symbols: Array, size: Place, before: Mapping[str, Place]
+) -> dict[str, Array]:
     """A box for every wish by its key, in a window [0, width] × [0, height].
 
-    Boxes (n, 4) are middles and half sides, ``segments`` (n, 2, 2) their ends.
+    Boxes (n, 4) are middles and half sides, ``segments`` (n, 2, 2) their ends. ``before`` are the offsets
+    from the point that labels had in an earlier frame.
     """
     half, found = np.array(size) / 2, dict.fromkeys(wishes, np.array([np.inf, np.inf, 0.0, 0.0]))
     costs: dict[str, tuple[Array, Array]] = {}  # of each candidate by itself
@@ -228,6 +231,8 @@ def place(wishes: Mapping[str, Wish], segments: Array, symbols: Array, size: Pla
         cost = _COVERED * overlaps(boxes, symbols).sum(axis=1)
         cost += _CROSSED * inside(boxes, segments).sum(axis=1)
         cost += _OUTSIDE * beyond.clip(0.0).sum(axis=1) + _FAR * np.linalg.norm(off, axis=1)
+        if key in before:
+            cost += _MOVED * np.linalg.norm(off - before[key], axis=1)
         costs[key] = boxes, cost
     for _ in range(_ROUNDS):
         for key, (boxes, cost) in costs.items():

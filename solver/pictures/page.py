@@ -1,4 +1,4 @@
-"""Figures in matplotlib: where panels go, the signs of a diagram, a page of them.
+"""Figures in matplotlib: where panels go, the signs of a diagram, a page of them, the frames of a film.
 
 Axes are in the units of the diagram; signs have the size that they have on paper, whatever the scale.
 Colours are those of Okabe and Ito (2008), which people with any colour vision
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from io import BytesIO
 from itertools import accumulate, pairwise
 from typing import Any, NamedTuple, TypeAlias
@@ -16,8 +16,10 @@ from typing import Any, NamedTuple, TypeAlias
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from PIL import Image
 
 from rulesheets.checks.marks import ARROWS
 from rulesheets.format import readable
@@ -51,12 +53,14 @@ Cell: TypeAlias = tuple[int, int]
 class Room(NamedTuple):
     """Where a figure of a view is drawn: a rectangle of the page, caption and scale included, in millimetres.
 
-    It is seen through a ``window`` at ``scale`` units a millimetre.
+    It is seen through a ``window`` at ``scale`` units a millimetre. ``travel`` has the two farthest places
+    of every slider, by the number of its stroke.
     """
 
     place: Window
     window: Window
     scale: float
+    travel: Mapping[int, tuple[Place, Place]]
 
 
 class Layout(NamedTuple):
@@ -71,10 +75,16 @@ class Layout(NamedTuple):
     legend: tuple[tuple[str, ...], ...]
 
 
-def layout(views: Sequence[View]) -> Layout:
-    """The layout that fits every view, with room above the panels for the titles that views have."""
-    count, rows = len(views), range(len(views[0].diagrams))
-    seen = [[d for view in views if (d := view.diagrams[row])] for row in rows]
+def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> Layout:
+    """The layout that fits every view: ``frames`` are the views of each frame, one for a still picture.
+
+    Above the panels is room for the titles that views have, and for a heading where it is ``headed``.
+    """
+    count = max(map(len, frames))
+    shown = [[v for views in frames if k < len(views) and (v := views[k])] for k in range(count)]
+    views = [view for column in shown for view in column]
+    rows = range(len(views[0].diagrams))
+    seen = [[[d for view in column if (d := view.diagrams[row])] for column in shown] for row in rows]
     extents = list(map(_extent, seen))
     # figures below each other where there are several views; the figures of one view fill rows
     wide = len(rows) if len(rows) <= _ACROSS else -(-len(rows) // 2)
@@ -82,8 +92,8 @@ def layout(views: Sequence[View]) -> Layout:
     widths, heights = dict[int, float](), dict[int, float]()
     for (row, column), (y, x) in cells.items():
         units, width, height = extents[row]
-        title = text_width(views[column].title, BOLD) if count > 1 else 0.0
-        widths[x] = max(widths.get(x, 0.0), width / units, title)
+        titles = [text_width(view.title, BOLD) for view in shown[column] if count > 1]
+        widths[x] = max(widths.get(x, 0.0), width / units, *titles)
         heights[y] = max(heights.get(y, 0.0), height / units + HEAD + FOOT)
     lefts, tops = (
         list(accumulate(sizes.values(), lambda at, size: at + size + GAP, initial=EDGE))
@@ -91,14 +101,14 @@ def layout(views: Sequence[View]) -> Layout:
     )
     across = lefts[-1] - GAP + EDGE
     legend = _legend(views, across - 2 * EDGE)
-    above = TITLE * any(view.title for view in views)
+    above = TITLE * (any(view.title for view in views) + headed)
     up = tops[-1] - GAP + EDGE + above + ROW * len(legend)
     rooms = {}
     for (row, column), (y, x) in cells.items():
         units, *size = extents[row]
-        top, diagram = up - above - tops[y], views[column].diagrams[row]
+        top, diagrams = up - above - tops[y], seen[row][column]
         box = Window(lefts[x], top - heights[y], lefts[x] + widths[x], top)
-        rooms[row, column] = Room(box, window([diagram] if diagram else []).resized(*size), units)
+        rooms[row, column] = Room(box, window(diagrams).resized(*size), units, _travel(diagrams))
     middles = [left + width / 2 for left, width in zip(lefts, widths.values(), strict=False)]
     return Layout((across, up), rooms, tuple(middles) if count > 1 else (across / 2,), legend)
 
@@ -108,16 +118,27 @@ def text_width(text: str, points: float) -> float:
     return 0.215 * points * len(text)
 
 
-def _extent(seen: Sequence[Diagram]) -> tuple[float, float, float]:
+def _extent(seen: Sequence[Sequence[Diagram]]) -> tuple[float, float, float]:
     """How one figure of the sheet is seen in every view: its scale, and the size of its window in units."""
-    windows = [window([diagram]) for diagram in seen] or [window([])]
+    windows = [window(diagrams) for diagrams in seen]
     width, height = max(w.width for w in windows), max(w.height for w in windows)
     reach = max(abs(coordinate) for window in windows for coordinate in window)
     least = reach * (_FINEST if max(width, height) > 0.0 else 1.0)
     units = scale(max(width, least), height, _ROOM)
-    captions = {f"(a) {diagram.title}" for diagram in seen}
+    captions = {f"(a) {diagram.title}" for diagrams in seen for diagram in diagrams}
     narrow = max([_NARROW, *(text_width(caption, CAPTION) for caption in captions)])
     return units, max(width + 2 * MARGIN * units, narrow * units), height + 2 * MARGIN * units
+
+
+def _travel(seen: Sequence[Diagram]) -> dict[int, tuple[Place, Place]]:
+    found: dict[int, tuple[Place, Place]] = {}
+    for diagram in seen:
+        for number, stroke in enumerate(diagram.strokes):
+            if stroke.kind == "slider":
+                place = diagram.path(stroke)[0]
+                low, high = found.get(number, (place, place))
+                found[number] = min(low, place), max(high, place)
+    return found
 
 
 def _legend(views: Sequence[View], width: float) -> tuple[tuple[str, ...], ...]:
@@ -173,24 +194,26 @@ class Pen:
         self.lines: list[tuple[complex, complex]] = []
         self.joints: list[tuple[float, float, float, float]] = []
 
-    def draw(self) -> None:
-        """The strokes, the points and the labels."""
-        diagram, (_, window, scale) = self.diagram, self.room
-        for stroke in diagram.strokes:
-            self._stroke(stroke)
+    def draw(self, before: Mapping[str, Place]) -> dict[str, Place]:
+        """Everything; the offsets of the labels from their points, for the next frame of a film."""
+        diagram, (_, window, scale, _) = self.diagram, self.room
+        for number, stroke in enumerate(diagram.strokes):
+            self._stroke(number, stroke)
         for name, kind in sorted(diagram.kinds.items(), key=lambda item: item[1] == "pole"):
             if not name.startswith("_"):
                 self._point(self.spots[name], kind)
         lines = np.array(self.lines, complex).view(float).reshape(-1, 2, 2)
         joints, size = np.array(self.joints).reshape(-1, 4), (window.width / scale, window.height / scale)
-        wishes = self.wishes()
-        for key, box in place(wishes, lines, joints, size).items():
-            sign, _, number_of = key.partition(" ")
+        offsets, wishes = {}, self.wishes()
+        for key, box in place(wishes, lines, joints, size, before).items():
+            wish, (sign, _, number_of) = wishes[key], key.partition(" ")
             drawn = diagram.strokes[int(number_of)].kind if sign == "stroke" else ""
+            offsets[key] = float(box[0] - wish.point[0]), float(box[1] - wish.point[1])
             (x,), (y,) = self._in_units([complex(*box[:2])])
             color, style = STYLES.get(drawn, ("", INK, ""))[1], "italic" if drawn else "normal"
             look: dict[str, Any] = {"color": color, "style": style, "fontsize": FONT, "ha": "center"}
-            self.axes.text(x, y, wishes[key].text, va="center", zorder=8, parse_math=False, **look)
+            self.axes.text(x, y, wish.text, va="center", zorder=8, parse_math=False, **look)
+        return offsets
 
     def wishes(self) -> dict[str, Wish]:
         """The labels, at points, which share one where they are at one place, and at strokes."""
@@ -227,7 +250,7 @@ class Pen:
 
     # --- signs ---
 
-    def _stroke(self, stroke: Stroke) -> None:
+    def _stroke(self, number: int, stroke: Stroke) -> None:
         path = [self.spots[name] for name in stroke.points]
         along = cmath.rect(1.0, math.radians(stroke.angle))
         match stroke.kind:
@@ -244,7 +267,10 @@ class Pen:
             case "slider":  # a block on its guide, hatched on the side that is below or to the right
                 self._area(_box(path[0], along, 6.4, 4.0), PAPER, 2.5)
                 side = -2.0 if along.real >= -1e-9 else 2.0
-                self._ground(path[0], along, side, (-6.0, 6.0))
+                here = complex(*self.diagram.path(stroke)[0])
+                ends = ((complex(*end) - here) / along for end in self.room.travel[number])
+                low, high = sorted(end.real / self.room.scale for end in ends)
+                self._ground(path[0], along, side, (low - 6.0, high + 6.0))
             case "block":
                 self._area(_box(path[0], along, 5.6, 3.4), PAPER, 4)
             case "trunnion":  # two jaws beside the rod, on a pin in the ground
@@ -316,20 +342,43 @@ def encode(figure: Figure, form: str, dpi: float) -> bytes:
 
 _INCH = 25.4
 
+Placed = dict[Cell, dict[str, Place]]
+"""Offsets of labels by figure and view."""
 
-def compose(views: Sequence[View]) -> Figure:
+
+def compose(shown: Sequence[View]) -> Figure:
     """A page with these views side by side."""
-    page, plan = Figure(), layout(views)
-    sheet, top = _Sheet(page, plan), plan.size[1] - EDGE - TITLE / 2
-    sheet.legend()
-    for column, view in enumerate(views):
-        if view.title:
-            sheet.text(plan.middles[column], top, view.title, BOLD, weight="bold")
-        for row, diagram in enumerate(view.diagrams):
-            if diagram is not None:
-                room = plan.rooms[row, column]
-                Pen(sheet.panel(diagram, row, room), diagram, room).draw()
+    page = Figure()
+    draw_page(page, shown, layout([shown]))
     return page
+
+
+def draw_page(
+    figure: Figure,
+    views: Sequence[View | None],
+    plan: Layout,
+    heading: str = "",
+    before: Placed | None = None,
+) -> Placed:
+    """Draw the views into an empty figure, whose size it sets; the places of the labels.
+
+    ``before`` are those of an earlier frame of a film.
+    """
+    sheet, top = _Sheet(figure, plan), plan.size[1] - EDGE - TITLE / 2
+    sheet.legend()
+    if heading:
+        sheet.text(plan.size[0] / 2, top, heading, BOLD, weight="bold")
+        top -= TITLE
+    placed: Placed = {}
+    for column, view in enumerate(views):
+        if view and view.title:
+            sheet.text(plan.middles[column], top, view.title, BOLD, weight="bold")
+        for row, diagram in enumerate(view.diagrams if view else ()):
+            if diagram is not None:
+                axes = sheet.panel(diagram, row, plan.rooms[row, column])
+                pen = Pen(axes, diagram, plan.rooms[row, column])
+                placed[row, column] = pen.draw((before or {}).get((row, column), {}))
+    return placed
 
 
 class _Sheet:
@@ -381,3 +430,38 @@ class _Sheet:
                 self.line([(x, y), (x + 6.0, y)], 1.5, *style)
                 self.text(x + 7.0, y, name, LEGEND, ha="left")
                 x += legend_width(kind)
+
+
+MILLISECONDS = 60
+"""How long a frame is shown."""
+
+
+Frame: TypeAlias = tuple[str, Sequence[View | None]]
+"""One instant: what it is called, and its views, None in the place of one without an answer."""
+
+
+def images(film: Sequence[Frame], dpi: float) -> Iterator[Image.Image]:
+    """The frames as pictures of one size. Labels stay on the same side of their points where they can."""
+    plan = layout([views for _, views in film], headed=True)
+    before: Placed | None = None
+    for heading, views in film:
+        figure = Figure(dpi=dpi)
+        before = draw_page(figure, views, plan, heading, before)
+        pixels = BytesIO()
+        figure.savefig(pixels, format="rgba", dpi=dpi)
+        size = figure.canvas.get_width_height()
+        yield Image.frombytes("RGBA", size, pixels.getvalue()).convert("RGB")
+
+
+def gif(pictures: Iterable[Image.Image]) -> bytes:
+    """An endless GIF of the pictures, in the colours of a drawing and their shades up to that of paper, which
+    smooth the edges of its lines."""
+    inks = [to_rgb(ink) for ink in (INK, *(color for _, color, _ in STYLES.values()))]
+    shades = (part + (1 - part) * step / 16 for ink in inks for step in range(16) for part in ink)
+    colors = Image.new("P", (1, 1))
+    colors.putpalette([255, 255, 255, *(int(255 * shade) for shade in shades)])
+    none = Image.Dither.NONE
+    first, *others = (picture.quantize(palette=colors, dither=none) for picture in pictures)
+    file = BytesIO()
+    first.save(file, "GIF", save_all=True, append_images=others, duration=MILLISECONDS, loop=0)
+    return file.getvalue()

@@ -1,14 +1,15 @@
-"""``backsolve draw``: pictures as files, and every refusal."""
+"""``backsolve draw``: pictures and films as files, and every refusal."""
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from solver.__main__ import main
-from solver.pictures import picture_kind
+from solver.commands.draw import _kind
 
 pytest.importorskip("matplotlib")
 
@@ -78,10 +79,19 @@ def test_a_figure_without_a_value_is_left_out_and_said(run: Run) -> None:
 def test_states_and_answers_side_by_side(run: Run) -> None:
     code, out, _ = run("--over", "theta=0,90", "--over", "l=4,5", "--figure", "position", "-o", "a.png")
     assert (code, out) == (0, "a.png: position; 4 side by side\n")
-    code, out, _ = run("--over", "theta=0:90:30", "--figure", "position", "-o", "c.png")
-    assert (code, out) == (0, "c.png: position; 4 side by side\n")
     code, out, _ = run("--all", "--figure", "position", "-o", "b.png")
     assert (code, out) == (0, "b.png: position; 2 side by side\n")
+
+
+def test_a_film(run: Run) -> None:
+    """At l = 1 the rod is too short for some angles."""
+    image = pytest.importorskip("PIL.Image")
+    words = ("--over", "theta=0:90:30", "--set", "l=1.5", "--figure", "position", "--dpi", "40")
+    code, out, err = run(*words, "-o", "a.gif")
+    assert (code, out) == (1, "a.gif: 2 frames\n")
+    assert err == "not drawn, infeasible: theta = 60; theta = 90\n"
+    with image.open(io.BytesIO(Path("a.gif").read_bytes())) as film:
+        assert film.n_frames == 2
 
 
 def test_a_range_overrides_the_variable_sheet(run: Run) -> None:
@@ -90,18 +100,43 @@ def test_a_range_overrides_the_variable_sheet(run: Run) -> None:
     assert (code, out) == (0, "a.png: position; 2 side by side\n")
 
 
+def test_a_film_of_every_answer(run: Run) -> None:
+    words = ("--over", "theta=0:90:45", "--over", "l=4,5", "--figure", "position", "--dpi", "40", "--all")
+    code, out, _ = run(*words, "-o", "a.gif")
+    assert (code, out) == (0, "a.gif: 3 frames\n")
+
+
+def test_a_film_shows_an_only_answer_that_is_not_the_first(run: Run) -> None:
+    """The first branch ends at y = 2, and the second goes on alone."""
+    sheet = "variables\ny = 0\nx\nrules\ny = x^3 - 3*x\nfigure f\npoint A = (x, 0)\npoint O = (y, 1)\n"
+    Path("cubic.tk").write_text(sheet)
+    words = ("--over", "y=-3:3:1", "--dpi", "40", "--all", "-o", "a.gif")
+    assert run(*words, sheet="cubic.tk")[:2] == (0, "a.gif: 7 frames\n")
+
+
+@pytest.mark.parametrize("words", [(), ("--all",)])
+def test_a_film_of_inputs_alone(run: Run, words: tuple[str, ...]) -> None:
+    """Nothing is solved for; a variable may be called as the column of the numbers of answers is."""
+    crank = CRANK.replace("point B = (x, 0)", "point B = (l, 0)").replace("  w\n", "  w\n  answer\n", 1)
+    Path("inputs.tk").write_text(crank.replace("= l^2\n", "= l^2\n  answer = r\n"))
+    film = ("--over", "theta=0:90:45", "--figure", "position", "--dpi", "40", "-o", "a.gif")
+    assert run(*film, *words, sheet="inputs.tk")[:2] == (0, "a.gif: 3 frames\n")
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
         (["-o", "a.jpg"], "E433", "a picture ends in .png, .svg or .pdf"),
         (["-o", "a"], "E433", "a picture ends in"),
+        (["-o", "a.gif"], "E433", "give --over NAME=START:STOP:STEP to make a film"),
+        (["-o", "a.png", "--over", "theta=0:90:45"], "E433", "a film ends in .gif"),
         (["--figure", "positon"], "E431", "did you mean position?"),
         (["--over", "theta"], "E424", "--over needs a name and a range or a list"),
         (["--over", "tetha=1,2"], "E407", "did you mean theta?"),
         (["--over", "theta=1,"], "E406", "nothing is not a value"),
         (["--over", "theta=1,2", "--set", "theta=3"], "E421", "theta is given twice"),
         (["--over", "theta=1,2", "--over", "theta=0:9:3"], "E421", "theta is given twice"),
-        (["--over", "theta=0:9:1", "--over", "l=0:9:3"], "E424", "at most 24 states"),
+        (["--over", "theta=0:9:3", "--over", "l=0:9:3"], "E424", "a film runs over one range"),
         (["--over", "l=-1,2"], "E403", "outside its range"),
         (["--dpi", "0"], "E434", "--dpi"),
         (["--dpi", "nan"], "E434", "--dpi"),
@@ -118,6 +153,9 @@ def test_without_an_answer_nothing_is_written(run: Run) -> None:
     code, out, err = run("--figure", "position", "--set", "l=1", "-o", "a.png")
     assert (code, out) == (1, "")
     assert "infeasible: there is no real solution" in err and "error[S" in err
+    assert pictures() == set()
+    code, out, err = run("--over", "theta=40:50:5", "--figure", "position", "--set", "l=1", "-o", "a.gif")
+    assert (code, out, err) == (1, "", "not drawn, infeasible: theta = 40; theta = 45; theta = 50\n")
     assert pictures() == set()
 
 
@@ -139,4 +177,4 @@ def test_the_place_must_be_writable(run: Run) -> None:
 
 
 def test_the_ending_counts_in_any_case() -> None:
-    assert picture_kind("a.PNG", (".png", ".svg", ".pdf")) == ".png"
+    assert _kind("a.PNG", (".png", ".svg", ".pdf")) == ".png"

@@ -5,8 +5,11 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import signal
 import stat
 import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -17,7 +20,7 @@ from rulesheets.diagnosis import RuleSheetError
 from solver import files
 from solver.__main__ import main
 from solver.commands import WRONG
-from solver.files import Replacement, write_file
+from solver.files import UNFINISHED, Replacement, write_file
 
 ROOT = Path(__file__).parent.parent.parent
 Patch = pytest.MonkeyPatch
@@ -194,6 +197,26 @@ def test_a_folder_that_is_removed_meanwhile_is_told(tmp_path: Path) -> None:
     with pytest.raises(RuleSheetError, match="No such file"), Replacement(str(folder / "table")) as file:
         file.write(b"x" * 100)
         shutil.rmtree(folder)
+
+
+# --- what killed runs leave -----------------------------------------------------
+
+
+def test_the_next_run_removes_what_a_killed_one_left(folder: Path) -> None:
+    words = ("sweep", "main.tk", "--over", "a=1:1000:1e-5", "-o", "out.csv", "--jobs", "1")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "solver", *words], env=os.environ | {"PYTHONPATH": str(ROOT)}
+    )
+    while process.poll() is None and not any(f.stat().st_size for f in folder.glob(f"out.csv.*{UNFINISHED}")):
+        time.sleep(0.05)
+    with Replacement("other.csv") as living:  # a file of a living process stays
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        assert len(list(folder.glob(f"*{UNFINISHED}"))) == 2
+        assert main(("solve", "main.tk", "-o", "out.csv")) == 0
+        assert [file.name[:9] for file in folder.glob(f"*{UNFINISHED}")] == ["other.csv"]
+        living.write(b"x")
+    assert not list(folder.glob(f"*{UNFINISHED}"))
 
 
 # --- long files -----------------------------------------------------------------

@@ -13,6 +13,7 @@ import pytest
 pytest.importorskip("matplotlib")
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 
 import rulesheets
 import solver
@@ -34,7 +35,7 @@ from solver.pictures import (
     variables,
     window,
 )
-from solver.pictures.page import compose, encode, layout
+from solver.pictures.page import compose, draw_page, encode, gif, images, layout
 from tests.oracles.mechanisms import MECHANISMS, Mechanism
 
 MODELS = Path(__file__).parent.parent.parent.parent / "models"
@@ -222,7 +223,7 @@ def test_boxes_overlap_alike(one, other) -> None:
 def test_labels_keep_clear_of_lines_and_of_each_other() -> None:
     wishes = {str(k): Wish("wide", (20.0 + 4 * k, 20.0)) for k in range(4)}
     line = np.array([((0.0, 20.0), (50.0, 20.0))])
-    found = np.array(list(place(wishes, line, np.empty((0, 4)), (50.0, 40.0)).values()))
+    found = np.array(list(place(wishes, line, np.empty((0, 4)), (50.0, 40.0), {}).values()))
     assert not inside(found, line).any()
     shared = overlaps(found, found)
     assert not (shared - np.diag(shared.diagonal())).any()
@@ -235,7 +236,7 @@ def test_points_at_one_place_share_a_label_and_hidden_ones_have_none() -> None:
     assert [text.get_text() for text in axes.texts] == ["o, g", "b"]
 
 
-# --- pages ------------------------------------------------------------------
+# --- pages and films ------------------------------------------------------------
 
 
 def test_the_axes_of_a_figure_are_to_scale() -> None:
@@ -272,6 +273,23 @@ def test_what_cannot_be_drawn_is_refused() -> None:
         solver.draw(solver.solve(ladder(), {"foot": 6.0}))
 
 
+def _view(x: float, y: float) -> View:
+    return View("", (Diagram("position", "", "", {"A": (x, y)}, {"A": "point"}, ()),))
+
+
+def test_every_frame_has_the_size_of_the_film() -> None:
+    """Though one lacks a view, and with it the only title and the only kind of arrow."""
+    pytest.importorskip("matplotlib")
+    arrows = (Stroke("vector", ("A", "B")), Stroke("normal", ("B", "A")))
+    places = {"A": (0.0, 0.0), "B": (3.0, 1.0)}
+    drawn = Diagram("a figure of a long name", "", "", places, dict.fromkeys(places, "point"), arrows)
+    full, bare = View("a title", (drawn, drawn)), View("", (None, _view(0.0, 0.0).diagrams[0]))
+    pictures = list(images([("1", (full, bare)), ("2", (None, bare))], dpi=40))
+    assert len({picture.size for picture in pictures}) == 1
+    assert gif(pictures).startswith(b"GIF89a")
+    assert pictures[0].getpixel((0, 0)) == (255, 255, 255)
+
+
 def figure_of(places, unit: str = "") -> Diagram:
     names = {f"p{number}": place for number, place in enumerate(places)}
     pairs = tuple((one, other) for one, other in pairwise(names))
@@ -287,12 +305,14 @@ numbers = st.floats(-1e100, 1e100) | st.sampled_from([0.0, 1e-300, 1e16, 1e16 + 
 def test_anything_can_be_drawn(places) -> None:
     """However large, small or close together: windows have an inside, labels a place."""
     view = View("", (figure_of(places),))
-    room = layout([view]).rooms[0, 0]
+    plan = layout([[view]])
+    room, page = plan.rooms[0, 0], Figure()
     assert room.window.left < room.window.right and room.window.bottom < room.window.top
     wide = room.window.width / room.scale
     assert all(-1e-3 <= (x - room.window.left) / room.scale <= wide + 1e-3 for x, _ in places)
-    labels = [text.get_position() for text in compose([view]).axes[0].texts]
-    assert all(math.isfinite(x) and math.isfinite(y) for x, y in labels)
+    offsets = draw_page(page, [view], plan)[0, 0]
+    assert len(offsets) == len(page.axes[0].texts)
+    assert all(math.isfinite(x) and math.isfinite(y) for x, y in offsets.values())
 
 
 @pytest.mark.parametrize("places", [[(1e20, 5.0)], [(0.0, 0.0)], [(1e16, 0.0), (1e16 + 2, 0.0)]])
@@ -304,7 +324,7 @@ def test_a_figure_at_one_place_is_a_picture(places) -> None:
 def test_a_page_fits_the_paper() -> None:
     """Three diagrams on A4 across, two states of three upright; margins of 10 mm."""
     wide = View("a title", (figure_of([(0.0, 0.0), (58.0, 50.0)], "m/s^2"),) * 3)
-    width, height = layout([View("a title", wide.diagrams)]).size
+    width, height = layout([[View("", wide.diagrams)]], headed=True).size
     assert width <= 277 and height <= 190
-    width, height = layout([wide, wide]).size
+    width, height = layout([[wide, wide]]).size
     assert width <= 190 and height <= 277
