@@ -173,7 +173,7 @@ class Enclosure:
     def _of_numerator(self) -> Enclosure | None:
         return None if self.cleared is None else Enclosure(self.cleared, self._known, self._ranged)
 
-    def slopes_over(self, boxes: Sequence[Interval], known: Sequence[float]) -> list[Interval]:
+    def slopes_over(self, boxes: Sequence[tuple[float, ...]], known: Sequence[float]) -> list[Interval]:
         """The derivative of the residual by the tear; unbounded where it may be undefined somewhere."""
         on_box = self._code[1](*known)
         found = (on_box(*box) for box in boxes)

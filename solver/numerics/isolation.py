@@ -231,7 +231,7 @@ class _Search:
         settled: Intervals = []
         at_rounding: Intervals = []
         unsplit: Intervals = []
-        front = _presplit(self.low, self.high)
+        front = presplit(self.low, self.high)
         level = 0
         for level in range(limits.levels):
             expect_time()
@@ -396,7 +396,7 @@ def merged(at_rounding: Iterable[Interval], unsplit: Iterable[Interval] = ()) ->
     return clusters
 
 
-def _presplit(low: float, high: float) -> Intervals:
+def presplit(low: float, high: float) -> Intervals:
     boxes = [(low, high)]
     for _ in range(PRESPLIT if low < high else 0):
         cut = [(a, split_point(a, b), b) for a, b in boxes]

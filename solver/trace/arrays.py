@@ -211,7 +211,7 @@ class _Writer:
     def _emit(self, at: int, node: int) -> None:
         operation, *rest = self.flow.nodes[node]
         read = [self._read(o) for o in operands(self.flow, node)]
-        if operation == "root":
+        if operation in ("root", "unfolded"):
             self.namespace[f"root_{rest[0]}"] = self.flow.finders[int(rest[0])].array
             self.lines.append(f"v{node} = root_{rest[0]}({', '.join(read)})")
             self._release(at, node)

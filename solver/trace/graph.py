@@ -15,8 +15,8 @@ from typing import Any, NamedTuple, TypeAlias
 Operand: TypeAlias = int | float | str
 Node: TypeAlias = tuple[Operand, ...]
 """An operation and the numbers of its operands; of ``const`` the value (and, where it was computed, how
-far it may be off), of ``call`` the function and of ``root`` the number of its finder first. ``sooner`` is its
-second operand, which may be dear to compute: true where the first is true."""
+far it may be off), of ``call`` the function and of ``root`` and ``unfolded`` the number of the finder first.
+``sooner`` is its second operand, which may be dear to compute: true where the first is true."""
 
 TOLERANCE = 16.0 * 2.0**-52
 
@@ -26,9 +26,9 @@ class NotCompilable(Exception):
 
 
 _SELECTABLE = frozenset({"add", "sub", "mul", "div", "neg", "abs", "sqrt"})
-LOGICAL = frozenset({"lt", "le", "eq", "near", "and", "or", "xor", "not", "finite", "sooner"})
+LOGICAL = frozenset({"lt", "le", "eq", "near", "and", "or", "xor", "not", "finite", "sooner", "unfolded"})
 LEAVES = frozenset({"const", "input"})
-SELECTORS = frozenset({"call", "root", "item"})
+SELECTORS = frozenset({"call", "root", "item", "unfolded"})
 """Operations whose first operand is no node."""
 
 
@@ -57,6 +57,7 @@ FOLD: dict[str, Callable[..., float | bool]] = {
     "sooner": lambda sooner, whole: whole,
     "finite": math.isfinite,
     "root": lambda *_: math.nan,
+    "unfolded": lambda *_: True,
     "item": lambda *_: math.nan,
 }
 """Numbers of operations; those of blocks are found elsewhere."""
@@ -79,7 +80,8 @@ class Graph:
         self.checks: list[int] = []
         self.finite: list[int] = []
         self.finders: list[Any] = []
-        """The roots of blocks as functions of known numbers, each a ``BlockNewton``."""
+        """The roots of blocks as functions of known numbers, each a ``BlockNewton``, and whether a block has
+        as many roots, an ``Unfolded``."""
         self._numbers: dict[Node, int] = {}
         self.true = self.constant(True)
         self.false = self.constant(False)
@@ -266,6 +268,8 @@ def copied(
             found[node] = form(target, *read_here)
         elif kind == "root" and not target.finders:
             roots[node] = source.finders[int(rest[0])].unrolled(target, read_here)
+        elif kind == "unfolded" and not target.finders:
+            found[node] = source.finders[int(rest[0])].unrolled(target, read_here)
         elif kind == "item" and roots:
             found[node] = roots[int(rest[1])][int(rest[0])]
         else:

@@ -85,7 +85,7 @@ _BINARY = {
     "xor": "!=",
     "sooner": "or",
 }
-_TWICE = frozenset({"max", "sind", "cosd"})
+_TWICE = frozenset({"max", "sind", "cosd", "unfolded"})
 """Operations whose text has an operand more than once."""
 
 
@@ -343,6 +343,10 @@ class _Writer:
         match operation:
             case "call":
                 return f"f_{parts[0]}({', '.join(read)})"
+            case "unfolded":
+                ends, asked = f"f_{parts[0]}.__self__.ends", f"f_{parts[0]}({', '.join(read)})"
+                within = [f"{ends}[{2 * k}] <= {x} <= {ends}[{2 * k + 1}]" for k, x in enumerate(read)]
+                return f"({' and '.join(within)} or {asked})"
             case "max":
                 return f"({read[0]} if {read[0]} > {read[1]} else {read[1]})"
             case "neg":

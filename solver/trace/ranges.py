@@ -197,4 +197,5 @@ _FORMS: dict[str, Callable[..., Pair]] = {
     "or": lambda a, b: (a[0] | b[0], a[1] & b[1]),
     "xor": lambda a, b: (a[0] & b[1] | a[1] & b[0], a[0] & b[0] | a[1] & b[1]),
     "not": lambda a: (a[1], a[0]),
+    "unfolded": lambda *_: (np.False_, np.False_),
 }

@@ -18,12 +18,13 @@ from rulesheets.functions import named
 from rulesheets.model import Model, Variable
 from rulesheets.syntax.nodes import subtract
 from solver.facts import Beside, Conflict, NoValue, Unmet
-from solver.kernel.block import kernel_of
+from solver.kernel.block import BlockKernel, kernel_of
 from solver.leaves import Leaf
 from solver.path import Decide, Evaluate, Select, SolveBlock, Step
 from solver.path.cases import EQUAL, activity, value_of_equality
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
+from solver.trace.folds import Unfolded
 from solver.trace.graph import NotCompilable, computed_from, operands
 from solver.trace.guards import Pattern, State
 from solver.trace.inverses import Inverses
@@ -65,6 +66,7 @@ class Recording(Inverses):
         self._guards = Ending((), (), ())
         """What is asked of all answers together."""
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
+        self._unfolded: dict[tuple[object, ...], Unfolded] = {}
 
     def run(self, dead: Sequence[Leaf], ranking: Ranking) -> Program:
         """The program of the answers, put in their order by the ``ranking``; ``dead`` are branches that
@@ -237,7 +239,8 @@ class Recording(Inverses):
                 active = (e for e in equations if activity(self.model.equations[e], self.branch.conditions))
                 return self._step(state, Evaluate(next(active), unknown))
             case Evaluate(equation=equation, unknown=unknown):
-                return self._iterated(state, SolveBlock((equation,), (unknown,), (unknown,)))
+                step = SolveBlock((equation,), (unknown,), (unknown,), residuals=(equation,))
+                return self._iterated(state, step)
             case SolveBlock():
                 return self._iterated(state, step)
             case _:
@@ -411,6 +414,7 @@ class Recording(Inverses):
             flow.finders.append(newton)
             root = flow.node("root", len(flow.finders) - 1, *compress(places, varying))
             self._blocks[key] = newton, [flow.node("item", k, root) for k in range(len(newton.start))]
+            self._keep_roots(kernel, known, varying, places)
         newton, items = self._blocks[key]
         self._numbers.found.update(zip(items, newton.start, strict=True))
         self._distinct(key, places)
@@ -418,6 +422,19 @@ class Recording(Inverses):
             state.values[name] = self._in_turn(name, node)
             flow.require(self._in_range(self.model.variables[name], state.values[name]))
         return state
+
+    def _keep_roots(
+        self, kernel: BlockKernel, known: Sequence[float], varying: Sequence[bool], places: Sequence[int]
+    ) -> None:
+        """Require that a block has as many roots as at the sample, where that can be proved."""
+        key = (kernel.block.equations, kernel.unknowns, *places)
+        if key in self._unfolded or not any(varying):
+            return
+        self._unfolded[key] = found = Unfolded(kernel, known, varying)
+        if found.proved:
+            self.flow.finders.append(found)
+            node = self.flow.node("unfolded", len(self.flow.finders) - 1, *compress(places, varying))
+            self._guard([node], ())
 
     def _floats(self, names: Sequence[str], usual: bool = True) -> list[float]:
         """Values of the sample. Raises NotCompilable for symbols, and for sizes that are not ``usual``."""

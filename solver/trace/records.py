@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial, reduce
+from itertools import compress
 from typing import Any, TypeAlias
 
 from rulesheets.deadline import TimeIsUp
@@ -27,7 +28,7 @@ from solver.path.cases import activity
 from solver.path.elimination import Circle, Let, Parabola
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
-from solver.trace.exclusion import excluded
+from solver.trace.folds import Unfolded
 from solver.trace.graph import NotCompilable
 from solver.trace.guards import CLEAR, Pattern, State
 from solver.trace.nearby import Nearby
@@ -232,16 +233,10 @@ class Refusal(Recording):
             raise NotCompilable
         sample = [float(self._numbers(node)) for node in known]
         varying = [flow.value_of(node) is None for node in known]
-        found = excluded(kernel, sample, varying, list(map(self._rounded, known)))
-        if found is None:
+        found = Unfolded(kernel, sample, varying, list(map(self._rounded, known)))
+        if not found.proved:
             raise NotCompilable
-        within = flow.true
-        for node, moves, (low, high) in zip(known, varying, found, strict=True):
-            if moves:
-                above = flow.add("le", flow.constant(low), node)
-                below = flow.add("le", node, flow.constant(high))
-                within = flow.add("and", within, flow.add("and", above, below))
-        return within
+        return found.unrolled(flow, list(compress(known, varying)))
 
     def _rounded(self, node: int) -> float:
         """How far a number may be moved without being another one to a solve."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -204,3 +205,30 @@ def test_an_input_outside_its_range_is_refused() -> None:
     table = plan.sweep([3.0, -5.0, 4.0] * 20)
     assert [str(table.STATUSES[code]) for code in table.status[:3]] == ["solved", "infeasible", "solved"]
     assert np.isnan(table["x"][1::3]).all()
+
+
+CUBICS = (
+    ("x^3 - 3*x = y\n", "y", 1.0, lambda y: (1.0, 0.0, -3.0, -y)),
+    ("e = x + 4/(19.62*x^2)\n", "e", 1.0, lambda e: (-1.0, e, 0.0, -4.0 / 19.62)),
+    ("v = x*(12 - 2*x)*(9 - 2*x)\n", "v", 40.0, lambda v: (4.0, -42.0, 108.0, -v)),
+)
+"""Rules, an input and its scale, and the coefficients of the cubic that its number leads to."""
+
+
+@pytest.mark.parametrize(("rule", "name", "scale", "cubic"), CUBICS)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_plan_has_the_answers_that_are_born_away_from_where_it_was_made(
+    rule: str, name: str, scale: float, cubic: Any, seed: int
+) -> None:
+    """On both sides of a fold, in any order; the roots of a cubic by its companion matrix."""
+    plan: Any = solver.prepare(solver.loads(rule), [name], ["x"])
+    numbers = scale * np.random.default_rng(seed).uniform(0.3, 6.0, 12)
+    expected = []
+    for number in numbers.tolist():
+        roots = np.roots(cubic(number))
+        expected.append(sorted(roots[np.abs(roots.imag) < 1e-9].real))
+        found = [x for (x,) in plan.all(number)]
+        assert sorted(found) == pytest.approx(expected[-1], rel=1e-9)
+        assert plan(number) == pytest.approx((found[0],), rel=1e-14)
+    assert {len(roots) for roots in expected} == {1, 3}
+    assert plan.sweep(numbers)["answers"].tolist() == [len(roots) for roots in expected]
