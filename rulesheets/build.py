@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -18,9 +18,8 @@ from rulesheets.library import Library
 from rulesheets.model import Model, Variable
 from rulesheets.registered import run_python
 from rulesheets.syntax import Source, Span, nodes
-from rulesheets.syntax.forms import Form
 from rulesheets.syntax.nodes import Number, children, leaves, names
-from rulesheets.syntax.program import Program, bodies, components, rules_of, walk
+from rulesheets.syntax.program import Program, bodies, components, names_of, rules_of, walk
 from rulesheets.units import differences, library_of, unit_named
 
 _MEASURE = re.compile(r"\[(?<=[\d.]\[)")  # a pattern that begins with a certain character is found fast
@@ -236,36 +235,14 @@ def _respelt(program: Program) -> Iterator[Diagnosis]:
 
 def _passed(program: Program) -> set[str]:
     """Names that the sheet's own rules only pass from the results of one call to the arguments of another."""
-    if not program.functions:
-        return set()
-    found: tuple[set[str], set[str], set[str]] = set(), set(), set()
-    by_form: dict[Form, tuple[set[int], ...]] = {}
-    for rule in rules_of(program.sheet):
-        for body in bodies(rule.body):
-            if (like := getattr(body, "like", None)) is None:
-                roles: Iterable[Iterable[str]] = _roles(body, program.functions)
-            else:
-                if like.form not in by_form:
-                    of_first = _roles(like.form.numbered(), program.functions)
-                    by_form[like.form] = tuple([{int(name) for name in role} for role in of_first])
-                every = [like.names[place] for place in like.pattern] if like.pattern else like.names
-                roles = ([every[place] for place in role] for role in by_form[like.form])
-            for known, role in zip(found, roles, strict=True):
-                known.update(role)
-    results, arguments, used = found
-    return (results & arguments) - used
-
-
-def _roles(
-    body: nodes.RuleBody, functions: Mapping[str, nodes.Function]
-) -> tuple[set[str], set[str], set[str]]:
-    """The names that a rule has as results of calls, as arguments, and otherwise than in rule functions."""
     results, arguments, used = set[str](), set[str](), set[str]()
-    for part in components(body, functions):
-        is_call = isinstance(part, nodes.CallRule) and part.function.lower() in functions
-        if isinstance(part, nodes.CallRule):
-            results.update(n.name for n in part.results if isinstance(n, nodes.Name))
-            arguments.update(n.name for n in part.arguments if isinstance(n, nodes.Name))
-        rest = (n for n in children(part) if not (is_call and isinstance(n, nodes.Name)))
-        used.update(name for node in rest for name in names(node))
-    return results, arguments, used
+    every = (body for rule in rules_of(program.sheet) for body in bodies(rule.body))
+    for body in every if program.functions else ():
+        for part in components(body, program.functions):
+            if not isinstance(part, nodes.CallRule) or part.function.lower() not in program.functions:
+                used.update(names_of(part))
+                continue
+            for passed, side in ((results, part.results), (arguments, part.arguments)):
+                passed.update(node.name for node in side if isinstance(node, nodes.Name))
+                used.update(n for node in side if not isinstance(node, nodes.Name) for n in names(node))
+    return (results & arguments) - used

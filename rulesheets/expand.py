@@ -20,7 +20,6 @@ from typing import Any, NamedTuple
 from rulesheets.evaluate.number import with_round_values
 from rulesheets.model import Equation, Premise, Requirement
 from rulesheets.syntax import Source, Span, nodes
-from rulesheets.syntax.forms import Form, Like, like_of
 from rulesheets.syntax.nodes import children, measured, rebuilt
 from rulesheets.syntax.program import Program, components, names_of, rules_of
 
@@ -50,29 +49,6 @@ class Context(NamedTuple):
     rule: Span
 
 
-class Piece(NamedTuple):
-    """An equation of rules of one form: which of their names, of their numbers and what calls it reads."""
-
-    form: Form
-    reads: tuple[int | Called, ...]
-    numbers: tuple[int, ...]
-
-
-class Called(NamedTuple):
-    """A call in rules of one form, with what stands for the arguments, and for the results beside it."""
-
-    function: nodes.Function
-    actuals: tuple[tuple[str, int | Called | Piece], ...]
-
-
-class Said(NamedTuple):
-    """A rule that is like others: its full ``names`` in the order of the text, and where it stands."""
-
-    names: list[str]
-    like: Like
-    context: Context
-
-
 class Expansion:
     """The equations of a program that passed its checks.
 
@@ -87,9 +63,6 @@ class Expansion:
         self.names: dict[str, None] = {}
         self._called: list[Iterator[tuple[nodes.RuleBody, Context]]] = []
         self._rules: dict[int, list[tuple[nodes.RuleBody, Span]]] = {}
-        self._expanded: set[int] = set()
-        self._likes: dict[int, Like | None] = {}
-        self._outlines: dict[Form, list[Piece | Called]] = {}
         # calls found in a rule are pushed and come before the next rule
         stack = [self._bodies(program.sheet, Scope("", {}, {}), ())]
         while stack:
@@ -126,11 +99,12 @@ class Expansion:
         while stack:
             body, context = stack.pop()
             scope, guard, rule = context
-            if (like := self._like(body, scope)) is not None:
-                self._repeat(body, like, context)
-                continue
             read = names_of(body)  # in the order of the text, whatever the order of the calls
             self.names.update(dict.fromkeys(map(scope.full_name, read) if scope.prefix else read))
+            like = None if scope.prefix else getattr(body, "like", None)
+            if like is not None and like.form.called.isdisjoint(self.functions):
+                self.equations.append(Equation.of(len(self.equations), body, guard, rule))
+                continue
             for part in components(body, self.functions):
                 match part:
                     case nodes.Equality((left, *_), (right, *_)):
@@ -152,108 +126,6 @@ class Expansion:
                             if arm is not None:
                                 stack.append((arm, Context(scope, (*guard, Premise(index, holds)), rule)))
 
-    # --- rules that are like others ---
-
-    def _like(self, body: nodes.RuleBody, scope: Scope) -> Like | None:
-        """What a rule shares with others; a rule of a function shares it with itself in other calls."""
-        if isinstance(body, nodes.CallRule) and body.function not in self.functions:
-            return None
-        like: Like | None = getattr(body, "like", None)
-        if like is not None or not scope.prefix:
-            return like
-        if id(body) not in self._expanded:  # what is expanded once is expanded as it stands
-            self._expanded.add(id(body))
-            return None
-        if id(body) not in self._likes:
-            self._likes[id(body)] = like_of(body)
-        return self._likes[id(body)]
-
-    def _repeat(self, body: nodes.RuleBody, like: Like, context: Context) -> None:
-        """The equations and calls of a rule that is like others."""
-        names = [*map(context.scope.full_name, like.names)]
-        self.names.update(dict.fromkeys(names))
-        if not context.scope.prefix and like.form.called.isdisjoint(self.functions):
-            self.equations.append(Equation.of(len(self.equations), body, context.guard, context.rule))
-            return
-        if like.form not in self._outlines:
-            parts = components(like.form.numbered(), self.functions)
-            self._outlines[like.form] = [*map(self._outline, parts)]
-        every = [names[place] for place in like.pattern] if like.pattern else names
-        said = Said(every, like, context)
-        for part in self._outlines[like.form]:
-            if isinstance(part, Piece):
-                self._write(part, [self._name(read, said) for read in part.reads], said)
-            else:
-                self._call_like(part, said)
-
-    def _outline(self, part: nodes.RuleBody) -> Piece | Called:
-        """What becomes of a part of rules of one form, whose names and numbers are told by their places."""
-        if isinstance(part, nodes.CallRule):
-            return self._outlined(self.functions[part.function], (*part.arguments, *part.results))
-        assert isinstance(part, nodes.Equality)
-        return self._piece(part.left[0], part.right[0])
-
-    def _outlined(self, function: nodes.Function, actuals: tuple[nodes.Expression, ...]) -> Called:
-        pairs = zip((*function.arguments, *function.results), actuals, strict=False)
-        return Called(function, tuple([(formal, self._actual(actual)) for formal, actual in pairs]))
-
-    def _actual(self, actual: nodes.Expression) -> int | Called | Piece:
-        if isinstance(actual, nodes.Name):
-            return int(actual.name)
-        if isinstance(actual, nodes.Call) and actual.function in self.functions:
-            return self._outlined(self.functions[actual.function], actual.arguments)
-        return self._piece(None, actual)
-
-    def _piece(self, left: nodes.Expression | None, right: nodes.Expression) -> Piece:
-        """That of an equation; ``left`` is None for the variable of an argument."""
-        reads: list[int | Called] = []
-        numbers: list[int] = []
-
-        def blank(node: nodes.Expression) -> nodes.Expression:
-            if isinstance(node, nodes.Number):
-                numbers.append(int(node.value))
-                return node
-            if isinstance(node, nodes.Name) or (
-                isinstance(node, nodes.Call) and node.function in self.functions
-            ):
-                read = self._actual(node)
-                assert not isinstance(read, Piece)
-                reads.append(read)
-                return nodes.Name("", node.span)
-            return rebuilt(node, tuple([blank(part) for part in children(node)]))
-
-        first = nodes.Name("", right.span) if left is None else blank(left)
-        return Piece(Form(((first,), (blank(right),))), tuple(reads), tuple(numbers))
-
-    def _name(self, read: int | Called, said: Said) -> str:
-        """The full name of a variable of a rule, or of the result of a call in it."""
-        if isinstance(read, int):
-            return said.names[read]
-        self.names.setdefault(result := self._call_like(read, said))
-        return result
-
-    def _call_like(self, called: Called, said: Said) -> str:
-        """As :meth:`_call`, of a call in a rule that is like others."""
-        prefix, bound = self._scope(called.function, said.context)
-        for formal, actual in called.actuals:
-            if isinstance(actual, Piece):
-                reads = [self._name(read, said) for read in actual.reads]
-                bound[formal] = full = prefix + formal
-                self.names.setdefault(full)
-                self._write(actual, [full, *reads], said)
-            else:
-                bound[formal] = self._name(actual, said)
-        return self._enter(called.function, Scope(prefix, bound, {}), said.context)
-
-    def _write(self, piece: Piece, names: list[str], said: Said) -> None:
-        """An equation of a rule that is like others."""
-        like, (scope, guard, rule) = said.like, said.context
-        numbers = tuple([like.numbers[place] for place in piece.numbers])
-        body = Like.of(piece.form, names, numbers, like.start, like.code).rule(rule)
-        self.equations.append(Equation.of(len(self.equations), body, guard, rule, scope.prefix))
-
-    # --- rules as they stand ---
-
     def _call(
         self,
         function: nodes.Function,
@@ -265,7 +137,10 @@ class Expansion:
 
         With ``results`` None (a call in an expression) the results are locals of the call.
         """
-        prefix, bound = self._scope(function, context)
+        caller, name = context.scope, function.name
+        number = caller.counts[name] = caller.counts.get(name, 0) + 1
+        prefix = f"{caller.prefix}{name}." if number == 1 else f"{caller.prefix}{name}#{number}."
+        bound = {parameter: caller.full_name(parameter) for parameter in function.parameters}
         pairs = [*zip(function.arguments, arguments, strict=True)]
         if results is not None:
             pairs += zip(function.results, results, strict=True)
@@ -277,17 +152,7 @@ class Expansion:
                 bound[formal] = full = prefix + formal
                 self.names.setdefault(full)
                 self._equate(nodes.Name(full, actual.span), value, context)
-        return self._enter(function, Scope(prefix, bound, {}), context)
-
-    def _scope(self, function: nodes.Function, context: Context) -> tuple[str, dict[str, str]]:
-        """The prefix of the next call of a function, and what its parameters stand for."""
-        caller, name = context.scope, function.name
-        number = caller.counts[name] = caller.counts.get(name, 0) + 1
-        prefix = f"{caller.prefix}{name}." if number == 1 else f"{caller.prefix}{name}#{number}."
-        return prefix, {parameter: caller.full_name(parameter) for parameter in function.parameters}
-
-    def _enter(self, function: nodes.Function, scope: Scope, context: Context) -> str:
-        """Put the body of a call on the stack; the full name of its first result."""
+        scope = Scope(prefix, bound, {})
         self._called.append(self._bodies(function, scope, context.guard))
         return scope.full_name(function.results[0]) if function.results else ""
 

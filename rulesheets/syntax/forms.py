@@ -2,8 +2,7 @@
 
 The rules of a network differ in names and numbers only. Where two lines are the same but for these, the
 grammar makes the same tree of both: the tree of the second is that of the first with its own leaves and
-places. Lines with anything but names, numbers, operators, parentheses and calls go through the grammar. So do
-the rules of a function that is called again: they differ in names only.
+places. Lines with anything but names, numbers, operators, parentheses and functions go through the grammar.
 """
 
 from __future__ import annotations
@@ -11,19 +10,17 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Sequence
-from itertools import chain, count
+from itertools import chain
 from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import (
     Call,
-    CallRule,
     Equality,
     Expression,
     Name,
     Number,
     Power,
-    RuleBody,
     Symbol,
     children,
     rebuilt,
@@ -55,28 +52,21 @@ class Leaves(NamedTuple):
 
 
 class Form:
-    """What rules share: the ``sides`` of the first, whose places are indices of words, and the ``function``
-    that a ``call`` names. ``called`` are all functions, and ``exponents`` tell which numbers, by their order,
-    stand as such. ``kept`` is for what is found out about rules of this form."""
+    """What rules share: the ``sides`` of the first, whose places are indices of words. ``called`` are the
+    functions in them, and ``exponents`` tell which numbers, by their order, stand as such. ``kept`` is for
+    what is found out about rules of this form."""
 
-    def __init__(self, sides: Sides, function: str = "") -> None:
-        self.sides, self.function = sides, function
+    def __init__(self, sides: Sides) -> None:
+        self.sides = sides
         inside = [*walk(*chain(*sides))]
-        self.called = {node.function for node in inside if isinstance(node, Call)} | {
-            *filter(None, [function])
-        }
+        self.called = {node.function for node in inside if isinstance(node, Call)}
         numbers = [id(node) for node in inside if isinstance(node, Number)]
         powers = [id(node.exponent) for node in inside if isinstance(node, Power)]
         self.exponents = tuple(numbers.index(power) for power in powers if power in numbers)
         self.kept: dict[Any, Any] = {}
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
-        return Form, (self.sides, self.function)
-
-    def numbered(self) -> RuleBody:
-        """The rule whose names and numbers are their places among all names and numbers of it."""
-        sides = _sides(self.sides, map(str, count()), map(float, count()), lambda span: span)
-        return CallRule(self.function, *sides) if self.function else Equality(*sides)
+        return Form, (self.sides,)
 
 
 class Like(NamedTuple):
@@ -108,15 +98,11 @@ class Like(NamedTuple):
 
         return _sides(self.form.sides, every, self.numbers, place)
 
-    def rule(self, span: Span) -> Equality | CallRule:
+    def rule(self, span: Span) -> Equality:
         """The rule, whose sides are made when they are asked for."""
-        made: Any = Equality.__new__(Equality)
-        if self.form.function:
-            made = CallRule.__new__(CallRule)
-            made.function = self.form.function
+        made: Equality = Equality.__new__(Equality)
         made.span, made.like = span, self
-        rule: Equality | CallRule = made
-        return rule
+        return made
 
 
 def words(code: str, start: int) -> list[tuple[int, int]]:
@@ -147,14 +133,11 @@ def form_of(first: object, leaves: Leaves, code: str, start: int) -> Form | None
 
     None for rules with arms, conditions, symbols or units, and for those whose sides are exchanged.
     """
-    match first:
-        case Equality(left, (right,)) if len(left) == 1 or isinstance(right, Call):
-            sides: Sides = left, (right,)
-            function = ""
-        case CallRule(function, arguments, results):
-            sides = arguments, results
-        case _:
-            return None
+    if not isinstance(first, Equality) or len(first.right) > 1:
+        return None
+    if len(first.left) > 1 and not isinstance(first.right[0], Call):
+        return None
+    sides: Sides = first.left, first.right
     inside = [*walk(*chain(*sides))]
     if not all(map(_plain, inside)) or not _BETWEEN.fullmatch(" ".join(_LEAF.split(code)[::3])):
         return None
@@ -169,17 +152,7 @@ def form_of(first: object, leaves: Leaves, code: str, start: int) -> Form | None
     def index(span: Span) -> Span:
         return Span(_INDICES, begins[span.start], ends[span.end])
 
-    return Form(_sides(sides, leaves.names, leaves.numbers, index), function)
-
-
-def like_of(rule: RuleBody) -> Like | None:
-    """A rule as one of those that differ from it in names and numbers only; None where it has no form."""
-    like: Like | None = getattr(rule, "like", None)
-    if like is not None or rule.span is None or '"' in (code := rule.span.text):
-        return like
-    leaves, start = leaves_of(code), rule.span.start
-    form = leaves and form_of(rule, leaves, code, start)
-    return Like.of(form, leaves.names, leaves.numbers, start, code) if leaves and form else None
+    return Form(_sides(sides, leaves.names, leaves.numbers, index))
 
 
 def _plain(node: Any) -> bool:

@@ -265,46 +265,36 @@ Condition: TypeAlias = Comparison | And | Or | Not | Given
 # --- rules ----------------------------------------------------------------------
 
 
-class Repeatable(Node):
-    """A rule that may be ``like`` others: then its two ``sides`` are made when they are first asked for."""
-
-    sides: ClassVar[tuple[str, str]]
-
-    def __getattr__(self: Any, name: str) -> tuple[Expression, ...]:
-        if name not in self.sides or self.like is None or self.span is None:
-            raise AttributeError(name)
-        for side, made in zip(self.sides, self.like.sides(self.span.source), strict=True):
-            setattr(self, side, made)
-        found: tuple[Expression, ...] = getattr(self, name)
-        return found
-
-    def __reduce__(self: Any) -> tuple[Any, tuple[Any, ...]]:
-        return Node.__reduce__(self) if self.like is None else (self.like.rule, (self.span,))
-
-
-class Equality(Repeatable):
+class Equality(Node):
     """``(a, b) = (c, d)``; a plain ``a = b`` has one expression a side.
 
-    ``(x, y) = f(a)`` has two on the left and the call alone on the right.
+    ``(x, y) = f(a)`` has two on the left and the call alone on the right. Of a rule that is ``like`` others
+    the sides are made when they are first asked for.
     """
 
     left: tuple[Expression, ...]
     right: tuple[Expression, ...]
     span: Span | None = None
     like: Any = None  # a ``Like`` of ``forms``, which stands above
-    sides = "left", "right"
     parts = property(lambda node: (*node.left, *node.right))
 
+    def __getattr__(self, name: str) -> tuple[Expression, ...]:
+        if name not in ("left", "right") or self.like is None or self.span is None:
+            raise AttributeError(name)
+        self.left, self.right = self.like.sides(self.span.source)
+        return self.left if name == "left" else self.right
 
-class CallRule(Repeatable):
+    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
+        return super().__reduce__() if self.like is None else (self.like.rule, (self.span,))
+
+
+class CallRule(Node):
     """``call f(arguments; results)``."""
 
     function: str
     arguments: tuple[Expression, ...]
     results: tuple[Expression, ...]
     span: Span | None = None
-    like: Any = None
-    sides = "arguments", "results"
     parts = property(lambda node: (*node.arguments, *node.results))
 
 

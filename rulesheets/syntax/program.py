@@ -74,7 +74,7 @@ def bodies(body: nodes.RuleBody) -> Iterator[nodes.RuleBody]:
 
 def names_of(body: nodes.RuleBody) -> Iterable[str]:
     """The variables of a rule, not of its arms, left to right."""
-    if isinstance(body, nodes.Repeatable) and body.like is not None:
+    if isinstance(body, nodes.Equality) and body.like is not None:
         found: Iterable[str] = body.like.names
         return found
     return (name for operand in children(body) for name in names(operand))
