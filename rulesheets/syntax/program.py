@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from math import inf
 
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import children, names
@@ -130,3 +131,22 @@ def _as_call(
     if not isinstance(side, nodes.Call) or side.function not in functions:
         return None
     return nodes.CallRule(side.function, side.arguments, results, side.span or span)
+
+
+def degree(expression: nodes.Expression, unknowns: Collection[str]) -> float:
+    """The degree in the unknowns of what is a polynomial in them as it is written, with any coefficients;
+    infinite for what is none."""
+    match expression:
+        case nodes.Name(name):
+            return float(name in unknowns)
+        case nodes.Negative(operand):
+            return degree(operand, unknowns)
+        case nodes.Sum(terms):
+            return max(degree(term, unknowns) for term in terms)
+        case nodes.Product(left, right):
+            return degree(left, unknowns) + degree(right, unknowns)
+        case nodes.Quotient(left, right) if degree(right, unknowns) == 0.0:
+            return degree(left, unknowns)
+        case nodes.Power(base, nodes.Number(power)) if power.is_integer() and power > 0.0:
+            return power * degree(base, unknowns)
+    return inf if any(name in unknowns for name in names(expression)) else 0.0

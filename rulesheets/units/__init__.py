@@ -22,14 +22,11 @@ from rulesheets.syntax.nodes import (
     Condition,
     Expression,
     Name,
-    Negative,
-    Product,
-    Quotient,
     Sum,
     UnitRow,
     names,
 )
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.program import degree, walk
 
 _BRACKETED = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*", re.DOTALL)
 _PLAIN = re.compile(
@@ -305,36 +302,17 @@ class Weights:
         sums = [part.terms for part in _parts(equation) if isinstance(part, Sum)]
         for side, other in ((equation.left, equation.right), (equation.right, equation.left)):
             sums += [(side, other)] if isinstance(side, Name) and side.name in self.units else []
-        return any(
-            any(self._degree(term) == 1 for term in terms) and any(self._degree(term) == 0 for term in terms)
-            for terms in sums
-        )
+        return any({0.0, 1.0} <= {degree(term, self.units) for term in terms} for terms in sums)
 
     def _may_mean(self, rule: Rule, sure: bool) -> bool:
         """Whether its points may cancel by another rule, as in ``m1*c*T1 + m2*c*T2 = m*c*T``, or it counts an
         energy from the zero of the scale, as in ``h = c*T``, which it may mean to (where ``sure``)."""
         sides = rule.equation.left, rule.equation.right
-        if max(map(self._degree, sides)) != 1:
+        if max(degree(side, self.units) for side in sides) != 1.0:
             return False
         units = (self.model.variables[side.name].measure for side in sides if isinstance(side, Name))
         energy = any(unit is None or unit.bases.get("m") == 2 for unit in units)
         return len({slope > 0.0 for slope in rule.slopes[0].values() if slope}) == 2 or (sure and energy)
-
-    def _degree(self, node: Expression) -> int:
-        """The degree of an expression in temperatures, 9 where it is no polynomial of them."""
-        match node:
-            case Name(name):
-                return int(name in self.units)
-            case Negative(inner):
-                return self._degree(inner)
-            case Sum(terms):
-                return max(map(self._degree, terms))
-            case Product(left, right):
-                return min(self._degree(left) + self._degree(right), 9)
-            case Quotient(left, right) if self._degree(right) == 0:
-                return self._degree(left)
-            case _:
-                return 0 if self.units.keys().isdisjoint(names(node)) else 9
 
 
 def differences(model: Model) -> frozenset[str]:

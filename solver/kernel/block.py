@@ -22,7 +22,7 @@ from rulesheets.functions.arrays import ARRAYS
 from rulesheets.model import Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name, substitute, subtract
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.program import degree, walk
 from solver.kernel.chain import (
     RESIDUAL,
     Assignment,
@@ -41,7 +41,7 @@ from solver.numerics.linear_algebra import Array
 from solver.path import SolveBlock
 from solver.path.elimination import ClosedForm, closed_form
 from solver.path.graph import Alike, ModelGraph, alike, same_columns, shape_of
-from solver.path.isolate import Isolation, degree, isolate, smooth
+from solver.path.isolate import Isolation, isolate, smooth
 from solver.ranking.sizes import Scalings
 
 FEW = 30

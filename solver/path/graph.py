@@ -31,7 +31,7 @@ from rulesheets.syntax.nodes import (
     rebuilt,
 )
 from rulesheets.syntax.program import walk
-from solver.path.isolate import Isolation, isolate, plainly_resolvable
+from solver.path.isolate import Isolation, isolate
 from solver.structure.tearing import Tearing
 
 Array: TypeAlias = NDArray[np.float64]
@@ -219,7 +219,6 @@ class ModelGraph:
             for condition in model.conditions
         )
         self._isolations: dict[tuple[int, int], Isolation | None] = {}
-        self._plain: dict[Shape, tuple[int, ...]] = {}
         self._occurring: dict[Shape, Counter[str]] = {}
         self._efforts: dict[tuple[Shape, int, tuple[float, ...]], Effort | None] = {}
         self.kernels: dict[Any, Any] = {}
@@ -241,18 +240,6 @@ class ModelGraph:
             body = self.model.equations[equation]
             self._isolations[key] = isolate(body.left, body.right, self.names[variable])
         return self._isolations[key]
-
-    def cost(self, equation: int, variable: int) -> int | None:
-        """The cost of an isolation, told without isolating where that is plain; None where there is none."""
-        body = self.model.equations[equation]
-        shape, _ = shape_of(body)
-        if shape not in self._plain:
-            plain = plainly_resolvable(body.left, body.right)
-            self._plain[shape] = tuple(k for k, name in enumerate(body.names) if name in plain)
-        if any(body.names[k] == self.names[variable] for k in self._plain[shape]):
-            return 0
-        effort = self.effort(equation, variable)
-        return None if effort is None else effort.cost
 
     def effort(self, equation: int, variable: int) -> Effort | None:
         """What an isolation costs, None where there is none: found once for rules of one shape.
@@ -324,6 +311,14 @@ def _evidence(*parts: nodes.Expression | nodes.Condition) -> Iterator[tuple[str,
                 yield name, turn, denominator // gcd(denominator, own * numerator)
         elif not isinstance(node, nodes.Comparison) or node.operator not in ("=", "<>"):
             stack.extend(nodes.children(node))
+
+
+def told_of_angles(model: Model) -> Iterator[tuple[str, float, int]]:
+    """What the rules that call functions of angles say of them."""
+    for rules in by_shape(model):
+        calls = (node.function for node in walk(rules[0].left, rules[0].right) if isinstance(node, Call))
+        if any(TABLE[name].turn or TABLE[name].angle for name in calls):
+            yield from chain.from_iterable(_told_by_shape(rules))
 
 
 def _angles(model: Model, conditions: Iterable[nodes.Condition] = ()) -> dict[str, Angle]:

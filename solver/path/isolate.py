@@ -8,7 +8,6 @@ rule, the operation and the value: ``cosd = 1.08``.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import reduce
 from itertools import zip_longest
@@ -44,48 +43,8 @@ from rulesheets.syntax.program import walk
 from solver.path.polynomial import NoForm
 
 
-def degree(expression: Expression, unknowns: Collection[str]) -> float:
-    """The degree in the unknowns of what is a polynomial in them as it is written, with any coefficients;
-    infinite for what is none."""
-    match expression:
-        case Name(name):
-            return float(name in unknowns)
-        case Negative(operand):
-            return degree(operand, unknowns)
-        case Sum(terms):
-            return max(degree(term, unknowns) for term in terms)
-        case Product(left, right):
-            return degree(left, unknowns) + degree(right, unknowns)
-        case Quotient(left, right) if _free(right, unknowns):
-            return degree(left, unknowns)
-        case Power(base, Number(power)) if power.is_integer() and power > 0.0:
-            return power * degree(base, unknowns)
-    return 0.0 if _free(expression, unknowns) else inf
-
-
 def _free(expression: Expression, unknowns: Collection[str]) -> bool:
     return not any(name in unknowns for name in nodes.names(expression))
-
-
-def plainly_resolvable(left: Expression, right: Expression) -> frozenset[str]:
-    """Unknowns that ``left = right`` gives at no cost: they occur once, in a sum, with a numeric factor.
-
-    Others may be resolvable too; that takes an isolation to tell.
-    """
-    occurrences = Counter((*nodes.names(left), *nodes.names(right)))
-    plain: list[str] = []
-    stack = [left, right]
-    while stack:
-        match stack.pop():
-            case Name(name):
-                plain.append(name)
-            case Negative(operand) | Product(Number(), operand) | Product(operand, Number()):
-                stack.append(operand)
-            case Quotient(operand, Number()):
-                stack.append(operand)
-            case Sum(terms):
-                stack.extend(terms)
-    return frozenset(name for name in plain if occurrences[name] == 1)
 
 
 TARGET = Name("#")

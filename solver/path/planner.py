@@ -73,8 +73,8 @@ def _block_step(
         return SolveBlock(equations, unknowns, ())
     resolvable = {}  # what an equation can be solved for, and at which cost
     for place, equation in rules.items():
-        costs = ((u, graph.cost(equation, variables[u])) for u in part.occurs[place])
-        resolvable[place] = {u: cost for u, cost in costs if cost is not None}
+        efforts = ((u, graph.effort(equation, variables[u])) for u in part.occurs[place])
+        resolvable[place] = {u: effort.cost for u, effort in efforts if effort is not None}
     if len(unknowns) == 1 and all(resolvable.values()):
         return _evaluate(graph, equations[0], *variables.values())
     weights = {}  # angles and variables with a finite range are the better ones to search over

@@ -23,12 +23,10 @@ from typing import Any
 
 import numpy as np
 
-from rulesheets.functions import TABLE
 from rulesheets.library import ANGLE
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Product, Quotient, Sum
-from rulesheets.syntax.program import walk
-from solver.path.graph import by_shape, shape_of
+from rulesheets.syntax.nodes import Expression, Name, Negative, Number, Product, Quotient, Sum
+from solver.path.graph import by_shape, told_of_angles
 from solver.path.planner import planner
 from solver.ranking.sizes import FLOATS, LEAST, MANY, Arithmetic, Scalings, Suggestions, added
 
@@ -136,20 +134,7 @@ def _angles(model: Model) -> dict[str, float]:
         for n, v in model.variables.items()
         if v.measure is not None and v.measure.bases == {ANGLE: 1}
     }
-    told: dict[Any, bool] = {}  # whether rules of a shape call functions of angles
-    for equation in model.equations:
-        shape, _ = shape_of(equation)
-        if told.get(shape) is False:
-            continue
-        sides = equation.left, equation.right
-        calls = [node for side in sides for node in walk(side) if isinstance(node, Call)]
-        told[shape] = any(TABLE[call.function].turn or TABLE[call.function].angle for call in calls)
-        terms = [term for side in sides for term in _added(side)]
-        read = [(TABLE[call.function].turn, call.arguments[:1]) for call in calls]
-        read += [(TABLE[term.function].angle, sides) for term in terms if isinstance(term, Call)]
-        for turn, parts in read:
-            if turn:
-                found = dict.fromkeys(_terms(*parts), turn) | found
+    found = {name: turn for name, turn, _ in told_of_angles(model) if turn} | found
     sums = [_terms(equation.left, equation.right) for equation in model.equations] if found else []
     before = -1
     while len(found) > before:

@@ -14,13 +14,13 @@ from numpy.typing import ArrayLike
 from rulesheets.deadline import expect_time
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import subtract
+from rulesheets.syntax.program import degree
 from solver.facts import Status
 from solver.files.tables import CODES, column_of, free_name
 from solver.leaves import Leaf
 from solver.numerics.continuation import CurvePoint, End, Vector
 from solver.path import Assume, Evaluate, Select, Step, equations_of, given_by
 from solver.path.graph import ModelGraph
-from solver.path.isolate import degree
 from solver.path.planner import planner, read_by
 from solver.sweeps import Plan, prepare
 from solver.sweeps.tracing import (
