@@ -542,15 +542,15 @@ def main() -> None:
     peers = options.peers or options.write
     head = HEAD + (list(PEERS) if peers else [])
     lines = []
-    print(_aligned(head))
+    print(aligned(head))
     for network in networks(options.small):
         lines.append(line(network, peers))
-        print(_aligned(lines[-1]), flush=True)
+        print(aligned(lines[-1]), flush=True)
     if options.write:
         place(ROOT / "docs" / "speed.md", "speed: networks", markdown_table(head, lines))
 
 
-def _aligned(cells: list[str]) -> str:
+def aligned(cells: list[str]) -> str:
     widths = [8] * (len(HEAD) - 1) + [20] * len(PEERS)
     return cells[0].ljust(28) + "".join(cell.rjust(w) for cell, w in zip(cells[1:], widths, strict=False))
 
