@@ -197,8 +197,9 @@ class _Search:
         return settled if assumed or budget.brief else without_curves(question, settled)
 
     def sparsely(self) -> BlockOutcome:
-        """What sparse Newton steps come to."""
+        """The first answer that sparse Newton steps come to."""
         self._tried(Method.SPARSE)
+        del self.candidates.answers[1:]
         return self._outcome()
 
     def _worth_a_last_resort(self, assumed: bool) -> bool:

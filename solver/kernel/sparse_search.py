@@ -10,7 +10,7 @@ is what the tangent has promised: the limits of junction voltages of circuit sim
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from copy import copy
 from functools import partial
 from typing import NamedTuple
@@ -38,12 +38,13 @@ from rulesheets.syntax.nodes import (
 from rulesheets.syntax.program import walk
 from solver.accuracy.alike import MANY
 from solver.kernel.block import FEW
-from solver.kernel.candidates import Candidates
+from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.emitter import SparseSystem, compile_expressions
 from solver.kernel.lifting import Lifting
 from solver.kernel.question import Question
 from solver.numerics.linear_algebra import Array, connected
 from solver.numerics.sparse_newton import Map, SparseFactor, SparseRoot, Triplets, itself, sparse_newton
+from solver.numerics.tolerances import LEAST
 from solver.ranking.sizes import nearly_balanced
 
 MOST_ITERATIONS, POSITIVE_ITERATIONS = 100, 40
@@ -57,7 +58,7 @@ def search_sparsely(question: Question, candidates: Candidates, every: bool = Fa
     """Try starts in turn until an answer stands that none is to be preferred to, or ``every`` one.
 
     An answer with no negative number ends the search; one with some is kept, and looked for is one that keeps
-    to positive numbers.
+    to positive numbers. So is one in which a rule holds trivially, as nothing is there that it is about.
     """
     if question.sparse is None:
         return
@@ -75,10 +76,28 @@ def search_sparsely(question: Question, candidates: Candidates, every: bool = Fa
             candidates.keep(settled, alone=root.alone)
         else:
             candidates.note(point)
-        signs = [min((v for n, v in a.values.items() if n in free), default=0.0) for a in candidates.answers]
+        signs = [_least(question, answer, free) for answer in candidates.answers]
         if signs and not every and (question.guesses or max(signs) >= 0.0):
             candidates.answers.insert(0, candidates.answers.pop(signs.index(max(signs))))
             return
+
+
+def _least(question: Question, answer: Answer, free: Collection[str]) -> float:
+    """The least of the ``free`` numbers of an answer; that of a trivial one is next to 0, but negative."""
+    least = min((v for name, v in answer.values.items() if name in free), default=0.0)
+    return least or (-LEAST if _is_trivial(question, answer) else 0.0)
+
+
+def _is_trivial(question: Question, answer: Answer) -> bool:
+    """Whether some rule is 0 = 0 there, whatever its unknowns are that are not 0: that of a population which
+    has died out, of an infection that nobody has."""
+    assert question.sparse is not None
+    x = np.array([answer.values[name] for name in question.unknowns])
+    slopes, rows, columns = question.sparse[1](x)
+    counts = partial(np.bincount, rows, minlength=len(x))
+    others = counts(weights=(slopes != 0.0) & (x[columns] != 0.0))
+    own = counts(weights=(slopes != 0.0) & (x[columns] == 0.0))
+    return bool(((others == 0) & (own > 0) & (counts(weights=slopes == 0.0) > 0)).any())
 
 
 def _arrived(question: Question, begin: Start) -> SparseRoot:

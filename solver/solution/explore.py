@@ -14,10 +14,10 @@ from solver.accuracy.alike import accepted
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import check_rule, half_unit
 from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated, about
-from solver.kernel.block import DENSE, kernel_of
+from solver.kernel.block import DENSE, FEW, kernel_of
 from solver.kernel.candidates import BlockOutcome
 from solver.kernel.question import PLAN, STEP, Budget
-from solver.kernel.solve_block import solve_block, solve_sparsely
+from solver.kernel.solve_block import SEARCHES, solve_block, solve_sparsely
 from solver.kernel.step import StepOutcome, StepSolver
 from solver.leaves import (
     Asked,
@@ -37,6 +37,7 @@ from solver.leaves import (
 )
 from solver.path import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of, given_by
 from solver.path.cases import EQUAL, activity, known_rules, value_of_equality
+from solver.path.graph import Shape, shape_of
 from solver.path.isolate import Isolation
 from solver.path.planner import planner
 
@@ -44,9 +45,8 @@ MAX_LEAVES, FEW_LEAVES, MAX_VALUES = 1_000, 20, 20_000
 """Answers that are listed; the least and the values in all where the model is large."""
 
 
-MANY_BLOCKS, MANY_ANSWERS = 8, 256
-"""Blocks of a path, and answers that forks one after another lead to, from which on those of a large model
-are too many to list."""
+MANY_BLOCKS = 8
+"""Blocks of a path from which on it is solved as one block where there are too many answers to list."""
 MAX_SEARCHES = 150
 """Searches of nonlinear blocks at other values, after the first search of each block."""
 
@@ -101,6 +101,7 @@ class Explorer:
         self.budget = Budget()
         self.outcomes: Outcomes = {}
         self._searched: set[SolveBlock] = set()
+        self._solved_for = self._sought = 0  # unknowns of the blocks so far, and of those that were searched
         self.first_path: Sequence[Step] | None = None
         self.forked = 1
         self.cases = 0
@@ -151,14 +152,15 @@ class Explorer:
 
     # --- what is found ---
 
+    @property
+    def _most_leaves(self) -> int:
+        """Answers that are listed of a model of this size."""
+        return min(MAX_LEAVES, max(FEW_LEAVES, MAX_VALUES // max(len(self.model.variables), 1)))
+
     def _is_full(self, branch: Branch) -> bool:
         """Whether nothing more is looked for on a branch."""
         ends = len(self.leaves) + len(self.dead) + len(self.adrift)
-        full = (
-            ends >= MAX_LEAVES
-            or (ends >= FEW_LEAVES and ends * len(self.model.variables) >= MAX_VALUES)
-            or (self.enough is not None and any(map(self.enough, self.leaves)))
-        )
+        full = ends >= self._most_leaves or (self.enough is not None and any(map(self.enough, self.leaves)))
         if full:
             self._truncate(branch, "answers")
         return full
@@ -210,20 +212,34 @@ class Explorer:
             self.forked = 1
             forks = iter(self._followed(*pending))
             stack.append((forks, answers * self.forked))
-            if stack[-1][1] >= MANY_ANSWERS and (one := self._as_one_block()) is not None:
-                stack = [(iter([(one, None, 0)]), 1)]
+            answers = stack[-1][1]
+            if answers > self._most_leaves or self._too_many_searches:
+                one = self._as_one_block(pending[0].values, forked=answers > 1 or not self.complete)
+                stack = stack if one is None else [(iter([(one, None, 0)]), 1)]
 
-    def _as_one_block(self) -> Branch | None:
-        """The sensible answer of all steps of the first path, solved as one large block.
+    @property
+    def _too_many_searches(self) -> bool:
+        """Whether the blocks of the first path that are searched have, together, the unknowns of a large
+        block: as many of them as of the blocks so far."""
+        if self._sought <= FEW or self._sought * len(self.model.variables) <= DENSE * self._solved_for:
+            return False
+        every = sum(len(step.unknowns) for step in self.first_path or () if isinstance(step, SolveBlock))
+        return self._sought * every > DENSE * self._solved_for
+
+    def _as_one_block(self, begun: Mapping[str, Value], forked: bool) -> Branch | None:
+        """The sensible answer of all steps of the first path, solved as one large block from the values at
+        which its first steps have ``begun``.
 
         None for a model whose answers can be listed, where the steps are not those of a network of blocks,
-        and where an unknown is negative. A few of 2^100 answers tell nobody anything, and each block of such
-        a path costs a search.
+        and where an unknown is negative though the path has ``forked``, so that others may be positive. A few
+        of 2^100 answers tell nobody anything, and each block of such a path costs a search. Where all of them
+        are to be proven, each is searched.
         """
         steps, self.first_path = self.first_path or (), ()
         blocks = [place for place, step in enumerate(steps) if isinstance(step, SolveBlock)]
         cases = any(isinstance(step, Select | Assume) for step in steps)
-        if len(blocks) < MANY_BLOCKS or len(self.model.variables) <= DENSE or cases:
+        few = len(blocks) < MANY_BLOCKS or len(self.model.variables) <= DENSE
+        if few or cases or self.budget.thorough:
             return None
         branch, solved = self._start(), [one for one in steps[blocks[0] :] if given_by(one)]
         if self._follow(branch, steps[: blocks[0]], ends=False) is not True:
@@ -231,17 +247,33 @@ class Explorer:
         equations = tuple(number for step in solved for number in equations_of(step))
         unknowns = tuple(name for step in solved for name in given_by(step))
         whole = SolveBlock(equations, unknowns, ())
-        found = solve_sparsely(kernel_of(self.graph, whole), branch.values, self.guesses, self.budget)
-        if not found.answers or found.answers[0].double is not None:
+        for guesses in ({**self._continued(begun, solved), **self.guesses}, self.guesses):
+            found = solve_sparsely(kernel_of(self.graph, whole), branch.values, guesses, self.budget)
+            values = next((a.values for a in found.answers if a.double is None), {})
+            negative = any(v < 0.0 and self.graph.turn(name) is None for name, v in values.items())
+            if values and not (forked and negative):
+                break
+        else:
             return None
-        values = found.answers[0].values
-        if any(v < 0.0 and self.graph.turn(name) is None for name, v in values.items()):
-            return None  # others, which a list has, may be positive
+        self.budget.cut = True
         self._begin()
         self.note(False, equations, unknowns, [values], False)
-        branch.attempts[whole] = found.attempts
-        self._learn(branch, whole, values)
+        for step in solved:
+            if isinstance(step, SolveBlock):
+                branch.attempts[step] = found.attempts
+            self._learn(branch, step, {name: values[name] for name in given_by(step)})
         return branch
+
+    def _continued(self, begun: Mapping[str, Value], steps: Sequence[Step]) -> dict[str, float]:
+        """The numbers that steps have ``begun`` with; others go on with those of the last like them."""
+        last, found = dict[tuple[Shape, ...], tuple[float, ...]](), dict[str, float]()
+        for step in steps:
+            shape = tuple([shape_of(self.model.equations[number])[0] for number in equations_of(step)])
+            numbers = [v for name in given_by(step) if isinstance(v := begun.get(name), float)]
+            if len(numbers) == len(given_by(step)):
+                last[shape] = tuple(numbers)
+            found.update(zip(given_by(step), last.get(shape, ()), strict=False))
+        return found
 
     def _followed(self, branch: Branch, steps: Sequence[Step] | None, start: int) -> Iterable[Pending]:
         """Follow a branch until it ends, and plan again where an outcome asks for it: its forks, if it has
@@ -260,8 +292,8 @@ class Explorer:
         self, branch: Branch, steps: Sequence[Step], start: int = 0, ends: bool = True
     ) -> bool | Iterator[Pending]:
         """Run the steps from ``start``: True where the branch must be planned anew, False where it ended,
-        and its forks, each with the steps left to it, where it forked. Where the steps are not all that there
-        are, it does not end with them."""
+        and its forks, each with the steps left to it, where it forked, or is to be solved as one block. Where
+        the steps are not all that there are, it does not end with them."""
         for place in range(start, len(steps)):
             expect_time()
             if self.model.requirements and self._broken(branch):
@@ -274,6 +306,8 @@ class Explorer:
                     again = self._evaluate(branch, step, equation, unknown)
                 case Select():
                     again = self._select(branch, step)
+                case SolveBlock() if self._too_many_searches:
+                    return iter([(branch, steps, place)])
                 case SolveBlock():
                     again = self._block(branch, step)
                 case Check(equation=equation):
@@ -437,7 +471,8 @@ class Explorer:
             again = len(self.outcomes) - len(self._searched)
             if step in self._searched and again >= MAX_SEARCHES and not kernel.linear:
                 return BlockOutcome(facts=(NoRoot(step.equations, step.unknowns, proven=False),))
-            self.budget.begin_block(self.complete, assumed or step in self._searched)
+            first = step not in self._searched
+            self.budget.begin_block(self.complete, assumed or not first)
             self._searched.add(step)
             given, off = [], partial(self._off, branch)
             for name in kernel.known:  # exact values: inputs, and numbers that a rule says
@@ -448,6 +483,9 @@ class Explorer:
                 if origin is None:
                     given.append(name)
             self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off, given)
+            self._solved_for += first * len(step.unknowns)
+            if first and any(attempt.method in SEARCHES for attempt in self.outcomes[key].attempts):
+                self._sought += len(step.unknowns)
         outcome: BlockOutcome = self.outcomes[key]
         return outcome
 

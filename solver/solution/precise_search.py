@@ -81,6 +81,7 @@ class _PreciseSearch(Explorer):
         super().__init__(asked)
         self.digits = digits
         self.outcomes, self.work = floats.outcomes, Work()
+        self.first_path = ()  # none is solved as one block
         self.casework = Casework(self.model, self.inputs, self._holds)
 
     # --- steps and blocks ---

@@ -26,6 +26,7 @@ from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value, Variable
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient, exchange, subtract
 from rulesheets.syntax.program import walk
+from solver.accuracy.digits import MAX_UNKNOWNS
 from solver.accuracy.forward_error import ForwardErrors, forward_errors
 from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import Conflict, DoubleRoot, Fact, Filled, Fixed, Indeterminacy, NoRoot, NoValue
@@ -52,6 +53,7 @@ def explore_refined(asked: Asked, always: bool = False) -> Exploration:
         raise CutOff(certain(asked, reached.found), known) from None
     leaves = (*found.leaves, *found.dead)
     too_long = sum(len(leaf.branch.steps) for leaf in leaves) > MAX_STEPS
+    too_long = too_long or any(len(gap.unknowns) > MAX_UNKNOWNS for gap in found.gaps)
     try:
         if not always and (too_long or not (found.delicate or any(_vague(asked, leaf) for leaf in leaves))):
             return found

@@ -9,6 +9,7 @@ import pytest
 
 import rulesheets
 import solver
+from benchmarks.chains import backwater, chemostats, epidemic, populations
 from benchmarks.networks import Network, bratu, direct_current, gas, load_flow, pipes, plate, radiation
 from solver.kernel.block import BlockKernel
 from solver.kernel.question import Question
@@ -133,3 +134,16 @@ def test_a_row_of_blocks_of_many_answers_each_has_its_sensible_answer() -> None:
                 lam[k] = 0.3 + 0.45 * lam[k - 1] + (0.4 * inflow if k == 0 else 0.0) - 0.05 * rho / (1 - rho)
         assert all(math.isclose(result[f"lam{ring}_{k}"], lam[k], rel_tol=1e-9) for k in range(3))
         inflow = lam[2]
+
+
+ROWS = [backwater(200), chemostats(110), epidemic(30), populations(50)]
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.title)
+def test_a_row_of_blocks_has_the_answer_of_a_newton_by_hand_first(row: Network) -> None:
+    """Water flows quietly, not shooting; what could have died out lives."""
+    result = solver.solve(rulesheets.loads(row.sheet))
+    assert str(result.status) == "solved"
+    expected = row.by_hand()
+    got = np.array([result[name] for name in row.names])
+    assert np.abs(got - expected).max() <= 1e-9 * np.abs(expected).max()
