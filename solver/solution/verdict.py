@@ -41,7 +41,8 @@ class Verdict(NamedTuple):
 
     ``facts`` are what the status rests on; ``structural`` the names that these inputs could not determine at
     any values.
-    ``reread``: by rules as they read at these values alone, so that it tells nothing of others.
+    ``reread``: by rules as they read at these values alone, so that it tells nothing of others. (Rules that
+    are only left out still count.)
     """
 
     status: Status
@@ -332,7 +333,7 @@ def _look_behind(
     )
     reduced = replace(reduced, equations=tuple(left))
     again = explore_refined(asked._replace(model=reduced), always)
-    told = judge(asked._replace(model=reduced), again)._replace(reread=True)
+    told = judge(asked._replace(model=reduced), again)._replace(reread=bool(open_))
     if told.status is not Status.INFEASIBLE:
         if not told.leaves or not all(_stands(model, leaf) for leaf in told.leaves):
             return None

@@ -437,8 +437,8 @@ class Recording(Inverses):
             self._guard([node], ())
 
     def _floats(self, names: Sequence[str], usual: bool = True) -> list[float]:
-        """Values of the sample. Raises NotCompilable for symbols, and for sizes that are not ``usual``."""
-        values = [self.sample[name] for name in names]
+        """Numbers of the sample. Raises NotCompilable where one is missing, or of a size not ``usual``."""
+        values = [self.sample.get(name) for name in names]
         numbers = [value for value in values if isinstance(value, float)]
         odd = usual and not all(v == 0.0 or 1.0 / REMOTE <= abs(v) <= REMOTE for v in numbers)
         if odd or len(numbers) < len(values):

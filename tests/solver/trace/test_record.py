@@ -212,3 +212,78 @@ def test_a_root_with_a_negative_base_keeps_a_record_of_the_other_one() -> None:
             assert 20000 * growth + 7200 * (growth - 1) / r == pytest.approx(total, rel=1e-12)
         assert [r < -2.0 for (r,) in rows] == [False, True]
     assert len(plan.records.programs) == 1
+
+
+SINES = """
+variables
+  a = 5 > 0
+  b = 7 > 0
+  C = 50         [deg]
+  c > 0
+  A in [0, 180]  [deg]
+  B in [0, 180]  [deg]
+  R
+  p
+rules
+  c^2 = a^2 + b^2 - 2*a*b*cosd(C)
+  a/sind(A) = 2*R
+  b/sind(B) = 2*R
+  c/sind(C) = 2*R
+  A + B + C = 180
+  p = a + b + c
+"""
+
+
+def test_a_rule_that_follows_from_others_is_checked_in_a_record() -> None:
+    """With b and C known, (p - b - a)^2 = a^2 + b^2 - 2 a b cos C is linear in a."""
+    plan: Any = solver.prepare(solver.loads(SINES), ["p"], ["a"], {"a": None})
+    for p in (17.385, 17.4, 17.2, 18.0):
+        q = p - 7.0
+        expected = (q * q - 49.0) / (2.0 * (q - 7.0 * math.cos(math.radians(50.0))))
+        assert plan(p) == (pytest.approx(expected, rel=1e-12),)
+    assert len(plan.records.programs) == 1
+
+
+def test_a_rule_that_follows_from_others_here_refuses_numbers_elsewhere() -> None:
+    """At k = 2 the second rule is twice the first one; at another k it says that x is 0."""
+    plan: Any = solver.prepare(solver.loads("x + y = 3\nk*x + 2*y = 6\nw = x - y\n"), ["k", "w"], ["x", "y"])
+    assert plan(2.0, 1.0) == (2.0, 1.0)
+    assert plan(2.0, 1.5) == (2.25, 0.75)
+    assert plan(3.0, -3.0) == (0.0, 3.0)
+    for row in ((3.0, 1.0), (2.001, 1.0), (2.0, 1.0), (1.0, 1.0)):
+        if row[0] == 2.0:
+            assert plan(*row) == (2.0, 1.0)
+            continue
+        with pytest.raises(solver.Unsolved) as refused:
+            plan(*row)
+        assert str(refused.value.status) == "inconsistent"
+
+
+def test_a_block_that_comes_to_nothing_leaves_no_record_and_no_error() -> None:
+    """Heron's rule for a side, where the sines of unknown angles say nothing of it."""
+    rules = """
+    variables
+      a = 5 > 0
+      b = 7 > 0
+      c = 6 > 0
+      A in [0, 180]  [deg]
+      B in [0, 180]  [deg]
+      C in [0, 180]  [deg]
+      S
+      p
+      R
+    rules
+      a^2 = b^2 + c^2 - 2*b*c*cosd(A)
+      b^2 = a^2 + c^2 - 2*a*c*cosd(B)
+      c^2 = a^2 + b^2 - 2*a*b*cosd(C)
+      a/sind(A) = 2*R
+      b/sind(B) = 2*R
+      c/sind(C) = 2*R
+      A + B + C = 180
+      p = a + b + c
+      S = sqrt(p/2*(p/2 - a)*(p/2 - b)*(p/2 - c))
+    """
+    plan: Any = solver.prepare(solver.loads(rules), ["S"], ["a"], {"a": None})
+    for area in (14.69, 14.7):
+        square = [85.0 + sign * math.sqrt(4.0 * 49.0 * 36.0 - 16.0 * area**2) for sign in (-1.0, 1.0)]
+        assert [a for (a,) in plan.all(area)] == pytest.approx([math.sqrt(s) for s in square], rel=1e-12)
