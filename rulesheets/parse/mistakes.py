@@ -50,12 +50,13 @@ class Mistake(NamedTuple):
         if not self.near:
             return self.cure.format(**groups)
         word = groups["at"].lower()
-        near = _read()["idioms"].get(word) or closest(word, self.near)
+        near = told()["idioms"].get(word) or closest(word, self.near)
         return f"write {near}" if near else None
 
 
 @cache
-def _read() -> dict[str, Any]:
+def told() -> dict[str, Any]:
+    """What ``mistakes.toml`` has."""
     with open(os.path.join(os.path.dirname(__file__), "mistakes.toml"), "rb") as file:
         return tomllib.load(file)
 
@@ -63,7 +64,7 @@ def _read() -> dict[str, Any]:
 @cache
 def _table() -> list[Mistake]:
     """The mistakes with their patterns, compiled."""
-    parts = _read()["parts"] | {"FUNCTIONS": "|".join(TABLE), "PROPERTIES": "|".join(PROPERTIES)}
+    parts = told()["parts"] | {"FUNCTIONS": "|".join(TABLE), "PROPERTIES": "|".join(PROPERTIES)}
 
     def written(pattern: str) -> str:
         return re.sub(r"<([A-Z]+)>", lambda found: written(parts[found[1]]), pattern)
@@ -73,7 +74,7 @@ def _table() -> list[Mistake]:
         flags = re.IGNORECASE | (re.DOTALL if _MARK in pattern else 0)
         return Mistake(**row | {"pattern": re.compile(pattern, flags)})
 
-    return [*map(made, _read()["mistake"])]
+    return [*map(made, told()["mistake"])]
 
 
 _MARK = "\ue000"
@@ -133,7 +134,7 @@ class Stop:
 def explain_line(source: Source, line: Line, place: int, kind: str) -> Diagnosis:
     """The most telling diagnosis of a line of a ``kind`` in whose code reading stops at a place."""
     stop = Stop(source, line, place)
-    if kind in _SHAPES:
+    if kind in told()["heads"]:
         return _wrong_head(stop, kind)
     if kind == "mark" and "(" not in stop.before and len(_WORD.findall(stop.before)) < 4:
         return _misshapen(stop)
@@ -154,29 +155,15 @@ def _plain(text: str | None) -> str:
 # --- characters -----------------------------------------------------------------
 
 
-_SIGNS = {
-    **dict.fromkeys("−–—‐‑‒―", "-"),
-    **dict.fromkeys("×·⋅∙•∗✕", "*"),
-    **dict.fromkeys("÷∕⁄", "/"),
-    **dict.fromkeys("“”„‟«»″", '"'),
-    **dict.fromkeys("‘’‚‛′´", "'"),
-    **dict.fromkeys("≈≃≅", "~"),
-    **dict.fromkeys("≡≔", "="),
-    **dict.fromkeys("∧", "and"),
-    **dict.fromkeys("∨", "or"),
-    "¬": "not",
-    "√": "sqrt(…)",
-    "π": "pi",
-    "°": "sind, cosd, … for angles in degrees",
-    "½": "0.5",
-    "¼": "0.25",
-    "¾": "0.75",
-    "∞": "no bound at all, which is the same",
-    **{character: f"^{digit}" for digit, character in enumerate("⁰¹²³⁴⁵⁶⁷⁸⁹")},
-}
 _ALLOWED = frozenset("≤≥≠±")
 _STRANGE = re.compile(r"[^\t\n\v\f\r -~]")
 _QUOTED = re.compile(r'\[[^\[\]\n]*\]|"[^"\n]*"')
+
+
+@cache
+def _signs() -> dict[str, str]:
+    """What to write for a character."""
+    return {one: cure for alike, cure in told()["characters"].items() for one in alike}
 
 
 def strange_characters(source: Source, line: Line) -> Iterator[Diagnosis]:
@@ -204,7 +191,7 @@ def strange_characters(source: Source, line: Line) -> Iterator[Diagnosis]:
 def _is_letter(character: str) -> bool:
     """Whether it may stand in a name: a letter with no other spelling (π is taken for pi)."""
     return (
-        character not in _SIGNS
+        character not in _signs()
         and f"a{character}".isidentifier()
         and not unicodedata.combining(character)
         and unicodedata.normalize("NFKC", character) == character
@@ -212,8 +199,8 @@ def _is_letter(character: str) -> bool:
 
 
 def _replacement(character: str) -> str:
-    if character in _SIGNS:
-        return _SIGNS[character]
+    if character in _signs():
+        return _signs()[character]
     category = unicodedata.category(character)
     if category.startswith("Z"):
         return "a plain blank"
@@ -227,28 +214,16 @@ def _replacement(character: str) -> str:
 
 SECTIONS = ("variables", "rules", "units", "function", "parameters", "use", "figure")
 
-_SHAPES = {
-    "use": 'write use "position.tk"',
-    "head": "write function f(a, b; x, y): arguments, a semicolon, results",
-    "parameters": "write parameters AB, AO",
-    "figure": "write figure velocity [m/s]: a name, and the unit of its scale if there is one",
-}
-PLANNED = {
-    "list": ("list functions are", "write the formula, or a chain of if … then … else if …"),
-    "procedure": ("procedure functions are", "write its formulas as the rules of a function"),
-}
-"""Constructs that the language plans, and what to write until then."""
-
 
 def _wrong_head(stop: Stop, kind: str) -> Diagnosis:
     """What is wrong with a ``use``, ``function``, ``parameters`` or ``figure`` line."""
-    source, line = stop.source, stop.line
+    source, line, note = stop.source, stop.line, told()["heads"][kind]
     if kind == "use" and (line.comment is not None or '"' in line.code):
         start = max(source.text.rfind('"', line.start, line.end + 2), line.start)
         place = Span(source, start, start + 1)
-        return said("E123", "a file name is never closed", place, _SHAPES[kind], label="opened here")
+        return said("E123", "a file name is never closed", place, note, label="opened here")
     word = line.code.split()[0].lower()
-    return said("E118", f"this `{word}` line cannot be read", stop.here, _SHAPES[kind])
+    return said("E118", f"this `{word}` line cannot be read", stop.here, note)
 
 
 def unknown_section(word: str, span: Span) -> Diagnosis:

@@ -152,11 +152,11 @@ class _Reading:
         if word == "parameters":
             if self.section != _SKIPPED:
                 self._parameters(line)
-        elif word in mistakes.PLANNED:
+        elif (planned := mistakes.told()["planned"].get(word)) is not None:
             self._place_comments()
             self.section = _SKIPPED
-            what, note = mistakes.PLANNED[word]
-            raise RuleSheetError(said("E190", f"{what} not there yet", line.place(self.source), note))
+            message = f"{planned['name']} not there yet"
+            raise RuleSheetError(said("E190", message, line.place(self.source), planned["cure"]))
         elif word == "rules" and self.section == "function" and not self.blocks[-1].begun:
             self._place_comments()
             self.blocks[-1].begun = True
