@@ -274,25 +274,14 @@ def limit(expression: Expression, values: Mapping[str, float | str]) -> float | 
     """The two-sided limit at a point, along every line through it; None where there is none.
 
     The expression is evaluated in many digits on both sides of the point along several lines, at two
-    distances of which one is the square of the other. Only what all of these agree on is a limit. Where
-    the expression has no value beside the point if all variables move, they move one by one.
+    distances of which one is the square of the other. Only what all of these agree on is a limit.
     """
     moving = [name for name in dict.fromkeys(names(expression)) if not isinstance(values[name], str)]
     lines = [{n: shares[k % 5] for k, n in enumerate(moving)} for shares in _SHARES]
     try:
         return _common(expression, values, lines)
     except Undefined:
-        pass
-    found: list[float] = []
-    for name in moving:
-        try:
-            alone = _common(expression, values, [{name: 1.0}])
-        except Undefined:
-            continue
-        if alone is None:
-            return None
-        found.append(alone)
-    return found[0] if found and all(_alike(found[0], other) for other in found) else None
+        return None
 
 
 def _common(
