@@ -365,7 +365,6 @@ _SPECIAL = (
         value=math.gamma,
         array="special.gamma",
         slopes=lambda x: call("gamma", x) * call("digamma", x),
-        interval=intervals.valley(math.gamma, intervals.GAMMA_LEAST),
         nonzero=True,
     ),
     _special(
@@ -373,7 +372,6 @@ _SPECIAL = (
         value=math.lgamma,
         array="special.gammaln",
         slopes=of("digamma"),
-        interval=intervals.valley(math.lgamma, intervals.LGAMMA_LEAST),
         digits=digits.lgamma,
         ball=lambda arb, x: x.lgamma() if x > 0 else abs(x.gamma()).log(),
         definition=lambda x: call("ln", call("abs", call("gamma", x))),
@@ -382,7 +380,6 @@ _SPECIAL = (
         *("digamma", "derivative of ln(gamma(x))", "digamma(2) - digamma(1) = 1"),
         value=floats.digamma,
         array="special.digamma",
-        interval=intervals.digamma,
     ),
     _row(
         *("beta", "gamma(a)*gamma(b)/gamma(a + b)", "beta(2, 3) = 1/12"),
@@ -444,7 +441,7 @@ def _bessel_n(kind: str, example: str) -> Function:
         arguments="n, x",
         value=getattr(floats, f"{kind}n"),
         slopes=row.any_order(f"{kind}n"),
-        digits=digits.of_order(f"bessel{kind}"),
+        digits=lambda mp, n, x: digits.bessel(mp, kind, n, x),
         ball=lambda arb, n, x: getattr(x, f"bessel_{kind}")(n),
         sympy=f"bessel{kind}",
         ulps=64.0,
@@ -455,12 +452,10 @@ _BESSEL = (
     _bessel(
         *("j", 0, "j0(0) = 1"),
         slopes=lambda x: -call("j1", x),
-        interval=intervals.slow(floats.j0, 0.5819, (-0.4028, 1.0)),
     ),
     _bessel(
         *("j", 1, "j1(1) = 0.4400505857449335"),
         slopes=row.first_order("j"),
-        interval=intervals.slow(floats.j1, 0.5, (-0.5819, 0.5819)),
     ),
     _bessel_n("j", "jn(2, 1) = 2*j1(1) - j0(1)"),
     _bessel(

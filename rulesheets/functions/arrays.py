@@ -88,12 +88,14 @@ def greatest_of(*numbers: Array) -> Array:
     return reduce(np.maximum, numbers)
 
 
-def _of_whole_order(name: str) -> Callable[[Array, Array], Array]:
+def jn(order: Array, x: Array) -> Array:
     """A Bessel function, nan where the order is not a whole number."""
-    return lambda order, x: np.where(order == np.trunc(order), _library(name)(order, x), np.nan)
+    return np.where(order == np.trunc(order), _library("special.jv")(order, x), np.nan)
 
 
-jn, yn = _of_whole_order("special.jv"), _of_whole_order("special.yv")
+def yn(order: Array, x: Array) -> Array:
+    return np.where(order == np.trunc(order), _library("special.yv")(order, x), np.nan)
+
 
 # --- degrees --------------------------------------------------------------------
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, TypeAlias
 
 Extended: TypeAlias = Any
@@ -72,15 +71,11 @@ def tand(mp: Any, x: Extended) -> Extended:
 # --- Bessel functions -----------------------------------------------------------
 
 
-def of_order(name: str) -> Callable[[Any, Extended, Extended], Extended]:
+def bessel(mp: Any, kind: str, order: Extended, x: Extended) -> Extended:
     """A Bessel function of whole order."""
-
-    def value(mp: Any, order: Extended, x: Extended) -> Extended:
-        if not mp.isint(order) or abs(order) > MOST_ORDER:
-            raise ValueError("the order is no whole number of ordinary size")
-        return getattr(mp, name)(order, x)
-
-    return value
+    if not mp.isint(order) or abs(order) > MOST_ORDER:
+        raise ValueError("the order is no whole number of ordinary size")
+    return getattr(mp, f"bessel{kind}")(order, x)
 
 
 # --- balls: of ``arb`` and its balls --------------------------------------------

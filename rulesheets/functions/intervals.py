@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import reduce
 from math import atan2 as radians_of
-from math import ceil, copysign, floor, fmod, inf, isfinite, isinf, isnan, nan, nextafter, pi
+from math import ceil, copysign, floor, fmod, inf, isinf, isnan, nan, nextafter, pi
 from math import tan as tangent
 from typing import NamedTuple, TypeAlias
 
@@ -210,17 +210,13 @@ def within(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval
 
 
 SPECIAL_ULPS = 32.0
-"""What special functions are trusted to; near their zeros the error is absolute, and ``TINY``."""
-TINY = 1e-14
+"""What special functions are trusted to."""
 LINE = -inf, inf
 UNIT, POSITIVE = (-1.0, 1.0), (0.0, inf)
 SLACK = 8.0 * EPSILON
 """What a count of turns can be off by, relative to the count or one."""
 _LARGEST_ANGLE = 1e15
 """Up to here 180 times a whole number plus 90 is exact."""
-_GAMMA_VALLEY = 1.4616321449683623
-GAMMA_LEAST, LGAMMA_LEAST = 0.8856031944108886, -0.12148629053584964
-"""Gamma and its logarithm have their least values for positive arguments at the valley."""
 
 
 def unknown(*ends: float) -> Interval:
@@ -392,56 +388,3 @@ def mod(x_low: float, x_high: float, y_low: float, y_high: float) -> Interval:
         if at_low <= at_high:
             return at_low, at_high
     return -least(max(-x_low, 0.0), reach), least(max(x_high, 0.0), reach)
-
-
-# --- special functions ----------------------------------------------------------
-
-
-def _reached(value: Callable[[float], float], x: float, otherwise: float) -> float:
-    """The value; ``otherwise`` where it is beyond floats, or a pole."""
-    try:
-        return value(x)
-    except (OverflowError, ValueError):
-        return otherwise
-
-
-def valley(value: Callable[[float], float], lowest: float) -> Callable[[float, float], Interval]:
-    """Range of gamma or lgamma, whose least value is ``lowest``: known for positive arguments."""
-
-    def enclosure(low: float, high: float) -> Interval:
-        if not 0.0 < low <= high:
-            return EMPTY if isnan(low) else LINE
-        ends = _reached(value, low, inf), _reached(value, high, inf)
-        around = low <= _GAMMA_VALLEY + 1e-6 and high >= _GAMMA_VALLEY - 1e-6
-        below = lowest if around else min(ends)
-        return down(below, SPECIAL_ULPS) - TINY, up(max(ends), SPECIAL_ULPS) + TINY
-
-    return enclosure
-
-
-def digamma(low: float, high: float) -> Interval:
-    """Rising for positive arguments; elsewhere the whole line."""
-    if not low > 0.0:
-        return EMPTY if isnan(low) else LINE
-    below, above = _reached(floats.digamma, low, -inf), _reached(floats.digamma, high, inf)
-    return down(below, SPECIAL_ULPS) - TINY, up(above, SPECIAL_ULPS) + TINY
-
-
-def slow(
-    value: Callable[[float], float], slope: float, image: Interval
-) -> Callable[[float, float], Interval]:
-    """Range from the middle and a bound on the slope, within the known extremes."""
-
-    def enclosure(low: float, high: float) -> Interval:
-        if isnan(low):
-            return EMPTY
-        if not (isfinite(low) and isfinite(high)):
-            return image
-        middle = 0.5 * low + 0.5 * high
-        at_middle = _reached(value, middle, nan)
-        if isnan(at_middle):
-            return image
-        reach = slope * up(max(high - middle, middle - low)) + TINY + 1e-15 * abs(middle)
-        return max(at_middle - reach, image[0]), min(at_middle + reach, image[1])
-
-    return enclosure
