@@ -29,7 +29,7 @@ from solver.facts import OutOfTime, Status, Unsolved
 from solver.files.tables import CODES, Column, Table, column_of, free_name, one_length
 from solver.leaves import Asked, Exploration, blocked
 from solver.path.planner import planner
-from solver.ranking.branches import Answers, found_again, kept
+from solver.ranking.branches import Answers, found_again, kept, together
 from solver.solution.explain import explain
 from solver.solution.verdict import Verdict, conclude
 from solver.trace.guards import Pattern
@@ -103,6 +103,7 @@ class Plan:
         self.given, self.guesses, self.timeout = given, guesses, timeout
         self.records = Records(model, planner(model), Pattern(inputs, given, want, guesses))
         self._sweeper: AnswerSweeper | None = None
+        self._fixing: dict[Key, Plan] = {}
         self._bound: tuple[Callable[..., Any], ...] = ()
         self._call(self._primary, self._every)
 
@@ -230,6 +231,27 @@ class Plan:
             self._sweeper = AnswerSweeper(self.records, jit, self.turns)
         return self._sweeper
 
+    def fixing(self, key: Key) -> Plan:
+        """The plan of rows with these symbols among their inputs, which takes their numbers."""
+        fixed = {name: symbol for name, symbol in zip(self.inputs, key, strict=True) if symbol is not None}
+        if fixed and key not in self._fixing:
+            names = tuple(name for name in self.inputs if name not in fixed)
+            given = {**self.given, **fixed}
+            self._fixing[key] = Plan(self.model, names, self.want, given, self.guesses, self.timeout)
+        return self._fixing[key] if fixed else self
+
+    def mark(self) -> Any:
+        """What has been learned so far, for ``forget``."""
+        return self.records.mark(), {key: plan.mark() for key, plan in self._fixing.items()}
+
+    def forget(self, mark: Any) -> None:
+        """Go back to what was known at a mark."""
+        known, fixing = mark
+        self.records.forget(known)
+        self._fixing = {key: self._fixing[key] for key in fixing}
+        for key, plan in self._fixing.items():
+            plan.forget(fixing[key])
+
     def judged(self, numbers: tuple[Value, ...]) -> tuple[Verdict, Exploration]:
         """Verdict on one row, unexplained; what it found out serves the rows that decide alike.
 
@@ -302,21 +324,66 @@ def prepare(
     return Plan(model, names, wanted, fixed, effective.guesses, timeout)
 
 
+Key: TypeAlias = tuple[str | None, ...]
+"""The symbols of a row, None at the place of a number."""
+
+
+def _by_symbols(columns: Sequence[Array]) -> dict[Key, Array]:
+    """The rows of columns by the symbols that are in them."""
+    count = len(columns[0]) if columns else 1
+    if all(column.dtype != object for column in columns):
+        return {(None,) * len(columns): np.arange(count)}
+    kinds = ([value if isinstance(value, str) else None for value in column.tolist()] for column in columns)
+    found: dict[Key, list[int]] = {}
+    for row, key in enumerate(zip(*kinds, strict=True)):
+        found.setdefault(key, []).append(row)
+    return {key: np.array(some) for key, some in found.items()}
+
+
 def sweep_answers(
-    plan: Plan, columns: list[Array], jit: bool, steady: bool = False
+    plan: Plan, columns: Sequence[Array], jit: bool, steady: bool = False
 ) -> tuple[NDArray[np.int8], Answers]:
     """The status codes (n,) of every row, and all its wanted values, the primary answer first.
 
     The columns (n,) stand in the order of the plan's inputs; without any there is one row. In a ``steady``
     sweep answers are in order as far as ``Answers.runs`` says. Raises Interrupted with the same for an
-    interrupt at a row.
+    interrupt, and how many rows are before the first that is not solved.
     """
-    if not columns or any(column.dtype != float for column in columns):
-        rows = zip(*columns, strict=True) if columns else [()]
-        outcomes = [plan.outcome(tuple(map(_number, row))) for row in rows]
-        codes = np.array([CODES[status] for status, _ in outcomes], dtype=np.int8)
-        return codes, listed([found for _, found in outcomes])
-    status = np.zeros(len(columns[0]), dtype=np.int8)
+    groups = _by_symbols(columns)
+    if len(groups) == 1 and columns:
+        ((key, places),) = groups.items()
+        return _alike(plan.fixing(key), _numbers(columns, key, places), len(places), jit, steady)
+    count = sum(map(len, groups.values()))
+    codes, left = np.zeros(count, dtype=np.int8), np.ones(count, dtype=bool)
+    parts = list[tuple[Array, Answers]]()
+    for key, places in groups.items():
+        numbers, done = _numbers(columns, key, places), len(places)
+        whole = bool(done == places[-1] - places[0] + 1)
+        try:
+            found = _alike(plan.fixing(key), numbers, done, jit, steady and whole)
+        except Interrupted as reached:
+            done, found = reached.rows, reached.kept
+        left[places[:done]], codes[places] = False, found[0]
+        parts.append((places, found[1]))
+        if done < len(places):
+            raise Interrupted(int(np.argmax(left)), (codes, together(parts, count)))
+    return codes, together(parts, count)
+
+
+def _numbers(columns: Sequence[Array], key: Key, rows: Array) -> list[Array]:
+    """The columns of numbers, of all rows as they are."""
+    numbers = [column for column, symbol in zip(columns, key, strict=True) if symbol is None]
+    return [(c if len(c) == len(rows) else c[rows]).astype(float, copy=False) for c in numbers]
+
+
+def _alike(
+    plan: Plan, columns: list[Array], count: int, jit: bool, steady: bool
+) -> tuple[NDArray[np.int8], Answers]:
+    """The same of ``count`` rows of numbers alone."""
+    if not columns:  # nothing tells the rows apart
+        one, rows = plan.outcome(())
+        return np.full(count, CODES[one], dtype=np.int8), listed([rows] * count)
+    status = np.zeros(count, dtype=np.int8)
 
     def outcome(row: int) -> tuple[Status, list[tuple[Value, ...]]]:
         if (watch := WATCH.get()) is not None:
@@ -330,10 +397,6 @@ def sweep_answers(
         return status, plan.sweeper(jit).run(columns, outcome, keep, steady)
     except Interrupted as reached:
         raise Interrupted(reached.rows, (status, reached.kept)) from None
-
-
-def _number(value: Any) -> Value:
-    return value if isinstance(value, str) else np.nan if value is None else float(value)
 
 
 PIECE, HEAD = 2**17, 2**9

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pickle
 from collections.abc import Callable, Mapping, Sequence
 from time import time
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,6 @@ from solver.facts import Status
 from solver.files.tables import CODES, Array, Table, free_name, stacked
 from solver.ranking.branches import ROOM, Answers, Points, distances, kept, numbers_of, together, wound
 from solver.sweeps import Plan, one_answer, sweep_answers
-from solver.trace.rows import listed
 
 
 def refusals(columns: Sequence[Array], inputs: Sequence[Variable]) -> NDArray[np.int8]:
@@ -39,27 +38,6 @@ def refusals(columns: Sequence[Array], inputs: Sequence[Variable]) -> NDArray[np
         lacking |= ~np.isfinite(numbers) & ~symbols
     codes[lacking] = CODES[Status.PARTIAL]
     return codes
-
-
-Key: TypeAlias = tuple[str | None, ...]
-"""The symbols of a row, None at the place of a number."""
-
-
-def _by_symbols(columns: Sequence[Array], rows: Array) -> dict[Key, Array]:
-    """These ``rows`` by the symbols that are in them."""
-    if all(column.dtype != object for column in columns):
-        return {(None,) * len(columns): rows}
-    kinds = ([value if isinstance(value, str) else None for value in c[rows].tolist()] for c in columns)
-    found: dict[Key, list[int]] = {}
-    for row, key in zip(rows.tolist(), zip(*kinds, strict=True), strict=True):
-        found.setdefault(key, []).append(row)
-    return {key: np.array(some) for key, some in found.items()}
-
-
-def _numbers(columns: Sequence[Array], key: Key, rows: Array) -> list[Array]:
-    """The columns of numbers, of all rows as they are."""
-    numbers = [column for column, symbol in zip(columns, key, strict=True) if symbol is None]
-    return [(c if len(c) == len(rows) else c[rows]).astype(float, copy=False) for c in numbers]
 
 
 class Rows(NamedTuple):
@@ -129,16 +107,14 @@ def unpacked(data: bytes) -> Work:
 class Solver:
     """Solves pieces of one sweep, each from the same state: what it solved before leaves no trace.
 
-    A symbol that is swept is fixed in a plan of its own. Of the lessons of the work records are made
-    beforehand, and a plan goes back to these before every piece.
+    Of the lessons of the work records are made beforehand; the plan goes back to these before every piece.
     """
 
     def __init__(self, work: Work) -> None:
         self.work = work
         self._inputs = [work.model.variables[name] for name in work.inputs]
-        asked = refusals(work.lessons, self._inputs) == 0 if work.lessons else ()
-        self._lessons = [column[asked] for column in work.lessons]
-        self._plans: dict[Key, tuple[Plan, Any]] = {}
+        self._plan = Plan(work.model, work.inputs, work.want, work.given, work.guesses)
+        self._known: Any = None
 
     def __call__(self, columns: Sequence[Array]) -> Rows:
         """Rows whose inputs are missing or out of range get their status, and only the others are solved.
@@ -146,49 +122,34 @@ class Solver:
         Raises Interrupted with the rows before the one that an interrupt met, solved.
         """
         work, codes = self.work, refusals(columns, self._inputs)
-        left = codes == 0
+        places = np.flatnonzero(codes == 0)
         steady = not work.every and work.line > 1  # a branch is kept: not every row has to be sorted
-        parts: list[tuple[Array, Answers]] = []
+        done = len(places)
         with time_limit(None if work.until is None else max(work.until - time(), 1e-9)):
-            for key, places in _by_symbols(columns, np.flatnonzero(left)).items():
-                plan, done, numbers = self._plan(key), len(places), _numbers(columns, key, places)
-                try:
-                    if numbers:
-                        status, answers = sweep_answers(plan, numbers, work.jit, steady)
-                    else:  # nothing tells the rows apart
-                        one, found = plan.outcome(())
-                        status, answers = np.full(done, CODES[one], dtype=np.int8), listed([found] * done)
-                except Interrupted as reached:
-                    done, (status, answers) = reached.rows, reached.kept
-                codes[places] = status
-                left[places[:done]] = False
-                parts.append((places, answers))
-                if done < len(places):
-                    break
-        every = together(parts, len(codes))
-        if not left.any():
+            self._begin()
+            here = [column if done == len(column) else column[places] for column in columns]
+            try:
+                codes[places], answers = sweep_answers(self._plan, here, work.jit, steady)
+            except Interrupted as reached:
+                done, (codes[places], answers) = reached.rows, reached.kept
+        every = together([(places, answers)], len(codes))
+        if done == len(places):
             return Rows(tuple(columns), codes, every)
-        count = int(np.argmax(left))
+        count = int(places[done])
         inputs = tuple(column[:count] for column in columns)
         raise Interrupted(count, (Rows(inputs, codes[:count], every.cut(0, count)),))
 
-    def _plan(self, key: Key) -> Plan:
-        if key not in self._plans:
-            work = self.work
-            fixed = {n: s for n, s in zip(work.inputs, key, strict=True) if s is not None}
-            names = tuple(name for name in work.inputs if name not in fixed)
-            plan = Plan(work.model, names, work.want, {**work.given, **fixed}, work.guesses)
-            there = np.arange(len(self._lessons[0]) if self._lessons else 0)
-            rows = _by_symbols(self._lessons, there).get(key) if len(there) else None
-            if names and rows is not None:
-                try:
-                    plan.sweep(*_numbers(self._lessons, key, rows), jit=work.jit)
-                except Interrupted:  # rows to learn from are none of the piece
-                    raise Interrupted(0, ()) from None
-            self._plans[key] = plan, plan.records.mark()
-        plan, known = self._plans[key]
-        plan.records.forget(known)
-        return plan
+    def _begin(self) -> None:
+        """What the lessons teach, and no more."""
+        if self._known is not None:
+            self._plan.forget(self._known)
+            return
+        if self.work.lessons and (asked := refusals(self.work.lessons, self._inputs) == 0).any():
+            try:
+                self._plan.sweep(*(column[asked] for column in self.work.lessons), jit=self.work.jit)
+            except Interrupted:  # rows to learn from are none of the piece
+                raise Interrupted(0, ()) from None
+        self._known = self._plan.mark()
 
 
 class Primary:

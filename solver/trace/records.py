@@ -431,13 +431,15 @@ class Records:
                     return
         self.vain += 1
 
-    def mark(self) -> dict[str, Any]:
+    def mark(self) -> list[tuple[Any, dict[str, Any]]]:
         """What has been learned so far, for ``forget``."""
-        return {name: v.copy() if isinstance(v, list | dict) else v for name, v in vars(self).items()}
+        finders = (finder for program in self.programs for finder in program.flow.finders)
+        return [(one, _copied(vars(one))) for one in (self, *finders) if isinstance(one, Records | Unfolded)]
 
-    def forget(self, mark: Mapping[str, Any]) -> None:
+    def forget(self, mark: list[tuple[Any, dict[str, Any]]]) -> None:
         """Go back to what was known at a mark."""
-        vars(self).update((n, v.copy() if isinstance(v, list | dict) else v) for n, v in mark.items())
+        for one, state in mark:
+            vars(one).update(_copied(state))
         self._primary.clear()
         self._nearby.clear()
 
@@ -453,6 +455,10 @@ class Records:
 
         known = all(any(same(one, row) for row in rows) for one in wanted)
         return known and all(any(same(one, row) for one in wanted) for row in rows)
+
+
+def _copied(state: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: v.copy() if isinstance(v, list | dict) else v for name, v in state.items()}
 
 
 def _near(a: Value, b: Value, turn: float | None) -> bool:

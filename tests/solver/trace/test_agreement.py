@@ -232,3 +232,26 @@ def test_a_plan_has_the_answers_that_are_born_away_from_where_it_was_made(
         assert plan(number) == pytest.approx((found[0],), rel=1e-14)
     assert {len(roots) for roots in expected} == {1, 3}
     assert plan.sweep(numbers)["answers"].tolist() == [len(roots) for roots in expected]
+
+
+@pytest.mark.parametrize("count", [3, 64])
+def test_a_sweep_of_symbols_and_numbers_says_row_by_row_what_calls_say(count: int) -> None:
+    """Rows of different symbols in turn, one of them in a column of its own, one among numbers."""
+    model = rulesheets.loads(
+        "if k = 'up then y = x + z\nif k = 'down then y = x - z\nif k = 2 then y = x*z\n"
+    )
+    plan: Any = solver.prepare(model, ["k", "x"], ["y"], {"z": 0.25})
+    kinds = np.resize(np.array(["up", "down", 2.0, "down"], dtype=object), count)
+    numbers = np.linspace(-1.0, 1.0, count)
+    form = {"up": lambda x: x + 0.25, "down": lambda x: x - 0.25, 2.0: lambda x: 0.25 * x}
+    expected = [form[k](x) for k, x in zip(kinds, numbers, strict=True)]
+    for table in (
+        plan.sweep(kinds, numbers),
+        solver.sweep(model, {"k": kinds, "x": numbers}, ["y"], given={"z": 0.25}),
+    ):
+        assert table["y"].tolist() == pytest.approx(expected, rel=1e-15)
+        assert not table.status.any()
+    alone: Any = solver.prepare(model, ["k"], ["y"], {"x": 3.0, "z": 0.25})
+    assert alone.sweep(kinds)["y"].tolist() == [form[k](3.0) for k in kinds]
+    kinds[1] = "neither"
+    assert plan.sweep(kinds, numbers).status.nonzero()[0].tolist() == [1]
