@@ -40,7 +40,7 @@ def _solve_arguments(parser: ArgumentParser) -> None:
     add_input_options(parser, units=True)
     add, flag = parser.add_argument, "store_true"
     add("--all", action=flag, help="show every answer, side by side")
-    add("--explain", action=flag, help="show locals, path, and methods")
+    add("--explain", action=flag, help="show locals, path, and rules used")
     add("--digits", action=flag, help="print each number with the digits that are right")
     add("--prove", action=flag, help="prove every answer, and that there is no other")
     add("--limits", action=flag, help="take rules that are 0/0 by their limits")

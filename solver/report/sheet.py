@@ -367,7 +367,7 @@ def result_text(
     """Everything that ``backsolve solve`` prints, without the last line end.
 
     ``every`` puts all answers side by side; ``explain`` adds the locals, the path, and
-    the methods of its blocks; ``digits`` prints every number with the digits that are right.
+    how many rules were used; ``digits`` prints every number with the digits that are right.
     """
     parts = [sheet_table(sheet_rows(result, every=every, digits=digits))]
     if explain:
@@ -426,6 +426,8 @@ def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
     yield attempts_text(result)
     yield conditions_text(result)
     yield from (render(gap) for gap in result.gaps if gap not in result.diagnoses)
+    direct, sizes = _counted(result.path)
+    yield f"Used {direct + sum(sizes)} of {plural(len(result.model.equations), 'rule')}."
 
 
 def _verdict(result: Result, every: bool) -> Iterator[str]:

@@ -165,7 +165,7 @@ def test_explain_shows_locals_and_path(run: Run) -> None:
     out = run("solve", "offset_slider_crank", "--explain")[1]
     assert float(value(out, "position.yA")) == pytest.approx(-1.5)
     assert ["velocity.tk:10", "vB", "=", "xb"] in [line.split()[2:] for line in out.splitlines()]
-    assert "One answer at most." in out
+    assert " rules." in out
 
 
 def test_output_is_the_same_twice(run: Run) -> None:

@@ -40,6 +40,7 @@ def test_all_answers_stand_side_by_side(solved: Result) -> None:
 
 def test_explain_adds_locals_path_and_rules_used(solved: Result) -> None:
     text = result_text(solved, explain=True)
+    assert "Used 2 of 2 rules." in text
     assert "f.angle  53.13010235" in text
     assert "1     c        2     hypotenuse.tk:1  c^2 = a^2 + b^2" in text
     assert "f.angle" not in result_text(solved)
