@@ -52,6 +52,7 @@ A sheet is a file, a folder with a model.tk, or the name of a sheet that `backso
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the exit code is 0 for solved, 1 for not solved, 2 for a wrong sheet or command."""
     words = list(sys.argv[1:] if argv is None else argv)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads would only wait
     _prepare_streams()
     try:
         code = _dispatch(words)

@@ -9,6 +9,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+# The matrices are small, and the processes several: threads would only wait for one another.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 # The same examples everywhere; the profile `random` draws others.
 # How long an example takes says more about the machine's other work than about the code.
 settings.register_profile("backsolve", deadline=None, derandomize=True)
