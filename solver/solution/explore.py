@@ -238,7 +238,7 @@ class Explorer:
         steps, self.first_path = self.first_path or (), ()
         blocks = [place for place, step in enumerate(steps) if isinstance(step, SolveBlock)]
         cases = any(isinstance(step, Select | Assume) for step in steps)
-        few = len(blocks) < MANY_BLOCKS or len(self.model.variables) <= DENSE
+        few = len(blocks) < (MANY_BLOCKS if len(self.model.variables) > DENSE else FEW)
         if few or cases or self.budget.thorough:
             return None
         branch, solved = self._start(), [one for one in steps[blocks[0] :] if given_by(one)]
