@@ -508,6 +508,7 @@ def in_its_own_process(network: Network) -> Measured:
     receiver, sender = multiprocessing.get_context("fork").Pipe(duplex=False)
     child = multiprocessing.get_context("fork").Process(target=lambda: sender.send(measure(network)))
     child.start()
+    sender.close()
     found: Measured = receiver.recv()
     child.join()
     return found
