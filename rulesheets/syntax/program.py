@@ -134,8 +134,8 @@ def _as_call(
 
 
 def degree(expression: nodes.Expression, unknowns: Collection[str]) -> float:
-    """The degree in the unknowns of what is a polynomial in them as it is written, with any coefficients;
-    infinite for what is none."""
+    """The degree in the unknowns of what is a polynomial in them as it is written, with any coefficients, or
+    as it is multiplied by divisors that are products, which count as one more; infinite for what is none."""
     match expression:
         case nodes.Name(name):
             return float(name in unknowns)
@@ -147,6 +147,8 @@ def degree(expression: nodes.Expression, unknowns: Collection[str]) -> float:
             return degree(left, unknowns) + degree(right, unknowns)
         case nodes.Quotient(left, right) if degree(right, unknowns) == 0.0:
             return degree(left, unknowns)
+        case nodes.Quotient(left, right) if not any(isinstance(node, nodes.Sum) for node in walk(right)):
+            return 1.0 + degree(left, unknowns) + degree(right, unknowns)
         case nodes.Power(base, nodes.Number(power)) if power.is_integer() and power > 0.0:
             return power * degree(base, unknowns)
     return inf if any(name in unknowns for name in names(expression)) else 0.0

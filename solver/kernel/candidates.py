@@ -150,6 +150,9 @@ class Candidates:
             return
         found = uncertainty(self.question, point)
         blur = found.errors
+        if found.relative is not None:  # of a large block whole parts may be 0, as where flows balance
+            clear = {n: v if abs(v) > e else 0.0 for (n, v), e in zip(point.items(), blur, strict=True)}
+            point = clear if clear != point and self.question.holds(clear) else point
         vague = self._open(point, blur, MULTIPLE)
         if found.relative is not None and alone > SAFETY * found.relative:
             vague = False
