@@ -13,23 +13,24 @@ import math
 from collections.abc import Callable, Collection, Iterator, Sequence
 from copy import copy
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.evaluate import slopes_by_name
 from rulesheets.model import Equation
+from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     ONE,
     ZERO,
     Call,
+    Expression,
     Name,
     Negative,
     Product,
     Quotient,
     Sum,
-    add,
     exchange,
     multiply,
     names,
@@ -42,14 +43,24 @@ from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.emitter import SparseSystem, compile_expressions
 from solver.kernel.lifting import Lifting
 from solver.kernel.question import Question
-from solver.numerics.linear_algebra import Array, connected
-from solver.numerics.sparse_newton import Map, SparseFactor, SparseRoot, Triplets, itself, sparse_newton
+from solver.numerics.linear_algebra import Array
+from solver.numerics.sparse_newton import (
+    ITERATIONS,
+    Map,
+    SparseFactor,
+    SparseRoot,
+    Triplets,
+    itself,
+    sparse_least_squares,
+    sparse_newton,
+)
 from solver.numerics.tolerances import LEAST
-from solver.ranking.sizes import nearly_balanced
+from solver.ranking.sizes import added, nearly_balanced
 
-MOST_ITERATIONS, POSITIVE_ITERATIONS = 100, 40
 LIMIT = 0.2
 """The share of its size by which an unknown may move in a limited step."""
+BALANCED = 1e-9
+"""Share of the factors of a sum that these may add up to in a difference."""
 HALF = 0.5
 """The share of their sizes at which unknowns begin again: at these themselves differences may be 0."""
 
@@ -104,19 +115,18 @@ def _arrived(question: Question, begin: Start) -> SparseRoot:
     """Where Newton's method comes to from a start, on the rules as they are or as ``begin`` changes them."""
     assert question.sparse is not None
     (start, sizes, positive, told, limit, tangents, lifting), plain = begin, question.sparse
-    most = POSITIVE_ITERATIONS if positive or tangents else MOST_ITERATIONS
     if lifting is not None:
         lifted = lifting.start(start)
         wide = None if sizes is None else np.concatenate([sizes, lifted[len(sizes) :]])
-        root = sparse_newton(*lifting.system.at(question.known), lifted, wide, positive, most, limit=limit)
+        root = sparse_newton(*lifting.system.at(question.known), lifted, wide, positive, limit=limit)
         here = root._replace(x=root.x[: len(start)])
         return sparse_newton(*plain, here.x, sizes) if root.converged else here
     functions = plain if tangents is None else tangents.system.at(question.known)
-    root = sparse_newton(*functions, start, sizes, positive, most, told, limit)
-    for _ in range(most if tangents is not None else 0):
+    root = sparse_newton(*functions, start, sizes, positive, told=told, limit=limit)
+    for _ in range(ITERATIONS if tangents is not None else 0):
         if not root.converged or tangents is None or tangents.touch(root.x):
             break  # else some exponential is still far above its tangent
-        root = sparse_newton(*functions, root.x, sizes, positive, most, told, limit)
+        root = sparse_newton(*functions, root.x, sizes, positive, told=told, limit=limit)
     if tangents is not None and root.converged and tangents.cancels:
         polished = sparse_newton(*plain, root.x, sizes)  # the digits that tangents lose
         root = root._replace(x=polished.x) if polished.converged else root
@@ -185,7 +195,9 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
     def told(x: Array) -> Array:
         return np.clip(x if system is None else system.with_told(x, question.known), low, high)
 
-    nothing = np.clip(np.zeros(len(names)), low, high)
+    nothing = np.zeros(len(names))
+    level = _smooth(question, nothing)
+    nothing = np.clip(nothing if level is None else level, low, high)
     zero = told(nothing)
     if not guesses:
         yield Start(zero, None)
@@ -214,15 +226,15 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
         yield Start(whole, alike)
     yield Start(ones, sizes)
     yield Start(inside, sizes)
-    level = _exponents(question)
-    if level.any():
-        yield Start(np.clip(np.where(level, 0.0, inside), low, high), sizes)
+    utilities = _exponents(question)
+    if utilities.any():
+        yield Start(np.clip(np.where(utilities, 0.0, inside), low, high), sizes)
     lifting = None if system is None or len(names) <= FEW else Lifting(system, question.known)
     if lifting is not None and lifting.some:
         for start in (inside, HALF * inside, ones):
             yield Start(np.clip(start, low, high), sizes, positive=True, lifting=lifting)
         yield Start(inside, sizes, limit=LIMIT, lifting=lifting)
-    flat = _beside_known(question, inside)
+    flat = _smooth(question, inside)
     if flat is not None:
         yield Start(told(flat), sizes)
     if len(names) > FEW:
@@ -235,20 +247,59 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
             yield Start(np.clip(HALF * inside, low, high), sizes, limit=LIMIT)
 
 
-def _beside_known(question: Question, start: Array) -> Array | None:
-    """The start (n,), but that unknowns which rules add to known numbers, or take from them, directly or by
-    way of others, begin as these: the flat start of power systems. None where there are none."""
-    rules, known = question.kernel.alike, question.here
-    pairs = [family.columns[[one, other]] for family in rules.families for one, other in _added(family.first)]
-    if not pairs:
+_Term: TypeAlias = tuple[float, str | None, str]
+"""A term of a sum: its sign, the name of the number that is its factor, if there is one, and its own."""
+
+
+def _smooth(question: Question, start: Array) -> Array | None:
+    """The start (n,), but that unknowns differ as little as they can from those, and from the numbers, that
+    rules take them from: flat voltages, heads between reservoirs, ropes straight between their ends. None
+    where rules tell no differences."""
+    if (system := question.kernel.sparse) is None:
         return None
-    kind = connected(np.concatenate(pairs, axis=1), len(rules.names))
-    numbers = np.array([v if isinstance(v := known.get(name), float) else math.nan for name in rules.names])
-    count = np.bincount(kind, ~np.isnan(numbers))
-    means = np.bincount(kind, np.nan_to_num(numbers)) / np.maximum(count, 1.0)
-    place = {name: i for i, name in enumerate(rules.names)}
-    own = kind[[place[name] for name in question.unknowns]]
-    return np.where(count[own] > 0.0, means[own], start) if count[own].any() else None
+    everything, parts, height = np.concatenate([start, question.known]), list[tuple[Any, ...]](), 0
+    for shape in system.shapes:
+        given = {f"#.{k}": (np.full(len(v), -1), v) for k, v in enumerate(shape.numbers)}
+        given |= {
+            f"#{k}": (np.where(at < system.n, at, -1), everything[at]) for k, at in enumerate(shape.places)
+        }
+        for terms, turn in _differences(shape.form):
+            ones, found = np.ones(len(shape.rows)), [given[name] for *_, name in terms]
+            factors = np.array([sign * (given[by][1] if by else ones) for sign, by, _ in terms])
+            columns = np.array([places for places, _ in found])
+            values = np.array([v for _, v in found]) * np.where(columns < 0, turn, 1.0)
+            total = np.abs(factors).sum(axis=0)
+            balanced = np.abs(factors.sum(axis=0)) <= BALANCED * total
+            chosen = np.flatnonzero(balanced & (total > 0.0) & (columns >= 0).any(axis=0))
+            shares = (factors / np.where(total > 0.0, total, 1.0))[:, chosen]
+            rows = np.broadcast_to(height + np.arange(len(chosen)), shares.shape)
+            moving, height = columns[:, chosen] >= 0, height + len(chosen)
+            entries = shares[moving], rows[moving], columns[:, chosen][moving]
+            parts.append((*entries, -(shares * values[:, chosen]).sum(axis=0)))
+    if not height:
+        return None
+    data, rows, columns, off = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return start + sparse_least_squares((data, rows, columns), (height, len(start)), off)
+
+
+def _differences(form: Expression) -> Iterator[tuple[list[_Term], float]]:
+    """The sums in a form that are differences of names, each with a factor or not, or of a name and a number,
+    and the sign of that: in ``-0.5 - V`` V is taken from a negative one."""
+    for node in walk(form):
+        terms = list[_Term]()
+        for part, taken in added(node) if isinstance(node, Sum) else ():
+            match part:
+                case Name(name):
+                    terms.append((-1.0 if taken else 1.0, None, name))
+                case Product(Name(by), Name(name)) if by.startswith("#."):
+                    terms.append((-1.0 if taken else 1.0, by, name))
+        terms.sort(key=lambda term: term[2][1] == ".")
+        count = sum(name[1] != "." for *_, name in terms)
+        if count > 1 and len({sign for sign, _, _ in terms[:count]}) > 1:
+            yield terms[:count], 1.0  # numbers between names are offsets
+        elif count == 1 and len(terms) == 2 and (min(terms[0][0], terms[1][0]) < 0.0):
+            one, (sign, _, number) = terms
+            yield [one, (-one[0], None, number)], -one[0] * sign
 
 
 def _exponents(question: Question) -> NDArray[np.bool_]:
@@ -280,15 +331,6 @@ def _terms_of_exponents(rule: Equation) -> Iterator[str]:
                 waiting.append(one)
             case Product(one, other):
                 waiting += (one, other)
-
-
-def _added(rule: Equation) -> Iterator[tuple[int, int]]:
-    """Pairs of names of a rule, by their places, that it adds to one another or takes from one another."""
-    for node in walk(rule.left, rule.right):
-        terms = node.terms if isinstance(node, Sum) else ()
-        plain = [term.operand if isinstance(term, Negative) else term for term in terms]
-        places = [rule.names.index(term.name) for term in plain if isinstance(term, Name)]
-        yield from ((places[0], other) for other in places[1:])
 
 
 # --- tangents in place of exponentials ---
@@ -323,7 +365,7 @@ class Tangents:
             for number, (call, argument) in enumerate(zip(calls, inside, strict=True)):
                 point = Name(f"#.{count + number}")
                 arguments.append(point.name)
-                tangent = multiply(Call("exp", (point,)), add(ONE, argument, negative(point)))
+                tangent = multiply(Call("exp", (point,)), nodes.add(ONE, argument, negative(point)))
                 shape.form = exchange(shape.form, call, tangent)
             shape.numbers = np.concatenate([shape.numbers, np.zeros((len(inside), len(shape.rows)))])
             shape.compiled = partial(compile_expressions, arguments=arguments, arrays=True)

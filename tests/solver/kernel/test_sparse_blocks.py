@@ -9,6 +9,7 @@ import pytest
 
 import rulesheets
 import solver
+from benchmarks import more_networks as more
 from benchmarks.chains import backwater, chemostats, epidemic, populations
 from benchmarks.networks import Network, bratu, direct_current, gas, load_flow, pipes, plate, radiation
 from solver.kernel.block import BlockKernel
@@ -20,6 +21,7 @@ from solver.path.planner import planner
 NETWORKS = [pipes(5), radiation(60), plate(7), plate(7, 0.02), plate(19), bratu(120)]
 NETWORKS += [gas(3), gas(5), direct_current(15), direct_current(40), direct_current(600)]
 NETWORKS += [load_flow(5), load_flow(6), load_flow(30)]
+NETWORKS += [more.compressors(20), more.minimal_surface(8), more.cable_net(6), more.three_phases(20)]
 
 
 @pytest.mark.parametrize("network", NETWORKS, ids=lambda network: network.title)
