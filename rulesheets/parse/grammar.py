@@ -368,13 +368,13 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
         return _read(source, line, kind)
     known = grammar().forms
     if (form := known.get(leaves.key)) is not None:
-        like = forms.Like.of(form, leaves.names, leaves.numbers, line.start, line.code)
+        like = forms.Like.of(form, leaves.names, leaves.numbers)
         return like.rule(line.place(source))
     node = _read(source, line, "rule")
     if len(known) >= MOST_FORMS:
         known.clear()
     again = leaves.key in known
-    known[leaves.key] = forms.form_of(node, leaves, line.code, line.start) if again else None
+    known[leaves.key] = forms.form_of(node, leaves, line.code) if again else None
     return node
 
 

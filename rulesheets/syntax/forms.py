@@ -1,19 +1,20 @@
 """Rules of one form, made like the first of them that was read: for sheets of thousands of rules.
 
 The rules of a network differ in names and numbers only. Where two lines are the same but for these, the
-grammar makes the same tree of both: the tree of the second is that of the first with its own leaves and
-places. Lines with anything but names, numbers, operators, parentheses and functions go through the grammar.
+grammar makes the same tree of both: the tree of the second is that of the first with its own leaves, and all
+of it stands where the rule does. Lines with anything but names, numbers, operators, parentheses and functions
+go through the grammar.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from itertools import chain
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.syntax import Source, Span
+from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import (
     Call,
     Equality,
@@ -33,12 +34,9 @@ LONGEST = 3_000
 """Characters of a rule that is compared: ten thousand forms of so many are remembered."""
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_WORD = re.compile(rf"\s*([^\W\d]\w*|{_NUMBER}|\S)")
 _NAME = r"(?!(?=[iteconapITECONAP])(?i:if|then|else|call|and|or|not|pi)\b)[a-zA-Z_][a-zA-Z_0-9]*+(?!\w|\s*\()"
 _LEAF = re.compile(rf"(?<![\w.])(?:({_NAME})|({_NUMBER}))")
 _BETWEEN = re.compile(r"\s*(?:call\b)?(?:[a-z_]\w*(?=\s*\()|pi\b|[-+*/^(),;=\s])*", re.ASCII | re.IGNORECASE)
-_INDICES = Source("<form>", "")
-"""The source of places that count words."""
 
 Sides: TypeAlias = tuple[tuple[Expression, ...], tuple[Expression, ...]]
 
@@ -52,9 +50,8 @@ class Leaves(NamedTuple):
 
 
 class Form:
-    """What rules share: the ``sides`` of the first, whose places are indices of words. ``called`` are the
-    functions in them, and ``exponents`` tell which numbers, by their order, stand as such. ``kept`` is for
-    what is found out about rules of this form."""
+    """What rules share: the ``sides`` of the first. ``called`` are the functions in them, and ``exponents``
+    tell which numbers, by their order, stand as such. ``kept`` is for what is found out about them."""
 
     def __init__(self, sides: Sides) -> None:
         self.sides = sides
@@ -71,44 +68,42 @@ class Form:
 
 class Like(NamedTuple):
     """One of these rules: its ``names`` in order of first appearance, the ``pattern`` by which they repeat
-    (empty where none does), its ``numbers``, and the line that begins at ``start`` and says it (``code``)."""
+    (empty where none does), and its ``numbers``."""
 
     form: Form
     names: tuple[str, ...]
     pattern: tuple[int, ...]
     numbers: tuple[float, ...]
-    start: int
-    code: str
 
     @classmethod
-    def of(cls, form: Form, names: Sequence[str], numbers: tuple[float, ...], start: int, code: str) -> Like:
+    def of(cls, form: Form, names: Sequence[str], numbers: tuple[float, ...]) -> Like:
         """That with these names in the order of the text."""
         once = tuple(dict.fromkeys(names))
         if len(once) == len(names):
-            return Like(form, once, (), numbers, start, code)
+            return Like(form, once, (), numbers)
         places = {name: k for k, name in enumerate(once)}
-        return Like(form, once, tuple([places[name] for name in names]), numbers, start, code)
+        return Like(form, once, tuple([places[name] for name in names]), numbers)
 
-    def sides(self, source: Source) -> Sides:
-        every = [self.names[k] for k in self.pattern] if self.pattern else self.names
-        places = words(self.code, self.start)
+    def sides(self, span: Span) -> Sides:
+        """The sides of the rule that stands there."""
+        names = iter([self.names[k] for k in self.pattern] if self.pattern else self.names)
+        numbers = iter(self.numbers)
 
-        def place(span: Span) -> Span:
-            return Span(source, places[span.start][0], places[span.end][1])
+        def made(node: Any) -> Expression:
+            if isinstance(node, Name):
+                return Name(next(names), span)
+            if isinstance(node, Number):
+                return Number(next(numbers), span)
+            return rebuilt(node, tuple(map(made, children(node))), span)
 
-        return _sides(self.form.sides, every, self.numbers, place)
+        left, right = self.form.sides
+        return tuple(map(made, left)), tuple(map(made, right))
 
     def rule(self, span: Span) -> Equality:
         """The rule, whose sides are made when they are asked for."""
         made: Equality = Equality.__new__(Equality)
         made.span, made.like = span, self
         return made
-
-
-def words(code: str, start: int) -> list[tuple[int, int]]:
-    """Where each word of the line at ``start`` begins and ends."""
-    spans = (found.span(1) for found in _WORD.finditer(code))
-    return [(start + begin, start + end) for begin, end in spans]
 
 
 def leaves_of(code: str) -> Leaves | None:
@@ -128,8 +123,8 @@ def leaves_of(code: str) -> Leaves | None:
     return Leaves("".join(filter(None, parts)), names, numbers)
 
 
-def form_of(first: object, leaves: Leaves, code: str, start: int) -> Form | None:
-    """What rules share that differ from the line at ``start`` in names and numbers only, told by its tree.
+def form_of(first: object, leaves: Leaves, code: str) -> Form | None:
+    """What rules share that differ from a line in names and numbers only, told by its tree.
 
     None for rules with arms, conditions, symbols or units, and for those whose sides are exchanged.
     """
@@ -147,32 +142,9 @@ def form_of(first: object, leaves: Leaves, code: str, start: int) -> Form | None
     at = [node.span.start for node in inside if isinstance(node, Name | Number) and node.span is not None]
     if len(at) != len(leaves.names) + len(leaves.numbers) or at != sorted(at):
         return None
-    begins, ends = ({at: k for k, at in enumerate(every)} for every in zip(*words(code, start), strict=True))
-
-    def index(span: Span) -> Span:
-        return Span(_INDICES, begins[span.start], ends[span.end])
-
-    return Form(_sides(sides, leaves.names, leaves.numbers, index))
+    return Form(sides)
 
 
 def _plain(node: Any) -> bool:
     """Whether nothing but the form of the rule decides what is to be said of a node."""
     return not isinstance(node, Symbol) and getattr(node, "unit", None) is None
-
-
-def _sides(
-    sides: Sides, names: Iterable[str], numbers: Iterable[float], place: Callable[[Span], Span]
-) -> Sides:
-    """The two sides with other leaves, in other places."""
-    name, number = iter(names), iter(numbers)
-
-    def made(node: Any) -> Expression:
-        span = place(node.span)
-        if isinstance(node, Name):
-            return Name(next(name), span)
-        if isinstance(node, Number):
-            return Number(next(number), span)
-        return rebuilt(node, tuple(map(made, children(node))), span)
-
-    left, right = sides
-    return tuple(map(made, left)), tuple(map(made, right))

@@ -281,7 +281,7 @@ class Equality(Node):
     def __getattr__(self, name: str) -> tuple[Expression, ...]:
         if name not in ("left", "right") or self.like is None or self.span is None:
             raise AttributeError(name)
-        self.left, self.right = self.like.sides(self.span.source)
+        self.left, self.right = self.like.sides(self.span)
         return self.left if name == "left" else self.right
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:

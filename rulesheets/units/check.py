@@ -14,6 +14,7 @@ from fractions import Fraction
 
 from rulesheets.checks.marks import PLACES, marks_of
 from rulesheets.diagnosis import Diagnosis, Label, Severity
+from rulesheets.format import format_expression
 from rulesheets.functions import TABLE
 from rulesheets.library import library
 from rulesheets.model import Model
@@ -146,7 +147,7 @@ def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnos
     chain = dict.fromkeys(dimensions.statements[index].place.text for index in sorted(found.why))
     rules = [" ".join(rule.split()) for rule in chain if rule != statement.place.text]
     nodes = (found.left,) if found.right is None else (found.left, found.right)
-    texts, units = [_shown(node) for node in nodes], []
+    texts, units = [_shown(node, statement.place) for node in nodes], []
     for node, form in zip(nodes, found.forms, strict=False):
         units.append(_written(node, model) or unit_text(form.known if found.factor else form.sure))
     code, place = "W601", statement.place
@@ -192,7 +193,7 @@ def _constant(found: Mismatch, statement: Statement) -> list[str]:
     for side, missing in ((found.left, other.plus(one, -1)), (found.right, one.plus(other, -1))):
         for number, power in _factors_of(side):
             if number.unit is None and number.value in _constants(statement):
-                shown, unit = _shown(number), unit_text(missing.times(1 / power).known)
+                shown, unit = _shown(number, statement.place), unit_text(missing.times(1 / power).known)
                 return [f"if {shown} is a constant with a unit, write it: {shown}[{unit}]"]
     return []
 
@@ -229,9 +230,11 @@ def _factors_of(node: Expression, power: Fraction = Fraction(1)) -> Iterator[tup
             yield from _factors_of(argument, power / 2)
 
 
-def _shown(node: Expression) -> str:
-    span = node.span
-    return "the figure" if span is None else " ".join(span.text.split())
+def _shown(node: Expression, place: Span) -> str:
+    """An expression of the rule at a place as it is written there."""
+    if node.span is None:
+        return "the figure"
+    return format_expression(node) if node.span == place else " ".join(node.span.text.split())
 
 
 # --- the text of a unit -----------------------------------------------------------------

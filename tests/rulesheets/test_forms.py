@@ -1,4 +1,4 @@
-"""Rules read as others of their shape: the trees, places included, that the grammar makes."""
+"""Rules read as others of their shape: the trees that the grammar makes, in the place of the rule."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.parse import parse
 from rulesheets.parse.grammar import grammar
 from rulesheets.syntax import Source, Span, forms
-from rulesheets.syntax.nodes import Node
+from rulesheets.syntax.nodes import Node, Operators
 
 names = st.sampled_from(["a", "b2", "T_1", "Tα", "pi", "If_", "E", "e5", "mod", "in"])
 numbers = st.sampled_from(["0", "1", "2.5", ".5", "3.", "1e3", "2E-4", "0e7", "007"])
@@ -111,7 +111,7 @@ def _model(text: str) -> Any:
     try:
         model = loads(text)
     except RuleSheetError as error:
-        return error.diagnoses
+        return [(one.code, one.message, one.labels[0].span.line) for one in error.diagnoses]
     equations = [_tree((e.left, e.right, e.guard, e.rule, e.scope)) for e in model.equations]
     return equations, [*model.variables.values()], _tree(model.conditions), model.requirements
 
@@ -127,5 +127,6 @@ def _tree(node: Any) -> Any:
     if isinstance(node, Span):
         return node.start, node.end
     if isinstance(node, Node):
-        return type(node).__name__, *(_tree(getattr(node, f)) for f in node.__match_args__ if f != "like")
+        told = {"like", "span"} if isinstance(node, Operators) else {"like"}
+        return type(node).__name__, *(_tree(getattr(node, f)) for f in node.__match_args__ if f not in told)
     return tuple(map(_tree, node)) if isinstance(node, tuple) else node
