@@ -64,7 +64,8 @@ def told() -> dict[str, Any]:
 @cache
 def _table() -> list[Mistake]:
     """The mistakes with their patterns, compiled."""
-    parts = told()["parts"] | {"FUNCTIONS": "|".join(TABLE), "PROPERTIES": "|".join(PROPERTIES)}
+    functions = "|".join(name for name, row in TABLE.items() if row.arguments)
+    parts = told()["parts"] | {"FUNCTIONS": functions, "PROPERTIES": "|".join(PROPERTIES)}
 
     def written(pattern: str) -> str:
         return re.sub(r"<([A-Z]+)>", lambda found: written(parts[found[1]]), pattern)
