@@ -348,7 +348,7 @@ class StepSolver:
         if is_open or off > self._near(1e-9) * self._size():
             kind = _NEEDS.get(stage.operation, f"{stage.operation} =")
             reading = f"{kind} {number_text(float(target))}"  # such as sqrt of -3.2, cosd = 1.08
-            if float(target) == edge:  # which only more digits tell from it
+            if off and float(target) == edge:  # which only more digits tell from it
                 reading += f" {'-' if target < edge else '+'} {number_text(float(off))}"
             raise Refused(NoValue(self.index, self.unknown, reading, pole=False))
         self.clamped = True

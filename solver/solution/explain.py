@@ -122,8 +122,8 @@ class _Explanation:
             case facts.DoubleRoot(equations, unknowns, direction):
                 what = "have a double root" if len(unknowns) > 1 else "is a double root"
                 message = f"two answers coincide here: {listed(unknowns)} {what}, not an isolated answer"
-                note = f"to first order the rules let it move along {_direction(direction)}"
-                return self._error("S541", message, equations, unknowns, note)
+                moves = "to first order the rules let them move along"
+                return self._error("S541", message, equations, unknowns, *_along(moves, direction))
             case facts.Unfixed(unknowns, double):
                 posted = [name for name in unknowns if self.model.variables[name].posted]
                 message = f"{listed(posted or unknowns)} can have any value at this double root, or none"
@@ -214,8 +214,8 @@ class _Explanation:
             message = f"these rules do not determine {listed(fact.free)}: they are not independent"
             if len(fact.equations) == 1:
                 message = f"{listed(fact.free)} can take many values here, and this rule still holds"
-        note = f"they can move along {_direction(fact.direction)}"
-        return self._error(code, message, fact.equations, fact.free, *self._giving(fact.free), note)
+        notes = (*self._giving(fact.free), *_along("they can move along", fact.direction))
+        return self._error(code, message, fact.equations, fact.free, *notes)
 
     def _not_found(self, fact: facts.NoRoot) -> Diagnosis:
         best = ", ".join(f"{name} = {number_text(value)}" for name, value in fact.best.items())
@@ -332,9 +332,10 @@ def _endless(model: Model, names: Iterable[str]) -> list[str]:
     return [v.name for v in variables if not (math.isfinite(v.low) and math.isfinite(v.high))]
 
 
-def _direction(direction: Mapping[str, float]) -> str:
+def _along(text: str, direction: Mapping[str, float]) -> tuple[str, ...]:
+    """A note on how several variables move together."""
     parts = [f"{name}: {number_text(rounded(value, 3))}" for name, value in direction.items() if value]
-    return f"({', '.join(parts)})"
+    return (f"{text} ({', '.join(parts)})",) if len(parts) > 1 else ()
 
 
 def _text(value: Value) -> str:

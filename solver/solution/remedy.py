@@ -233,10 +233,12 @@ def rounded(value: float, digits: int = 6) -> float:
 
 
 def _edge(trials: _Trials, given: float) -> float | None:
-    """The feasible value nearest to the given one along the line, as far as a short search tells."""
+    """The feasible value nearest to the given one along the line, as far as a short search tells: of its own
+    sign, if there is one."""
     size = abs(given) or 1.0
     shares = (0.02, 0.1, 0.3, 0.6, 1.0, 2.5, 5.0)
     values = [given + sign * share * size for share in shares for sign in (-1, 1)]
+    values.sort(key=lambda value: value * given < 0.0)
     inside, outside = next(filter(trials.beside, values), None), given
     if inside is None:
         return None
