@@ -25,7 +25,18 @@ import numpy as np
 
 from rulesheets.library import ANGLE
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.nodes import Expression, Name, Negative, Number, Product, Quotient, Sum
+from rulesheets.syntax.nodes import (
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    is_number,
+)
+from rulesheets.syntax.program import walk
 from solver.path.graph import by_shape, told_of_angles
 from solver.path.planner import planner
 from solver.ranking.sizes import FLOATS, LEAST, MANY, Arithmetic, Scalings, Suggestions, added
@@ -104,6 +115,25 @@ class Signs:
                         found.update(*_in_each(rules, {side.name}))
         return frozenset(found)
 
+    @cached_property
+    def factors(self) -> Collection[Sequence[Monomial]]:
+        """Sums that rules multiply by, divide by or raise to a power, as ``1 - x``, by their terms: what
+        grows or remains is seldom negative, nor a small rest of large terms.
+
+        A plain difference of which only the square counts may be one of coordinates.
+        """
+        if len(self.model.variables) > MANY:
+            return ()
+        found = dict[frozenset[Monomial], Sequence[Monomial]]()
+        for equation in self.model.equations:
+            for node in walk(equation.left, equation.right):
+                square = isinstance(node, Power) and is_number(node.exponent, 2.0)
+                for part in _factors(node) if isinstance(node, Power | Product | Quotient) else ():
+                    factor = _monomials(part)
+                    if factor and not (square and _is_plain(factor)):
+                        found[frozenset(factor)] = factor
+        return found.values()
+
     def floor(self, name: str) -> float:
         """The least reading of an absolute temperature, a mass or an absolute pressure; else minus infinity.
 
@@ -166,6 +196,50 @@ def _added(node: Expression) -> Iterator[Expression]:
                 yield part
 
 
+def _factors(node: Expression) -> Iterator[Sum]:
+    """The sums that an expression is a product, quotient or power of."""
+    match node:
+        case Sum():
+            yield node
+        case Product(left, right) | Quotient(left, right):
+            yield from _factors(left)
+            yield from _factors(right)
+        case Negative(base) | Power(base):
+            yield from _factors(base)
+
+
+Monomial = tuple[float, tuple[str, ...], tuple[str, ...]]
+"""A number, the names that multiply it, and those that divide it."""
+
+
+def _is_plain(factor: Sequence[Monomial]) -> bool:
+    """Whether names alone are added and subtracted."""
+    return all(abs(share) == 1.0 and len(over) == 1 and not under for share, over, under in factor)
+
+
+def _monomials(total: Sum) -> tuple[Monomial, ...]:
+    """The terms of a sum; none if one of them is no monomial."""
+    found = [(_monomial(part), -1.0 if negative else 1.0) for part, negative in added(total)]
+    read = tuple((sign * one[0], *one[1:]) for one, sign in found if one)
+    return read if len(read) == len(found) else ()
+
+
+def _monomial(node: Expression) -> Monomial | None:
+    match node:
+        case Number(value):
+            return value, (), ()
+        case Name(name):
+            return 1.0, (name,), ()
+        case Power(base, Number(exponent)) if exponent in (2.0, 3.0, 4.0) and (one := _monomial(base)):
+            n = int(exponent)
+            return one[0] ** n, one[1] * n, one[2] * n
+        case Product(left, right) if (one := _monomial(left)) and (other := _monomial(right)):
+            return one[0] * other[0], one[1] + other[1], one[2] + other[2]
+        case Quotient(left, right) if (one := _monomial(left)) and (other := _monomial(right)) and other[0]:
+            return one[0] / other[0], one[1] + other[2], one[2] + other[1]
+    return None
+
+
 class Ranking:
     """The rule for one model and one set of ``known`` names; it holds at any values of these.
 
@@ -197,6 +271,19 @@ class Ranking:
         self.angles = [name in signs.angles for name in self.names]
         self._right = [signs.angles.get(name, 0.0) / 4.0 for name in self.names]
         self._floors = [signs.floor(name) for name in self.names]
+        places = {name: place for place, name in enumerate(every)}
+        self._factors = [
+            (
+                _is_plain(factor),
+                [
+                    (share, [places[n] for n in over], [places[n] for n in under])
+                    for share, over, under in factor
+                ],
+            )
+            for factor in signs.factors
+            if (read := {n for _, over, under in factor for n in (*over, *under)}) <= places.keys()
+            and signs.aside.isdisjoint(read)
+        ]
 
     def order(self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]) -> list[int]:
         """The places of the answers, the first one first. ``given`` are the values of the known names."""
@@ -233,8 +320,10 @@ class Ranking:
                 positive[kind] = positive.get(kind, 1.0) * (1.0 - negative)
         kinds = zip(self._own_kinds, self._aside, strict=True)
         weights = [0.0 if aside else positive.get(kind, 1.0) for kind, aside in kinds]
+        counted = [1.0 if kind is None else positive[kind] for kind in self._kinds]
+        factors = [self._factored([*row, *given], counted, on) for row in rows]
         sizes = self._suggested(on, given, zero)
-        keys = [self._key(row, most, tops, weights, sizes, on) for row in rows]
+        keys = [self._key(*row, most, tops, weights, sizes, on) for row in zip(rows, factors, strict=True)]
         least = -on.largest([-key[SIZE] for key in keys])
         for key in keys:  # what is within half a decade of the best is of the same size
             key[SIZE] = on.rounded(GRAIN * on.largest([key[SIZE] - least - SLACK, 0.0]))
@@ -262,13 +351,14 @@ class Ranking:
     def _key(
         self,
         row: Sequence[Figure],
+        factors: tuple[Figure, Figure],
         most: Sequence[Figure],
         tops: Sequence[Figure],
         weights: Sequence[Figure],
         sizes: _Suggested,
         on: Arithmetic,
     ) -> Key:
-        negatives, zeros, turned, wide, far, distance = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        negatives, zeros, turned, far, (wide, distance) = 0.0, 0.0, 0.0, 0.0, factors
         signs: list[Figure] = []
         apart = self._apart(row, sizes, on)
         for place, (angle, floor, right) in enumerate(
@@ -291,6 +381,29 @@ class Ranking:
             distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
         return [far, self._guessed(row, on), negatives + zeros, zeros, wide, distance, angle, size, *signs]
+
+    def _factored(
+        self, numbers: Sequence[Figure], counted: Sequence[Figure], on: Arithmetic
+    ) -> tuple[Figure, Figure]:
+        """How many factors that are sums are negative, where no unknown in them is so anyhow, and how many
+        decades their terms are larger than they. Neighbours, whose plain difference is taken, are alike."""
+        crossed, lost = 0.0, 0.0
+        for plain, factor in self._factors:
+            weight, terms = 1.0, []
+            for share, over, under in factor:
+                term = share
+                for place in over:
+                    term = term * numbers[place]
+                for place in under:
+                    term = term / on.largest([abs(numbers[place]), LEAST])
+                for place in {*over, *under}.intersection(range(len(self.read))):
+                    weight = weight * counted[place]
+                terms.append(term)
+            total, size = sum(terms), on.largest([sum(map(abs, terms)), LEAST])
+            crossed = crossed + weight * (total < -ZERO * size)
+            if not plain:
+                lost = lost + weight * (on.decade(size) - on.decade(on.largest([abs(total), ZERO * size])))
+        return crossed, lost
 
     def _apart(self, row: Sequence[Figure], sizes: _Suggested, on: Arithmetic) -> list[Figure]:
         """Decades from the suggested size, one a name; 0 of angles and of what is 0."""

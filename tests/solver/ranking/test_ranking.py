@@ -138,6 +138,52 @@ def test_a_positive_root_comes_before_a_smaller_negative_one() -> None:
     assert first("D^2 - 0.013*D - 0.053 = 0", "D") > 0
 
 
+@pytest.mark.parametrize(
+    ("rules", "name", "expected"),
+    [
+        ("920 = 1000*(1 + i/100)^4", "i", 100 * (0.92**0.25 - 1)),
+        ("V = 920\nV = 1000*(1 - d)^4", "d", 1 - 0.92**0.25),
+        ("700 = pi/4*(60^2 - (60 - 2*t)^2)", "t", 30 - math.sqrt(900 - 700 / math.pi)),  # a tube's wall
+        ("0.97 = 1 - (1 - p)^4", "p", 1 - 0.03**0.25),
+        ("50 = 4*x^2/((1 - x)*(2 - x))", "x", (150 - math.sqrt(150**2 - 4 * 46 * 100)) / 92),
+        ("a = 0.5\nb = 0.8\n3 = x^2/((a - x)*(b - x))", "x", (3.9 - math.sqrt(3.9**2 - 9.6)) / 4),
+        (
+            "240 = 12000*i/(1 - (1 + i)^(-48))",
+            "i",
+            brentq(lambda i: 50 * i + (1 + i) ** -48 - 1, -0.01, -0.001),
+        ),
+    ],
+)
+def test_what_grows_or_remains_is_positive(rules: str, name: str, expected: float) -> None:
+    """No share above 1, no loss of more than all; other answers follow, and plans say the same."""
+    model = rulesheets.loads(rules)
+    result = solver.solve(model)
+    assert len(result.solutions) > 1
+    assert result[name] == pytest.approx(expected, rel=1e-12)
+    assert solver.prepare(model, inputs=[], want=[name])() == pytest.approx((expected,), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("rule", "name", "expected"),
+    [
+        # a platinum thermometer at 138.5 ohm
+        ("138.5 = 100*(1 + 3.9083e-3*T - 5.775e-7*T^2)", "T", 99.985),
+        # steel in a concrete beam: 250e6 = 378 As (500 - As/34)
+        ("250e6 = 0.9*As*420*(500 - As*420/(1.7*28*300))", "As", 1445.7),
+    ],
+)
+def test_a_correction_is_small(rule: str, name: str, expected: float) -> None:
+    """Where the terms of a factor cancel, the answer comes later, though it is of no worse size."""
+    assert first(rule, name) == pytest.approx(expected, rel=1e-4)
+
+
+def test_the_difference_of_coordinates_has_either_sign() -> None:
+    """Only its square counts: the circle's point that is nearer to the other numbers' sizes comes first."""
+    left = "variables\n  a = 5\n  b = 1\n  r = 2\n  y = 2.2\nrules\n  (x - a)^2 + (y - b)^2 = r^2\n"
+    found = [s["x"] for s in solver.solve(rulesheets.loads(left)).solutions]
+    assert found == pytest.approx([3.4, 6.6])
+
+
 def test_a_range_that_reaches_below_0_takes_its_sign_out_of_the_count() -> None:
     """With x aside, y alone counts; without the range the answers are as negative as one another."""
     rules = "rules\n  x + y = 1\n  x*y = -6\n  z = y^3\n"
