@@ -23,10 +23,10 @@ QUICK = (
     *("test_architecture.py", "test_diagnostics.py", "test_slider_crank.py"),
     *("rulesheets/test_variables.py", "rulesheets/functions/test_degrees.py"),
     *(
-        "solver/test_arguments.py",
+        "solver/sweeps/test_arguments.py",
         "solver/test_front_door.py",
-        "solver/test_columns.py",
-        "solver/test_codes.py",
+        "solver/sweeps/test_columns.py",
+        "solver/commands/test_codes.py",
     ),
     *("solver/accuracy/test_attained.py", "solver/trace/test_folding.py"),
     *(

@@ -47,7 +47,7 @@ from solver.sweeps.work import Rows, Solver, Work, unpacked
 from solver.sweeps.workers import in_order, solved_pieces
 from solver.trace.records import Records
 
-ROOT = Path(__file__).parent.parent.parent
+ROOT = Path(__file__).parents[3]
 
 LENS = """\
 variables

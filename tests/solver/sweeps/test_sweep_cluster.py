@@ -26,7 +26,7 @@ from solver.sweeps.workers import solved_pieces
 
 pytest.importorskip("distributed")
 
-ROOT = Path(__file__).parent.parent.parent
+ROOT = Path(__file__).parents[3]
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import pytest
 from rulesheets.diagnosis import catalogue
 from solver.__main__ import main
 
-ROOT = Path(__file__).parent.parent.parent
+ROOT = Path(__file__).parents[3]
 
 
 def test_the_codes_said_are_those_of_the_catalogue() -> None:

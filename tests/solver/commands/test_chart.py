@@ -25,7 +25,7 @@ from tests.oracles.slider_crank import Crank, forward
 
 pytest.importorskip("flint")
 
-CRANK = Path(__file__).parent.parent.parent / "models" / "offset_slider_crank" / "model.tk"
+CRANK = Path(__file__).parents[3] / "models" / "offset_slider_crank" / "model.tk"
 
 
 @pytest.fixture(scope="module")

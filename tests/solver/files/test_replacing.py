@@ -22,7 +22,7 @@ from solver.__main__ import main
 from solver.commands import WRONG
 from solver.files import UNFINISHED, Replacement, write_file
 
-ROOT = Path(__file__).parent.parent.parent
+ROOT = Path(__file__).parents[3]
 Patch = pytest.MonkeyPatch
 
 SHEET = 'use "part.tk"\nvariables\n  a = 3\n  b\nrules\n  call double(a; b)\n'

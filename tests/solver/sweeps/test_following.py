@@ -15,7 +15,7 @@ from rulesheets.variables import read_variable_sheet
 from solver.__main__ import main
 from solver.sweeps.tracing import CurveTable
 
-MODELS = Path(__file__).parent.parent.parent / "models"
+MODELS = Path(__file__).parents[3] / "models"
 
 
 def followed(sheet: str, name: str, values: object, want: list[str], given: dict | None = None) -> CurveTable:

@@ -18,7 +18,7 @@ pytest.importorskip("nbclient")
 pytest.importorskip("ipykernel")
 pytest.importorskip("anywidget")
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 CELLS = (
     "import solver\nmodel = solver.load('offset_slider_crank')\nmodel",

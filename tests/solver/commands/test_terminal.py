@@ -15,7 +15,7 @@ import pytest
 from solver.__main__ import COMMANDS, main
 from solver.commands.about import tutor as tutor_text
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 
 

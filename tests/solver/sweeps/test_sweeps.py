@@ -21,7 +21,7 @@ from solver.sweeps.sweep import LARGEST, Grid, Stretch, file_chunks, grid_chunks
 from solver.sweeps.work import Follower
 from tests.solver.conftest import Run
 
-ROOT = Path(__file__).parent.parent.parent
+ROOT = Path(__file__).parents[3]
 
 TRIANGLE = """\
 variables

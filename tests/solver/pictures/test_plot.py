@@ -46,7 +46,7 @@ def test_answers_are_curves_with_gaps_where_they_are_not() -> None:
 def test_an_only_answer_that_is_not_the_first_has_a_place_of_its_own() -> None:
     sheet = rulesheets.loads("variables\ny = 0\nx\nrules\ny = x^3 - 3*x")
     table = solver.sweep(sheet, {"y": np.arange(-3.0, 4.0)}, ["x"], all=True)
-    assert table["answer"].tolist()[-3:] == [2, 1, 2]  # of y = 2 and of y = 3
+    assert table["answer"].tolist()[-3:] == [2, 3, 2]  # of y = 2, where two branches end, and of y = 3
     shown = arranged(table, ("y",), (7,), "answer")
     assert isinstance(shown, Curves)
     assert shown.abscissa.tolist() == list(range(-3, 4))

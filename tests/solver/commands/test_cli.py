@@ -14,7 +14,7 @@ import pytest
 from solver.__main__ import BROKEN_PIPE, COMMANDS, INTERRUPTED
 from tests.solver.conftest import Run
 
-ROOT = Path(__file__).parent.parent.parent
+ROOT = Path(__file__).parents[3]
 
 TRIANGLE = """\
 " A right triangle
