@@ -27,7 +27,7 @@ from solver.trace.graph import Graph
 Ends: TypeAlias = tuple[float, float]
 Proof: TypeAlias = Callable[[Sequence[Ends]], bool]
 
-BOXES, LEVELS = 400, 30
+BOXES, LEVELS = 500, 64
 """Of one proof: boxes in all, and how often one is split."""
 SHARES = 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4
 """How far all sides are moved first, relative to the sample: the farthest that is proved."""

@@ -255,3 +255,11 @@ def test_a_sweep_of_symbols_and_numbers_says_row_by_row_what_calls_say(count: in
     assert alone.sweep(kinds)["y"].tolist() == [form[k](3.0) for k in kinds]
     kinds[1] = "neither"
     assert plan.sweep(kinds, numbers).status.nonzero()[0].tolist() == [1]
+
+
+def test_a_plan_made_next_to_a_fold_has_the_answers_beyond_it() -> None:
+    """x^3 - 3 x has a single root above 2, be it by 1e-12, and three below."""
+    plan: Any = solver.prepare(solver.loads("x^3 - 3*x = y\n"), ["y"], ["x"])
+    assert len(plan.all(2.0 + 1e-12)) == 1
+    for y, count in ((2.0 - 1e-10, 3), (1.5, 3), (2.5, 1), (2.0, 2), (-2.5, 1)):
+        assert len(plan.all(y)) == count
