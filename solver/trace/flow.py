@@ -13,7 +13,7 @@ from contextlib import suppress
 from functools import partial, reduce
 from typing import NamedTuple
 
-from rulesheets.functions import TABLE, named
+from rulesheets.functions import TABLE
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.numerics.tolerances import BACKWARD, EPS
 from solver.trace.graph import (
@@ -35,9 +35,6 @@ WIDE = 2.0**16
 _EXACT = frozenset({"neg", "abs", "rint", "where", "max"})
 _BOUNDED = frozenset({"sin", "cos", "sind", "cosd"})
 _ODD = frozenset({"tan", "tand", "sinh", "tanh", "asin", "asind", "atan", "atand", "asinh"})
-_ANGULAR = _BOUNDED | {"tan", "tand"} | named(lambda row: row.angle)
-LEFT = 1e-4
-"""Share of the terms of a sum, or of a discriminant, that must be left of them: 1e-12 of it is right then."""
 NEAR = 1e-13
 """A direction nearer to the axis than this (as a quotient) is left to a full solve."""
 
@@ -91,26 +88,15 @@ class Flow(Graph):
 
     def apart_from_zero(self, divisor: int) -> None:
         """Require a divisor not to be 0, and no sum in it to be what rounding of its terms leaves."""
-        sums = [factor for factor in self._factors(divisor) if self._cancelling(factor)]
-        for factor in sums:
-            self._leave(factor, BACKWARD)
-        if [divisor] != sums:
+        sums = [(factor, terms) for factor in self._factors(divisor) if (terms := self._cancelling(factor))]
+        for factor, terms in sums:
+            size = self.constant(0.0)
+            for term in terms:
+                size = self.add("add", size, self._reach(term))
+            limit = self.add("mul", self.constant(BACKWARD), size)
+            self.require(self.add("lt", limit, self.add("abs", factor)))
+        if [divisor] != [factor for factor, _ in sums]:
             self.require(self.add("not", self.add("eq", divisor, self.constant(0.0))))
-
-    def keep_digits(self, number: int) -> None:
-        """Require something to be left of sums of functions in it: these are off by their last places."""
-        for factor in self._factors(number):
-            inside = [self.nodes[(self.factor(term) or (1.0, term))[1]] for term in self._cancelling(factor)]
-            if any(node[0] == "call" and node[1] not in _ANGULAR for node in inside):
-                self._leave(factor, LEFT)
-
-    def _leave(self, total: int, share: float) -> None:
-        """Require a sum to be more than a share of its terms."""
-        size = self.constant(0.0)
-        for term in self._cancelling(total):
-            size = self.add("add", size, self._reach(term))
-        limit = self.add("mul", self.constant(share), size)
-        self.require(self.add("lt", limit, self.add("abs", total)))
 
     def _reach(self, term: int) -> int:
         """How large a term is, at most; a number for a sine, which saves operations."""

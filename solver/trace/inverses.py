@@ -16,11 +16,13 @@ from solver.path import Select, SolveBlock
 from solver.path.cases import activity
 from solver.path.elimination import Circle, Coefficient, Let, Parabola
 from solver.path.isolate import TARGET, Isolation, Stage
-from solver.trace.flow import LEFT, LIBRARY
+from solver.trace.flow import LIBRARY
 from solver.trace.graph import NotCompilable
 from solver.trace.guards import CLEAR, STRANGE, Guards, State, symbol_of
 
 MAX_TURNS = 8
+LEFT = 1e-4
+"""Share of the terms of a discriminant that must be left of them: its root is right to 1e-12 then."""
 Letters = dict[str, int]
 _LINEAR = frozenset({"negative", "sum", "product", "quotient"})
 

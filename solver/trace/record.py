@@ -130,8 +130,6 @@ class Recording(Inverses):
         for name, variable in self.model.variables.items():
             self._turned(state, name, variable)
         self._check_rules(state)
-        for number in state.values.values():
-            self.flow.keep_digits(number)
         results = tuple(self._result(state, name) for name in self.pattern.want)
         for node in results:
             if isinstance(node, int):

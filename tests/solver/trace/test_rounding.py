@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import mpmath
 import pytest
@@ -72,11 +71,3 @@ def test_a_row_that_lacks_an_input_teaches_nothing() -> None:
     plan = solver.prepare(model, ["y"], ["x"])
     assert plan(math.nan) == plan(1.0) == (2.0,)
     assert planner(model) is not None
-
-
-@pytest.mark.parametrize("first", [-1.5, 0.5])
-def test_a_sum_of_functions_that_cancels_keeps_the_digits_that_a_solve_has(first: float) -> None:
-    plan: Any = solver.prepare(solver.loads("c = 1 + erf(x)\n"), ["x"], ["c"])
-    for x in (first, -2.5, -3.9, -4.5, -3.9, first):
-        with mpmath.workdps(40):
-            assert plan(x) == pytest.approx((float(mpmath.erfc(-mpmath.mpf(x))),), rel=1e-11, abs=0.0)
