@@ -413,13 +413,13 @@ class Rationals(Arithmetic[Fraction]):
         for one, other in ((node.left, node.right), (node.right, node.left)):
             with suppress(Inexact):
                 factors.append(self.of(one))
-                if not factors[-1] and self.is_number(other):
+                if not factors[-1] and self._is_number(other):
                     return Fraction(0)
         if len(factors) < 2:
             raise Inexact("*")
         return factors[0] * factors[1]
 
-    def is_number(self, expression: Expression) -> bool:
+    def _is_number(self, expression: Expression) -> bool:
         """Whether a factor has a value, exactly known or not."""
         with suppress(Undefined, KeyError, OverflowError):
             return isfinite(value(expression, {name: float(v) for name, v in self.numbers.items()}))

@@ -202,13 +202,6 @@ def _real_power(a_low: float, a_high: float, b_low: float, b_high: float) -> Int
     return (-high if odd else max(down(min(corners), ULPS), 0.0)), high
 
 
-def within(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
-    """What two enclosures of one quantity have in common; an end that is nan says nothing."""
-    low = b_low if isnan(a_low) else a_low if isnan(b_low) else greatest(a_low, b_low)
-    high = b_high if isnan(a_high) else a_high if isnan(b_high) else least(a_high, b_high)
-    return low, high
-
-
 SPECIAL_ULPS = 32.0
 """What special functions are trusted to."""
 LINE = -inf, inf

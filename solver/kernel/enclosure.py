@@ -5,19 +5,14 @@ They are compiled when they are first asked for, to code for one box.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from fractions import Fraction
+from collections.abc import Callable, Sequence
 from functools import cached_property
-from math import inf, isfinite, isnan, nan
+from math import inf, isnan, nan
 from typing import Any, TypeAlias
 
-from rulesheets.evaluate import NotDifferentiable, differentiate
-from rulesheets.evaluate.number import Inexact, Rationals
-from rulesheets.functions.intervals import EMPTY, LINE, Interval, cut, divide, greatest, within
+from rulesheets.functions.intervals import EMPTY, LINE, Interval, cut, divide, greatest
 from rulesheets.functions.intervals import least as smaller
-from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Expression, Name, Number, Power, Quotient, exchange, substitute
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import Expression, Name, Number, Quotient
 from solver.kernel.chain import Assignment, Chain, cleared, directions, sides, slope_name, slopes_of
 from solver.kernel.emitter import IntervalEmitter, Pair
 
@@ -45,63 +40,11 @@ def quotient(
     return divide(a_low, a_high, b_low, b_high)
 
 
-def by_slopes(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
-    """The quotient of two slopes where both are bounded: where they are not, they may not be defined."""
-    known = isfinite(a_low) and isfinite(a_high) and isfinite(b_low) and isfinite(b_high)
-    return divide(a_low, a_high, b_low, b_high) if known else EMPTY
-
-
 FORMS: dict[str, Callable[..., Any]] = {
     "cut": cut,
     "bounded": bounded,
     "quotient": quotient,
-    "within": within,
-    "from_zero": lambda low, high: (smaller(low, 0.0), greatest(high, 0.0)),
-    "by_slopes": by_slopes,
 }
-
-
-# --- quotients whose dividend and divisor vanish together ---
-#
-# ``rate/(1 - (1 + rate)^(-term))`` is 0/0 at 0, and next to that interval arithmetic knows nothing of it. But
-# if N and D both vanish at 0, then N(x)/D(x) = N'(t)/D'(t) for some t between 0 and x (Cauchy's mean value
-# theorem), so that the slopes over the hull of 0 and the box bound the quotient over the box.
-
-_FROM_ZERO = "#from zero"
-
-
-def _by_slopes(emitter: IntervalEmitter, chain: Chain) -> Iterator[Pair]:
-    """Other bounds of the residual, with one such quotient bounded by slopes; nan where they have none."""
-    tear = chain.tears[0]
-    assigned = {item.name for item in chain.assignments}
-    residual = chain.assignments[-1].expression
-    quotients = (part for part in walk(residual) if isinstance(part, Quotient))
-    for number, quotient in enumerate(dict.fromkeys(quotients)):
-        used = {*nodes.names(quotient)}
-        if tear not in used or used & assigned:
-            continue
-        at_zero = AtZero({tear: Fraction(0)}, {})
-        try:
-            if at_zero.of(quotient.left) or at_zero.of(quotient.right):
-                continue
-            slopes = [differentiate(part, tear) for part in (quotient.left, quotient.right)]
-        except (Inexact, NotDifferentiable):
-            continue
-        emitter.assign(_FROM_ZERO, emitter.apply("from_zero", emitter.of(Name(tear))))
-        pairs = [emitter.of(substitute(slope, {tear: Name(_FROM_ZERO)})) for slope in slopes]
-        bounded = f"#quotient {number}"
-        emitter.assign(bounded, emitter.apply("by_slopes", *pairs))
-        yield emitter.of(exchange(residual, quotient, Name(bounded)))
-
-
-class AtZero(Rationals):
-    """Exact values where the tear is 0, whatever the other numbers are."""
-
-    def is_number(self, expression: Expression) -> bool:
-        return True
-
-    def power(self, node: Power) -> Fraction:
-        return Fraction(1) if self.of(node.base) == 1 else super().power(node)
 
 
 # --- a chain over boxes ---
@@ -194,8 +137,6 @@ class Enclosure:
         """Functions of the ends of a box and of the known numbers, for the range and for the slope."""
         emitter = _followed(self._chain, self._known, self._ranged)
         residual = emitter.of(Name(self._chain.residuals[0]))
-        for pair in _by_slopes(emitter, self._chain):
-            residual = emitter.apply("within", residual, pair)
         if self.cleared is not None:
             emitter.line(f"if not {residual[0]} <= 0.0 <= {residual[1]}: return {', '.join(residual)}")
             *items, numerator = self.cleared.assignments

@@ -11,7 +11,7 @@ import pytest
 from rulesheets.evaluate.digits import context, functions
 from rulesheets.evaluate.number import INTERVALS
 from rulesheets.functions import TABLE
-from rulesheets.functions.intervals import add, divide, multiply, power, within
+from rulesheets.functions.intervals import add, divide, multiply, power
 
 MP = context(40)
 EXACT = functions(40)
@@ -244,7 +244,6 @@ def test_an_end_that_nothing_is_known_of_leaves_no_false_bound() -> None:
     assert divide(1.0, 1.0, 2.0, math.nan) == (-INF, INF)
     assert INTERVALS["abs"](-1.0, math.nan) == (0.0, INF)
     assert INTERVALS["sin"](1.0, math.nan) == (-1.0, 1.0)
-    assert within(1.0, math.nan, math.nan, 2.0) == (1.0, 2.0)
 
 
 HOSTILE = (-INF, -1e308, -2.0, -1e-200, -5e-324, -0.0, 0.0, 5e-324, 1e-200, 0.5, 2.0, 1e308, INF)

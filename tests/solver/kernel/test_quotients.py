@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from fractions import Fraction
 from pathlib import Path
 
 import mpmath
@@ -14,7 +13,6 @@ from scipy.optimize import brentq
 
 import rulesheets
 import solver
-from solver.kernel.enclosure import AtZero
 
 LOAN = rulesheets.load(str(Path(__file__).parents[3] / "models" / "loan" / "model.tk"))
 RATES = solver.prepare(LOAN, ["payment", "term"], ["rate"])
@@ -68,9 +66,3 @@ def test_every_answer_on_either_side_of_a_gap_is_counted(a: float, answers: int)
     verdict, found = SINC.judged((a,))
     assert len(verdict.leaves if str(verdict.status) == "solved" else ()) == answers
     assert found.complete
-
-
-def test_a_factor_that_is_not_known_does_not_hide_that_a_product_vanishes() -> None:
-    """``loan*rate`` is 0 at no interest, whatever the loan is."""
-    product = rulesheets.loads("y = loan*rate").equations[0].right
-    assert AtZero({"rate": Fraction(0)}, {}).of(product) == 0
