@@ -24,15 +24,12 @@ from rulesheets.evaluate.number import Arithmetic
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
-from solver.accuracy.rule_check import LATEST, gross, sides, size
+from solver.accuracy.rule_check import LATEST, MANY, gross, sides, size
 from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS, STEEP
 from solver.path.graph import Alike, Array, Family, alike
 
 FEWEST = 8
 """Rules of one shape from which on arrays are faster than one rule after another."""
-MANY = 30
-"""Rules beyond which all of them are evaluated at once."""
-
 
 LONGER = float(np.finfo(np.longdouble).eps) / EPS
 """How much finer than floats the long floats of numpy are: 2⁻¹¹ on most machines, on others no finer."""
@@ -336,14 +333,14 @@ class _Sides:
 
 def accepted(
     model: Model, equations: Sequence[Equation], values: Mapping[str, Value]
-) -> tuple[float, Sequence[Equation]]:
+) -> tuple[float, tuple[Equation, ...]]:
     """Many rules checked at once: the largest scaled residual of those that hold, and the others, which are
     left to the check of single rules; a few are all left to it."""
     if len(equations) <= MANY:
-        return 0.0, equations
+        return 0.0, tuple(equations)
     found = evaluated(model, equations, values)
     scaled = np.abs(found.miss) / np.where(found.moves > 0.0, found.moves, 1.0)
-    left = [equations[place] for place in np.flatnonzero(~found.holds).tolist()]
+    left = tuple([equations[place] for place in np.flatnonzero(~found.holds).tolist()])
     return float(np.max(scaled[found.holds], initial=0.0)), left
 
 

@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 from rulesheets.evaluate import Undefined
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import subtract
-from solver.accuracy.alike import MANY, evaluated, sizes_of
-from solver.accuracy.rule_check import blur, sides
+from solver.accuracy.rule_check import MANY, blur, sides
 from solver.facts import DoubleRoot
 from solver.numerics.linear_algebra import Array, as_matrix, factorise, sparse_matrix
 from solver.numerics.tolerances import BACKWARD, CANCELLED, HALF, UNIT_ROUNDOFF
@@ -181,6 +180,8 @@ class _Propagation:
     ) -> tuple[Any, Errors, Array] | None:
         """The Jacobian (n, n) of a large block, by how much its rules may be off (n, samples), and the sizes
         (n,) of its unknowns."""
+        from solver.accuracy.alike import evaluated, sizes_of  # of large blocks alone
+
         found = evaluated(self.model, equations, self.values)
         n, place = len(unknowns), {name: place for place, name in enumerate(unknowns)}
         size = found.noise + np.abs(found.miss)

@@ -58,6 +58,8 @@ from solver.numerics.tolerances import (
     UNIT_ROUNDOFF,
 )
 
+MANY = 30
+"""Rules up to which each is checked by itself, beyond it all at once (``alike.py``)."""
 DIGITS = 50
 LEAP = 4.0
 """How many times as far as a rule's slopes ask for its values are moved to see whether it jumps there."""

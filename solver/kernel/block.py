@@ -1,19 +1,12 @@
-"""A simultaneous block of a path: residual, Jacobian and the chains of its tearing, compiled when used.
-
-A block of several tears may have a single one with its definitions substituted. Where a rule of the block
-just says what one unknown is (``y = K*x``), its right side can stand for the unknown everywhere else. An
-unknown that then occurs more than once in a rule may still be isolated from it
-(``V*(K*x) + (1 - V)*x = z``), and a tear that gives all the others leaves one equation in one unknown, whose
-whole range can be searched. (Substitution before tearing: Elmqvist & Otter, ESM 1994, 326-332.)
-"""
+"""A simultaneous block of a path: residual, Jacobian and the chains of its tearing, compiled when used."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -21,28 +14,18 @@ from rulesheets.evaluate import NotDifferentiable, derivatives, differentiate
 from rulesheets.functions.arrays import ARRAYS
 from rulesheets.model import Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Expression, Name, substitute, subtract
-from rulesheets.syntax.program import degree, walk
-from solver.kernel.chain import (
-    RESIDUAL,
-    Assignment,
-    Chain,
-    assigned,
-    chains,
-    compile_chain,
-    directions,
-    exhaustive,
-    jumps,
-    through,
-)
+from rulesheets.syntax.nodes import Expression, subtract
+from rulesheets.syntax.program import degree
 from solver.kernel.emitter import Emitter, SparseSystem, compile_expressions, divisors
-from solver.kernel.enclosure import Enclosure
 from solver.numerics.linear_algebra import Array
 from solver.path import SolveBlock
 from solver.path.elimination import ClosedForm, closed_form
 from solver.path.graph import Alike, ModelGraph, alike, same_columns, shape_of
-from solver.path.isolate import Isolation, isolate
 from solver.ranking.sizes import Scalings
+
+if TYPE_CHECKING:
+    from solver.kernel.chain import Chain
+    from solver.kernel.enclosure import Enclosure
 
 FEW = 30
 """Rules up to which each is looked at by itself, beyond it one of each shape."""
@@ -52,7 +35,10 @@ T = TypeVar("T")
 
 
 class BlockKernel:
-    """Residual, Jacobian and chains of a block, each compiled once for a path, when it is first used."""
+    """Residual, Jacobian and chains of a block, each compiled once for a path, when it is first used.
+
+    What searches need beside these is imported where they ask for it: most blocks have a closed form.
+    """
 
     def __init__(self, graph: ModelGraph, block: SolveBlock) -> None:
         self.graph, self.block = graph, block
@@ -101,6 +87,8 @@ class BlockKernel:
     @cached_property
     def jumps(self) -> bool:
         """Whether an equation may jump, where its Jacobian does not show it."""
+        from solver.kernel.chain import directions, jumps
+
         return self.once("jumps", lambda: any(jumps(form) or any(directions(form)) for form in self.forms))
 
     @property
@@ -126,6 +114,8 @@ class BlockKernel:
 
     @cached_property
     def exhaustive(self) -> bool:
+        from solver.kernel.chain import exhaustive
+
         return self.once("exhaustive", lambda: exhaustive(self.graph, self.block))
 
     @cached_property
@@ -216,16 +206,22 @@ class BlockKernel:
 
     @cached_property
     def chains(self) -> tuple[Chain, ...]:
+        from solver.kernel.chain import chains
+
         return chains(self.graph, self.block)
 
     def chain_function(self, place: int) -> Callable[..., Any]:
         """``f(*tears, *known)`` gives the unknowns in order and then the residuals."""
+        from solver.kernel.chain import compile_chain
+
         chain = self.chains[place]
         results = (*self.unknowns, *chain.residuals)
         return self.once(("chain", place), lambda: compile_chain(chain, self.known, results))
 
     def enclosure(self, place: int) -> Enclosure:
         """Bounds of the residual of a chain over boxes of its tear."""
+        from solver.kernel.enclosure import Enclosure
+
         if place not in self._enclosures:
             shared = self.once(("enclosure", place), dict[str, Any])
             self._enclosures[place] = Enclosure(self.chains[place], self.known, shared=shared)
@@ -322,86 +318,3 @@ class BlockArrays:
 
     def _stacked(self, columns: Sequence[Any], k: int) -> Array:
         return np.stack([np.broadcast_to(column, (k,)) for column in columns], axis=1)
-
-
-Equations: TypeAlias = dict[int, tuple[Expression, Expression]]
-Order: TypeAlias = list[tuple[int, str, Isolation]]
-
-MOST_UNKNOWNS = 40
-LONGEST = 12
-"""Nodes of a right side that is worth repeating wherever its unknown occurs."""
-
-
-def reduced(kernel: BlockKernel) -> BlockKernel | None:
-    """The same block with one tear, after substitution; None where that is not to be had."""
-    kept = kernel.graph.kernels
-    key = "reduced", kernel.block
-    if key not in kept:
-        kept[key] = None
-        if (chain := _chain(kernel.graph, kernel.block)) is not None:
-            torn = kept[key] = BlockKernel(kernel.graph, kernel.block._replace(tears=chain.tears))
-            torn.chains = (chain,)
-            torn.exhaustive = True  # every isolation of the chain has one preimage
-    found: BlockKernel | None = kept[key]
-    return found
-
-
-def _chain(graph: ModelGraph, block: SolveBlock) -> Chain | None:
-    if len(block.unknowns) > MOST_UNKNOWNS:
-        return None
-    bodies = (graph.model.equations[number] for number in block.equations)
-    equations = {body.index: (body.left, body.right) for body in bodies}
-    unknowns, definitions = dict.fromkeys(block.unknowns), list[tuple[str, Expression]]()
-    while (definition := _definition(equations, unknowns)) is not None:
-        number, name, expression = definition
-        del equations[number], unknowns[name]
-        definitions.append((name, expression))
-        for other, (left, right) in equations.items():
-            if name in nodes.names(left) or name in nodes.names(right):
-                equations[other] = substitute(left, {name: expression}), substitute(right, {name: expression})
-    found = [(tear, order) for tear in unknowns if (order := _order(equations, unknowns, tear)) is not None]
-    if not definitions or not found:
-        return None
-    tear, order = min(found, key=lambda each: sum(isolation.cost for _, _, isolation in each[1]))
-    assignments: list[Assignment] = []
-    for number, (_, unknown, isolation) in enumerate(order):
-        (steps,) = through(isolation, f"#{number}", graph.model.variables[unknown])
-        assignments += steps
-    for name, expression in reversed(definitions):
-        assignments.append(assigned(graph.model.variables[name], expression))
-    (last,) = equations.keys() - {equation for equation, _, _ in order}
-    residual = Assignment(f"{RESIDUAL}{last}", subtract(*equations[last]))
-    return Chain((tear,), (*assignments, residual), (residual.name,))
-
-
-def _definition(equations: Equations, unknowns: Collection[str]) -> tuple[int, str, Expression] | None:
-    for number, (left, right) in equations.items():
-        for one, other in ((left, right), (right, left)):
-            if not isinstance(one, Name) or one.name not in unknowns:
-                continue
-            read = set(nodes.names(other)).intersection(unknowns)
-            if read and one.name not in read and sum(1 for _ in walk(other)) <= LONGEST:
-                return number, one.name, other
-    return None
-
-
-def _order(equations: Equations, unknowns: Collection[str], tear: str) -> Order | None:
-    """How the other unknowns follow from a tear, each from one equation in one way, if they do."""
-    waiting, unsolved = dict(equations), set(unknowns) - {tear}
-    order: Order = []
-    moving = True
-    while moving and unsolved:
-        moving = False
-        for number, sides in list(waiting.items()):
-            open_ = {name for side in sides for name in nodes.names(side)} & unsolved
-            if len(open_) != 1:
-                continue
-            (unknown,) = open_
-            isolation = isolate(*sides, unknown)
-            if isolation is None or isolation.branches > 1 or isolation.period:
-                continue
-            order.append((number, unknown, isolation))
-            del waiting[number]
-            unsolved.discard(unknown)
-            moving = True
-    return order if not unsolved and len(waiting) == 1 else None

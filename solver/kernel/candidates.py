@@ -8,11 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solver.accuracy.alike import MANY
-from solver.accuracy.rule_check import gross
+from solver.accuracy.rule_check import MANY, gross
 from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange, RankLoss
-from solver.kernel.block import DENSE
-from solver.kernel.chain import Chain
+from solver.kernel.block import DENSE, BlockKernel
 from solver.kernel.question import Question, stays_deficient
 from solver.kernel.root_check import (
     RootCheck,
@@ -26,7 +24,6 @@ from solver.kernel.root_check import (
 )
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
-from solver.numerics.sparse_newton import SparseFactor
 from solver.numerics.tolerances import (
     BLUR,
     COVERED,
@@ -317,9 +314,10 @@ class Candidates:
         sparse = self.question.sparse if len(x) > DENSE else None
         if sparse is None:
             return null_direction(self.question.jacobian(x), x)
-        return SparseFactor(sparse[1](np.array(x)), len(x)).null_direction(
-            np.array([abs(v) or 1.0 for v in x])
-        )
+        from solver.numerics.sparse_newton import SparseFactor  # of large blocks alone
+
+        sizes = np.array([abs(v) or 1.0 for v in x])
+        return SparseFactor(sparse[1](np.array(x)), len(x)).null_direction(sizes)
 
     def _double(self, point: dict[str, float]) -> DoubleRoot:
         numbers = list(point.values())
@@ -337,15 +335,12 @@ def _within(one: Mapping[str, float], other: Mapping[str, float], blur: Sequence
 
 
 class Stretch(NamedTuple):
-    """A short interval of the tear of a ``chain`` that a search could not settle.
+    """A short interval of the tear that a search along the chain at ``place`` could not settle."""
 
-    ``turn``: the period of the tear, where it is an angle.
-    """
-
-    chain: Chain
+    kernel: BlockKernel
+    place: int
     low: float
     high: float
-    turn: float | None = None
 
 
 class BlockOutcome(NamedTuple):

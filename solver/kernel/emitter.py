@@ -42,8 +42,7 @@ from rulesheets.syntax.nodes import (
     rebuilt,
     subtract,
 )
-from solver.numerics.linear_algebra import Array
-from solver.numerics.sparse_newton import Triplets
+from solver.numerics.linear_algebra import Array, Triplets
 from solver.path.graph import Alike, Family, shape_of
 
 VALUES = Forms(TABLE, lambda row: row.value)

@@ -22,7 +22,7 @@ from rulesheets.syntax.nodes import Expression
 from solver.accuracy.rule_check import blur, check_rule, half_unit, with_named_numbers
 from solver.facts import BeyondFloats, Conflict
 from solver.kernel.candidates import Answer, BlockOutcome, left_free
-from solver.kernel.question import Question
+from solver.kernel.question import Blur, Question
 from solver.numerics.linear_algebra import EXACT_LIMIT, LinearOutcome, solve_linear
 from solver.numerics.newton import newton
 from solver.numerics.tolerances import ROUNDINGS, SMALLEST_NORMAL
@@ -96,9 +96,6 @@ same where it would be refused, or nothing of an unknown be left, for less."""
 
 FAR = 1.7
 """How far a second point is taken from a first, in sizes of that."""
-
-Blur = Callable[[], Mapping[str, float]]
-"""How far each known number may be off, worked out when it is asked for."""
 
 
 def undetermined(

@@ -12,19 +12,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import TypeAlias, TypeVar
+from typing import TypeAlias
 
 import numpy as np
 
-from rulesheets.deadline import expect_time, limited
+from rulesheets.deadline import expect_time
 from rulesheets.evaluate import derivatives
 from rulesheets.evaluate.number import enclose
-from rulesheets.model import Value
-from solver.accuracy.alike import MANY, accepted
-from solver.accuracy.rule_check import check_rule
+from rulesheets.model import Equation, Value
+from solver.accuracy.rule_check import MANY, check_rule
 from solver.kernel.block import BlockKernel
-from solver.numerics.linear_algebra import Array, Factor, factorise, sparse_matrix
-from solver.numerics.sparse_newton import Triplets
+from solver.numerics.linear_algebra import Array, Factor, Triplets, factorise, sparse_matrix
 from solver.path.graph import within_half_turns
 
 SOLVE = 60_000
@@ -95,20 +93,11 @@ class Budget:
         return True
 
 
-Values = TypeVar("Values")
 Sparse: TypeAlias = tuple[Callable[[Array], Array], Callable[[Array], Triplets]]
 
 
-def _timed(function: Callable[[Sequence[float]], Values]) -> Callable[[Sequence[float]], Values]:
-    """A function that looks at the clock, if there is a limit in time."""
-    if not limited():
-        return function
-
-    def timed(x: Sequence[float]) -> Values:
-        expect_time()
-        return function(x)
-
-    return timed
+Blur: TypeAlias = Callable[[], Mapping[str, float]]
+"""How far each known number may be off, worked out when it is asked for."""
 
 
 class Question:
@@ -134,11 +123,11 @@ class Question:
 
     @cached_property
     def residual(self) -> Callable[[Sequence[float]], Sequence[float]]:
-        return _timed(self.kernel.residual(self.known))
+        return self.kernel.residual(self.known)
 
     @cached_property
     def jacobian(self) -> Callable[[Sequence[float]], list[Sequence[float]]]:
-        return _timed(self.kernel.jacobian(self.known))
+        return self.kernel.jacobian(self.known)
 
     @cached_property
     def sparse(self) -> Sparse | None:
@@ -162,17 +151,23 @@ class Question:
         if not all(math.isfinite(v) for v in point.values()):
             return False
         everything = {**self.here, **point}
-        _, left = accepted(self.graph.model, self.kernel.equations, everything)
-        return all(check_rule(equation, everything).holds for equation in left)
+        return all(check_rule(equation, everything).holds for equation in self._unaccepted(everything))
+
+    def _unaccepted(self, values: Mapping[str, Value]) -> Sequence[Equation]:
+        """The equations that are checked one by one: a few are, of many those that do not hold plainly."""
+        if len(self.kernel.equations) <= MANY:
+            return self.kernel.equations
+        from solver.accuracy.alike import accepted  # of large blocks alone
+
+        return accepted(self.graph.model, self.kernel.equations, values)[1]
 
     def misses(self, point: Mapping[str, float]) -> Array | None:
         """By how much rules of the block miss (n,), in as many digits as it takes; 0 where one holds. None
         where that is more than rounding, so that the point is no answer."""
         everything = {**self.here, **point}
-        _, left = accepted(self.graph.model, self.kernel.equations, everything)
         place = {id(equation): i for i, equation in enumerate(self.kernel.equations)}
         found = np.zeros(len(place))
-        for equation in left:
+        for equation in self._unaccepted(everything):
             check = check_rule(equation, everything)
             if check.holds:
                 continue

@@ -22,13 +22,10 @@ import numpy as np
 
 from rulesheets.evaluate import Undefined, derivatives, extended
 from rulesheets.evaluate.digits import context
-from solver.accuracy.alike import MANY, evaluated, sizes_of
-from solver.accuracy.digits import linearized
-from solver.accuracy.rule_check import gross, size
+from solver.accuracy.rule_check import MANY, gross, size
 from solver.kernel.emitter import BESIDE
 from solver.kernel.question import Question, Sparse
 from solver.numerics.linear_algebra import eliminate, inverse
-from solver.numerics.sparse_newton import SparseFactor
 from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS, ORDINARY, REFINED, SAFETY, SETTLED
 
 LOW_DEGREE = 9
@@ -61,6 +58,9 @@ def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, 
     """The same of a large block. An unknown near 0 is measured by what would move one of its rules by as much
     as the terms of that are. Polynomials are not steep, however much cancels in their brackets: multiplied
     out, their terms are as large as their moves, but for the degree."""
+    from solver.accuracy.alike import evaluated, sizes_of
+    from solver.numerics.sparse_newton import SparseFactor
+
     found = evaluated(question.graph.model, question.kernel.equations, {**question.here, **point})
     moves, gross = (np.where(np.isnan(size), np.inf, size) for size in (found.moves, found.gross))
     terms = np.where(question.kernel.degrees <= LOW_DEGREE, np.maximum(moves, gross), gross)
@@ -283,6 +283,8 @@ def _solved_on(
 
     Raises Undefined where a slope has no value at the beginning.
     """
+    from solver.accuracy.digits import linearized  # most answers are ordinary
+
     mp, unknowns = context(DIGITS), question.unknowns
 
     def at(x: Sequence[Any]) -> tuple[list[list[Any]], list[Any]]:

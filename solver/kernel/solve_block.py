@@ -17,19 +17,9 @@ from rulesheets.syntax.nodes import Call
 from rulesheets.syntax.program import walk
 from solver.facts import Attempt, Fact, Method, NoRoot
 from solver.kernel.algebra import contradiction, solve_by_formula, unattained
-from solver.kernel.block import DENSE, BlockKernel, reduced
+from solver.kernel.block import DENSE, BlockKernel
 from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates, Stretch
-from solver.kernel.full_search import (
-    fall_back,
-    free_curve,
-    search_boxes,
-    search_from_starts,
-    with_isolated,
-    without_curves,
-)
-from solver.kernel.linear_block import Blur, solve_linear_block
-from solver.kernel.question import Budget, Question
-from solver.kernel.sparse_search import search_sparsely
+from solver.kernel.question import Blur, Budget, Question
 
 MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
@@ -67,13 +57,20 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
         yield Method.SPARSE
     if len(tears) == 1:
         yield Method.RANGE
-    elif reduced(kernel) is not None:
+    elif _substituted(kernel) is not None:
         yield Method.SUBSTITUTION
     most = MAX_PROOF_UNKNOWNS if thorough else MAX_BOX_UNKNOWNS
     if (thorough or len(tears) > 1) and n <= most and kernel.finite:
         yield Method.BOXES
     if affords_dense(kernel):
         yield Method.STARTS
+
+
+def _substituted(kernel: BlockKernel) -> BlockKernel | None:
+    """The block with a single tear, by substitution."""
+    from solver.kernel.tear_search import reduced
+
+    return reduced(kernel)
 
 
 def is_large(kernel: BlockKernel) -> bool:
@@ -135,6 +132,8 @@ def solve_block(
     outcome = _Search(question, off).run(assumed, given)
     if not outcome.free or assumed or budget.brief or kernel.linear:
         return outcome
+    from solver.kernel.full_search import with_isolated
+
     return with_isolated(question, outcome)
 
 
@@ -187,14 +186,22 @@ class _Search:
                 return settled
         if not (assumed or budget.brief or self.kernel.linear or candidates.answers):
             # rounding may have parted what all but meets, and left a curve of answers without any
+            from solver.kernel.full_search import free_curve
+
             curve = free_curve(question) if settled is None or not settled.answers else None
             if curve is not None:
                 return curve._replace(attempts=(*candidates.attempts, Attempt(Method.CURVE, 1)))
         if settled is None:
             if self._worth_a_last_resort(assumed):
+                from solver.kernel.full_search import fall_back
+
                 fall_back(question, candidates)
             settled = self._outcome()
-        return settled if assumed or budget.brief else without_curves(question, settled)
+        if assumed or budget.brief or not any(answer.double for answer in settled.answers):
+            return settled
+        from solver.kernel.full_search import without_curves
+
+        return without_curves(question, settled)
 
     def sparsely(self) -> BlockOutcome:
         """The first answer that sparse Newton steps come to."""
@@ -218,7 +225,7 @@ class _Search:
         solved = False
         match method:
             case Method.LINEAR if len(kernel.unknowns) > DENSE:
-                search_sparsely(question, candidates)
+                self._sparsely()
                 solved = bool(candidates.answers)
             case Method.POLYNOMIAL:
                 from solver.kernel import polynomial_block as polynomial
@@ -229,13 +236,15 @@ class _Search:
                 solved = kernel.closed is not None and solve_by_formula(question, candidates, kernel.closed)
             case Method.RANGE:
                 return self._over_tear(method, (kernel, *kernel.others))
-            case Method.SUBSTITUTION if (torn := reduced(kernel)) is not None:
+            case Method.SUBSTITUTION if (torn := _substituted(kernel)) is not None:
                 return self._over_tear(method, (torn,))
             case Method.BOXES if not self.whole:
+                from solver.kernel.full_search import search_boxes
+
                 self.complete = search_boxes(question, candidates, self.budget.thorough)
                 candidates.tried(method, self.complete)
             case Method.SPARSE:
-                search_sparsely(question, candidates)
+                self._sparsely()
                 candidates.tried(method)
             case Method.STARTS:
                 self._from_starts()
@@ -243,9 +252,20 @@ class _Search:
             self.complete = True
             candidates.tried(method, complete=True)
             return self._outcome()
-        if method is Method.LINEAR and (linear := solve_linear_block(question, self.off)) is not None:
-            return linear._replace(attempts=(Attempt(method, len(linear.answers), linear.complete),))
-        return None
+        return self._linear() if method is Method.LINEAR else None
+
+    def _linear(self) -> BlockOutcome | None:
+        from solver.kernel.linear_block import solve_linear_block
+
+        found = solve_linear_block(self.question, self.off)
+        return found and found._replace(
+            attempts=(Attempt(Method.LINEAR, len(found.answers), found.complete),)
+        )
+
+    def _sparsely(self, every: bool = False) -> None:
+        from solver.kernel.sparse_search import search_sparsely
+
+        search_sparsely(self.question, self.candidates, every)
 
     def _over_tear(self, method: Method, kernels: Sequence[BlockKernel]) -> BlockOutcome | None:
         """Search the range of the tear, of one tearing after another until all answers are known."""
@@ -269,9 +289,11 @@ class _Search:
 
     def _from_starts(self) -> None:
         question, candidates = self.question, self.candidates
+        from solver.kernel.full_search import search_from_starts
+
         search_from_starts(question, candidates, self.budget)
         if len(self.kernel.block.tears) > FEW_TEARS:
-            search_sparsely(question, candidates, every=True)
+            self._sparsely(every=True)
         candidates.tried(Method.STARTS)
         if self.torn_once and not candidates.answers and not self.kernel.exhaustive:
             from solver.kernel.tear_search import TearSearch

@@ -37,19 +37,18 @@ from rulesheets.syntax.nodes import (
     negative,
 )
 from rulesheets.syntax.program import walk
-from solver.accuracy.alike import MANY
+from solver.accuracy.rule_check import MANY
 from solver.kernel.block import FEW
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.emitter import SparseSystem, compile_expressions
 from solver.kernel.lifting import Lifting
 from solver.kernel.question import Question
-from solver.numerics.linear_algebra import Array
+from solver.numerics.linear_algebra import Array, Triplets
 from solver.numerics.sparse_newton import (
     ITERATIONS,
     Map,
     SparseFactor,
     SparseRoot,
-    Triplets,
     itself,
     sparse_least_squares,
     sparse_newton,

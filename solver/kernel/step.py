@@ -1,8 +1,6 @@
 """One equation solved for one unknown at given numbers: every preimage, or why there is none.
 
-The stages of an isolated equation are undone, the outermost operation first. In many decimal digits
-(``PreciseStep``) nothing is clamped that floats would clamp for their rounding: a target just inside an image
-keeps both of its preimages, and one just outside has none.
+The stages of an isolated equation are undone, the outermost operation first.
 """
 
 from __future__ import annotations
@@ -12,18 +10,16 @@ from bisect import bisect
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from itertools import zip_longest
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from rulesheets.evaluate import Undefined, derivatives, extended, rounded_derivatives, value
-from rulesheets.evaluate.digits import context
+from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.evaluate.number import enclose, number_text
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol
-from solver.accuracy.digits import Unresolved
 from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
-from solver.numerics.tolerances import CANCELLED, DELICATE, EPS, SPARE
+from solver.numerics.tolerances import CANCELLED, DELICATE, EPS
 from solver.path.graph import ModelGraph, within_half_turns
 from solver.path.isolate import TARGET, Isolation, Quadratic, Stage, operand
 
@@ -538,60 +534,3 @@ class StepSolver:
         q = -0.5 * (b - root if b < 0.0 else b + root)
         roots = [q / a, c / q if q else 0.0]
         return sorted(roots, reverse=True) if roots[0] != roots[1] else roots[:1]
-
-
-def exact_turn(turn: float, mp: Any) -> Any:
-    """A period in all digits: 360 is itself, the float next to 2π stands for 2π."""
-    halves = round(turn / math.pi)
-    return halves * mp.pi if math.isclose(turn, halves * math.pi, rel_tol=1e-15) else mp.mpf(turn)
-
-
-class PreciseStep(StepSolver):
-    """The known ``values`` may be mpmath numbers, or floats, which are taken as exact."""
-
-    def __init__(
-        self,
-        graph: ModelGraph,
-        equation: int,
-        isolation: Isolation,
-        values: Mapping[str, Any],
-        digits: int,
-        guess: float | None = None,
-    ) -> None:
-        super().__init__(graph, equation, isolation, values, guess)
-        self.digits, self.mp = digits, context(digits)
-        self.floats = {n: v if isinstance(v, str) else float(v) for n, v in self.values.items()}
-
-    def evaluate(self, expression: Expression, values: Mapping[str, Value]) -> Any:
-        return extended(expression, values, self.digits)
-
-    def _root(self, number: Any) -> Any:
-        return self.mp.sqrt(number)
-
-    def _near(self, share: float) -> float:
-        return float(10.0 ** (SPARE - self.digits))
-
-    def _cancels(self, expression: Expression, at: Mapping[str, Value]) -> bool:
-        return False
-
-    def _on_the_edge(self, undefined: Undefined) -> bool:
-        return False
-
-    def _in_image(self, stage: Stage, target: Any) -> Any:
-        """Ends that no float holds (π/2) are left to the operation itself."""
-        ends = [end for end in (stage.low, stage.high) if math.isfinite(end)]
-        return super()._in_image(stage, target) if all(float(end).is_integer() for end in ends) else target
-
-    def _turns(self, principal: Any, period: float, rest: tuple[Stage, ...]) -> list[Any]:
-        return super()._turns(principal, exact_turn(period, self.mp), rest)
-
-    def uncounted(self) -> None:
-        raise Unresolved
-
-    def _in_one_turn(self, number: Any, turn: float) -> Any:
-        whole = exact_turn(turn, self.mp)
-        wrapped = number - whole * self.mp.ceil(number / whole - 0.5)
-        return wrapped + whole if float(wrapped) == -turn / 2 else wrapped
-
-    def _polished(self, number: Any) -> Any:
-        return number

@@ -1,5 +1,11 @@
 """A block with one tear: the residual as a function of the tear, searched over its whole range.
 
+A block of several tears may have a single one with its definitions substituted. Where a rule of the block
+just says what one unknown is (``y = K*x``), its right side can stand for the unknown everywhere else. An
+unknown that then occurs more than once in a rule may still be isolated from it
+(``V*(K*x) + (1 - V)*x = z``), and a tear that gives all the others leaves one equation in one unknown, whose
+whole range can be searched. (Substitution before tearing: Elmqvist & Otter, ESM 1994, 326-332.)
+
 Far out on the line of a tear floats cannot tell ``x + 2*(2 - x) + x - 3`` from 0. There the chain is followed
 in many digits, and what it misses by has to come of the last places of the numbers that it is made of.
 """
@@ -7,25 +13,29 @@ in many digits, and what it misses by has to come of the last places of the numb
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context
 from rulesheets.evaluate.number import Inexact, exactly
-from rulesheets.syntax.nodes import Expression, Number
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import Expression, Name, Number, substitute, subtract
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import with_named_numbers
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import BlockOutcome, Candidates, Stretch, left_free
-from solver.kernel.chain import Chain, followed
+from solver.kernel.chain import RESIDUAL, Assignment, Chain, assigned, followed, through
 from solver.kernel.question import Budget, Question
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
 from solver.numerics.tolerances import BACKWARD, NOTHING
+from solver.path import SolveBlock
+from solver.path.graph import ModelGraph
+from solver.path.isolate import Isolation, isolate
 
 DIGITS = 60
 """Decimal digits of a number next to 1."""
@@ -118,8 +128,7 @@ class TearSearch:
         )
         self.budget.spend(search.levels * enclosure.operations)
         search = self._without_holes(place, search)
-        turn = self.question.turn(self.tear)
-        self.stretches += [Stretch(self.kernel.chains[place], *ends, turn) for ends in search.unresolved]
+        self.stretches += [Stretch(self.kernel, place, *ends) for ends in search.unresolved]
         for x in search.crossings:
             self._candidate(place, x)
         along = [self._along(place, x) for x in search.roots if x not in search.crossings]
@@ -267,3 +276,88 @@ def _short(box: tuple[float, float]) -> float:
     reach = max(high - low, 1e-9 * max(1.0, abs(middle)))
     numbers = (round(middle, digits) for digits in range(10))
     return next((number for number in numbers if abs(number - middle) <= reach), middle)
+
+
+# --- one tear by substitution ---
+
+Equations: TypeAlias = dict[int, tuple[Expression, Expression]]
+Order: TypeAlias = list[tuple[int, str, Isolation]]
+
+MOST_UNKNOWNS = 40
+LONGEST = 12
+"""Nodes of a right side that is worth repeating wherever its unknown occurs."""
+
+
+def reduced(kernel: BlockKernel) -> BlockKernel | None:
+    """The same block with one tear, after substitution; None where that is not to be had."""
+    kept = kernel.graph.kernels
+    key = "reduced", kernel.block
+    if key not in kept:
+        kept[key] = None
+        if (chain := _chain(kernel.graph, kernel.block)) is not None:
+            torn = kept[key] = BlockKernel(kernel.graph, kernel.block._replace(tears=chain.tears))
+            torn.chains = (chain,)
+            torn.exhaustive = True  # every isolation of the chain has one preimage
+    found: BlockKernel | None = kept[key]
+    return found
+
+
+def _chain(graph: ModelGraph, block: SolveBlock) -> Chain | None:
+    if len(block.unknowns) > MOST_UNKNOWNS:
+        return None
+    bodies = (graph.model.equations[number] for number in block.equations)
+    equations = {body.index: (body.left, body.right) for body in bodies}
+    unknowns, definitions = dict.fromkeys(block.unknowns), list[tuple[str, Expression]]()
+    while (definition := _definition(equations, unknowns)) is not None:
+        number, name, expression = definition
+        del equations[number], unknowns[name]
+        definitions.append((name, expression))
+        for other, (left, right) in equations.items():
+            if name in nodes.names(left) or name in nodes.names(right):
+                equations[other] = substitute(left, {name: expression}), substitute(right, {name: expression})
+    found = [(tear, order) for tear in unknowns if (order := _order(equations, unknowns, tear)) is not None]
+    if not definitions or not found:
+        return None
+    tear, order = min(found, key=lambda each: sum(isolation.cost for _, _, isolation in each[1]))
+    assignments: list[Assignment] = []
+    for number, (_, unknown, isolation) in enumerate(order):
+        (steps,) = through(isolation, f"#{number}", graph.model.variables[unknown])
+        assignments += steps
+    for name, expression in reversed(definitions):
+        assignments.append(assigned(graph.model.variables[name], expression))
+    (last,) = equations.keys() - {equation for equation, _, _ in order}
+    residual = Assignment(f"{RESIDUAL}{last}", subtract(*equations[last]))
+    return Chain((tear,), (*assignments, residual), (residual.name,))
+
+
+def _definition(equations: Equations, unknowns: Collection[str]) -> tuple[int, str, Expression] | None:
+    for number, (left, right) in equations.items():
+        for one, other in ((left, right), (right, left)):
+            if not isinstance(one, Name) or one.name not in unknowns:
+                continue
+            read = set(nodes.names(other)).intersection(unknowns)
+            if read and one.name not in read and sum(1 for _ in walk(other)) <= LONGEST:
+                return number, one.name, other
+    return None
+
+
+def _order(equations: Equations, unknowns: Collection[str], tear: str) -> Order | None:
+    """How the other unknowns follow from a tear, each from one equation in one way, if they do."""
+    waiting, unsolved = dict(equations), set(unknowns) - {tear}
+    order: Order = []
+    moving = True
+    while moving and unsolved:
+        moving = False
+        for number, sides in list(waiting.items()):
+            open_ = {name for side in sides for name in nodes.names(side)} & unsolved
+            if len(open_) != 1:
+                continue
+            (unknown,) = open_
+            isolation = isolate(*sides, unknown)
+            if isolation is None or isolation.branches > 1 or isolation.period:
+                continue
+            order.append((number, unknown, isolation))
+            del waiting[number]
+            unsolved.discard(unknown)
+            moving = True
+    return order if not unsolved and len(waiting) == 1 else None

@@ -30,6 +30,8 @@ MOST_DENSE = 600
 
 Array: TypeAlias = NDArray[np.float64]
 Rows: TypeAlias = Sequence[Sequence[float]] | Array
+Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]
+"""The entries of a sparse matrix, their rows and their columns; entries at one place are added."""
 
 
 class Factor:

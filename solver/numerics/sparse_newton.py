@@ -12,13 +12,10 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from solver.numerics.linear_algebra import Array
+from solver.numerics.linear_algebra import Array, Triplets
 from solver.numerics.tolerances import CONVERGED, DAMPING, FAST, LEAST, REFINABLE, STAGNATION, stagnates
 
-Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]
-"""The entries of a sparse matrix, their rows and their columns; entries at one place are added."""
 Map: TypeAlias = Callable[[Array], Array]
 ITERATIONS = 100
 SHORTEST, SHORTEST_POSITIVE = 2.0**-12, 2.0**-6

@@ -36,7 +36,6 @@ from rulesheets.syntax.nodes import (
     subtract,
 )
 from solver.numerics.linear_algebra import least_squares
-from solver.numerics.sparse_newton import sparse_least_squares
 from solver.path.graph import Alike, same_columns, shape_of
 
 Vector = NDArray[np.float64]
@@ -151,6 +150,8 @@ def nearly_balanced(
             rows = height + len(matrix) * count, width + free.size
     if not rows[0]:
         return np.ones(n)
+    from solver.numerics.sparse_newton import sparse_least_squares  # of large blocks alone
+
     data, lines, mine = (np.concatenate(parts) for parts in zip(*entries, strict=True))
     found = sparse_least_squares((data, lines, mine), rows, np.concatenate(rhs))[:n]
     return np.asarray(10.0 ** np.clip(found, -50.0, 50.0))

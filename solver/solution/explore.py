@@ -10,9 +10,8 @@ from typing import TypeAlias
 from rulesheets.deadline import TimeIsUp, expect_time, grace
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Number
-from solver.accuracy.alike import accepted
 from solver.accuracy.forward_error import forward_errors
-from solver.accuracy.rule_check import check_rule, half_unit
+from solver.accuracy.rule_check import MANY, check_rule, half_unit
 from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated, about
 from solver.kernel.block import DENSE, FEW, kernel_of
 from solver.kernel.candidates import BlockOutcome
@@ -555,7 +554,11 @@ class Explorer:
         values = branch.values = self._settled(branch)
         decided = {**branch.assumed, **self.casework.outcomes(range(len(self.model.conditions)), branch)}
         rules = list(known_rules(self.model, decided, values))
-        worst, left = accepted(self.model, rules, values)
+        worst, left = 0.0, tuple(rules)
+        if len(rules) > MANY:
+            from solver.accuracy.alike import accepted
+
+            worst, left = accepted(self.model, rules, values)
         conflicts: list[Fact] = []
         for equation in left:
             check = check_rule(equation, values)

@@ -17,7 +17,7 @@ from rulesheets.evaluate import Undefined, derivatives, extended, holds
 from rulesheets.evaluate.digits import context
 from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Value
-from rulesheets.syntax.nodes import Comparison, Condition
+from rulesheets.syntax.nodes import Comparison, Condition, Expression
 from solver.accuracy.digits import MAX_UNKNOWNS, ManyDigits, Unresolved, Work, null_vectors, resolve_fold
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import check_rule, gross, half_unit, sides
@@ -26,14 +26,15 @@ from solver.kernel.block import kernel_of
 from solver.kernel.candidates import Answer, BlockOutcome, Stretch
 from solver.kernel.chain import Chain, followed, slope_chain
 from solver.kernel.enclosure import Enclosure
-from solver.kernel.linear_block import Blur, undetermined
-from solver.kernel.question import Question
-from solver.kernel.step import PreciseStep, Refused, StepOutcome, StepSolver, exact_turn
+from solver.kernel.linear_block import undetermined
+from solver.kernel.question import Blur, Question
+from solver.kernel.step import Refused, StepOutcome, StepSolver
 from solver.leaves import Asked, Branch, Casework, Exploration
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.tolerances import AGREEMENT, CLOSE, DRIFT, PRECISIONS, SPARE
 from solver.path import Evaluate, SolveBlock, Step, equations_of
-from solver.path.isolate import Isolation
+from solver.path.graph import ModelGraph
+from solver.path.isolate import Isolation, Stage
 from solver.solution.explore import Explorer
 
 NUDGE = 2.0**-20
@@ -88,7 +89,7 @@ class _PreciseSearch(Explorer):
 
     def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
         guess = self.guesses.get(isolation.unknown)
-        found = PreciseStep(self.graph, equation, isolation, _known(branch), self.digits, guess).outcome()
+        found = _PreciseStep(self.graph, equation, isolation, _known(branch), self.digits, guess).outcome()
         vague = found.delicate and len(found.values) in (0, 2)
         return self._touched(branch, equation, isolation, found) if vague else found
 
@@ -180,7 +181,7 @@ class _PreciseSearch(Explorer):
             turn = self.graph.turn(name)
             if turn is not None and name in branch.precise:
                 turns = round((number - before) / turn)
-                exact = branch.precise[name] + turns * exact_turn(turn, context(self.digits))
+                exact = branch.precise[name] + turns * _exact_turn(turn, context(self.digits))
                 branch.precise[name], settled[name] = exact, float(exact)
         return settled
 
@@ -231,6 +232,67 @@ class _PreciseSearch(Explorer):
                 known[n] = context(self.digits).mpf(known[n]) + off
         root = ManyDigits([rule], (name,), known, self.digits, self.work).newton([number])
         return root is not None and bool(root[0] / number > INVERSE)
+
+
+def _exact_turn(turn: float, mp: Any) -> Any:
+    """A period in all digits: 360 is itself, the float next to 2π stands for 2π."""
+    halves = round(turn / math.pi)
+    return halves * mp.pi if math.isclose(turn, halves * math.pi, rel_tol=1e-15) else mp.mpf(turn)
+
+
+class _PreciseStep(StepSolver):
+    """The known ``values`` may be mpmath numbers, or floats, which are taken as exact.
+
+    Nothing is clamped that floats would clamp for their rounding: a target just inside an image keeps both of
+    its preimages, and one just outside has none.
+    """
+
+    def __init__(
+        self,
+        graph: ModelGraph,
+        equation: int,
+        isolation: Isolation,
+        values: Mapping[str, Any],
+        digits: int,
+        guess: float | None = None,
+    ) -> None:
+        super().__init__(graph, equation, isolation, values, guess)
+        self.digits, self.mp = digits, context(digits)
+        self.floats = {n: v if isinstance(v, str) else float(v) for n, v in self.values.items()}
+
+    def evaluate(self, expression: Expression, values: Mapping[str, Value]) -> Any:
+        return extended(expression, values, self.digits)
+
+    def _root(self, number: Any) -> Any:
+        return self.mp.sqrt(number)
+
+    def _near(self, share: float) -> float:
+        return float(10.0 ** (SPARE - self.digits))
+
+    def _cancels(self, expression: Expression, at: Mapping[str, Value]) -> bool:
+        return False
+
+    def _on_the_edge(self, undefined: Undefined) -> bool:
+        return False
+
+    def _in_image(self, stage: Stage, target: Any) -> Any:
+        """Ends that no float holds (π/2) are left to the operation itself."""
+        ends = [end for end in (stage.low, stage.high) if math.isfinite(end)]
+        return super()._in_image(stage, target) if all(float(end).is_integer() for end in ends) else target
+
+    def _turns(self, principal: Any, period: float, rest: tuple[Stage, ...]) -> list[Any]:
+        return super()._turns(principal, _exact_turn(period, self.mp), rest)
+
+    def uncounted(self) -> None:
+        raise Unresolved
+
+    def _in_one_turn(self, number: Any, turn: float) -> Any:
+        whole = _exact_turn(turn, self.mp)
+        wrapped = number - whole * self.mp.ceil(number / whole - 0.5)
+        return wrapped + whole if float(wrapped) == -turn / 2 else wrapped
+
+    def _polished(self, number: Any) -> Any:
+        return number
 
 
 class _Block:
@@ -362,7 +424,7 @@ def _settled(
     """
     numbers = {name: v for name, v in floats.items() if isinstance(v, float)}
     for stretch in stretches:
-        if (slope := slope_chain(stretch.chain)) is None:
+        if (slope := slope_chain(stretch.kernel.chains[stretch.place])) is None:
             return False
         enclosure = Enclosure(slope, tuple(numbers))
         if enclosure.slopes is None:
@@ -381,14 +443,15 @@ def _settled(
 def _lies_on(stretch: Stretch, root: Mapping[str, Any], floats: Mapping[str, Value]) -> bool:
     """Whether a root of the block is in the stretch or beside it, by the preimages of its chain."""
     pad = MARGIN * (stretch.high - stretch.low)
-    x, turn = float(root[stretch.chain.tears[0]]), stretch.turn or 0.0
+    chain = stretch.kernel.chains[stretch.place]
+    x, turn = float(root[chain.tears[0]]), stretch.kernel.graph.turn(chain.tears[0]) or 0.0
     if not any(stretch.low - pad <= x + k * turn <= stretch.high + pad for k in (-1, 0, 1)):
         return False
     try:
-        values = followed(stretch.chain, {**floats, **root}, PRECISIONS[0])
+        values = followed(chain, {**floats, **root}, PRECISIONS[0])
     except (Undefined, OverflowError):
         return False
-    pairs = ((values[item.name], root.get(item.name)) for item in stretch.chain.assignments)
+    pairs = ((values[item.name], root.get(item.name)) for item in chain.assignments)
     return all(
         meant is None or abs(found - meant) <= ALIKE * max(abs(found), abs(meant), 1e-300)
         for found, meant in pairs
@@ -403,7 +466,8 @@ def _excludes(stretch: Stretch, slope: Chain, curvature: float, system: ManyDigi
             values = followed(slope, {**system.known, slope.tears[0]: x}, system.digits)
         except (Undefined, OverflowError):
             return False
-        value, steepness = values[stretch.chain.residuals[0]], values[slope.residuals[0]]
+        residual = stretch.kernel.chains[stretch.place].residuals[0]
+        value, steepness = values[residual], values[slope.residuals[0]]
         if value * curvature > 0 and abs(value) * 2 * abs(curvature) > 1.001 * steepness * steepness:
             return True
         x = min(max(x + float(-steepness / curvature), stretch.low), stretch.high)

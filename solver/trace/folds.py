@@ -18,8 +18,9 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.kernel.block import BlockKernel, reduced
+from solver.kernel.block import BlockKernel
 from solver.kernel.enclosure import Enclosure
+from solver.kernel.tear_search import reduced
 from solver.numerics.isolation import HORIZON, presplit
 from solver.numerics.one_unknown import split_point
 from solver.trace.graph import Graph
