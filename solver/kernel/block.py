@@ -176,11 +176,9 @@ class BlockKernel:
     @cached_property
     def _flat(self) -> Callable[..., Sequence[float]]:
         names = (*self.unknowns, *self.known)
-
-        def made() -> Callable[..., Sequence[float]]:
-            return compile_expressions([slope or nodes.Number(0.0) for slope in self.partials], names)
-
-        return self.once("slopes", made)
+        return self.once(
+            "slopes", lambda: compile_expressions([slope or nodes.ZERO for slope in self.partials], names)
+        )
 
     @cached_property
     def alike(self) -> Alike:

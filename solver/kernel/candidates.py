@@ -9,19 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.accuracy.rule_check import MANY, gross
-from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange, RankLoss
+from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
 from solver.kernel.block import DENSE, BlockKernel
-from solver.kernel.question import Question, stays_deficient
-from solver.kernel.root_check import (
-    RootCheck,
-    Uncertainty,
-    astray,
-    check_root,
-    is_beside_pole,
-    root_beside,
-    sharp_root,
-    uncertainty,
-)
+from solver.kernel.question import Question, Uncertainty, is_beside_pole, uncertainty
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
 from solver.numerics.tolerances import (
@@ -122,6 +112,8 @@ class Candidates:
         point = question.named(result.x)
         if not result.outcome.found or self.dull >= MOST_DULL or not self.nearly(point):
             return
+        from solver.kernel.root_check import sharp_root
+
         self.dull += 1  # the float next to a root that floats converge to, if every equation holds there
         sharp = sharp_root(question, result.x, sizes)
         found = None if sharp is None else question.named(sharp)
@@ -173,6 +165,8 @@ class Candidates:
         ordinary = ordinary and found.steepness <= ORDINARY
         if ordinary and not is_beside_pole(self.question, point, found):
             return True
+        from solver.kernel.root_check import RootCheck, check_root  # most answers are ordinary
+
         verdict, root = check_root(self.question, point, found)
         finite = [error if math.isfinite(error) else 0.0 for error in found.errors]
         if verdict is RootCheck.STANDS and self._open(point, finite, MEANINGLESS):
@@ -216,7 +210,11 @@ class Candidates:
         or that it is none."""
         count, outside = len(self.answers), self.outside
         self.refine(list(point.values()))
-        return len(self.answers) > count or self.outside is not outside or astray(self.question, point)
+        if len(self.answers) > count or self.outside is not outside:
+            return True
+        from solver.kernel.root_check import astray
+
+        return astray(self.question, point)
 
     def proven(self, point: dict[str, float]) -> None:
         """Try a point next to a root that is proven to be; remember it if floats find no answer there,
@@ -225,6 +223,7 @@ class Candidates:
         self.refine(list(point.values()))
         if self._is_known(point) or self.question.outside(point) is not None:
             return
+        from solver.kernel.root_check import root_beside
 
         root, leads_away = root_beside(self.question, point)
         if root is not None and self.question.holds(root):
@@ -262,6 +261,8 @@ class Candidates:
     def suspect(self, point: dict[str, float]) -> None:
         """Remember a point that nearly satisfies every equation, or a root near it: whether there is one may
         be beyond floats."""
+        from solver.kernel.root_check import root_beside
+
         root, _ = root_beside(self.question, point, reach=1.0, most=10)
         if root is not None:
             self.proven(root)
@@ -376,17 +377,3 @@ class BlockOutcome(NamedTuple):
     @classmethod
     def out_of_range(cls, equations: tuple[int, ...], name: str, value: float) -> BlockOutcome:
         return cls(complete=True, facts=(OutOfRange(equations[0], name, value),))
-
-
-def left_free(
-    question: Question, point: Mapping[str, float], direction: Mapping[str, float], free: tuple[str, ...]
-) -> BlockOutcome:
-    """The outcome of a block that leaves unknowns ``free``, along ``direction`` at ``point``."""
-    with np.errstate(all="ignore"):
-        try:
-            everywhere = stays_deficient(question, point)
-        except (ArithmeticError, np.linalg.LinAlgError):
-            everywhere = False
-    fact = RankLoss(question.equations, free, direction, everywhere)
-    fixed = {name: number for name, number in point.items() if name not in free}
-    return BlockOutcome((Answer(fixed),), complete=True, facts=(fact,), free=free)

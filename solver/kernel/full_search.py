@@ -18,8 +18,9 @@ import numpy as np
 
 from rulesheets.syntax.nodes import Expression
 from solver.facts import Attempt, Beside, Method, RankLoss
-from solver.kernel.candidates import BlockOutcome, Candidates, left_free
+from solver.kernel.candidates import BlockOutcome, Candidates
 from solver.kernel.emitter import IntervalEmitter
+from solver.kernel.linear_block import left_free
 from solver.kernel.question import Budget, Question
 from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import (

@@ -20,10 +20,10 @@ from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression
 from solver.accuracy.rule_check import blur, check_rule, half_unit, with_named_numbers
-from solver.facts import BeyondFloats, Conflict
-from solver.kernel.candidates import Answer, BlockOutcome, left_free
+from solver.facts import BeyondFloats, Conflict, RankLoss
+from solver.kernel.candidates import Answer, BlockOutcome
 from solver.kernel.question import Blur, Question
-from solver.numerics.linear_algebra import EXACT_LIMIT, LinearOutcome, solve_linear
+from solver.numerics.linear_algebra import EXACT_LIMIT, Array, LinearOutcome, solve_linear
 from solver.numerics.newton import newton
 from solver.numerics.tolerances import ROUNDINGS, SMALLEST_NORMAL
 
@@ -273,3 +273,69 @@ def _regular(question: Question, point: dict[str, float]) -> BlockOutcome | None
     if outside is not None:
         return BlockOutcome.out_of_range(question.equations, outside, point[outside])
     return BlockOutcome((Answer(point),), complete=True)
+
+
+# --- what a block leaves free ---
+
+
+def left_free(
+    question: Question, point: Mapping[str, float], direction: Mapping[str, float], free: tuple[str, ...]
+) -> BlockOutcome:
+    """The outcome of a block that leaves unknowns ``free``, along ``direction`` at ``point``."""
+    with np.errstate(all="ignore"):
+        try:
+            everywhere = stays_deficient(question, point)
+        except (ArithmeticError, np.linalg.LinAlgError):
+            everywhere = False
+    fact = RankLoss(question.equations, free, direction, everywhere)
+    fixed = {name: number for name, number in point.items() if name not in free}
+    return BlockOutcome((Answer(fixed),), complete=True, facts=(fact,), free=free)
+
+
+STEP_ALONG = 1e-2
+"""Share of the size of a variable by which a point is displaced."""
+
+
+def stays_deficient(question: Question, point: Mapping[str, float]) -> bool:
+    """Whether the Jacobian stays deficient as the known values move, with the equations still satisfied.
+
+    A point of the solution set over unknowns *and* known values is displaced along the null space of
+    the whole Jacobian and brought back by Gauss–Newton. If the unknowns' part of the Jacobian has lost
+    rank there too, the equations repeat one another; if not, it is the values at hand that are special.
+
+    Numpy's warnings are silenced by the caller. Raises ArithmeticError and LinAlgError.
+    """
+    n, names = len(question.unknowns), (*question.unknowns, *question.kernel.known)
+    z = np.array([*(point.get(name, 1.0) for name in question.unknowns), *question.known])
+    if n == len(z):
+        return True
+
+    def linearized(z: Array) -> tuple[Array, Array]:
+        """Residual (m,) and Jacobian (m, k) over unknowns and known values (k,)."""
+        at = dict(zip(names, z.tolist(), strict=True))
+        swept = [derivatives(form, at) for form in question.kernel.forms]
+        rows = [[slopes.get(name, 0.0) for name in names] for _, slopes in swept]
+        return np.array([miss for miss, _ in swept]), np.array(rows)
+
+    def size(z: Array) -> Array:
+        return np.where(z, np.abs(z), 1.0)
+
+    rank, right = _rank(linearized(z)[1] * size(z), 1e-6)
+    for seed in range(3):
+        mix = [math.cos((k + 1) * (1.7 + seed)) for k in range(len(z) - rank)]
+        moved = z + STEP_ALONG * size(z) * (mix @ right[rank:])
+        for _ in range(12):
+            miss, jacobian = linearized(moved)
+            moved = moved - np.linalg.lstsq(jacobian, miss, rcond=1e-10)[0]
+        miss, jacobian = linearized(moved)
+        settled = np.abs(miss).max() <= 1e-9 * max(1.0, np.abs(moved).max() ** 2)
+        if settled and _rank((jacobian * size(moved))[:, :n], 1e-5)[0] == n:
+            return False
+    return True
+
+
+def _rank(jacobian: Array, share: float) -> tuple[int, Array]:
+    """The rank of a matrix with its rows equilibrated, and its right singular vectors."""
+    size = np.abs(jacobian).max(axis=1, keepdims=True)
+    _, values, right = np.linalg.svd(jacobian / np.where(size > 0.0, size, 1.0))
+    return int((values > share * values[0]).sum()), right

@@ -12,17 +12,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from rulesheets.deadline import expect_time
-from rulesheets.evaluate import derivatives
+from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.evaluate.number import enclose
 from rulesheets.model import Equation, Value
-from solver.accuracy.rule_check import MANY, check_rule
+from solver.accuracy.rule_check import MANY, check_rule, gross, size
 from solver.kernel.block import BlockKernel
+from solver.kernel.emitter import BESIDE
 from solver.numerics.linear_algebra import Array, Factor, Triplets, factorise, sparse_matrix
+from solver.numerics.tolerances import BACKWARD, EPS
 from solver.path.graph import within_half_turns
 
 SOLVE = 60_000
@@ -250,50 +252,82 @@ class Question:
         return (distance, *((abs(number), behind) if self.turn(first) else (behind, abs(number))))
 
 
-STEP_ALONG = 1e-2
-"""Share of the size of a variable by which a point is displaced."""
+# --- how far rounding leaves a point open ---
+
+LOW_DEGREE = 9
+"""The degree up to which a rule that is a polynomial is not called steep."""
 
 
-def stays_deficient(question: Question, point: Mapping[str, float]) -> bool:
-    """Whether the Jacobian stays deficient as the known values move, with the equations still satisfied.
-
-    A point of the solution set over unknowns *and* known values is displaced along the null space of
-    the whole Jacobian and brought back by Gauss–Newton. If the unknowns' part of the Jacobian has lost
-    rank there too, the equations repeat one another; if not, it is the values at hand that are special.
-
-    Numpy's warnings are silenced by the caller. Raises ArithmeticError and LinAlgError.
+class Uncertainty(NamedTuple):
+    """``errors`` (n,) of the unknowns; ``steepness``: how far a rule moves with its variables, beside its
+    terms, the largest of the block. ``relative``: of a large block the largest error beside the size of its
+    unknown, estimated at once.
     """
-    n, names = len(question.unknowns), (*question.unknowns, *question.kernel.known)
-    z = np.array([*(point.get(name, 1.0) for name in question.unknowns), *question.known])
-    if n == len(z):
-        return True
 
-    def linearized(z: Array) -> tuple[Array, Array]:
-        """Residual (m,) and Jacobian (m, k) over unknowns and known values (k,)."""
-        at = dict(zip(names, z.tolist(), strict=True))
-        swept = [derivatives(form, at) for form in question.kernel.forms]
-        rows = [[slopes.get(name, 0.0) for name in names] for _, slopes in swept]
-        return np.array([miss for miss, _ in swept]), np.array(rows)
-
-    def size(z: Array) -> Array:
-        return np.where(z, np.abs(z), 1.0)
-
-    rank, right = _rank(linearized(z)[1] * size(z), 1e-6)
-    for seed in range(3):
-        mix = [math.cos((k + 1) * (1.7 + seed)) for k in range(len(z) - rank)]
-        moved = z + STEP_ALONG * size(z) * (mix @ right[rank:])
-        for _ in range(12):
-            miss, jacobian = linearized(moved)
-            moved = moved - np.linalg.lstsq(jacobian, miss, rcond=1e-10)[0]
-        miss, jacobian = linearized(moved)
-        settled = np.abs(miss).max() <= 1e-9 * max(1.0, np.abs(moved).max() ** 2)
-        if settled and _rank((jacobian * size(moved))[:, :n], 1e-5)[0] == n:
-            return False
-    return True
+    errors: list[float]
+    steepness: float = 0.0
+    relative: float | None = None
 
 
-def _rank(jacobian: Array, share: float) -> tuple[int, Array]:
-    """The rank of a matrix with its rows equilibrated, and its right singular vectors."""
-    size = np.abs(jacobian).max(axis=1, keepdims=True)
-    _, values, right = np.linalg.svd(jacobian / np.where(size > 0.0, size, 1.0))
-    return int((values > share * values[0]).sum()), right
+def uncertainty(question: Question, point: Mapping[str, float]) -> Uncertainty:
+    """Forward error of the unknowns for the backward error that the rule check admits: |J⁻¹|·t."""
+    if len(point) > MANY and question.sparse is not None:
+        return _sparse_uncertainty(question, question.sparse, point)
+    everything = {**question.here, **point}
+    try:
+        jacobian = question.jacobian(list(point.values()))
+    except (ArithmeticError, ValueError):  # a slope is infinite there: nothing speaks for a multiple root
+        return Uncertainty([0.0] * len(point))
+    sizes = [(size(rule, everything), gross(rule, everything)) for rule in question.kernel.equations]
+    steepness = max((moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0)
+    tolerances = [max(BACKWARD * moves, EPS * terms) for moves, terms in sizes]
+    with np.errstate(all="ignore"):
+        try:
+            errors = np.abs(np.linalg.inv(jacobian)) @ tolerances
+        except np.linalg.LinAlgError:
+            errors = np.full(len(sizes), math.inf)
+    return Uncertainty(np.where(np.isfinite(errors), errors, math.inf).tolist(), steepness)
+
+
+def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, float]) -> Uncertainty:
+    """The same of a large block. An unknown near 0 is measured by what would move one of its rules by as much
+    as the terms of that are. Polynomials are not steep, however much cancels in their brackets: multiplied
+    out, their terms are as large as their moves, but for the degree."""
+    from solver.accuracy.alike import evaluated, sizes_of
+    from solver.numerics.sparse_newton import SparseFactor
+
+    found = evaluated(question.graph.model, question.kernel.equations, {**question.here, **point})
+    moves, gross = (np.where(np.isnan(size), np.inf, size) for size in (found.moves, found.gross))
+    terms = np.where(question.kernel.degrees <= LOW_DEGREE, np.maximum(moves, gross), gross)
+    x = np.array(list(point.values()))
+    entries = sparse[1](x)
+    with np.errstate(all="ignore"):
+        steepness = float(np.where(moves > 0.0, moves / terms, 0.0).max())
+    steepness = math.inf if math.isnan(steepness) else steepness
+    try:
+        factor = SparseFactor(entries, len(x))
+    except ArithmeticError:
+        return Uncertainty([math.inf] * len(x), steepness, math.inf)
+    weight = sizes_of(x, terms, *entries)
+    relative = factor.spread(np.maximum(BACKWARD * moves, EPS * terms), weight)
+    if not math.isfinite(relative):
+        relative = math.inf
+    return Uncertainty((relative * weight).tolist(), steepness, relative)
+
+
+def is_beside_pole(question: Question, point: Mapping[str, float], found: Uncertainty) -> bool:
+    """Whether a rule divides by what may be 0 within the error bars of a point, however harmless its slopes:
+    beside a removable 0/0 they are those of the limit."""
+    system = question.kernel.sparse if len(point) > MANY else None
+    if system is not None:
+        return system.divides_by_nothing([*point.values()], question.known, found.errors)
+    reach, everything = dict(zip(point, found.errors, strict=True)), {**question.here, **point}
+    for divisor in question.kernel.divisors:
+        try:
+            at, slopes = derivatives(divisor, everything)
+        except Undefined:
+            return True
+        moves = sum(abs(slope) * reach.get(name, 0.0) for name, slope in slopes.items() if slope)
+        if not moves < BESIDE * abs(at):  # it may be 0, or nearly
+            return True
+    return False

@@ -1,4 +1,4 @@
-"""How far rounding leaves the point of a block open, and whether there is a root within that.
+"""Whether there is a root of a block within the error bars of a point.
 
 A rule holds if values within a few ulp of those reported satisfy it. Next to a removable 0/0 the slopes are
 so large that this lets anything pass: ``(a - b)/(x - 1)`` takes any value at all as its differences round. So
@@ -16,71 +16,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from enum import Enum, auto
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from rulesheets.evaluate import Undefined, derivatives, extended
+from rulesheets.evaluate import Undefined, extended
 from rulesheets.evaluate.digits import context
-from solver.accuracy.rule_check import MANY, gross, size
-from solver.kernel.emitter import BESIDE
-from solver.kernel.question import Question, Sparse
-from solver.numerics.linear_algebra import eliminate, inverse
-from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS, ORDINARY, REFINED, SAFETY, SETTLED
-
-LOW_DEGREE = 9
-"""The degree up to which a rule that is a polynomial is not called steep."""
+from solver.accuracy.digits import linearized
+from solver.accuracy.rule_check import gross
+from solver.kernel.question import Question, Uncertainty, is_beside_pole, uncertainty
+from solver.numerics.linear_algebra import eliminate
+from solver.numerics.tolerances import ASTRAY, EPS, ORDINARY, REFINED, SAFETY, SETTLED
 
 
-class Uncertainty(NamedTuple):
-    """``errors`` (n,) of the unknowns; ``steepness``: how far a rule moves with its variables, beside its
-    terms, the largest of the block. ``relative``: of a large block the largest error beside the size of its
-    unknown, estimated at once.
-    """
-
-    errors: list[float]
-    steepness: float = 0.0
-    relative: float | None = None
-
-
-def uncertainty(question: Question, point: Mapping[str, float]) -> Uncertainty:
-    """Forward error of the unknowns for the backward error that the rule check admits: |J⁻¹|·t."""
-    if len(point) > MANY and question.sparse is not None:
-        return _sparse_uncertainty(question, question.sparse, point)
-    try:
-        jacobian = question.jacobian(list(point.values()))
-    except (ArithmeticError, ValueError):  # a slope is infinite there: nothing speaks for a multiple root
-        return Uncertainty([0.0] * len(point))
-    return _forward_error(question, point, jacobian)
-
-
-def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, float]) -> Uncertainty:
-    """The same of a large block. An unknown near 0 is measured by what would move one of its rules by as much
-    as the terms of that are. Polynomials are not steep, however much cancels in their brackets: multiplied
-    out, their terms are as large as their moves, but for the degree."""
-    from solver.accuracy.alike import evaluated, sizes_of
-    from solver.numerics.sparse_newton import SparseFactor
-
-    found = evaluated(question.graph.model, question.kernel.equations, {**question.here, **point})
-    moves, gross = (np.where(np.isnan(size), np.inf, size) for size in (found.moves, found.gross))
-    terms = np.where(question.kernel.degrees <= LOW_DEGREE, np.maximum(moves, gross), gross)
-    x = np.array(list(point.values()))
-    entries = sparse[1](x)
-    with np.errstate(all="ignore"):
-        steepness = float(np.where(moves > 0.0, moves / terms, 0.0).max())
-    steepness = math.inf if math.isnan(steepness) else steepness
-    try:
-        factor = SparseFactor(entries, len(x))
-    except ArithmeticError:
-        return Uncertainty([math.inf] * len(x), steepness, math.inf)
-    weight = sizes_of(x, terms, *entries)
-    relative = factor.spread(np.maximum(BACKWARD * moves, EPS * terms), weight)
-    if not math.isfinite(relative):
-        relative = math.inf
-    return Uncertainty((relative * weight).tolist(), steepness, relative)
-
-
-def astray(question: Question, point: Mapping[str, float], share: float = ASTRAY) -> bool:
+def astray(question: Question, point: Mapping[str, float]) -> bool:
     """Whether a point that was computed is plainly no answer: an equation misses by more than a share
     of its terms, and than what rounding of the point itself explains. A number that cancellation has left
     no digit of says nothing against the others.
@@ -89,31 +38,15 @@ def astray(question: Question, point: Mapping[str, float], share: float = ASTRAY
     try:
         misses = question.residual(x)
         equations = question.kernel.equations
-        far = [abs(m) > share * gross(e, here) for m, e in zip(misses, equations, strict=True)]
+        far = [abs(m) > ASTRAY * gross(e, here) for m, e in zip(misses, equations, strict=True)]
         if not any(far):
             return False
         jacobian = question.jacobian(x)
     except (ArithmeticError, ValueError):
         return False
-    off = _forward_error(question, point, jacobian).errors
+    off = uncertainty(question, point).errors
     explained = [sum(abs(s) * e for s, e in zip(row, off, strict=True) if s) for row in jacobian]
     return any(is_far and abs(m) > e for is_far, m, e in zip(far, misses, explained, strict=True))
-
-
-def _forward_error(
-    question: Question, point: Mapping[str, float], jacobian: Sequence[Sequence[float]]
-) -> Uncertainty:
-    """|J⁻¹|·t for a Jacobian (n, n) and the backward errors t of rules; infinite where it is singular."""
-    everything = {**question.here, **point}
-    sizes = [(size(rule, everything), gross(rule, everything)) for rule in question.kernel.equations]
-    steepness = max((moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0)
-    inverted = inverse(jacobian)
-    if inverted is None:
-        return Uncertainty([math.inf] * len(sizes), steepness)
-    tolerances = [max(BACKWARD * moves, EPS * terms) for moves, terms in sizes]
-    with np.errstate(all="ignore"):
-        errors = np.abs(inverted) @ np.array(tolerances)
-    return Uncertainty(np.where(np.isfinite(errors), errors, math.inf).tolist(), steepness)
 
 
 REFINED_DIGITS = 60
@@ -201,24 +134,6 @@ def check_root(
     return (RootCheck.BESIDE_POLE if settled else RootCheck.NO_ROOT), there
 
 
-def is_beside_pole(question: Question, point: Mapping[str, float], found: Uncertainty) -> bool:
-    """Whether a rule divides by what may be 0 within the error bars of a point, however harmless its slopes:
-    beside a removable 0/0 they are those of the limit."""
-    system = question.kernel.sparse if len(point) > MANY else None
-    if system is not None:
-        return system.divides_by_nothing([*point.values()], question.known, found.errors)
-    reach, everything = dict(zip(point, found.errors, strict=True)), {**question.here, **point}
-    for divisor in question.kernel.divisors:
-        try:
-            at, slopes = derivatives(divisor, everything)
-        except Undefined:
-            return True
-        moves = sum(abs(slope) * reach.get(name, 0.0) for name, slope in slopes.items() if slope)
-        if not moves < BESIDE * abs(at):  # it may be 0, or nearly
-            return True
-    return False
-
-
 ROUNDS, CONTRACTION = 5, 0.1
 """Steps in extended precision, and the share of one that the next may be; the last, of the error bar 1e-5."""
 
@@ -283,8 +198,6 @@ def _solved_on(
 
     Raises Undefined where a slope has no value at the beginning.
     """
-    from solver.accuracy.digits import linearized  # most answers are ordinary
-
     mp, unknowns = context(DIGITS), question.unknowns
 
     def at(x: Sequence[Any]) -> tuple[list[list[Any]], list[Any]]:

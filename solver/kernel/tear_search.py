@@ -28,8 +28,9 @@ from rulesheets.syntax.nodes import Expression, Name, Number, substitute, subtra
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import with_named_numbers
 from solver.kernel.block import BlockKernel
-from solver.kernel.candidates import BlockOutcome, Candidates, Stretch, left_free
+from solver.kernel.candidates import BlockOutcome, Candidates, Stretch
 from solver.kernel.chain import RESIDUAL, Assignment, Chain, assigned, followed, through
+from solver.kernel.linear_block import left_free
 from solver.kernel.question import Budget, Question
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
 from solver.numerics.tolerances import BACKWARD, NOTHING

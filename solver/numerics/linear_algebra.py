@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.numerics.tolerances import CONSISTENT, EPS, INDEPENDENT, MOVES, Outcome
+from solver.numerics.tolerances import CONSISTENT, EPS, INDEPENDENT, MOVES
 
 WELL_CONDITIONED = 1e-8
 """The least reciprocal condition of normal equations that are solved."""
@@ -192,15 +192,6 @@ def row_sizes(matrix: Any, column_weights: Any) -> Array:
     return sizes
 
 
-def inverse(matrix: Rows) -> Any:
-    """The inverse (n, n) of a square matrix; None where LAPACK finds it singular."""
-    try:
-        with np.errstate(all="ignore"):
-            return np.linalg.inv(np.asarray(matrix, dtype=float))
-    except np.linalg.LinAlgError:
-        return None
-
-
 def null_direction(matrix: Rows, x: Sequence[float]) -> tuple[float, ...]:
     """The direction (n,), its largest part ± 1, along which A x changes least in units scaled by |x|.
 
@@ -326,8 +317,6 @@ class LinearOutcome(NamedTuple):
     ``multipliers`` are the factors of those rows, ``miss`` their combined right-hand side.
     """
 
-    outcome: Outcome
-    rank: int
     solution: tuple[float | None, ...] | None
     nullspace: tuple[tuple[float, ...], ...] = ()
     conflict: tuple[int, ...] = ()
@@ -354,8 +343,8 @@ def solve_linear(
 ) -> LinearOutcome:
     """Solve A x = b for m × n rows of finite floats or fractions.
 
-    Up to 30 rows and columns by fractions; beyond by LU with iterative refinement, where a matrix that
-    is singular to rounding gives ``SINGULAR_JACOBIAN`` with its numerical rank.
+    Up to 30 rows and columns by fractions; beyond by LU with iterative refinement, where the rank is that to
+    rounding.
     """
     n = len(matrix[0]) if matrix else 0
     if max(n, len(matrix)) > EXACT_LIMIT:
@@ -381,13 +370,12 @@ def solve_linear(
         own = rows[i][n + 1 + i]
         multipliers = tuple(_quotient(rows[i][n + 1 + k], own) for k in origins)
         miss = _quotient(rows[i][n], own)
-        return LinearOutcome(Outcome.NO_ROOT, len(pivots), None, tuple(basis), origins, multipliers, miss)
+        return LinearOutcome(None, tuple(basis), origins, multipliers, miss)
     values: list[float | None] = [None] * n
     for i, column in pivots.items():
         if sum(map(bool, rows[i][:n])) == 1:
             values[column] = _quotient(rows[i][n], rows[i][column])
-    outcome = Outcome.SINGULAR_JACOBIAN if basis else Outcome.CONVERGED
-    return LinearOutcome(outcome, len(pivots), tuple(values), tuple(basis))
+    return LinearOutcome(tuple(values), tuple(basis))
 
 
 def gauss_jordan(
@@ -449,12 +437,11 @@ def _solved(a: Array, b: Array) -> LinearOutcome:
         if contradiction is not None:
             return contradiction
     if factor.rank == n:
-        return LinearOutcome(Outcome.CONVERGED, n, tuple(x.tolist()))
+        return LinearOutcome(tuple(x.tolist()))
     null = np.linalg.svd(a)[2][factor.rank :]
     basis = np.where(np.abs(null) > FREE_PART, null, 0.0)
     values = [None if part.any() else v for part, v in zip(basis.T, x.tolist(), strict=True)]
-    nullspace = tuple(map(tuple, basis.tolist()))
-    return LinearOutcome(Outcome.SINGULAR_JACOBIAN, factor.rank, tuple(values), nullspace)
+    return LinearOutcome(tuple(values), tuple(map(tuple, basis.tolist())))
 
 
 def _contradiction(a: Array, b: Array, rank: int) -> LinearOutcome | None:
@@ -472,4 +459,4 @@ def _contradiction(a: Array, b: Array, rank: int) -> LinearOutcome | None:
     direction = direction / np.abs(direction).max()
     named = np.flatnonzero(np.abs(direction) * rows > NAMED_PART * np.abs(direction * rows).max())
     multipliers, miss = tuple(direction[named].tolist()), float(direction @ b)
-    return LinearOutcome(Outcome.NO_ROOT, rank, None, (), tuple(named.tolist()), multipliers, miss)
+    return LinearOutcome(None, (), tuple(named.tolist()), multipliers, miss)

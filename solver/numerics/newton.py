@@ -120,7 +120,6 @@ class NewtonResult(NamedTuple):
     """The best point met."""
 
     x: tuple[float, ...]
-    residual: tuple[float, ...]
     outcome: Outcome
     iterations: int
 
@@ -142,11 +141,9 @@ def newton(
     system = System(residual, jacobian, [abs(s) or 1.0 for s in (start if scale is None else scale)])
     with np.errstate(all="ignore"):
         first = system.point(x)
-        if first is not None:
-            return _Search(system, first, limits).run()
-        values = system.residual_at(x)
-    shown = () if values is None else tuple(values.tolist())
-    return NewtonResult(tuple(x.tolist()), shown, Outcome.DOMAIN, 0)
+        if first is None:
+            return NewtonResult(tuple(x.tolist()), Outcome.DOMAIN, 0)
+        return _Search(system, first, limits).run()
 
 
 class _Search:
@@ -286,8 +283,7 @@ class _Search:
         return False
 
     def _result(self, outcome: Outcome) -> NewtonResult:
-        p = self.point
-        return NewtonResult(tuple(p.x.tolist()), tuple(p.residual.tolist()), outcome, self.iterations)
+        return NewtonResult(tuple(self.point.x.tolist()), outcome, self.iterations)
 
 
 def _is_straight(p: Point, following: Point) -> bool:

@@ -252,7 +252,6 @@ class Outcome(Enum):
     """The end of a search. Only ``CONVERGED`` stands for an isolated answer correct to rounding."""
 
     CONVERGED = "The residual vanishes to rounding at an isolated point."
-    NO_ROOT = "It is proven that the range holds no root."
     SINGULAR_JACOBIAN = (
         "The residual vanishes to rounding, but the Jacobian loses rank there: "
         "the answer is not isolated, or it is a multiple one."

@@ -13,8 +13,8 @@ from benchmarks import more_networks as more
 from benchmarks.chains import backwater, chemostats, epidemic, populations
 from benchmarks.networks import Network, bratu, direct_current, gas, load_flow, pipes, plate, radiation
 from solver.kernel.block import BlockKernel
-from solver.kernel.question import Question
-from solver.kernel.root_check import RootCheck, check_root, uncertainty
+from solver.kernel.question import Question, uncertainty
+from solver.kernel.root_check import RootCheck, check_root
 from solver.path import SolveBlock
 from solver.path.planner import planner
 

@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solver.numerics.linear_algebra import solve_linear
-from solver.numerics.tolerances import Outcome
 
 ENTRIES = st.integers(-6, 6)
 
@@ -37,7 +36,6 @@ def test_rank_and_consistency_agree_with_sympy(system: System) -> None:
     rows, rhs = system
     outcome = solve_linear(rows, rhs)
     matrix = sympy.Matrix(rows)
-    assert outcome.rank == matrix.rank()
     assert (not outcome.conflict) == (matrix.row_join(sympy.Matrix(rhs)).rank() == matrix.rank())
     assert len(outcome.nullspace) == matrix.shape[1] - matrix.rank()
 
@@ -87,14 +85,14 @@ def test_solution_is_correctly_rounded_where_floats_lose_everything() -> None:
 
 def test_the_contradicting_pair_is_named_with_its_miss() -> None:
     outcome = solve_linear([[1, 0, 1], [1, 1, 0], [1, 1, 0]], [5, 26, 27])
-    assert outcome.outcome is Outcome.NO_ROOT
+    assert outcome.solution is None
     assert outcome.conflict == (1, 2)
     assert abs(outcome.miss) == 1
 
 
 def test_redundant_rows_leave_what_they_leave_free() -> None:
     outcome = solve_linear([[1, 1, 0], [2, 2, 0], [0, 0, 3]], [26, 52, 6])
-    assert outcome.rank == 2
+    assert len(outcome.nullspace) == 1
     assert outcome.solution == (None, None, 2.0)
     assert outcome.free == (0, 1)
 
@@ -106,7 +104,6 @@ def test_large_system_is_refined_to_working_precision(filled: float) -> None:
     matrix = random.integers(-9, 10, (n, n)) * (random.random((n, n)) < filled) + 40 * numpy.eye(n)
     x = random.integers(1, 100, n)
     outcome = solve_linear(matrix.tolist(), (matrix @ x).tolist())
-    assert outcome.outcome is Outcome.CONVERGED
     assert outcome.solution == tuple(map(float, x))
 
 
@@ -117,7 +114,6 @@ def test_large_singular_system_keeps_what_is_determined() -> None:
     rows[5, 4], rows[4, 5] = 2, 0.5
     rows[4, 4], rows[5, 5] = 1, 1
     outcome = solve_linear(rows.tolist(), [1.0] * 4 + [3.0, 6.0] + [1.0] * (n - 6))
-    assert outcome.outcome is Outcome.SINGULAR_JACOBIAN
     assert outcome.free == (4, 5)
     assert outcome.solution is not None
     assert outcome.solution[0] == pytest.approx(1.0)
@@ -130,7 +126,7 @@ def test_large_contradiction_names_its_rows() -> None:
     rhs = [1.0] * n
     rhs[7] = 2.0
     outcome = solve_linear(rows.tolist(), rhs)
-    assert outcome.outcome is Outcome.NO_ROOT
+    assert outcome.solution is None
     assert outcome.conflict == (3, 7)
 
 
@@ -144,7 +140,7 @@ def test_independent_rows_of_a_wide_system_never_contradict_each_other(seed: int
     numpy.fill_diagonal(matrix, 1.0)
     rhs = numpy.where(random.random(m) < 0.1, random.normal(size=m), 0.0)
     outcome = solve_linear(matrix.tolist(), rhs.tolist())
-    assert outcome.rank == m
+    assert len(outcome.nullspace) == n - m
     assert not outcome.conflict
 
 
