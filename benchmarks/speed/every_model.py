@@ -21,7 +21,7 @@ from rulesheets.model import Model, Value
 from solver.facts import Status
 from solver.files.tables import CODES
 from solver.leaves import Asked
-from solver.solution.refinement import explore_refined
+from solver.solution.verdict import explore_refined
 from solver.sweeps import Plan
 from solver.trace.llvm import available
 

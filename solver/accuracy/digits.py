@@ -29,7 +29,6 @@ from solver.numerics.linear_algebra import Singular, eliminate_rows
 from solver.numerics.tolerances import FOLD, SPARE, SUSPECT
 
 MAX_ITERATIONS = 40
-MAX_UNKNOWNS = 60
 MAX_WORK = 60_000
 """Operations."""
 

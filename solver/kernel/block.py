@@ -210,17 +210,20 @@ class BlockKernel:
 
     def chain_function(self, place: int) -> Callable[..., Any]:
         """``f(*tears, *known)`` gives the unknowns in order and then the residuals."""
-        from solver.kernel.chain import compile_chain
 
-        chain = self.chains[place]
-        results = (*self.unknowns, *chain.residuals)
-        return self.once(("chain", place), lambda: compile_chain(chain, self.known, results))
+        def made() -> Callable[..., Any]:
+            from solver.kernel.chain import compile_chain
+
+            chain = self.chains[place]
+            return compile_chain(chain, self.known, (*self.unknowns, *chain.residuals))
+
+        return self.once(("chain", place), made)
 
     def enclosure(self, place: int) -> Enclosure:
         """Bounds of the residual of a chain over boxes of its tear."""
-        from solver.kernel.enclosure import Enclosure
-
         if place not in self._enclosures:
+            from solver.kernel.enclosure import Enclosure
+
             shared = self.once(("enclosure", place), dict[str, Any])
             self._enclosures[place] = Enclosure(self.chains[place], self.known, shared=shared)
         return self._enclosures[place]

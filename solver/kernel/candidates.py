@@ -13,7 +13,7 @@ from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
 from solver.kernel.block import DENSE, BlockKernel
 from solver.kernel.question import Question, Uncertainty, is_beside_pole, uncertainty
 from solver.numerics.linear_algebra import null_direction
-from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, newton
+from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, Outcome, newton
 from solver.numerics.tolerances import (
     BLUR,
     COVERED,
@@ -27,7 +27,6 @@ from solver.numerics.tolerances import (
     SAME_VALUE,
     SIMPLE,
     VANISHED,
-    Outcome,
 )
 
 TINY = 1e-8

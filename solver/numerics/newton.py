@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from enum import Enum
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -34,9 +35,34 @@ from solver.numerics.tolerances import (
     STAGNATION,
     TIGHT,
     VANISHING,
-    Outcome,
-    stagnates,
 )
+
+
+class Outcome(Enum):
+    """The end of a search. Only ``CONVERGED`` stands for an isolated answer correct to rounding."""
+
+    CONVERGED = "The residual vanishes to rounding at an isolated point."
+    SINGULAR_JACOBIAN = (
+        "The residual vanishes to rounding, but the Jacobian loses rank there: "
+        "the answer is not isolated, or it is a multiple one."
+    )
+    STALLED = "No step makes the residual smaller, and it does not vanish."
+    LIMIT = "The limit on iterations was reached before the residual vanished."
+    DOMAIN = "The residual or its Jacobian is undefined at the start or at the point approached."
+
+    def __str__(self) -> str:
+        return self.value
+
+    @property
+    def found(self) -> bool:
+        """Whether the residual vanishes to rounding at the point returned."""
+        return self in (Outcome.CONVERGED, Outcome.SINGULAR_JACOBIAN)
+
+
+def stagnates(step_norm: float, previous_norm: float) -> bool:
+    """Quadratic contraction has ended at a step so small that only rounding explains it."""
+    return step_norm <= STAGNATION and step_norm > 0.25 * previous_norm
+
 
 Residual: TypeAlias = Callable[[list[float]], Sequence[float]]
 Jacobian: TypeAlias = Callable[[list[float]], Any]

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from solver.numerics.linear_algebra import Array, Triplets
-from solver.numerics.tolerances import CONVERGED, DAMPING, FAST, LEAST, REFINABLE, STAGNATION, stagnates
+from solver.numerics.newton import stagnates
+from solver.numerics.tolerances import CONVERGED, DAMPING, FAST, LEAST, REFINABLE, STAGNATION
 
 Map: TypeAlias = Callable[[Array], Array]
 ITERATIONS = 100

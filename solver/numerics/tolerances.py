@@ -6,7 +6,6 @@ All are shares: of a value, of a row's terms, of a largest number.
 from __future__ import annotations
 
 import sys
-from enum import Enum
 from fractions import Fraction
 
 EPS = sys.float_info.epsilon
@@ -197,6 +196,9 @@ VANISHED = 1e-150
 PRECISIONS = 50, 100, 200
 """Decimal digits, by turns: each twice as many, so that two that agree are not both rounding."""
 
+MAX_UNKNOWNS = 60
+"""Unknowns of a block up to which it is solved in so many digits."""
+
 SPARE = 8
 """Decimal digits of a working precision that rounding may take."""
 
@@ -243,32 +245,3 @@ FREE = 1e-7
 
 MOVED = 1e-9
 """Share of its size by which an unknown moves that is free."""
-
-
-# --- how a search ended ---
-
-
-class Outcome(Enum):
-    """The end of a search. Only ``CONVERGED`` stands for an isolated answer correct to rounding."""
-
-    CONVERGED = "The residual vanishes to rounding at an isolated point."
-    SINGULAR_JACOBIAN = (
-        "The residual vanishes to rounding, but the Jacobian loses rank there: "
-        "the answer is not isolated, or it is a multiple one."
-    )
-    STALLED = "No step makes the residual smaller, and it does not vanish."
-    LIMIT = "The limit on iterations was reached before the residual vanished."
-    DOMAIN = "The residual or its Jacobian is undefined at the start or at the point approached."
-
-    def __str__(self) -> str:
-        return self.value
-
-    @property
-    def found(self) -> bool:
-        """Whether the residual vanishes to rounding at the point returned."""
-        return self in (Outcome.CONVERGED, Outcome.SINGULAR_JACOBIAN)
-
-
-def stagnates(step_norm: float, previous_norm: float) -> bool:
-    """Quadratic contraction has ended at a step so small that only rounding explains it."""
-    return step_norm <= STAGNATION and step_norm > 0.25 * previous_norm

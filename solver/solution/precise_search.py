@@ -18,7 +18,7 @@ from rulesheets.evaluate.digits import context
 from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import Comparison, Condition, Expression
-from solver.accuracy.digits import MAX_UNKNOWNS, ManyDigits, Unresolved, Work, null_vectors, resolve_fold
+from solver.accuracy.digits import ManyDigits, Unresolved, Work, null_vectors, resolve_fold
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import check_rule, gross, half_unit, sides
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
@@ -31,7 +31,7 @@ from solver.kernel.question import Blur, Question
 from solver.kernel.step import Refused, StepOutcome, StepSolver
 from solver.leaves import Asked, Branch, Casework, Exploration
 from solver.numerics.linear_algebra import eliminate
-from solver.numerics.tolerances import AGREEMENT, CLOSE, DRIFT, PRECISIONS, SPARE
+from solver.numerics.tolerances import AGREEMENT, CLOSE, DRIFT, MAX_UNKNOWNS, PRECISIONS, SPARE
 from solver.path import Evaluate, SolveBlock, Step, equations_of
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage

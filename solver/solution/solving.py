@@ -23,8 +23,7 @@ from solver.leaves import Asked, CutOff, Exploration, Leaf, infinite, leaf_error
 from solver.path import Path, Shown, SolveBlock, Step, equations_of
 from solver.path.planner import planner
 from solver.ranking.ranking import unlikely
-from solver.solution.refinement import explore_required
-from solver.solution.verdict import Verdict, conclude, judge
+from solver.solution.verdict import Verdict, explore_required, judge
 
 if TYPE_CHECKING:
     from solver.derivatives import Near, Sensitivities, ToleranceBands
@@ -236,6 +235,22 @@ def solve(
             return replace(result, gaps=gaps, diagnoses=(*result.diagnoses, *cut))
     except TimeIsUp as up:
         return _cut_off(asked, up if isinstance(up, CutOff) else CutOff(Exploration((), False, ()), given))
+
+
+def conclude(
+    asked: Asked, *, prove: bool = False, limits: bool = False
+) -> tuple[Verdict, Exploration, Model]:
+    """The verdict on these inputs, what it rests on, and the model as it was read for it.
+
+    Raises TimeIsUp before there is one.
+    """
+    found = explore_required(asked, always=prove)
+    verdict = judge(asked, found)
+    if verdict.status in (Status.SOLVED, Status.INCONSISTENT) and not limits:
+        return verdict, found, asked.model
+    from solver.solution.reread import judged_again
+
+    return judged_again(asked, found, verdict, prove, limits)
 
 
 @contextmanager

@@ -31,7 +31,8 @@ from solver.leaves import Asked, Exploration, blocked
 from solver.path.planner import planner
 from solver.ranking.branches import Answers, found_again, kept, together
 from solver.solution.explain import explain
-from solver.solution.verdict import Verdict, conclude
+from solver.solution.solving import conclude
+from solver.solution.verdict import Verdict
 from solver.trace.guards import Pattern
 from solver.trace.python import with_resort
 from solver.trace.records import Records

@@ -16,8 +16,8 @@ from solver import Result, Status
 from solver.facts import Method
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Candidates
+from solver.kernel.full_search import fall_back
 from solver.kernel.question import Question
-from solver.kernel.solve_block import fall_back
 from solver.path.planner import planner
 
 MULTIPLE = (2, 18, 19)

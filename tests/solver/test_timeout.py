@@ -44,7 +44,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> None:
     """A clock that goes on by a second whenever it is looked at: a limit is a number of looks."""
     ticks = count()
     monkeypatch.setattr(deadline, "monotonic", lambda: float(next(ticks)))
-    for module in ("solution.solving", "solution.explore", "solution.refinement"):
+    for module in ("solution.solving", "solution.explore", "solution.verdict"):
         monkeypatch.setattr(f"solver.{module}.GRACE", 1e9)
 
 

@@ -11,8 +11,7 @@ import scipy.sparse
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver.numerics.newton import NewtonLimits, newton
-from solver.numerics.tolerances import Outcome
+from solver.numerics.newton import NewtonLimits, Outcome, newton
 
 Vector = list[float]
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import rulesheets
 from rulesheets.model import Model
-from solver.kernel.algebra import Rounded, Unclear, evaluate, meets, roots
+from solver.kernel.solve_block import Rounded, Unclear, evaluate, meets, roots
 from solver.path.elimination import Let, closed_form
 from solver.path.graph import ModelGraph
 

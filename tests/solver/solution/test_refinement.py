@@ -13,9 +13,8 @@ import pytest
 import rulesheets
 import solver
 from solver.leaves import Asked
-from solver.solution.refinement import explore_refined
 from solver.solution.solving import posted
-from solver.solution.verdict import Verdict, judge
+from solver.solution.verdict import Verdict, explore_refined, judge
 from tests.oracles import slider_crank as oracle
 from tests.oracles.slider_crank import Crank
 

@@ -1,12 +1,7 @@
-"""Explored again: in more digits where floats are vague, within what requirements allow, at 0/0 by limits.
+"""Rules read again where a verdict leaves something open: without what vanishes, at 0/0 by limits.
 
-A refusal is looked into as well: a rule may be 0/0 where there would be an answer, or fix a given number.
-
-The given values are exact numbers, so that an answer exists to all digits, however ill-conditioned. Where the
-error bar of an answer says that floats lose more than their rounding, the path is followed once more in
-numbers of higher precision, and of twice that, until two precisions agree: then every value is the float
-nearest to the exact one. Where they never do, what floats found stands, with its error bars, unless those
-leave no digit of a value.
+Where rules lose an unknown (at a dead centre, above all), they are read again without what vanishes. Where a
+block has no answer, its equations may be 0/0 where there would be one, or fix a given number otherwise.
 """
 
 from __future__ import annotations
@@ -19,158 +14,34 @@ from dataclasses import replace
 from itertools import takewhile
 from typing import Any
 
-from rulesheets.deadline import TimeIsUp, grace
-from rulesheets.evaluate import Undefined, derivatives, extended, value
-from rulesheets.evaluate.digits import DIGITS, beside, extended_derivatives, indeterminate
+from rulesheets.deadline import TimeIsUp
+from rulesheets.evaluate import Undefined, derivatives, extended
+from rulesheets.evaluate.digits import DIGITS, beside, extended_derivatives, indeterminate, vanishes
 from rulesheets.functions import named
-from rulesheets.model import Equation, Model, Value, Variable
+from rulesheets.model import Equation, Model, Value
+from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient, exchange, subtract
 from rulesheets.syntax.program import walk
-from solver.accuracy.digits import MAX_UNKNOWNS
-from solver.accuracy.forward_error import ForwardErrors, forward_errors
 from solver.accuracy.rule_check import check_rule, sides
-from solver.facts import Conflict, DoubleRoot, Fact, Filled, Fixed, Indeterminacy, NoRoot, NoValue
+from solver.facts import (
+    AsksNothing,
+    DoubleRoot,
+    Fact,
+    Filled,
+    Fixed,
+    Indeterminacy,
+    NoRoot,
+    NoValue,
+    RankLoss,
+    Status,
+)
 from solver.kernel.step import OTHERWISE
-from solver.leaves import Asked, CutOff, Exploration, Leaf, Patience, indeterminacy, leaf_errors, unmet
-from solver.numerics.tolerances import BACKWARD, LOST, MEANINGLESS, NO_DIGIT, SAFETY, SAME_VALUE, VAGUE
-from solver.path.cases import MIRRORED, known_rules, outcomes
-from solver.solution.explore import GRACE, explore
-
-MAX_STEPS = 2_000
-"""Steps of a path, over all answers, that are worth following in extended precision."""
-
-
-def explore_refined(asked: Asked, always: bool = False) -> Exploration:
-    """As ``explore``, with every judged value that has a number right to the last digit of a float.
-
-    Leaves that are refined hold their values to more digits in ``branch.precise``; ``always``: all are,
-    needed or not. Raises CutOff where a limit in time is met.
-    """
-    try:
-        found = explore(asked, thorough=always)
-    except CutOff as reached:
-        known = asked.inputs if reached.found.delicate else reached.known
-        raise CutOff(certain(asked, reached.found), known) from None
-    leaves = (*found.leaves, *found.dead)
-    too_long = sum(len(leaf.branch.steps) for leaf in leaves) > MAX_STEPS
-    too_long = too_long or any(len(gap.unknowns) > MAX_UNKNOWNS for gap in found.gaps)
-    try:
-        if not always and (too_long or not (found.delicate or any(_vague(asked, leaf) for leaf in leaves))):
-            return found
-        from solver.solution.precise_search import explore_precisely  # floats are mostly enough
-
-        if (precise := explore_precisely(asked, found)) is not None:
-            return precise
-    except TimeIsUp:
-        raise CutOff(certain(asked, found), asked.inputs) from None
-    kept = [leaf for leaf in found.leaves if not (leaf.solved and _meaningless(asked, leaf))]
-    return found if len(kept) == len(found.leaves) else replace(found, leaves=tuple(kept), complete=False)
-
-
-def _meaningless(asked: Asked, leaf: Leaf) -> bool:
-    """Whether some value is nothing but rounding: the sine of 1e90 + x is any number for values of 1e90 that
-    are next to one another, and the rule holds whatever x is. What only floats lose in a rule
-    (``exp(x) - 1`` at a small x) leaves an answer its meaning."""
-    branch = leaf.branch
-    numbers = {n: abs(v) for n in asked.judged if isinstance(v := branch.values.get(n), float) and v}
-
-    def open_by(errors: ForwardErrors) -> bool:
-        return any(MEANINGLESS * v < errors.error[n] < math.inf for n, v in numbers.items())
-
-    if not open_by(leaf_errors(asked.model, leaf)):
-        return False
-    doubles = [fact for fact in branch.facts if isinstance(fact, DoubleRoot)]
-    held = forward_errors(
-        asked.model, branch.values, branch.steps, branch.conditions, doubles, held=not doubles
-    )
-    return open_by(held)
-
-
-def certain(asked: Asked, found: Exploration) -> Exploration:
-    """The answers that floats are sure of: the only part of a search that was cut off that tells anything."""
-    leaves: tuple[Leaf, ...] = ()
-    with grace(GRACE), suppress(TimeIsUp):
-        if not found.delicate:
-            leaves = tuple(one for one in found.leaves if one.solved and not _vague(asked, one))
-    return replace(found, leaves=leaves, dead=(), adrift=(), complete=False)
-
-
-def _vague(asked: Asked, leaf: Leaf) -> bool:
-    """Whether floats may have lost digits of an answer, or the answer to whether there is one."""
-    told, values = leaf_errors(asked.model, leaf), leaf.branch.values
-    errors = told.error
-    numbers = {name: abs(v) for name, v in values.items() if isinstance(v, float)}
-    names, limit = (asked.judged, VAGUE) if leaf.solved else (tuple(numbers), LOST)
-    if (
-        told.cancelled
-        or any(errors[name] > limit * numbers[name] for name in names if name in numbers)
-        or any(errors[name] >= NO_DIGIT * size > 0.0 for name, size in numbers.items())
-    ):
-        return True
-    for conflict in (fact for fact in leaf.conflicts if isinstance(fact, Conflict)):
-        for index in conflict.equations:  # missed by no more than the errors of the values explain
-            try:
-                slopes = sides(asked.model.equations[index], values).slopes
-            except Undefined:
-                return True
-            reach = sum(abs(slope) * errors.get(name, 0.0) for name, slope in slopes.items())
-            if conflict.miss is not None and abs(conflict.miss) <= SAFETY * reach:
-                return True
-    return False
-
-
-# --- requirements on single unknowns as ranges: a search that cannot cover everything keeps to them ---
-
-
-def explore_required(asked: Asked, always: bool = False) -> Exploration:
-    """As ``explore_refined``; where that leaves something open, again within what requirements allow.
-
-    Answers that break a requirement remain known from the first search.
-    """
-    found = explore_refined(asked, always)
-    if found.complete or not asked.model.requirements:
-        return found
-    within = narrowed(asked.model, asked.inputs)
-    if within is None:
-        return found
-    try:
-        inside = explore_refined(asked._replace(model=within), always)
-    except TimeIsUp:
-        raise CutOff(certain(asked, found), asked.inputs) from None
-    some, before = (sum(leaf.solved for leaf in one.leaves) for one in (inside, found))
-    better = some >= before if inside.complete else some > 0 == before
-    return replace(inside, dead=inside.dead or found.dead) if better else found
-
-
-def narrowed(model: Model, inputs: Mapping[str, Value]) -> Model | None:
-    """The model with the ranges that requirements amount to at these inputs; None where that is no news."""
-    variables = dict(model.variables)
-    for requirement in model.requirements:
-        comparison, guarded = requirement.comparison, bool(requirement.guard)
-        left, operator, right = comparison.left, comparison.operator, comparison.right
-        for side, relation, other in ((left, operator, right), (right, MIRRORED[operator], left)):
-            if guarded or not isinstance(side, Name) or side.name in inputs:
-                continue
-            with suppress(Undefined, TypeError, KeyError):
-                limit = value(other, inputs)
-                if relation != "<>" and math.isfinite(limit):
-                    variables[side.name] = _within(variables[side.name], relation, limit)
-    if variables == dict(model.variables) or any(v.low > v.high for v in variables.values()):
-        return None
-    kept: Model | None = model.__dict__.get("_narrowed")
-    if kept is None or kept.variables != variables:
-        kept = model.__dict__["_narrowed"] = replace(model, variables=variables)
-    return kept
-
-
-def _within(variable: Variable, operator: str, limit: float) -> Variable:
-    is_open = len(operator) == 1
-    if operator[0] == ">" and (limit, is_open) > (variable.low, variable.low_open):
-        return replace(variable, low=limit, low_open=is_open)
-    if operator[0] == "<" and (limit, not is_open) < (variable.high, not variable.high_open):
-        return replace(variable, high=limit, high_open=is_open)
-    return variable
-
+from solver.leaves import Asked, Exploration, Leaf, Patience, indeterminacy, unmet
+from solver.numerics.linear_algebra import null_direction
+from solver.numerics.tolerances import BACKWARD, SAME_VALUE
+from solver.path.cases import activity, known_rules, outcomes
+from solver.solution.explore import explore
+from solver.solution.verdict import Verdict, explore_refined, explore_required, judge
 
 # --- removable singularities: rules that are 0/0 are taken by their limits ---
 #
@@ -446,3 +317,161 @@ def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> tupl
         found.add(value)
     low, high = min(found), max(found)
     return (low, high) if high - low <= SAME_VALUE * max(abs(low), abs(high)) else None
+
+
+# --- rules that lose an unknown ---
+#
+# A product with a factor that is 0 at what is known tells nothing of its other factor, and a rule that holds
+# such a product does not tie that unknown to the others. Without it the rules may determine what was left
+# open: at dead centre the slider's acceleration gives the speed of the crank, which its velocity does not.
+# The same goes for rules of a block that say the same thing at these values: one of them is left out.
+
+
+def look_behind(
+    asked: Asked, found: Exploration, verdict: Verdict, always: bool = False
+) -> tuple[Model, Exploration, Verdict] | None:
+    """The rules without products that vanish, and what comes of them; None where that is no more.
+
+    For a ``verdict`` on what was ``found`` that leaves something open. Where two answers coincide it stands:
+    what the rules read there is the edge between those two.
+    """
+    if any(isinstance(fact, DoubleRoot) for fact in verdict.facts):
+        return None
+    void = [fact for leaf in found.leaves for fact in leaf.branch.reasons]
+    if not any(isinstance(fact, RankLoss | AsksNothing) for fact in void):
+        return None
+    lost = (fact for fact in void if isinstance(fact, RankLoss))
+    model, first = asked.model, found.leaves[0].branch.values
+    values = {  # numbers that all leaves have
+        name: value
+        for name, value in first.items()
+        if isinstance(value, float) and all(leaf.branch.values.get(name) == value for leaf in found.leaves)
+    }
+    reduced, open_ = _reduced(model, values)
+    repeated = {place for fact in lost if (place := _repeated(model, fact, values)) is not None}
+    if not open_ and not repeated:
+        return None
+    left = (
+        replace(e, left=nodes.ZERO, right=nodes.ZERO) if e.index in repeated else e for e in reduced.equations
+    )
+    reduced = replace(reduced, equations=tuple(left))
+    again = explore_refined(asked._replace(model=reduced), always)
+    told = judge(asked._replace(model=reduced), again)._replace(reread=bool(open_))
+    if told.status is not Status.INFEASIBLE:
+        if not told.leaves or not all(_stands(model, leaf) for leaf in told.leaves):
+            return None
+        known = [
+            sum(name in leaf.branch.values for leaf in one.leaves[:1] for name in asked.judged)
+            for one in (verdict, told)
+        ]
+        if told.status in (Status.PARTIAL, Status.SINGULAR) and known[1] > known[0]:
+            told = told if verdict.status is Status.PARTIAL else _singular(model, told, open_)
+        elif told.status is not Status.SOLVED:
+            return None
+    return reduced, again, told
+
+
+def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verdict:
+    """What is determined, by the leaves that know most; the rules that tell nothing here say what is not."""
+    fewest = min(len(leaf.missing) for leaf in told.leaves)
+    leaves = tuple(leaf for leaf in told.leaves if len(leaf.missing) == fewest)
+    decided = leaves[0].branch.conditions
+    facts = tuple(
+        fact
+        for fact in open_
+        if fact.unknown not in leaves[0].branch.values and activity(model.equations[fact.equation], decided)
+    )
+    return told._replace(status=Status.SINGULAR, leaves=leaves, facts=facts[:1] or told.facts, structural=())
+
+
+def _stands(model: Model, leaf: Leaf) -> bool:
+    """Whether the rules as they are written hold, all that can be read."""
+    values, decided = leaf.branch.values, leaf.branch.conditions
+    return all(check_rule(rule, values).holds for rule in known_rules(model, decided, values))
+
+
+def _repeated(model: Model, fact: RankLoss, values: Mapping[str, float]) -> int | None:
+    """A rule of a block that follows from its others, to first order: the one that has most part in it."""
+    equations = [model.equations[index] for index in fact.equations]
+    unknowns = [n for n in dict.fromkeys(n for e in equations for n in e.names) if n not in values]
+    at = {**values, **dict.fromkeys(unknowns, 1.0)}
+    try:
+        slopes = [sides(e, at).slopes for e in equations]
+    except Undefined:
+        return None
+    rows = [[slope.get(n, 0.0) for n in unknowns] for slope in slopes]
+    sizes = [max(map(abs, row), default=0.0) for row in rows]
+    if len(rows) != len(unknowns) or not all(sizes):
+        return None
+    unit = [[entry / size for entry in row] for row, size in zip(rows, sizes, strict=True)]
+    shares = null_direction(list(zip(*unit, strict=True)), [1.0] * len(rows))
+    return fact.equations[max(range(len(shares)), key=lambda place: abs(shares[place]))]
+
+
+def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[AsksNothing, ...]]:
+    """The model without products that vanish at the values; which rule tells nothing of which unknown."""
+    equations: list[Equation] = []
+    told_nothing: list[AsksNothing] = []
+    for equation in model.equations:
+        left, right = (_without(side, values) for side in (equation.left, equation.right))
+        without = replace(equation, left=left, right=right)
+        lost = set(equation.names) - set(without.names) - values.keys()
+        if lost and (not values.keys() >= set(without.names) or check_rule(without, values).holds):
+            told_nothing += [AsksNothing(equation.index, name) for name in equation.names if name in lost]
+            equation = without
+        equations.append(equation)  # one that is left with a contradiction has no value for what it loses
+    return replace(model, equations=tuple(equations)), tuple(dict.fromkeys(told_nothing))
+
+
+def _without(side: nodes.Expression, values: Mapping[str, float]) -> nodes.Expression:
+    """The expression with 0 for products and quotients of what is 0 at the values with what is unknown."""
+    parts = nodes.children(side)
+    if not parts:
+        return side
+    done: list[nodes.Expression] = []
+    for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
+        done.append(_without(part, values))
+    pairs = [done] if isinstance(side, nodes.Product | nodes.Quotient) else []
+    for factor, other in [*pairs, done[::-1]] if isinstance(side, nodes.Product) else pairs:
+        nothing = nodes.is_number(factor, 0.0) or (_read(factor, values) and vanishes(factor, values))
+        if nothing and not _read(other, values):
+            return nodes.ZERO
+    if all(new is old for new, old in zip(done, parts, strict=True)):
+        return side
+    match side:
+        case nodes.Sum():
+            return nodes.add(*done)
+        case nodes.Negative():
+            return nodes.negative(done[0])
+        case nodes.Product():
+            return nodes.multiply(*done)
+        case _:
+            return nodes.rebuilt(side, tuple(done))
+
+
+def _read(part: nodes.Expression, values: Mapping[str, float]) -> bool:
+    return all(name in values for name in nodes.names(part))
+
+
+def judged_again(
+    asked: Asked, found: Exploration, verdict: Verdict, prove: bool, limits: bool
+) -> tuple[Verdict, Exploration, Model]:
+    """The verdict, what it rests on, and the model as it was read for it, where more can be said than by a
+    first ``verdict`` on what was ``found``. When the time is up, that is the last."""
+    by = asked.model
+    if verdict.status in (Status.SINGULAR, Status.PARTIAL):
+        with suppress(TimeIsUp):
+            behind = look_behind(asked, found, verdict, always=prove)
+            by, found, verdict = behind or (by, found, verdict)
+    with suppress(TimeIsUp):
+        if limits:
+            by, found = with_limits(asked, found)
+            verdict = judge(asked._replace(model=by), found)._replace(reread=by is not asked.model)
+        elif verdict.status is Status.FAILED and verdict.leaves:
+            undefined = at_a_limit(asked, verdict.leaves[0], verdict.facts)
+            if undefined is not None:
+                verdict = Verdict(Status.SINGULAR, verdict.leaves, undefined)
+        if verdict.status in (Status.FAILED, Status.INFEASIBLE):
+            fixed = fixed_otherwise(asked, verdict.facts)
+            verdict = verdict._replace(status=Status.INCONSISTENT, facts=(fixed,)) if fixed else verdict
+    return verdict, found, by
