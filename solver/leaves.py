@@ -54,14 +54,22 @@ def settled(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[s
     Angles that are tied to it by a sum (``beta = alpha + 90``) move along; a move that some rule does not
     admit is not made.
     """
-    moved = dict(values)
+    moved, groups, refused = dict(values), dict[str, set[str]](), set[tuple[int, float]]()
     for name, number, turn in _outside_one_turn(graph, moved, inputs, graph.turn):
-        shift, group = -turn * math.ceil(number / turn - 0.5), _tied(graph, name, inputs)
+        if name not in groups:
+            tied = _tied(graph, name, inputs)
+            groups.update(dict.fromkeys(tied, tied))
+        shift, group = -turn * math.ceil(number / turn - 0.5), groups[name]
+        if (id(group), shift) in refused:
+            continue
         trial = {n: v + shift if n in group and isinstance(v, float) else v for n, v in moved.items()}
         touched = (graph.model.equations[index] for name in group for index in graph.users[name])
         known = {rule.index: rule for rule in touched if moved.keys() >= {*rule.names}}.values()
         if all(check_rule(rule, trial).holds or not check_rule(rule, moved).holds for rule in known):
             moved.update(trial)
+            refused.clear()
+        else:
+            refused.add((id(group), shift))
     return moved
 
 
