@@ -139,12 +139,15 @@ def _corrected(
     question: Question, jacobian: Callable[[Array], Triplets], x: Array
 ) -> dict[str, float] | None:
     """The point at which every rule holds; where rounding of its own evaluation keeps one from that
-    (``exp(x) - 1`` at a small x), after corrections by what it misses in many digits. None elsewhere."""
+    (``exp(x) - 1`` at a small x), after corrections by what it misses in many digits; where it has left
+    traces (the flow through a closed valve, the last of many complexes), with what rules tell outright. None
+    elsewhere."""
     for left in reversed(range(CORRECTED + 1)):
         point = question.named(x.tolist())
         misses = question.misses(point) if np.isfinite(x).all() else None
         if misses is None:
-            before, x = x, _with_zeros(question, x)
+            system, before = question.kernel.sparse, x
+            x = x if system is None else system.with_told(x, question.known)
             if (x == before).all():
                 return None
             continue
@@ -155,13 +158,6 @@ def _corrected(
         except ArithmeticError:
             return None
     return None
-
-
-def _with_zeros(question: Question, x: Array) -> Array:
-    """The point (n,) with every unknown at 0 of which a rule tells that: the flow through a closed valve, of
-    which rounding has left a trace."""
-    system = question.kernel.sparse
-    return x if system is None else np.where(system.with_told(x, question.known) == 0.0, 0.0, x)
 
 
 _EXPONENTIALS = frozenset({"exp", "sinh", "cosh"})
@@ -240,10 +236,7 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
         beside = [inside] if flat is None else [inside, flat]
         yield from (Start(start, sizes, told=told) for start in (zero, *beside))
         if not turning.any():  # a mechanism has several answers, which starts at random find
-            for start in beside:
-                yield Start(start, sizes, told=told, limit=LIMIT)
-                yield Start(start, sizes, limit=LIMIT)
-            yield Start(np.clip(HALF * inside, low, high), sizes, limit=LIMIT)
+            yield from (Start(start, sizes, limit=LIMIT) for start in beside)
 
 
 _Term: TypeAlias = tuple[float, str | None, str]
