@@ -38,6 +38,8 @@ STEPS, NARROWEST, WIDEST = 8, 1e-4, 7.0
 """Of each side; the least of them, and powers of e that sides come away from the sample."""
 ORDINARY = 1e40
 """Numbers beyond this, or below 1 over it, have no ranges."""
+HOP = 0.1
+"""How far beyond what is proved a solve of as many answers is believed, relative to where it is."""
 FARTHER, PATIENCE = 0.25, 32
 """Share of its way by which a side is moved farther than asked, and how often one is moved in vain."""
 
@@ -57,6 +59,8 @@ class Unfolded:
         margins: Sequence[float] = (),
     ) -> None:
         self.places = [place for place, moves in enumerate(varying) if moves]
+        self.weak = False
+        """Whether numbers that are near are taken for proved: a solve has as many answers there."""
         self.ranges, self._vain = [(v, v) for v in sample], 0
         proofs = _proofs(kernel, sample, varying, margins or [0.0] * len(sample))
         self._proves = next((proves for proves in proofs if proves(self.ranges)), None)
@@ -107,6 +111,10 @@ class Unfolded:
                 continue
             if self._vain >= PATIENCE or not math.isfinite(number):
                 return False
+            if self.weak and abs(number - (low if number < low else high)) <= HOP * abs(number):
+                self.ranges[place] = min(low, number), max(high, number)
+                self.ends = self._ends()
+                continue
             farther = number + FARTHER * (number - (low if number < low else high))
             if not any(self._reaches(place, end) for end in (farther, number)):
                 self._vain += 1

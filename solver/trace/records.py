@@ -392,6 +392,8 @@ class Records:
         answers = [leaf.branch.values for leaf in leaves]
         if any(self._agrees(every(*numbers), answers) for every in self.every):
             return True
+        if self._reaches(numbers, answers):
+            return True
         if len(self.programs) >= MAX_RECORDS or self.failures >= MAX_FAILURES:
             return False
         want, pattern = self.pattern.want, self.pattern
@@ -409,6 +411,20 @@ class Records:
                     self._samples.append(tuple(numbers))
                     return True
         self.failures += 1
+        return False
+
+    def _reaches(self, numbers: Sequence[Value], answers: Sequence[Mapping[str, Value]]) -> bool:
+        """Whether a record gives the answers of a row to which its proofs do not reach: they are too weak."""
+        for program, every in zip(self.programs, self.every, strict=True):
+            folds = [finder for finder in program.flow.finders if isinstance(finder, Unfolded)]
+            before = [_copied(vars(fold)) for fold in folds]
+            for fold in folds:
+                fold.weak = True
+            agrees = self._agrees(every(*numbers), answers)
+            for fold, state in zip(folds, before, strict=True):
+                vars(fold).update({"weak": False} if agrees else state)
+            if agrees:
+                return True
         return False
 
     def remember(self, numbers: tuple[Value, ...], rows: list[tuple[Value, ...]]) -> None:
