@@ -134,3 +134,14 @@ def test_a_broken_requirement_beside_a_zero_by_zero() -> None:
     result = solver.solve(rulesheets.loads("0 < x < 3.5\nx = abs(x)/x"), {"x": 0.0})
     assert str(result.status) == "singular"
     assert {"S535", "S545"} == {diagnosis.code for diagnosis in result.diagnoses}
+
+
+def test_an_answer_that_is_a_limit_is_named_where_no_other_is_found() -> None:
+    """A loan of 12,000 that 15 payments of 800 pay back bears no interest."""
+    text = "A = P*i/(1 - (1 + i)^(-n))"
+    model = rulesheets.loads(text)
+    inputs = {"A": 800.0, "P": 12000.0, "n": 15.0}
+    diagnosis = solver.solve(model, inputs).diagnoses[0]
+    assert diagnosis.code == "S545"
+    assert "the limit is 800" in diagnosis.message
+    assert solver.solve(model, inputs, limits=True)["i"] == pytest.approx(0.0, abs=1e-12)
