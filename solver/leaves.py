@@ -122,7 +122,7 @@ class Branch:
     decided: dict[int, bool]
     assumed: dict[int, bool] = field(default_factory=dict)
     signs: dict[Pair, Sign] = field(default_factory=dict)
-    void: dict[int, Fact] = field(default_factory=dict)
+    inactive: dict[int, Fact] = field(default_factory=dict)
     steps: list[Step] = field(default_factory=list)
     settled: set[int] = field(default_factory=set)
     blank: set[str] = field(default_factory=set)
@@ -138,8 +138,8 @@ class Branch:
 
     @property
     def reasons(self) -> tuple[Fact, ...]:
-        """Why equations are void, each reason once."""
-        return tuple({id(fact): fact for fact in self.void.values()}.values())
+        """Why equations are inactive, each reason once."""
+        return tuple({id(fact): fact for fact in self.inactive.values()}.values())
 
     def without(self, names: Collection[str]) -> Branch:
         """A fork that lacks the values of these names."""
@@ -156,8 +156,8 @@ class Leaf:
     """The end of a branch: all that could be computed along it, checked.
 
     ``conflicts`` are rules that do not hold there; ``missing`` the wanted names without a value.
-    ``worst`` is the largest scaled residual of the ``checked`` rules. ``loose``: nothing contradicts
-    the cases that follow, and nothing determines them.
+    ``worst`` is the largest scaled residual of the ``checked`` rules. ``underdetermined``: nothing
+    contradicts the cases that follow, and nothing determines them.
     """
 
     branch: Branch
@@ -166,7 +166,7 @@ class Leaf:
     worst: float
     checked: int
 
-    loose: bool = False
+    underdetermined: bool = False
 
     @property
     def solved(self) -> bool:
@@ -204,7 +204,7 @@ def infinite(model: Model, branch: Branch, name: str) -> bool:
     """Whether a variable that calls only pass on to one another has no value because it is infinite there."""
     blank = model.variables[name].passed and name not in branch.values
     return blank and any(
-        isinstance(fact, NoValue) and fact.pole and fact.unknown == name for fact in branch.void.values()
+        isinstance(fact, NoValue) and fact.pole and fact.unknown == name for fact in branch.inactive.values()
     )
 
 
@@ -212,7 +212,7 @@ def blocked(leaf: Leaf) -> bool:
     """Whether something stands in the way of a leaf's missing values, other than freedom."""
     return any(
         isinstance(fact, Conflict | NoRoot | OutOfRange) or (isinstance(fact, NoValue) and not fact.pole)
-        for fact in leaf.branch.void.values()
+        for fact in leaf.branch.inactive.values()
     )
 
 
@@ -221,7 +221,7 @@ def excluded(leaf: Leaf) -> bool:
     asked = {name for pair in leaf.branch.signs for side in pair for name in nodes.names(side)}
     return any(
         isinstance(fact, Conflict) or not asked.isdisjoint(without_value(fact)[1])
-        for fact in leaf.branch.void.values()
+        for fact in leaf.branch.inactive.values()
     )
 
 
@@ -259,16 +259,16 @@ Outcomes: TypeAlias = dict[tuple[SolveBlock, tuple[Value, ...]], Any]
 class Exploration:
     """Every leaf that was reached, in order of preference, and whether they are known to be all.
 
-    ``dead`` leaves contradict a rule; ``adrift`` are cases that nothing contradicts, but that leave
-    undetermined what they were assumed on. ``delicate``: somewhere two roots, or an edge, lay closer than
+    ``contradicted`` leaves break a rule; ``open_cases`` contradict nothing, but leave undetermined what
+    they were assumed on. ``delicate``: somewhere two roots, or an edge, lay closer than
     floats can tell; ``outcomes`` are what the blocks came to;
-    ``work`` is what it took, counted (see ``kernel/question.py``); ``gaps`` are why they may not be all.
+    ``work`` is what it took, counted (see ``kernel/problem.py``); ``gaps`` are why they may not be all.
     """
 
     leaves: tuple[Leaf, ...]
     complete: bool
-    dead: tuple[Leaf, ...]
-    adrift: tuple[Leaf, ...] = ()
+    contradicted: tuple[Leaf, ...]
+    open_cases: tuple[Leaf, ...] = ()
     delicate: bool = False
     outcomes: Outcomes = field(default_factory=dict, repr=False, compare=False)
     work: int = 0
@@ -308,7 +308,7 @@ class CutOff(TimeIsUp):
 # --- conditions along a branch: what its values settle, what is assumed, what contradicts that ---
 
 
-class Casework:
+class CaseAnalysis:
     """The conditions of a model at given inputs; ``judge`` tells how one comes out at the values of a branch,
     ``evaluate.holds`` if it is not given."""
 

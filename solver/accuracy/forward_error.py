@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from rulesheets.evaluate import Undefined
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import subtract
-from solver.accuracy.rule_check import MANY, blur, sides
+from solver.accuracy.rule_check import MANY, sides, uncertainty
 from solver.facts import DoubleRoot
 from solver.numerics.linear_algebra import Array, as_matrix, factorise, sparse_matrix
 from solver.numerics.tolerances import BACKWARD, CANCELLED, HALF, UNIT_ROUNDOFF
@@ -147,7 +147,7 @@ class _Propagation:
             moves = (abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float))
             size = min(size, BACKWARD * sum(moves))
         if not self.rounds:
-            size = blur(subtract(equation.left, equation.right), self.values, {})
+            size = uncertainty(subtract(equation.left, equation.right), self.values, {})
         off = size * _signs(equation.index) if size else NONE
         for name, slope in slopes.items():
             known = self.errors.get(name)

@@ -288,7 +288,7 @@ def in_decimals(
     return named, {name: exact(repr(v)) if isinstance(v, float) else v for name, v in known.items()}
 
 
-def blur(expression: Expression, values: Mapping[str, Value], known: Mapping[str, float]) -> float:
+def uncertainty(expression: Expression, values: Mapping[str, Value], known: Mapping[str, float]) -> float:
     """How far an expression may be off where the numbers it reads are, by name, as far off as ``known``.
 
     Its own numbers count by their last places. Infinite where a slope has no value.

@@ -17,7 +17,7 @@ from rulesheets.syntax.nodes import Call, Expression, Negative, Power, Product, 
 from rulesheets.syntax.nodes import Number as NumberNode
 from rulesheets.syntax.program import walk
 from solver.facts import Conflict, NoValue
-from solver.kernel.question import Question
+from solver.kernel.problem import BlockProblem
 from solver.numerics.linear_algebra import gauss_jordan, solve_linear
 from solver.numerics.tolerances import BACKWARD, CLEAR
 
@@ -33,15 +33,15 @@ from solver.numerics.tolerances import BACKWARD, CLEAR
 MAX_RULES = 40
 
 
-def contradiction(question: Question) -> Conflict | None:
+def contradiction(problem: BlockProblem) -> Conflict | None:
     """The rules of a block that can't hold together, where linear algebra shows it."""
-    forms = question.kernel.forms
+    forms = problem.kernel.forms
     if len(forms) > MAX_RULES:
         return None
-    unknowns = frozenset(question.unknowns)
+    unknowns = frozenset(problem.unknowns)
 
     def number(part: Expression) -> Fraction | None:
-        return Fraction(value(part, question.here)) if unknowns.isdisjoint(names(part)) else None
+        return Fraction(value(part, problem.here)) if unknowns.isdisjoint(names(part)) else None
 
     try:
         rows = [monomials(form, number) for form in forms]
@@ -56,8 +56,8 @@ def contradiction(question: Question) -> Conflict | None:
     )
     if not facts.conflict or abs(facts.miss) <= CLEAR * size:
         return None
-    equations = tuple(question.equations[row] for row in facts.conflict)
-    return Conflict(equations, facts.miss, dict(question.values))
+    equations = tuple(problem.equations[row] for row in facts.conflict)
+    return Conflict(equations, facts.miss, dict(problem.values))
 
 
 Monomial: TypeAlias = frozenset[tuple[Expression, int]]
@@ -147,21 +147,21 @@ _LIMITED = named(
 """Functions that have an image with ends."""
 
 
-def unattained(question: Question, given: Collection[str]) -> NoValue | None:
+def unattained(problem: BlockProblem, given: Collection[str]) -> NoValue | None:
     """The rule of a block that a function would have to leave the inside of its image for, if there is one.
 
     ``given``: the known names whose values are exact; others are rounded, and prove nothing.
     """
-    if len(question.equations) > MAX_RULES:
+    if len(problem.equations) > MAX_RULES:
         return None
     calls: dict[Monomial, tuple[Call, int]] = {}
-    for index, rule in zip(question.equations, question.kernel.equations, strict=True):
+    for index, rule in zip(problem.equations, problem.kernel.equations, strict=True):
         for part in itertools.chain(walk(rule.left), walk(rule.right)):
             if isinstance(part, Call) and part.function in _LIMITED:
                 calls.setdefault(frozenset({(part, 1)}), (part, index))
     if not calls:
         return None
-    numbers = {name: value for name, value in question.here.items() if name in given}
+    numbers = {name: value for name, value in problem.here.items() if name in given}
     exact = {n: Fraction(v) for n, v in numbers.items() if not isinstance(v, str) and isfinite(v)}
 
     def number(part: Expression) -> Fraction | None:
@@ -171,7 +171,7 @@ def unattained(question: Question, given: Collection[str]) -> NoValue | None:
             return None
 
     try:
-        rows = [_cleared(monomials(form, number)) for form in question.kernel.forms]
+        rows = [_cleared(monomials(form, number)) for form in problem.kernel.forms]
     except ZeroDivisionError:
         return None
     columns = sorted({m for row in rows for m in row if m}, key=calls.__contains__)
@@ -183,7 +183,7 @@ def unattained(question: Question, given: Collection[str]) -> NoValue | None:
             continue
         (call, index), target = calls[asked[0][0]], Fraction(constant, asked[0][1])
         if _outside(call.function, target):
-            unknown = next(name for name in (*names(call), *question.unknowns) if name in question.unknowns)
+            unknown = next(name for name in (*names(call), *problem.unknowns) if name in problem.unknowns)
             shown = float(target) if abs(target) < HUGE else math.copysign(inf, target)
             return NoValue(index, unknown, f"{call.function} = {number_text(shown)}")
     return None

@@ -11,7 +11,7 @@ import numpy as np
 from solver.accuracy.rule_check import MANY, gross
 from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
 from solver.kernel.block import DENSE, BlockKernel
-from solver.kernel.question import Question, Uncertainty, is_beside_pole, uncertainty
+from solver.kernel.problem import BlockProblem, Uncertainty, is_beside_pole, uncertainty
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, Outcome, newton
 from solver.numerics.tolerances import (
@@ -50,8 +50,8 @@ class Answer(NamedTuple):
 class Candidates:
     """The distinct answers found so far, and the nearest miss."""
 
-    def __init__(self, question: Question) -> None:
-        self.question = question
+    def __init__(self, problem: BlockProblem) -> None:
+        self.problem = problem
         self.answers: list[Answer] = []
         self.sensible: Answer | None = None
         self.outside: Fact | None = None
@@ -92,9 +92,9 @@ class Candidates:
 
     def refine(self, start: Sequence[float], limits: NewtonLimits = STANDARD_LIMITS) -> None:
         """Newton on the whole block, so that the digits do not depend on the way to the candidate."""
-        question = self.question
-        sizes = question.sizes_at(start, TINY)
-        result = newton(question.residual, question.jacobian, start, sizes, limits)
+        problem = self.problem
+        sizes = problem.sizes_at(start, TINY)
+        result = newton(problem.residual, problem.jacobian, start, sizes, limits)
         trials = [tuple(start)]
         if result.outcome.found:
             vanished, rounded = (  # with 0 for what is no more than a share of its size
@@ -103,20 +103,20 @@ class Candidates:
             )
             trials = list(dict.fromkeys((vanished, result.x, rounded, *trials)))
         for x in trials:
-            point = question.named(x)
+            point = problem.named(x)
             self.note(point)
-            if question.holds(point):
+            if problem.holds(point):
                 self.keep(point, singular=result.outcome is Outcome.SINGULAR_JACOBIAN)
                 return
-        point = question.named(result.x)
+        point = problem.named(result.x)
         if not result.outcome.found or self.dull >= MOST_DULL or not self.nearly(point):
             return
         from solver.kernel.root_check import sharp_root
 
         self.dull += 1  # the float next to a root that floats converge to, if every equation holds there
-        sharp = sharp_root(question, result.x, sizes)
-        found = None if sharp is None else question.named(sharp)
-        if found is not None and self._near(found, point, BLUR) and question.holds(found):
+        sharp = sharp_root(problem, result.x, sizes)
+        found = None if sharp is None else problem.named(sharp)
+        if found is not None and self._near(found, point, BLUR) and problem.holds(found):
             known = len(self.answers)
             self.keep(found)
             self.dull -= len(self.answers) > known
@@ -131,26 +131,26 @@ class Candidates:
         """
         if len(self.answers) >= MOST_ANSWERS:
             return
-        point = self.question.inside(self.question.wrapped(point))
-        name = self.question.outside(point)
+        point = self.problem.inside(self.problem.wrapped(point))
+        name = self.problem.outside(point)
         if name is not None:
-            self.outside = OutOfRange(self.question.equations[0], name, point[name])
+            self.outside = OutOfRange(self.problem.equations[0], name, point[name])
             return
-        found = uncertainty(self.question, point)
-        blur = found.errors
+        found = uncertainty(self.problem, point)
+        errors = found.errors
         if found.relative is not None:  # of a large block whole parts may be 0, as where flows balance
-            clear = {n: v if abs(v) > e else 0.0 for (n, v), e in zip(point.items(), blur, strict=True)}
-            point = clear if clear != point and self.question.holds(clear) else point
-        vague = self._open(point, blur, MULTIPLE)
+            clear = {n: v if abs(v) > e else 0.0 for (n, v), e in zip(point.items(), errors, strict=True)}
+            point = clear if clear != point and self.problem.holds(clear) else point
+        vague = self._open(point, errors, MULTIPLE)
         if found.relative is not None and alone > SAFETY * found.relative:
             vague = False
-        multiple = vague or (singular and self._open(point, blur, SIMPLE))
-        beside = self.question.beside
+        multiple = vague or (singular and self._open(point, errors, SIMPLE))
+        beside = self.problem.beside
         repeated = (self._near(beside(point, one.values), one.values, ROUNDED) for one in self.answers)
         if not multiple and any(repeated):  # most starts lead to an answer that is known
             return
         if counted or self.stands(point, found):
-            self._add(Answer(point, self._double(point) if multiple else None, counted), blur)
+            self._add(Answer(point, self._double(point) if multiple else None, counted), errors)
 
     def stands(self, point: dict[str, float], found: Uncertainty) -> bool:
         """Whether a root of the block lies within the error bars of a point at which its rules hold. One that
@@ -162,11 +162,11 @@ class Candidates:
         else:
             ordinary = found.relative <= small
         ordinary = ordinary and found.steepness <= ORDINARY
-        if ordinary and not is_beside_pole(self.question, point, found):
+        if ordinary and not is_beside_pole(self.problem, point, found):
             return True
         from solver.kernel.root_check import RootCheck, check_root  # most answers are ordinary
 
-        verdict, root = check_root(self.question, point, found)
+        verdict, root = check_root(self.problem, point, found)
         finite = [error if math.isfinite(error) else 0.0 for error in found.errors]
         if verdict is RootCheck.STANDS and self._open(point, finite, MEANINGLESS):
             verdict = RootCheck.NO_ROOT  # no digit of some unknown is left, as of the sine of 1e99
@@ -180,29 +180,29 @@ class Candidates:
         if not any(self._near(root, other, COVERED) for other in self.refused):
             self.refused.append(root)
 
-    def _add(self, found: Answer, blur: Sequence[float]) -> None:
+    def _add(self, found: Answer, errors: Sequence[float]) -> None:
         """Add an answer, unless it is one that is there already: nearer to it than what rounding leaves open,
         or joined to it by points that hold."""
         point = found.values
         for index, answer in enumerate(self.answers):
             other = answer.values
-            here = self.question.beside(point, other)
+            here = self.problem.beside(point, other)
             if not self._near(here, other, BLUR):
                 continue
-            if not (self._near(here, other, ROUNDED) or _within(here, other, blur)):
+            if not (self._near(here, other, ROUNDED) or _within(here, other, errors)):
                 shares = (0.25, 0.5, 0.75)  # joined by points that hold?
                 between = ({n: v + share * (other[n] - v) for n, v in here.items()} for share in shares)
-                if not all(map(self.question.holds, between)):
+                if not all(map(self.problem.holds, between)):
                     continue
             if found.double and not answer.double and not self._near(here, other, SAME_VALUE, 0.0):
                 self.answers[index] = found  # the other one is what rounding makes of it
             return
         self.answers.append(found)
 
-    def _open(self, point: Mapping[str, float], blur: Sequence[float], share: float) -> bool:
+    def _open(self, point: Mapping[str, float], errors: Sequence[float], share: float) -> bool:
         """Whether rounding leaves an unknown open by more than that share of its size."""
-        sizes = self.question.sizes_at(list(point.values()))
-        return any(error > share * size for error, size in zip(blur, sizes, strict=True))
+        sizes = self.problem.sizes_at(list(point.values()))
+        return any(error > share * size for error, size in zip(errors, sizes, strict=True))
 
     def settles(self, point: dict[str, float]) -> bool:
         """Whether it is plain that a point is next to an answer, or to a root out of range (which are kept),
@@ -213,25 +213,25 @@ class Candidates:
             return True
         from solver.kernel.root_check import astray
 
-        return astray(self.question, point)
+        return astray(self.problem, point)
 
     def proven(self, point: dict[str, float]) -> None:
         """Try a point next to a root that is proven to be; remember it if floats find no answer there,
         however far they miss (``ln(exp(x)) = 1e-27`` has an answer that they do not come near). A root of the
         rules multiplied out may be none of the rules as written: there Newton's method leads elsewhere."""
         self.refine(list(point.values()))
-        if self._is_known(point) or self.question.outside(point) is not None:
+        if self._is_known(point) or self.problem.outside(point) is not None:
             return
         from solver.kernel.root_check import root_beside
 
-        root, leads_away = root_beside(self.question, point)
-        if root is not None and self.question.holds(root):
+        root, leads_away = root_beside(self.problem, point)
+        if root is not None and self.problem.holds(root):
             self.keep(root)  # where rounding in the rules keeps Newton's method in floats away
         if not (leads_away or (root is not None and self._is_known(root))):
             self._refuse(point)
 
     def _is_known(self, root: Mapping[str, float]) -> bool:
-        beside = self.question.beside
+        beside = self.problem.beside
         return any(self._covers(answer, beside(root, answer.values)) for answer in self.answers)
 
     def part(self, roots: Sequence[Mapping[str, float]]) -> None:
@@ -255,14 +255,14 @@ class Candidates:
         if self._near(root, answer.values, COVERED):
             return True
         far = self._near(root, answer.values, BLUR)
-        return far and _within(root, answer.values, uncertainty(self.question, answer.values).errors)
+        return far and _within(root, answer.values, uncertainty(self.problem, answer.values).errors)
 
     def suspect(self, point: dict[str, float]) -> None:
         """Remember a point that nearly satisfies every equation, or a root near it: whether there is one may
         be beyond floats."""
         from solver.kernel.root_check import root_beside
 
-        root, _ = root_beside(self.question, point, reach=1.0, most=10)
+        root, _ = root_beside(self.problem, point, reach=1.0, most=10)
         if root is not None:
             self.proven(root)
         elif self.nearly(point):
@@ -270,27 +270,27 @@ class Candidates:
 
     def nearly(self, point: dict[str, float]) -> bool:
         """Whether a point misses no equation by more than a tiny share of its terms."""
-        everything = {**self.question.here, **point}
+        everything = {**self.problem.here, **point}
         if any(abs(v) > REMOTE for v in point.values()):
             return False
         try:
-            misses = self.question.residual(list(point.values()))
+            misses = self.problem.residual(list(point.values()))
         except (ArithmeticError, ValueError):
             return False
-        sizes = (gross(equation, everything) for equation in self.question.kernel.equations)
+        sizes = (gross(equation, everything) for equation in self.problem.kernel.equations)
         return all(abs(miss) <= NEARLY * size for miss, size in zip(misses, sizes, strict=True))
 
     def note(self, point: dict[str, float]) -> None:
         """Remember the nearest miss inside the ranges, by the largest miss of a rule."""
-        question, x = self.question, list(point.values())
+        problem, x = self.problem, list(point.values())
         try:
-            if len(x) > MANY and question.sparse is not None:
-                size = float(np.abs(question.sparse[0](np.array(x))).max())
+            if len(x) > MANY and problem.sparse is not None:
+                size = float(np.abs(problem.sparse[0](np.array(x))).max())
             else:
-                size = max(abs(r) for r in question.residual(x))
+                size = max(abs(r) for r in problem.residual(x))
         except (ArithmeticError, ValueError):
             return
-        if size < self.miss and question.outside(point) is None:
+        if size < self.miss and problem.outside(point) is None:
             self.miss, self.nearest = size, point
 
     def _near(
@@ -298,7 +298,7 @@ class Candidates:
     ) -> bool:
         """Equal to so large a share of their own sizes, or of so much of their usual ones: of the largest
         number in either, where no unknown comes near the usual size."""
-        scales = self.question.scale
+        scales = self.problem.scale
         for (name, v), scale in zip(one.items(), scales, strict=True):  # of every pair: most part at once
             w = other[name]
             apart = abs(v - w)
@@ -311,9 +311,9 @@ class Candidates:
         return True
 
     def _null_direction(self, x: list[float]) -> tuple[float, ...]:
-        sparse = self.question.sparse if len(x) > DENSE else None
+        sparse = self.problem.sparse if len(x) > DENSE else None
         if sparse is None:
-            return null_direction(self.question.jacobian(x), x)
+            return null_direction(self.problem.jacobian(x), x)
         from solver.numerics.sparse_newton import SparseFactor  # of large blocks alone
 
         sizes = np.array([abs(v) or 1.0 for v in x])
@@ -326,12 +326,12 @@ class Candidates:
         except (ArithmeticError, ValueError):
             direction = tuple(1.0 for _ in numbers)
         moving = {n: d for n, d in zip(point, direction, strict=True) if abs(d) > 1e-6}
-        return DoubleRoot(self.question.equations, tuple(moving), moving)
+        return DoubleRoot(self.problem.equations, tuple(moving), moving)
 
 
-def _within(one: Mapping[str, float], other: Mapping[str, float], blur: Sequence[float]) -> bool:
+def _within(one: Mapping[str, float], other: Mapping[str, float], errors: Sequence[float]) -> bool:
     """Whether two points are nearer than what rounding leaves open."""
-    return all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), blur, strict=True))
+    return all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), errors, strict=True))
 
 
 class Stretch(NamedTuple):

@@ -21,7 +21,7 @@ from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import BlockOutcome, Candidates
 from solver.kernel.emitter import IntervalEmitter
 from solver.kernel.linear_block import left_free
-from solver.kernel.question import Budget, Question
+from solver.kernel.problem import BlockProblem, Budget
 from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import (
     GAUSS_NEWTON,
@@ -44,14 +44,14 @@ LIMITS, THOROUGH = (20_000, 2_000), (600_000, 400_000)
 """Boxes in all, and at once; the same where a proof is asked for."""
 
 
-def search_boxes(question: Question, candidates: Candidates, thorough: bool = False) -> bool:
+def search_boxes(problem: BlockProblem, candidates: Candidates, thorough: bool = False) -> bool:
     """Refine every box that may hold a root. True where the roots are proven to be all."""
     from solver.numerics.subdivision import SubdivisionLimits, branch_and_prune  # few blocks come to this
 
-    kernel = question.kernel
-    ranges, n = [question.domain(name) for name in question.unknowns], len(question.unknowns)
-    residual = _bounds(kernel.forms, question, (n,))
-    jacobian = _bounds([slope for slope in kernel.partials if slope is not None], question, (n, n))
+    kernel = problem.kernel
+    ranges, n = [problem.domain(name) for name in problem.unknowns], len(problem.unknowns)
+    residual = _bounds(kernel.forms, problem, (n,))
+    jacobian = _bounds([slope for slope in kernel.partials if slope is not None], problem, (n, n))
     limits = SubdivisionLimits(*(THOROUGH if thorough else LIMITS))
     found = branch_and_prune(residual, jacobian, ranges, limits)
     for root in found.roots:
@@ -59,11 +59,11 @@ def search_boxes(question: Question, candidates: Candidates, thorough: bool = Fa
     return found.complete
 
 
-def _bounds(forms: Sequence[Expression], question: Question, shape: tuple[int, ...]) -> Any:
+def _bounds(forms: Sequence[Expression], problem: BlockProblem, shape: tuple[int, ...]) -> Any:
     """Bounds (k, *shape) of as many forms over boxes (k, n), compiled."""
-    emitter = IntervalEmitter(question.unknowns, question.kernel.known)
+    emitter = IntervalEmitter(problem.unknowns, problem.kernel.known)
     ends = [end for form in forms for end in emitter.of(form)]
-    on_box = emitter.function(ends)(*question.known)
+    on_box = emitter.function(ends)(*problem.known)
 
     def bounds(low: Array, high: Array) -> tuple[Array, Array]:
         boxes = np.stack([low, high], axis=2).reshape(len(low), 2 * low.shape[1]).tolist()
@@ -81,32 +81,32 @@ START_LIMITS = NewtonLimits(iterations=40, escapes=2)
 MAX_BATCH_UNKNOWNS = 60
 
 
-def search_from_starts(question: Question, candidates: Candidates, budget: Budget) -> None:
+def search_from_starts(problem: BlockProblem, candidates: Candidates, budget: Budget) -> None:
     """Find roots from the guess and from starts spread over the ranges; nothing is proven of others."""
-    kernel = question.kernel
+    kernel = problem.kernel
     batches = kernel.smooth and len(kernel.unknowns) <= MAX_BATCH_UNKNOWNS
-    if question.guesses or not batches:  # one by one: the guess is worth a longer search
-        starts = _guess_and_beside(question, FEW_STARTS if candidates.answers else STARTS)
+    if problem.guesses or not batches:  # one by one: the guess is worth a longer search
+        starts = _guess_and_beside(problem, FEW_STARTS if candidates.answers else STARTS)
         for number, start in enumerate(starts):
             limits = START_LIMITS if number else STANDARD_LIMITS
-            end = newton(question.residual, question.jacobian, start, question.scale, limits)
+            end = newton(problem.residual, problem.jacobian, start, problem.scale, limits)
             if end.outcome.found:
                 candidates.refine(end.x)
             else:
-                candidates.note(question.named(end.x))
+                candidates.note(problem.named(end.x))
             if candidates.endless:
                 break
     if batches:
         try:
-            _in_batches(question, candidates, budget)
+            _in_batches(problem, candidates, budget)
         except ZeroDivisionError:  # between numbers of the rules themselves, whatever the unknowns are
             return
 
 
-def _guess_and_beside(question: Question, count: int) -> Iterator[list[float]]:
+def _guess_and_beside(problem: BlockProblem, count: int) -> Iterator[list[float]]:
     """The guess, 1 for an unknown without one, and points that fill the ranges."""
-    guess = [question.guesses.get(name, 1.0) for name in question.unknowns]
-    return starting_points(guess, [*map(question.domain, question.unknowns)], question.scale, count)
+    guess = [problem.guesses.get(name, 1.0) for name in problem.unknowns]
+    return starting_points(guess, [*map(problem.domain, problem.unknowns)], problem.scale, count)
 
 
 # --- hundreds of starts at once ---
@@ -120,83 +120,83 @@ NEAR_ZERO = 1e-6
 """Share of its size below which an unknown is on its way to 0."""
 
 
-def _in_batches(question: Question, candidates: Candidates, budget: Budget) -> None:
+def _in_batches(problem: BlockProblem, candidates: Candidates, budget: Budget) -> None:
     """Refine what the starts lead to, round after round, until a round brings nothing new."""
-    scale = question.sizes
+    scale = problem.sizes
     found: list[Array] = []
     for turn, (first, last) in enumerate(ROUNDS):
-        starts = starts_of(question, first, last)
-        ends = _arrivals(question, starts)
+        starts = starts_of(problem, first, last)
+        ends = _arrivals(problem, starts)
         with np.errstate(over="ignore"):  # an end that is too far out comes last
-            new = _distinct(question, ends, found)
+            new = _distinct(problem, ends, found)
             nearest = sorted(new, key=lambda end: float(np.max(abs(end) / scale)))
         for end in nearest[:MOST]:
             candidates.refine(end.tolist(), FINISH)
             if candidates.endless:
-                _beside_zeros(question, candidates, starts)
+                _beside_zeros(problem, candidates, starts)
                 return
         if turn == 0 and not new:
             with np.errstate(all="ignore"):  # a start of least residual tells how near the search came
-                misses = abs(question.kernel.arrays.residual(question.known, starts)).max(axis=1)
+                misses = abs(problem.kernel.arrays.residual(problem.known, starts)).max(axis=1)
             if np.isfinite(misses).any():
-                candidates.note(question.named(starts[np.nanargmin(misses)].tolist()))
+                candidates.note(problem.named(starts[np.nanargmin(misses)].tolist()))
         if (turn and not new) or not budget.another_round():
             break
         found += new
 
 
 def _arrivals(
-    question: Question,
+    problem: BlockProblem,
     starts: Array,
     ranges: tuple[Array, Array] | None = None,
     by: Iteration = NEWTON,
 ) -> Array:
-    arrays, known = question.kernel.arrays, question.known
+    arrays, known = problem.kernel.arrays, problem.known
     residual, jacobian = partial(arrays.residual, known), partial(arrays.jacobian, known)
-    return arrivals(residual, jacobian, starts, question.sizes, by, ranges)
+    return arrivals(residual, jacobian, starts, problem.sizes, by, ranges)
 
 
-def _beside_zeros(question: Question, candidates: Candidates, starts: Array) -> None:
+def _beside_zeros(problem: BlockProblem, candidates: Candidates, starts: Array) -> None:
     """Where the starts led to a curve along which unknowns are 0 (a mass, say, that all terms contain): the
     same starts again, on ways that do not cross those zeros."""
     points = np.array([list(answer.values.values()) for answer in candidates.answers])
-    zero = (points == 0.0).all(axis=0) if len(points) else np.zeros(len(question.unknowns), dtype=bool)
+    zero = (points == 0.0).all(axis=0) if len(points) else np.zeros(len(problem.unknowns), dtype=bool)
     if not zero.any():
         return
     ranges = np.where(zero, 0.0, -np.inf), np.where(zero, 0.0, np.inf)
-    ends = _arrivals(question, starts, ranges)
-    away = ends[(abs(ends[:, zero]) > NEAR_ZERO * question.sizes[zero]).all(axis=1)]
-    for end in _distinct(question, away, [])[:MOST]:
+    ends = _arrivals(problem, starts, ranges)
+    away = ends[(abs(ends[:, zero]) > NEAR_ZERO * problem.sizes[zero]).all(axis=1)]
+    for end in _distinct(problem, away, [])[:MOST]:
         candidates.refine(end.tolist(), FINISH)
 
 
-def starts_of(question: Question, first: int, last: int) -> Array:
+def starts_of(problem: BlockProblem, first: int, last: int) -> Array:
     """Half of them along the chains, the others with every unknown on its own."""
-    sizes = question.named(question.sizes.tolist())
+    sizes = problem.named(problem.sizes.tolist())
 
     def points(names: Sequence[str]) -> Array:
         """Those (last - first, names) of a sequence that is spread over the ranges of unknowns."""
         around = [sizes[name] for name in names]
-        return np.array(list(spread([*map(question.domain, names)], around, last - first, first)))
+        return np.array(list(spread([*map(problem.domain, names)], around, last - first, first)))
 
     with np.errstate(all="ignore"):
-        along = question.kernel.arrays.starts(question.known, points(question.kernel.block.tears))
-    apart = points(question.unknowns)
+        along = problem.kernel.arrays.starts(problem.known, points(problem.kernel.block.tears))
+    apart = points(problem.unknowns)
     return np.concatenate([np.where(np.isfinite(along), along, apart), apart])
 
 
-def _distinct(question: Question, ends: Array, known: Sequence[Array]) -> list[Array]:
+def _distinct(problem: BlockProblem, ends: Array, known: Sequence[Array]) -> list[Array]:
     """Those that are neither among the ``known`` nor one another, with angles in the turn around 0."""
     ends = ends.copy()
-    for place, name in enumerate(question.unknowns):
-        turn, (low, high) = question.turn(name), question.domain(name)
+    for place, name in enumerate(problem.unknowns):
+        turn, (low, high) = problem.turn(name), problem.domain(name)
         if turn is not None and high - low == turn:
             ends[:, place] -= turn * np.floor((ends[:, place] - low) / turn)
-    seen = np.empty((len(known) + len(ends), len(question.unknowns)))
-    seen[: len(known)] = np.reshape(known, (-1, len(question.unknowns)))
+    seen = np.empty((len(known) + len(ends), len(problem.unknowns)))
+    seen[: len(known)] = np.reshape(known, (-1, len(problem.unknowns)))
     count = len(known)
     for end in ends:
-        size = np.maximum(abs(end), 1e-3 * question.sizes)
+        size = np.maximum(abs(end), 1e-3 * problem.sizes)
         if not (abs(seen[:count] - end) <= SAME_END * size).all(axis=1).any():
             seen[count] = end
             count += 1
@@ -208,12 +208,12 @@ def _distinct(question: Question, ends: Array, known: Sequence[Array]) -> list[A
 TRUST_REGION_STARTS = 24
 
 
-def fall_back(question: Question, candidates: Candidates) -> None:
+def fall_back(problem: BlockProblem, candidates: Candidates) -> None:
     """Try trust regions from the guess and from many starts until ``candidates`` has an answer."""
     evaluations = 0
-    for start in _guess_and_beside(question, TRUST_REGION_STARTS):
+    for start in _guess_and_beside(problem, TRUST_REGION_STARTS):
         for method in TRUST_REGIONS:
-            end = scipy_root(question.residual, question.jacobian, start, method, question.scale)
+            end = scipy_root(problem.residual, problem.jacobian, start, method, problem.scale)
             evaluations += end.evaluations
             candidates.refine(end.x)
             if not candidates.fruitless:
@@ -240,49 +240,49 @@ AWAY = 0.02
 CORRECTIONS = 4
 
 
-def free_curve(question: Question, point: Mapping[str, float] | None = None) -> BlockOutcome | None:
+def free_curve(problem: BlockProblem, point: Mapping[str, float] | None = None) -> BlockOutcome | None:
     """What a block leaves free at an answer of it, or at a point that is looked for; None where there is
     none, or no way leads on from there."""
-    if len(question.unknowns) > MAX_BATCH_UNKNOWNS or not question.kernel.smooth:
+    if len(problem.unknowns) > MAX_BATCH_UNKNOWNS or not problem.kernel.smooth:
         return None
     with np.errstate(all="ignore"):
         try:
-            curve = _Curve(question)
-            given = [] if point is None else [np.array([point[name] for name in question.unknowns])]
+            curve = _Curve(problem)
+            given = [] if point is None else [np.array([point[name] for name in problem.unknowns])]
             return next(filter(None, map(curve.through, given or curve.points())), None)
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None
 
 
 class _Curve:
-    def __init__(self, question: Question) -> None:
-        self.question, self.scale = question, question.sizes
-        low, high = np.array([(variable.low, variable.high) for variable in question.variables]).T
-        self.projected = partial(_arrivals, question, ranges=(low, high), by=GAUSS_NEWTON)
+    def __init__(self, problem: BlockProblem) -> None:
+        self.problem, self.scale = problem, problem.sizes
+        low, high = np.array([(variable.low, variable.high) for variable in problem.variables]).T
+        self.projected = partial(_arrivals, problem, ranges=(low, high), by=GAUSS_NEWTON)
 
     def points(self) -> Iterator[Array]:
         """Points at which every rule holds, of a few starts."""
         count = min(max(WORK // len(self.scale), FEWEST_STARTS), MOST_STARTS)
-        ends = self.projected(starts_of(self.question, 0, count // 2))
+        ends = self.projected(starts_of(self.problem, 0, count // 2))
         nearest = sorted(ends, key=lambda x: float(max(abs(x) / self.scale)))[:ENDS]
         return (point for end in nearest if (point := self._settled(end)) is not None)
 
     def _settled(self, x: Array) -> Array | None:
         """The point with a few corrections of least norm, if every rule holds there and it is in range."""
-        question = self.question
+        problem = self.problem
         for _ in range(CORRECTIONS):
-            point = question.named(x.tolist())
-            if question.holds(point):
-                return x if question.outside(point) is None else None
+            point = problem.named(x.tolist())
+            if problem.holds(point):
+                return x if problem.outside(point) is None else None
             matrix, weight, rows = self._scaled(x)
-            miss = np.array(question.residual(x.tolist())) / rows
+            miss = np.array(problem.residual(x.tolist())) / rows
             x = x - weight * np.linalg.lstsq(matrix, miss, rcond=FREE)[0]
         return None
 
     def _scaled(self, x: Array) -> tuple[Array, Array, Array]:
         """The Jacobian in units of the unknowns and of the rules, and these units."""
         weight = np.maximum(abs(x), 1e-3 * self.scale)
-        matrix = np.array(self.question.jacobian(x.tolist()), dtype=float) * weight
+        matrix = np.array(self.problem.jacobian(x.tolist()), dtype=float) * weight
         rows = abs(matrix).max(axis=1)
         if not np.isfinite(rows).all():
             raise ValueError("a slope is infinite")
@@ -298,14 +298,14 @@ class _Curve:
         if not others:
             return None
         changes = np.max([abs(there - x) / weight for there in others], axis=0)
-        question, point = self.question, self.question.named(x.tolist())
-        free = tuple(n for n, moves in zip(question.unknowns, changes, strict=True) if moves > MOVED)
+        problem, point = self.problem, self.problem.named(x.tolist())
+        free = tuple(n for n, moves in zip(problem.unknowns, changes, strict=True) if moves > MOVED)
         if not free:
             return None
-        change = question.named((others[0] - x).tolist())
+        change = problem.named((others[0] - x).tolist())
         largest = max(abs(change[name]) for name in free) or 1.0
         direction = {name: far / largest if name in free else 0.0 for name, far in change.items()}
-        return left_free(question, point, direction, free)
+        return left_free(problem, point, direction, free)
 
     def _along(self, x: Array, way: Array) -> Array | None:
         """A point some way on at which every rule holds, on either side."""
@@ -325,16 +325,16 @@ MOST_BESIDE = 12
 """Unknowns of a block up to which isolated answers are sought beside a curve."""
 
 
-def with_isolated(question: Question, curve: BlockOutcome) -> BlockOutcome:
+def with_isolated(problem: BlockProblem, curve: BlockOutcome) -> BlockOutcome:
     """The isolated answers, if any are found from a few starts, with the curve as a note; else the curve."""
     known = curve.answers[0].values if curve.answers else {}
-    if not known or len(question.unknowns) > MOST_BESIDE or not question.kernel.smooth:
+    if not known or len(problem.unknowns) > MOST_BESIDE or not problem.kernel.smooth:
         return curve
-    found = Candidates(question)
-    for start in starts_of(question, 0, ISOLATED_STARTS // 2).tolist():
+    found = Candidates(problem)
+    for start in starts_of(problem, 0, ISOLATED_STARTS // 2).tolist():
         found.refine(start, START_LIMITS)
     regular = [answer for answer in found.answers if answer.double is None]
-    answers = tuple(answer for answer in regular if free_curve(question, answer.values) is None)
+    answers = tuple(answer for answer in regular if free_curve(problem, answer.values) is None)
     return BlockOutcome(answers, facts=(beside(curve),), attempts=curve.attempts) if answers else curve
 
 
@@ -349,15 +349,15 @@ MOST_SUSPECTS = 12
 """Answers that are looked at; what is flat beyond these counts as what they are."""
 
 
-def without_curves(question: Question, outcome: BlockOutcome) -> BlockOutcome:
+def without_curves(problem: BlockProblem, outcome: BlockOutcome) -> BlockOutcome:
     """The outcome without answers that lie on a curve; what the curve leaves free, where it has no others.
 
     A list of some points of a curve says nothing of the others, so that it is never complete.
     """
     suspects = [answer for answer in outcome.answers if answer.double]
-    if not suspects or outcome.free or len(question.unknowns) == 1:
+    if not suspects or outcome.free or len(problem.unknowns) == 1:
         return outcome
-    looked_at = [(answer, free_curve(question, answer.values)) for answer in suspects[:MOST_SUSPECTS]]
+    looked_at = [(answer, free_curve(problem, answer.values)) for answer in suspects[:MOST_SUSPECTS]]
     curves = [curve for _, curve in looked_at if curve is not None]
     if not curves:
         return outcome

@@ -19,26 +19,26 @@ import numpy as np
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression
-from solver.accuracy.rule_check import blur, check_rule, half_unit, with_named_numbers
+from solver.accuracy.rule_check import check_rule, half_unit, uncertainty, with_named_numbers
 from solver.facts import BeyondFloats, Conflict, RankLoss
 from solver.kernel.candidates import Answer, BlockOutcome
-from solver.kernel.question import Blur, Question
+from solver.kernel.problem import BlockProblem, InputErrors
 from solver.numerics.linear_algebra import EXACT_LIMIT, Array, LinearOutcome, solve_linear
 from solver.numerics.newton import newton
 from solver.numerics.tolerances import ROUNDINGS, SMALLEST_NORMAL
 
 
 class Perturbed:
-    """The block of a ``question`` with its known numbers, given ones included, ``off`` by ``slack`` times so
+    """The block of a ``problem`` with its known numbers, given ones included, ``off`` by ``slack`` times so
     much, by name; the numbers that stand in its rules by as many half units of their last places."""
 
-    def __init__(self, question: Question, off: Mapping[str, float], slack: float) -> None:
-        self.question = question
+    def __init__(self, problem: BlockProblem, off: Mapping[str, float], slack: float) -> None:
+        self.problem = problem
         self.off = off if slack == 1.0 else {name: slack * error for name, error in off.items()}
         numbers: dict[str, float] = {}
-        self.forms = [with_named_numbers(form, numbers) for form in question.kernel.forms]
-        known = {n: v for n, v in question.here.items() if isinstance(v, float)}
-        self.at: dict[str, Value] = {**known, **numbers, **dict.fromkeys(question.unknowns, 0.0)}
+        self.forms = [with_named_numbers(form, numbers) for form in problem.kernel.forms]
+        known = {n: v for n, v in problem.here.items() if isinstance(v, float)}
+        self.at: dict[str, Value] = {**known, **numbers, **dict.fromkeys(problem.unknowns, 0.0)}
         own = {name: slack * half_unit(number) for name, number in numbers.items()}
         own |= {name: error for name, error in self.off.items() if name in known}
         self.moves = {name: error for name, error in own.items() if error}
@@ -46,7 +46,7 @@ class Perturbed:
     def reach(self, w: Sequence[float], z: Sequence[float]) -> float:
         """How far w·A z, which is w·(F(z) - F(0)) of linear rules F, moves to first order as every number
         moves by what it may be off; nan where that is not known."""
-        there = {**self.at, **dict(zip(self.question.unknowns, z, strict=True))}
+        there = {**self.at, **dict(zip(self.problem.unknowns, z, strict=True))}
         far = dict.fromkeys(self.moves, 0.0)
         try:
             for share, form in zip(w, self.forms, strict=True):
@@ -64,12 +64,12 @@ class Perturbed:
 
         Floats may have made up as much of that as they round, if it is known how much that is.
         """
-        question = self.question
-        everything = {**question.here, **point}
-        misses = question.residual(list(point.values()))
-        rules = zip(misses, question.kernel.forms, question.kernel.equations, strict=True)
+        problem = self.problem
+        everything = {**problem.here, **point}
+        misses = problem.residual(list(point.values()))
+        rules = zip(misses, problem.kernel.forms, problem.kernel.equations, strict=True)
         return all(
-            abs(miss) <= blur(form, everything, self.off) + _noise(form, everything) < math.inf
+            abs(miss) <= uncertainty(form, everything, self.off) + _noise(form, everything) < math.inf
             or check_rule(equation, everything).holds
             for miss, form, equation in rules
         )
@@ -99,11 +99,11 @@ FAR = 1.7
 
 
 def undetermined(
-    question: Question,
+    problem: BlockProblem,
     matrix: Sequence[Sequence[Any]],
     rhs: Sequence[Any],
     exact: Callable[[float], Any],
-    off: Blur,
+    off: InputErrors,
     singular: bool = False,
     slack: float = 1.0,
 ) -> BlockOutcome | None:
@@ -118,13 +118,13 @@ def undetermined(
         return None
     with np.errstate(all="ignore"):  # what overflows is no point at which a rule holds
         try:
-            moved = Perturbed(question, off(), slack)
+            moved = Perturbed(problem, off(), slack)
             lost = near.lost(exact, moved, SECOND_ORDER if singular else 0.0)
             if not lost:
                 return None
-            point, directions = question.named(near.point(len(lost))), list(map(question.named, lost))
+            point, directions = problem.named(near.point(len(lost))), list(map(problem.named, lost))
             if not moved.holds(point):
-                return near.contradiction(question, len(lost))
+                return near.contradiction(problem, len(lost))
             # a second point, further from the first than that is large: at just its size, unknowns that are
             # each other's negatives would become 0, where nothing of a rule is left to go by
             reach = FAR * max(1.0, *map(abs, point.values()))
@@ -132,15 +132,15 @@ def undetermined(
                 return None
         except (ArithmeticError, ValueError):
             return None
-    free = tuple(n for n in question.unknowns if any(abs(d[n]) > STILL for d in directions))
-    return left_free(question, point, directions[0], free)
+    free = tuple(n for n in problem.unknowns if any(abs(d[n]) > STILL for d in directions))
+    return left_free(problem, point, directions[0], free)
 
 
 def _free_to_witness(
-    question: Question,
+    problem: BlockProblem,
     matrix: Sequence[Sequence[Any]],
     rhs: Sequence[Any],
-    off: Blur,
+    off: InputErrors,
     instead: BlockOutcome | None,
 ) -> BlockOutcome | None:
     """What a nearly singular block leaves free within the backward error of the rule check, where the outcome
@@ -149,10 +149,10 @@ def _free_to_witness(
     Numbers that were read off one answer agree to their last places, not to half of one.
     """
     if instead is not None and instead.answers:
-        zeros = dict.fromkeys(question.unknowns, 0.0)
-        if instead.free or not Perturbed(question, off(), WITNESSED).holds(zeros):
+        zeros = dict.fromkeys(problem.unknowns, 0.0)
+        if instead.free or not Perturbed(problem, off(), WITNESSED).holds(zeros):
             return instead
-    found = undetermined(question, matrix, rhs, Fraction, off, slack=WITNESSED)
+    found = undetermined(problem, matrix, rhs, Fraction, off, slack=WITNESSED)
     return found if found is not None and found.free else instead
 
 
@@ -205,24 +205,24 @@ class _Nearly:
         point: list[float] = ((self.v[:kept].T @ y) / self.columns).tolist()
         return point
 
-    def contradiction(self, question: Question, lost: int) -> BlockOutcome:
+    def contradiction(self, problem: BlockProblem, lost: int) -> BlockOutcome:
         """The equations whose left sides make up 0 = 0, and what their right sides make up instead."""
         scaled = self.u[:, len(self.s) - lost :].T
         worst = scaled[np.argmax(np.abs(scaled @ self.b))]
         involved = [i for i, share in enumerate(worst) if abs(share) > STILL]
         last = involved[-1]
         miss = float(worst @ self.b / worst[last] * self.rows[last])
-        rows = tuple(question.equations[i] for i in involved)
-        return BlockOutcome(complete=True, facts=(Conflict(rows, miss, dict(question.values)),))
+        rows = tuple(problem.equations[i] for i in involved)
+        return BlockOutcome(complete=True, facts=(Conflict(rows, miss, dict(problem.values)),))
 
 
-def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
+def solve_linear_block(problem: BlockProblem, off: InputErrors) -> BlockOutcome | None:
     """The outcome of a block that is linear in its unknowns; None where numbers are not finite.
 
     ``off`` tells how far the known numbers may be.
     """
     try:
-        residual, matrix = question.kernel.at_zero(question.here)
+        residual, matrix = problem.kernel.at_zero(problem.here)
     except ArithmeticError:
         return None
     rhs = [-r for r in residual]
@@ -230,48 +230,48 @@ def solve_linear_block(question: Question, off: Blur) -> BlockOutcome | None:
         return None
     facts = solve_linear(matrix, rhs)
     if facts.conflict:
-        rows = tuple(question.equations[i] for i in facts.conflict)
-        against = Conflict(rows, facts.miss, dict(question.values))
-        conflict = BlockOutcome(complete=True, facts=(against,), doubtful=_rounded(question, facts))
-        return _free_to_witness(question, matrix, rhs, off, conflict)
+        rows = tuple(problem.equations[i] for i in facts.conflict)
+        against = Conflict(rows, facts.miss, dict(problem.values))
+        conflict = BlockOutcome(complete=True, facts=(against,), doubtful=_rounded(problem, facts))
+        return _free_to_witness(problem, matrix, rhs, off, conflict)
     assert facts.solution is not None
-    point = {n: v for n, v in zip(question.unknowns, facts.solution, strict=True) if v is not None}
+    point = {n: v for n, v in zip(problem.unknowns, facts.solution, strict=True) if v is not None}
     for column, number in enumerate(facts.solution):
         if number is not None and math.isinf(number):
             reader = next(i for i, row in enumerate(matrix) if row[column])
-            fact = BeyondFloats(question.equations[reader], question.unknowns[column])
+            fact = BeyondFloats(problem.equations[reader], problem.unknowns[column])
             return BlockOutcome(facts=(fact,))
     if facts.free:
-        direction = dict(zip(question.unknowns, facts.nullspace[0], strict=True))
-        return left_free(question, point, direction, tuple(question.unknowns[j] for j in facts.free))
-    if len(point) < len(question.unknowns):
+        direction = dict(zip(problem.unknowns, facts.nullspace[0], strict=True))
+        return left_free(problem, point, direction, tuple(problem.unknowns[j] for j in facts.free))
+    if len(point) < len(problem.unknowns):
         return None
     near = len(matrix) <= EXACT_LIMIT and _Nearly.of(matrix, rhs) is not None
-    found = undetermined(question, matrix, rhs, Fraction, off) if near else None
-    found = found or _regular(question, point)
+    found = undetermined(problem, matrix, rhs, Fraction, off) if near else None
+    found = found or _regular(problem, point)
     if near or found is None:
-        found = _free_to_witness(question, matrix, rhs, off, found)
+        found = _free_to_witness(problem, matrix, rhs, off, found)
     return found._replace(doubtful=True) if near and found is not None else found
 
 
-def _rounded(question: Question, facts: LinearOutcome) -> bool:
+def _rounded(problem: BlockProblem, facts: LinearOutcome) -> bool:
     """Whether a contradiction may come of the rounding of the constant terms alone."""
-    point = {**question.here, **dict.fromkeys(question.unknowns, 0.0)}
-    noise = (rounded_derivatives(question.kernel.forms[row], point)[2] for row in facts.conflict)
+    point = {**problem.here, **dict.fromkeys(problem.unknowns, 0.0)}
+    noise = (rounded_derivatives(problem.kernel.forms[row], point)[2] for row in facts.conflict)
     total = sum(abs(share) * size for share, size in zip(facts.multipliers, noise, strict=True))
     return facts.miss is not None and abs(facts.miss) <= ROUNDINGS * total
 
 
-def _regular(question: Question, point: dict[str, float]) -> BlockOutcome | None:
+def _regular(problem: BlockProblem, point: dict[str, float]) -> BlockOutcome | None:
     """The solution; refined where the right-hand side was rounded so much that it does not hold as it is."""
-    if not question.holds(point):
-        point = question.named(newton(question.residual, question.jacobian, list(point.values())).x)
-        if not question.holds(point):
+    if not problem.holds(point):
+        point = problem.named(newton(problem.residual, problem.jacobian, list(point.values())).x)
+        if not problem.holds(point):
             return None
-    point = question.inside(question.wrapped(point))
-    outside = question.outside(point)
+    point = problem.inside(problem.wrapped(point))
+    outside = problem.outside(point)
     if outside is not None:
-        return BlockOutcome.out_of_range(question.equations, outside, point[outside])
+        return BlockOutcome.out_of_range(problem.equations, outside, point[outside])
     return BlockOutcome((Answer(point),), complete=True)
 
 
@@ -279,15 +279,15 @@ def _regular(question: Question, point: dict[str, float]) -> BlockOutcome | None
 
 
 def left_free(
-    question: Question, point: Mapping[str, float], direction: Mapping[str, float], free: tuple[str, ...]
+    problem: BlockProblem, point: Mapping[str, float], direction: Mapping[str, float], free: tuple[str, ...]
 ) -> BlockOutcome:
     """The outcome of a block that leaves unknowns ``free``, along ``direction`` at ``point``."""
     with np.errstate(all="ignore"):
         try:
-            everywhere = stays_deficient(question, point)
+            everywhere = stays_deficient(problem, point)
         except (ArithmeticError, np.linalg.LinAlgError):
             everywhere = False
-    fact = RankLoss(question.equations, free, direction, everywhere)
+    fact = RankLoss(problem.equations, free, direction, everywhere)
     fixed = {name: number for name, number in point.items() if name not in free}
     return BlockOutcome((Answer(fixed),), complete=True, facts=(fact,), free=free)
 
@@ -296,7 +296,7 @@ STEP_ALONG = 1e-2
 """Share of the size of a variable by which a point is displaced."""
 
 
-def stays_deficient(question: Question, point: Mapping[str, float]) -> bool:
+def stays_deficient(problem: BlockProblem, point: Mapping[str, float]) -> bool:
     """Whether the Jacobian stays deficient as the known values move, with the equations still satisfied.
 
     A point of the solution set over unknowns *and* known values is displaced along the null space of
@@ -305,15 +305,15 @@ def stays_deficient(question: Question, point: Mapping[str, float]) -> bool:
 
     Numpy's warnings are silenced by the caller. Raises ArithmeticError and LinAlgError.
     """
-    n, names = len(question.unknowns), (*question.unknowns, *question.kernel.known)
-    z = np.array([*(point.get(name, 1.0) for name in question.unknowns), *question.known])
+    n, names = len(problem.unknowns), (*problem.unknowns, *problem.kernel.known)
+    z = np.array([*(point.get(name, 1.0) for name in problem.unknowns), *problem.known])
     if n == len(z):
         return True
 
     def linearized(z: Array) -> tuple[Array, Array]:
         """Residual (m,) and Jacobian (m, k) over unknowns and known values (k,)."""
         at = dict(zip(names, z.tolist(), strict=True))
-        swept = [derivatives(form, at) for form in question.kernel.forms]
+        swept = [derivatives(form, at) for form in problem.kernel.forms]
         rows = [[slopes.get(name, 0.0) for name in names] for _, slopes in swept]
         return np.array([miss for miss, _ in swept]), np.array(rows)
 

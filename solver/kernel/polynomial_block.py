@@ -34,11 +34,11 @@ from rulesheets.syntax.nodes import (
     subtract,
 )
 from solver.kernel.candidates import Candidates
-from solver.kernel.question import Question
+from solver.kernel.problem import BlockProblem
 from solver.kernel.root_check import astray
 from solver.numerics.one_unknown import real_roots, simple_part
 from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, TOUCHING
-from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, letter, name_of, right_angles
+from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, generator, name_of, right_angles
 
 HIGHEST_DEGREE = 12
 
@@ -68,20 +68,20 @@ class _Steps:
     """The steps of a block followed in polynomials of its tears, or of the cosine and the sine of one."""
 
     def __init__(
-        self, question: Question, forms: Forms, turn: float | None = None, exact: Exact = Fraction
+        self, problem: BlockProblem, forms: Forms, turn: float | None = None, exact: Exact = Fraction
     ) -> None:
-        tears = question.kernel.block.tears
+        tears = problem.kernel.block.tears
         self.turn, self.tear, self.exact = turn, tears[0], exact
-        self.values = {n: self._number(v) for n, v in zip(question.kernel.known, question.known, strict=True)}
+        self.values = {n: self._number(v) for n, v in zip(problem.kernel.known, problem.known, strict=True)}
         if turn is None:
-            self.values |= {tear: (letter(tear), letter(tear)) for tear in tears}
+            self.values |= {tear: (generator(tear), generator(tear)) for tear in tears}
         for name, form in forms:
             expect_time()
             self.values[name] = self._value(form)
 
-    def residuals(self, question: Question) -> list[Gross]:
+    def residuals(self, problem: BlockProblem) -> list[Gross]:
         """What must vanish. Raises NotPolynomial."""
-        equations = (question.graph.model.equations[number] for number in question.kernel.block.residuals)
+        equations = (problem.graph.model.equations[number] for number in problem.kernel.block.residuals)
         return [self._value(subtract(equation.left, equation.right)) for equation in equations]
 
     def _value(self, node: Expression) -> Gross:
@@ -101,7 +101,7 @@ class _Steps:
             case Quotient(left, right):
                 divisor, gross = self._value(right)
                 by = divisor.get(UNIT, Fraction(0))
-                if gross.letters or CANCELLED * abs(by) <= gross.get(UNIT, 0):
+                if gross.generators or CANCELLED * abs(by) <= gross.get(UNIT, 0):
                     raise NotPolynomial
                 return _scaled(self._value(left), 1 / by)
             case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
@@ -144,7 +144,7 @@ class _Steps:
                 quarters += count
         if len(turns) != 1:
             raise NotPolynomial
-        cosine, sine = letter(COSINE), -letter(SINE) if turns[0] else letter(SINE)
+        cosine, sine = generator(COSINE), -generator(SINE) if turns[0] else generator(SINE)
         for _ in range(quarters % 4):  # of plus or minus the angle, wherever in the sum that stands
             cosine, sine = -sine, cosine
         wave = cosine if function.startswith("cos") else sine
@@ -154,7 +154,7 @@ class _Steps:
 COSINE, SINE, HALF = "#cos", "#sin", "#half"
 
 
-TANGENT = letter(HALF)
+TANGENT = generator(HALF)
 CIRCLE = constant(1.0) + TANGENT * TANGENT
 
 
@@ -207,8 +207,10 @@ def _decimal(number: float) -> Fraction:
     return Fraction(repr(number))
 
 
-def _one_polynomial(question: Question, turn: float | None, exact: Exact = Fraction) -> _OnePolynomial | None:
-    followed = _followed(question, turn, exact)
+def _one_polynomial(
+    problem: BlockProblem, turn: float | None, exact: Exact = Fraction
+) -> _OnePolynomial | None:
+    followed = _followed(problem, turn, exact)
     if followed is None:
         return None
     forms, ((whole, gross),) = followed
@@ -225,57 +227,57 @@ def _one_polynomial(question: Question, turn: float | None, exact: Exact = Fract
     return _OnePolynomial(forms, simple, at_half_turn, several)
 
 
-def solve_as_polynomial(question: Question, candidates: Candidates) -> bool:
+def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
     """Find the answers; False where the block is no such polynomial, or rounding leaves a doubt about one.
 
     The only tear is a number, or an angle free to turn. Multiple roots are what they are in exact numbers; or
     in decimals, as people write them: (x - 1.6)^3 expanded has three roots in one, which floats part.
     """
-    (tear,) = question.kernel.block.tears
-    turn, domain = question.turn(tear), question.domain(tear)
-    if turn is not None and (not question.graph.is_turning(tear) or domain != (-turn / 2, turn / 2)):
+    (tear,) = problem.kernel.block.tears
+    turn, domain = problem.turn(tear), problem.domain(tear)
+    if turn is not None and (not problem.graph.is_turning(tear) or domain != (-turn / 2, turn / 2)):
         return False
     # of a range with what rounding may lead beyond its ends
     slack = BACKWARD * max([abs(end) for end in domain if math.isfinite(end)], default=0.0)
     within = (domain[0] - slack, domain[1] + slack) if turn is None else ()
-    found = _one_polynomial(question, turn)
+    found = _one_polynomial(problem, turn)
     roots = found and _clear_roots(found.simple, *within)
     if found and not found.several and (roots is None or found.has_neighbours(roots)):
-        written = _one_polynomial(question, turn, _decimal)
+        written = _one_polynomial(problem, turn, _decimal)
         if written and written.several:
             found, roots = written, _clear_roots(written.simple, *within)
     if found is None or roots is None:
         return False
     if turn is not None:
         roots = *(2.0 * math.atan(t) * turn / math.tau for t in roots), *[turn / 2] * (found.at_half_turn > 0)
-    trial = Candidates(question)
+    trial = Candidates(problem)
     for root in roots:
-        point = _point_at(question, found.forms, {tear: root})
+        point = _point_at(problem, found.forms, {tear: root})
         if point is None:
             return False
-        if question.holds(point):
+        if problem.holds(point):
             trial.keep(point, singular=found.several, counted=found.several and turn is None)
-        elif not (astray(question, point) if found.several else trial.settles(point)):
+        elif not (astray(problem, point) if found.several else trial.settles(point)):
             return False
     candidates.take(trial)
     return True
 
 
 def _followed(
-    question: Question, turn: float | None = None, exact: Exact = Fraction
+    problem: BlockProblem, turn: float | None = None, exact: Exact = Fraction
 ) -> tuple[Forms, list[Gross]] | None:
     """The explicit forms of the steps, and what must vanish; None where that is no polynomial."""
-    forms = _explicit_forms(question)
+    forms = _explicit_forms(problem)
     try:
-        return None if forms is None else (forms, _Steps(question, forms, turn, exact).residuals(question))
+        return None if forms is None else (forms, _Steps(problem, forms, turn, exact).residuals(problem))
     except (NotPolynomial, NoForm, OverflowError):
         return None
 
 
-def _explicit_forms(question: Question) -> Forms | None:
+def _explicit_forms(problem: BlockProblem) -> Forms | None:
     """The steps of the block as explicit forms; None where one has several or may be refused."""
-    graph, found = question.graph, []
-    for step in question.kernel.block.order:
+    graph, found = problem.graph, []
+    for step in problem.kernel.block.order:
         isolation = graph.isolation(step.equation, graph.number[step.unknown])
         if isolation is None or isolation.branches != 1 or isolation.verify or isolation.period:
             return None
@@ -300,51 +302,51 @@ def _clear_roots(
     return roots
 
 
-def _point_at(question: Question, forms: Forms, tears: Mapping[str, float]) -> dict[str, float] | None:
+def _point_at(problem: BlockProblem, forms: Forms, tears: Mapping[str, float]) -> dict[str, float] | None:
     """The unknowns where the tears have these values; None where a step has none there."""
     point = dict(tears)
     try:
         for name, form in forms:
-            point[name] = value(form, {**question.here, **point})
+            point[name] = value(form, {**problem.here, **point})
     except Undefined:
         return None
-    return {name: point[name] for name in question.unknowns}
+    return {name: point[name] for name in problem.unknowns}
 
 
-def counted(question: Question, candidates: Candidates) -> bool:
+def counted(problem: BlockProblem, candidates: Candidates) -> bool:
     """Whether the answers are known to be all; one that was missing is added to them.
 
     Only for algebraic blocks, whose eliminant has no root that rounding might have parted in two, or hidden.
     """
-    block = question.kernel.block
-    if len(block.tears) != 1 or question.turn(block.tears[0]) is not None or candidates.refused:
+    block = problem.kernel.block
+    if len(block.tears) != 1 or problem.turn(block.tears[0]) is not None or candidates.refused:
         return False
-    forms = _explicit_forms(question)
+    forms = _explicit_forms(problem)
     if forms is None:
         return False
     from rulesheets.algebra.polynomials import eliminant  # sympy waits until a search has left something open
 
-    equation = question.graph.model.equations[block.residuals[0]]
-    known = {name: value for name, value in question.here.items() if isinstance(value, float)}
+    equation = problem.graph.model.equations[block.residuals[0]]
+    known = {name: value for name, value in problem.here.items() if isinstance(value, float)}
     found = eliminant(equation.left, equation.right, block.tears[0], forms, known)
-    if found is None or any(_may_be_free(question, factor) for factor in found.indeterminate):
+    if found is None or any(_may_be_free(problem, factor) for factor in found.indeterminate):
         return False
-    roots = _clear_roots(simple_part(found.polynomial), *question.domain(block.tears[0]))
-    return roots is not None and all(_settled(question, candidates, forms, root) for root in roots)
+    roots = _clear_roots(simple_part(found.polynomial), *problem.domain(block.tears[0]))
+    return roots is not None and all(_settled(problem, candidates, forms, root) for root in roots)
 
 
-def _may_be_free(question: Question, factor: Coefficients) -> bool:
+def _may_be_free(problem: BlockProblem, factor: Coefficients) -> bool:
     """Whether the rules admit a zero of a factor that an explicit form divides by, and into: none of them
     excludes that value of the tear, whatever the other unknowns are."""
-    tear = question.kernel.block.tears[0]
-    zeros = real_roots(simple_part(factor), *question.domain(tear))
+    tear = problem.kernel.block.tears[0]
+    zeros = real_roots(simple_part(factor), *problem.domain(tear))
     beside = ((math.nextafter(zero, -math.inf), math.nextafter(zero, math.inf)) for zero in zeros or ())
-    return zeros is None or not all(question.excludes(tear, *ends) for ends in beside)
+    return zeros is None or not all(problem.excludes(tear, *ends) for ends in beside)
 
 
-def _settled(question: Question, candidates: Candidates, forms: Forms, root: float) -> bool:
+def _settled(problem: BlockProblem, candidates: Candidates, forms: Forms, root: float) -> bool:
     """Whether a root is one of the answers, or becomes one, or is plainly none."""
-    tear = question.kernel.block.tears[0]
+    tear = problem.kernel.block.tears[0]
 
     def is_listed() -> bool:
         return any(abs(answer.values[tear] - root) <= SAME_VALUE * abs(root) for answer in candidates.answers)
@@ -352,8 +354,8 @@ def _settled(question: Question, candidates: Candidates, forms: Forms, root: flo
     if is_listed():
         return True
     reach = SAME_VALUE * (abs(root) or 1.0)  # beside it no pole nor the end of a domain hides the unknowns
-    points = [_point_at(question, forms, {tear: at}) for at in (root, root - reach, root + reach)]
-    if all(point is None or astray(question, point) for point in points):
+    points = [_point_at(problem, forms, {tear: at}) for at in (root, root - reach, root + reach)]
+    if all(point is None or astray(problem, point) for point in points):
         return True
     for point in points:
         if point is not None:
@@ -373,12 +375,12 @@ HIGHEST_OF_TWO, HIGHEST_RESULTANT = 6, 15
 """Degree of two residuals in each tear, and of their resultants."""
 
 
-def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
+def solve_by_resultant(problem: BlockProblem, candidates: Candidates) -> bool:
     """Find the answers; False where the block is no such system, or rounding leaves a doubt."""
-    tears = question.kernel.block.tears
-    if len(tears) != 2 or any(question.turn(tear) is not None for tear in tears):
+    tears = problem.kernel.block.tears
+    if len(tears) != 2 or any(problem.turn(tear) is not None for tear in tears):
         return False
-    followed = _followed(question)
+    followed = _followed(problem)
     if followed is None:
         return False
     forms, ((p, _), (q, _)) = followed
@@ -393,11 +395,11 @@ def solve_by_resultant(question: Question, candidates: Candidates) -> bool:
         if found is None:
             return False
         roots.append(found)
-    trial = Candidates(question)
+    trial = Candidates(problem)
     for pair in itertools.product(*roots):
         expect_time()
         at = dict(zip(tears, pair, strict=True))
-        if not (_misses(p, at) or _misses(q, at) or _refined(question, trial, forms, at)):
+        if not (_misses(p, at) or _misses(q, at) or _refined(problem, trial, forms, at)):
             return False
     candidates.take(trial)
     return True
@@ -413,14 +415,14 @@ def _misses(polynomial: Polynomial, at: Mapping[str, float]) -> bool:
     return abs(sum(terms, none)) > TOUCHING * HIGHEST_DEGREE * sum(map(abs, terms), none)
 
 
-def _refined(question: Question, trial: Candidates, forms: Forms, tears: dict[str, float]) -> bool:
+def _refined(problem: BlockProblem, trial: Candidates, forms: Forms, tears: dict[str, float]) -> bool:
     """Whether the point with these tears is next to an answer, which is kept, or to one out of range."""
-    point = _point_at(question, forms, tears)
+    point = _point_at(problem, forms, tears)
     if point is None:
         return False
     outside = trial.outside
     trial.refine(list(point.values()))
-    sizes = question.sizes_at(list(point.values()), 1e-3)
+    sizes = problem.sizes_at(list(point.values()), 1e-3)
     near = (
         all(abs(v - one.values[n]) <= POLISHED * s for (n, v), s in zip(point.items(), sizes, strict=True))
         for one in trial.answers

@@ -24,27 +24,27 @@ from rulesheets.evaluate import Undefined, extended
 from rulesheets.evaluate.digits import context
 from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import gross
-from solver.kernel.question import Question, Uncertainty, is_beside_pole, uncertainty
+from solver.kernel.problem import BlockProblem, Uncertainty, is_beside_pole, uncertainty
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.tolerances import ASTRAY, EPS, ORDINARY, REFINED, SAFETY, SETTLED
 
 
-def astray(question: Question, point: Mapping[str, float]) -> bool:
+def astray(problem: BlockProblem, point: Mapping[str, float]) -> bool:
     """Whether a point that was computed is plainly no answer: an equation misses by more than a share
     of its terms, and than what rounding of the point itself explains. A number that cancellation has left
     no digit of says nothing against the others.
     """
-    x, here = list(point.values()), {**question.here, **point}
+    x, here = list(point.values()), {**problem.here, **point}
     try:
-        misses = question.residual(x)
-        equations = question.kernel.equations
+        misses = problem.residual(x)
+        equations = problem.kernel.equations
         far = [abs(m) > ASTRAY * gross(e, here) for m, e in zip(misses, equations, strict=True)]
         if not any(far):
             return False
-        jacobian = question.jacobian(x)
+        jacobian = problem.jacobian(x)
     except (ArithmeticError, ValueError):
         return False
-    off = uncertainty(question, point).errors
+    off = uncertainty(problem, point).errors
     explained = [sum(abs(s) * e for s, e in zip(row, off, strict=True) if s) for row in jacobian]
     return any(is_far and abs(m) > e for is_far, m, e in zip(far, misses, explained, strict=True))
 
@@ -53,20 +53,20 @@ REFINED_DIGITS = 60
 REFINEMENTS = 8
 
 
-def sharp_root(question: Question, start: Sequence[float], sizes: Sequence[float]) -> list[float] | None:
+def sharp_root(problem: BlockProblem, start: Sequence[float], sizes: Sequence[float]) -> list[float] | None:
     """The root near ``start`` (n,), to the last place; None where the steps don't settle.
 
     ``sizes`` (n,) of the unknowns are what steps are measured by where an unknown is 0.
     """
-    mp, names = context(REFINED_DIGITS), question.unknowns
+    mp, names = context(REFINED_DIGITS), problem.unknowns
     try:
-        factor = question.factor(start, sizes)
+        factor = problem.factor(start, sizes)
         if factor.rank < factor.columns:
             return None
         x = [mp.mpf(v) for v in start]
         for _ in range(REFINEMENTS):
-            at = {**question.here, **dict(zip(names, x, strict=True))}
-            misses = [extended(form, at, REFINED_DIGITS) for form in question.kernel.forms]
+            at = {**problem.here, **dict(zip(names, x, strict=True))}
+            misses = [extended(form, at, REFINED_DIGITS) for form in problem.kernel.forms]
             largest = max(map(abs, misses))  # brought to unit size for the floats that solve for the step
             shares = factor.solve([float(miss / largest) for miss in misses]) if largest else [0.0] * len(x)
             step = [largest * d for d in shares]
@@ -100,7 +100,7 @@ class RootCheck(Enum):
 
 
 def check_root(
-    question: Question, point: Mapping[str, float], found: Uncertainty
+    problem: BlockProblem, point: Mapping[str, float], found: Uncertainty
 ) -> tuple[RootCheck, dict[str, float]]:
     """Solve on from a point at which every rule holds to rounding, and which that leaves so uncertain: what
     that comes to, and where it ends."""
@@ -108,28 +108,28 @@ def check_root(
     if found.relative is not None:  # a large block: its slopes stay those of floats
         there = dict(point)
         if found.relative > ORDINARY * EPS:
-            sharp = _settled(question, start, found) or sharp_root(question, start, question.sizes_at(start))
+            sharp = _settled(problem, start, found) or sharp_root(problem, start, problem.sizes_at(start))
             if sharp is None or not _within(start, sharp, found.errors, SAFETY):
                 return RootCheck.NO_ROOT, there
-            there = question.named(sharp)
+            there = problem.named(sharp)
         # a rule that is steep because differences cancel in it is none the worse
-        beside = is_beside_pole(question, there, found)
+        beside = is_beside_pole(problem, there, found)
         return (RootCheck.BESIDE_POLE if beside else RootCheck.STANDS), there
-    bars = [min(bar, NEAR * size) for bar, size in zip(found.errors, question.sizes_at(start), strict=True)]
+    bars = [min(bar, NEAR * size) for bar, size in zip(found.errors, problem.sizes_at(start), strict=True)]
     try:
-        end = _solved_on(question, start, bars)
+        end = _solved_on(problem, start, bars)
         if not end[0]:  # at the turn of a fold steps are long however near two roots are
-            end = _solved_on(question, start, bars, NUDGE)
+            end = _solved_on(problem, start, bars, NUDGE)
     except (Undefined, ValueError, OverflowError):
         return RootCheck.STANDS, dict(point)  # a rule has no slope there: nothing speaks against the point
     root, settled = end
     if root is None:
         return RootCheck.NO_ROOT, dict(point)
-    there = question.named(root)
-    bars = uncertainty(question, there).errors
+    there = problem.named(root)
+    bars = uncertainty(problem, there).errors
     if not _within(start, root, bars, SAFETY):
         return RootCheck.NO_ROOT, there
-    if not is_beside_pole(question, there, Uncertainty(bars)):
+    if not is_beside_pole(problem, there, Uncertainty(bars)):
         return RootCheck.STANDS, there
     return (RootCheck.BESIDE_POLE if settled else RootCheck.NO_ROOT), there
 
@@ -138,19 +138,19 @@ ROUNDS, CONTRACTION = 5, 0.1
 """Steps in extended precision, and the share of one that the next may be; the last, of the error bar 1e-5."""
 
 
-def _settled(question: Question, start: Sequence[float], found: Uncertainty) -> list[float] | None:
+def _settled(problem: BlockProblem, start: Sequence[float], found: Uncertainty) -> list[float] | None:
     """Where steps with residuals in extended precision, slopes staying as they are, shrink to nothing beside
     the error bars; None where they do not, a function has no such values, or the Jacobian is singular: beside
     infinite bars every step is nothing."""
-    assert question.sparse is not None
+    assert problem.sparse is not None
     bars, before = np.array(found.errors), math.inf
     x: Any = np.array(start, dtype=np.longdouble)
-    factor = question.factor(start, question.sizes_at(start))
+    factor = problem.factor(start, problem.sizes_at(start))
     if factor.rank < factor.columns or not np.isfinite(bars).all():
         return None
     for _ in range(ROUNDS):
         try:
-            miss = question.sparse[0](x).astype(float)
+            miss = problem.sparse[0](x).astype(float)
         except TypeError:
             return None
         step = np.array(factor.solve(miss.tolist()))
@@ -164,16 +164,16 @@ def _settled(question: Question, start: Sequence[float], found: Uncertainty) -> 
 
 
 def root_beside(
-    question: Question, point: Mapping[str, float], reach: float = NEAR * FAR, most: int = ITERATIONS
+    problem: BlockProblem, point: Mapping[str, float], reach: float = NEAR * FAR, most: int = ITERATIONS
 ) -> tuple[dict[str, float] | None, bool]:
     """The root at which Newton's method settles, in a few steps, within a reach relative to the unknowns; and
     whether it leads away. Then no root is near, although other rules made of the block's hold there. At 0/0
     the method starts beside the point."""
     start = list(point.values())
-    bars = [reach / FAR * size for size in question.sizes_at(start)]
+    bars = [reach / FAR * size for size in problem.sizes_at(start)]
     for nudge in (0.0, NUDGE):
         try:
-            root, settled = _solved_on(question, start, bars, nudge, most)
+            root, settled = _solved_on(problem, start, bars, nudge, most)
         except Undefined as error:
             if error.hole:
                 continue
@@ -181,12 +181,12 @@ def root_beside(
         except (ValueError, OverflowError):
             return None, False
         if root is not None:
-            return (question.named(root) if settled else None), False
+            return (problem.named(root) if settled else None), False
     return None, True
 
 
 def _solved_on(
-    question: Question,
+    problem: BlockProblem,
     start: Sequence[float],
     bars: Sequence[float],
     nudge: float = 0.0,
@@ -198,12 +198,12 @@ def _solved_on(
 
     Raises Undefined where a slope has no value at the beginning.
     """
-    mp, unknowns = context(DIGITS), question.unknowns
+    mp, unknowns = context(DIGITS), problem.unknowns
 
     def at(x: Sequence[Any]) -> tuple[list[list[Any]], list[Any]]:
         """Jacobian (n, n) and residual (n,)."""
-        values = {**question.here, **dict(zip(unknowns, x, strict=True))}
-        return linearized(question.kernel.forms, unknowns, values, DIGITS)
+        values = {**problem.here, **dict(zip(unknowns, x, strict=True))}
+        return linearized(problem.kernel.forms, unknowns, values, DIGITS)
 
     x = [mp.mpf(v) + (k + 1) * nudge * bar for k, (v, bar) in enumerate(zip(start, bars, strict=True))]
     rows, residual = at(x)
@@ -226,14 +226,16 @@ def _solved_on(
         x = ahead
         if all(abs(d) <= SETTLED * abs(v) for v, d in zip(x, step, strict=True)):
             end = [float(v) for v in x]
-            return (end, True) if _reached(question, end, residual, first) else (None, False)
+            return (end, True) if _reached(problem, end, residual, first) else (None, False)
     return [float(v) for v in x], False
 
 
-def _reached(question: Question, x: Sequence[float], residual: Sequence[Any], first: Sequence[Any]) -> bool:
+def _reached(
+    problem: BlockProblem, x: Sequence[float], residual: Sequence[Any], first: Sequence[Any]
+) -> bool:
     """Whether steps have settled at a root, and not for want of digits to take them with: every residual is
     nothing beside its terms, or beside what it was at the ``first``."""
-    here, equations = {**question.here, **question.named(x)}, question.kernel.equations
+    here, equations = {**problem.here, **problem.named(x)}, problem.kernel.equations
     return all(
         abs(miss) <= SHRUNK * abs(before) or abs(miss) <= EPS * gross(equation, here)
         for miss, before, equation in zip(residual, first, equations, strict=True)

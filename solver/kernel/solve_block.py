@@ -21,7 +21,7 @@ from rulesheets.syntax.program import walk
 from solver.facts import Attempt, Fact, Method, NoRoot
 from solver.kernel.block import DENSE, BlockKernel
 from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates, Stretch
-from solver.kernel.question import Blur, Budget, Question
+from solver.kernel.problem import BlockProblem, Budget, InputErrors
 from solver.numerics.tolerances import CLEAR, UNCANCELLED
 from solver.path.elimination import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
 
@@ -120,7 +120,7 @@ def solve_block(
     guesses: Mapping[str, float],
     budget: Budget,
     assumed: bool = False,
-    off: Blur = dict,
+    off: InputErrors = dict,
     given: Collection[str] = (),
 ) -> BlockOutcome:
     """All answers of the block that can be found at the known ``values``, within the ``budget`` begun for it.
@@ -129,23 +129,23 @@ def solve_block(
     case that may well have no answer, so that last resorts are left out. ``given``: the known names whose
     values are exact.
     """
-    question = Question(kernel, values, guesses, budget)
-    if question.symbolic:
+    problem = BlockProblem(kernel, values, guesses, budget)
+    if problem.symbolic:
         block = kernel.block
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
-    outcome = _Search(question, off).run(assumed, given)
+    outcome = _Search(problem, off).run(assumed, given)
     if not outcome.free or assumed or budget.brief or kernel.linear:
         return outcome
     from solver.kernel.full_search import with_isolated
 
-    return with_isolated(question, outcome)
+    return with_isolated(problem, outcome)
 
 
 def solve_sparsely(
     kernel: BlockKernel, values: Mapping[str, Value], guesses: Mapping[str, float], budget: Budget
 ) -> BlockOutcome:
     """The sensible answer of a block by sparse Newton steps alone, if these lead to one."""
-    return _Search(Question(kernel, values, guesses, budget), dict).sparsely()
+    return _Search(BlockProblem(kernel, values, guesses, budget), dict).sparsely()
 
 
 class _Search:
@@ -155,22 +155,22 @@ class _Search:
     Methods that isolate roots are imported when their turn comes: a closed form starts 3 ms sooner without.
     """
 
-    def __init__(self, question: Question, off: Blur) -> None:
-        self.question, self.budget, self.kernel = question, question.budget, question.kernel
+    def __init__(self, problem: BlockProblem, off: InputErrors) -> None:
+        self.problem, self.budget, self.kernel = problem, problem.budget, problem.kernel
         self.torn_once = len(self.kernel.block.tears) == 1
         self.off = off
-        self.candidates = Candidates(question)
+        self.candidates = Candidates(problem)
         self.complete = self.whole = False
         self.stretches: tuple[Stretch, ...] = ()
 
     def run(self, assumed: bool, given: Collection[str]) -> BlockOutcome:
         """Try one method after another until the answers are known to be all."""
-        question, candidates, budget = self.question, self.candidates, self.budget
+        problem, candidates, budget = self.problem, self.candidates, self.budget
         settled: BlockOutcome | None = None
         for method in first_methods(self.kernel, budget.thorough):
-            if budget.nearby and method in SEARCHES and (question.guesses or method is not Method.STARTS):
-                candidates.refine([question.guesses.get(name, 1.0) for name in question.unknowns])
-                if question.guesses or candidates.answers:
+            if budget.nearby and method in SEARCHES and (problem.guesses or method is not Method.STARTS):
+                candidates.refine([problem.guesses.get(name, 1.0) for name in problem.unknowns])
+                if problem.guesses or candidates.answers:
                     return self._outcome()
                 continue
             if method is Method.STARTS and (refuted := self._refuted(given)) is not None:
@@ -192,20 +192,20 @@ class _Search:
             # rounding may have parted what all but meets, and left a curve of answers without any
             from solver.kernel.full_search import free_curve
 
-            curve = free_curve(question) if settled is None or not settled.answers else None
+            curve = free_curve(problem) if settled is None or not settled.answers else None
             if curve is not None:
                 return curve._replace(attempts=(*candidates.attempts, Attempt(Method.CURVE, 1)))
         if settled is None:
             if self._worth_a_last_resort(assumed):
                 from solver.kernel.full_search import fall_back
 
-                fall_back(question, candidates)
+                fall_back(problem, candidates)
             settled = self._outcome()
         if assumed or budget.brief or not any(answer.double for answer in settled.answers):
             return settled
         from solver.kernel.full_search import without_curves
 
-        return without_curves(question, settled)
+        return without_curves(problem, settled)
 
     def sparsely(self) -> BlockOutcome:
         """The first answer that sparse Newton steps come to."""
@@ -221,13 +221,13 @@ class _Search:
         """Why the rules can't hold, whatever the unknowns are; None where that is not known."""
         from solver.kernel.algebra import contradiction, unattained
 
-        conflict = contradiction(self.question) if self.candidates.fruitless else None
-        why = conflict or unattained(self.question, given)
+        conflict = contradiction(self.problem) if self.candidates.fruitless else None
+        why = conflict or unattained(self.problem, given)
         return None if why is None else BlockOutcome(complete=True, facts=(why,))
 
     def _tried(self, method: Method) -> BlockOutcome | None:
         """What a method says that settles the block; else it has added to what is known."""
-        question, candidates, kernel = self.question, self.candidates, self.kernel
+        problem, candidates, kernel = self.problem, self.candidates, self.kernel
         solved = False
         match method:
             case Method.LINEAR if len(kernel.unknowns) > DENSE:
@@ -237,9 +237,9 @@ class _Search:
                 from solver.kernel import polynomial_block as polynomial
 
                 by = polynomial.solve_as_polynomial if self.torn_once else polynomial.solve_by_resultant
-                solved = by(question, candidates)
+                solved = by(problem, candidates)
             case Method.FORMULA:
-                solved = kernel.closed is not None and solve_by_formula(question, candidates, kernel.closed)
+                solved = kernel.closed is not None and solve_by_formula(problem, candidates, kernel.closed)
             case Method.RANGE:
                 return self._over_tear(method, (kernel, *kernel.others))
             case Method.SUBSTITUTION if (torn := _substituted(kernel)) is not None:
@@ -247,7 +247,7 @@ class _Search:
             case Method.BOXES if not self.whole:
                 from solver.kernel.full_search import search_boxes
 
-                self.complete = search_boxes(question, candidates, self.budget.thorough)
+                self.complete = search_boxes(problem, candidates, self.budget.thorough)
                 candidates.tried(method, self.complete)
             case Method.SPARSE:
                 self._sparsely()
@@ -263,7 +263,7 @@ class _Search:
     def _linear(self) -> BlockOutcome | None:
         from solver.kernel.linear_block import solve_linear_block
 
-        found = solve_linear_block(self.question, self.off)
+        found = solve_linear_block(self.problem, self.off)
         return found and found._replace(
             attempts=(Attempt(Method.LINEAR, len(found.answers), found.complete),)
         )
@@ -271,21 +271,21 @@ class _Search:
     def _sparsely(self, every: bool = False) -> None:
         from solver.kernel.sparse_search import search_sparsely
 
-        search_sparsely(self.question, self.candidates, every)
+        search_sparsely(self.problem, self.candidates, every)
 
     def _over_tear(self, method: Method, kernels: Sequence[BlockKernel]) -> BlockOutcome | None:
         """Search the range of the tear, of one tearing after another until all answers are known."""
         from solver.kernel.polynomial_block import counted
         from solver.kernel.tear_search import TearSearch
 
-        question, candidates = self.question, self.candidates
-        every = [TearSearch(question, candidates, kernel, self.budget) for kernel in kernels]
+        problem, candidates = self.problem, self.candidates
+        every = [TearSearch(problem, candidates, kernel, self.budget) for kernel in kernels]
         if (freedom := every[0].freedom()) is not None:
             return freedom
         searches = [search for search in every if search.kernel.exhaustive]
         self.whole = any(search.run() for search in searches)
         if method is Method.RANGE and not self.whole:
-            self.whole = not self.budget.brief and counted(question, candidates)
+            self.whole = not self.budget.brief and counted(problem, candidates)
             few = (s for s in searches if 0 < len(s.stretches) <= MAX_STRETCHES and not s.doubts)
             settleable = next(few, None)  # it failed to prove that it has all in a few short stretches alone
             self.stretches = () if self.whole or settleable is None else tuple(settleable.stretches)
@@ -294,23 +294,23 @@ class _Search:
         return None if candidates.answers else every[0].flat_stretch()
 
     def _from_starts(self) -> None:
-        question, candidates = self.question, self.candidates
+        problem, candidates = self.problem, self.candidates
         from solver.kernel.full_search import search_from_starts
 
-        search_from_starts(question, candidates, self.budget)
+        search_from_starts(problem, candidates, self.budget)
         if len(self.kernel.block.tears) > FEW_TEARS:
             self._sparsely(every=True)
         candidates.tried(Method.STARTS)
         if self.torn_once and not candidates.answers and not self.kernel.exhaustive:
             from solver.kernel.tear_search import TearSearch
 
-            TearSearch(question, candidates, self.kernel, self.budget).run()
+            TearSearch(problem, candidates, self.kernel, self.budget).run()
 
     def _outcome(self) -> BlockOutcome:
         """What the answers so far come to: the sensible one alone, where there are too many others."""
-        question, candidates, block = self.question, self.candidates, self.kernel.block
+        problem, candidates, block = self.problem, self.candidates, self.kernel.block
         complete, facts = self.complete and not candidates.refused, tuple[Fact, ...]()
-        answers = sorted(candidates.answers, key=lambda answer: question.preference(answer.values))
+        answers = sorted(candidates.answers, key=lambda answer: problem.preference(answer.values))
         cut = len(answers) >= MOST_ANSWERS
         if candidates.sensible is not None and not complete and (candidates.crowded or self.torn_once):
             self.budget.cut = self.budget.cut or len(answers) > 1
@@ -318,7 +318,7 @@ class _Search:
         elif candidates.outside is not None and not answers:
             facts = (candidates.outside,)
         elif not answers:
-            facts = (NoRoot(block.equations, block.unknowns, complete, *_nearest_miss(question, candidates)),)
+            facts = (NoRoot(block.equations, block.unknowns, complete, *_nearest_miss(problem, candidates)),)
         return BlockOutcome(
             tuple(answers),
             complete and not cut,
@@ -333,12 +333,12 @@ class _Search:
 
 
 def _nearest_miss(
-    question: Question, candidates: Candidates
+    problem: BlockProblem, candidates: Candidates
 ) -> tuple[Mapping[str, float], tuple[float, ...]]:
     """The nearest miss, and what each equation is off there; nothing where an equation has no value there."""
     best = candidates.nearest
     try:
-        return best, tuple(question.residual(list(best.values()))) if best else ()
+        return best, tuple(problem.residual(list(best.values()))) if best else ()
     except (ArithmeticError, ValueError):
         return {}, ()
 
@@ -353,14 +353,14 @@ class Unclear(Exception):
     """A divisor or a discriminant too near to zero for the formulas to cover every solution."""
 
 
-def solve_by_formula(question: Question, candidates: Candidates, form: ClosedForm) -> bool:
+def solve_by_formula(problem: BlockProblem, candidates: Candidates, form: ClosedForm) -> bool:
     """Find the answers by the closed form; False where it does not settle which they are."""
     try:
-        found = evaluate(form, question.values)
+        found = evaluate(form, problem.values)
     except (Unclear, ArithmeticError):
         return False
-    points = [point for one in found for point in _turned(question, one)]
-    trial = Candidates(question)
+    points = [point for one in found for point in _turned(problem, one)]
+    trial = Candidates(problem)
     if not all(map(trial.settles, points)):
         return False
     candidates.take(trial)
@@ -369,17 +369,17 @@ def solve_by_formula(question: Question, candidates: Candidates, form: ClosedFor
     return True
 
 
-def _turned(question: Question, values: Mapping[str, float]) -> list[dict[str, float]]:
+def _turned(problem: BlockProblem, values: Mapping[str, float]) -> list[dict[str, float]]:
     """The candidate, with every whole turn of its angles that a declared range has room for.
 
     Of too many the ones nearest to 0, which are still more than are listed.
     """
-    points = [{name: values[name] for name in question.unknowns}]
-    ranged = [v for v in question.variables if v.low > -math.inf or v.high < math.inf]
-    angles = [(v, turn) for v in ranged if (turn := question.turn(v.name)) is not None]
+    points = [{name: values[name] for name in problem.unknowns}]
+    ranged = [v for v in problem.variables if v.low > -math.inf or v.high < math.inf]
+    angles = [(v, turn) for v in ranged if (turn := problem.turn(v.name)) is not None]
     most = round(MOST_TURNED ** (1 / max(len(angles), 1)))
     for variable, turn in angles:
-        low, high = question.domain(variable.name)
+        low, high = problem.domain(variable.name)
         number = values[variable.name]
         turns = range(math.ceil((low - number) / turn), math.floor((high - number) / turn) + 1)
         if len(turns) > most:

@@ -42,7 +42,7 @@ from solver.kernel.block import FEW
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.emitter import SparseSystem, compile_expressions
 from solver.kernel.lifting import Lifting
-from solver.kernel.question import Question
+from solver.kernel.problem import BlockProblem
 from solver.numerics.linear_algebra import Array, Triplets
 from solver.numerics.sparse_newton import (
     ITERATIONS,
@@ -64,63 +64,63 @@ HALF = 0.5
 """The share of their sizes at which unknowns begin again: at these themselves differences may be 0."""
 
 
-def search_sparsely(question: Question, candidates: Candidates, every: bool = False) -> None:
+def search_sparsely(problem: BlockProblem, candidates: Candidates, every: bool = False) -> None:
     """Try starts in turn until an answer stands that none is to be preferred to, or ``every`` one.
 
     An answer with no negative number ends the search; one with some is kept, and looked for is one that keeps
     to positive numbers. So is one in which a rule holds trivially, as nothing is there that it is about.
     """
-    if question.sparse is None:
+    if problem.sparse is None:
         return
-    free = {v.name for v in question.variables if v.low == -math.inf and question.turn(v.name) is None}
-    for start in _sparse_starts(question):
+    free = {v.name for v in problem.variables if v.low == -math.inf and problem.turn(v.name) is None}
+    for start in _sparse_starts(problem):
         if candidates.answers and not (start.positive or every):
             continue
-        root = _arrived(question, start)
+        root = _arrived(problem, start)
         if not np.isfinite(root.x).all():
             continue
-        point = question.named(root.x.tolist())
+        point = problem.named(root.x.tolist())
         if root.converged and len(point) <= MANY:
             candidates.refine(root.x.tolist())
-        elif root.converged and (settled := _corrected(question, question.sparse[1], root.x)) is not None:
+        elif root.converged and (settled := _corrected(problem, problem.sparse[1], root.x)) is not None:
             candidates.keep(settled, alone=root.alone)
         else:
             candidates.note(point)
-        signs = [_least(question, answer, free) for answer in candidates.answers]
-        if signs and not every and (question.guesses or max(signs) >= 0.0):
+        signs = [_least(problem, answer, free) for answer in candidates.answers]
+        if signs and not every and (problem.guesses or max(signs) >= 0.0):
             candidates.answers.insert(0, candidates.answers.pop(signs.index(max(signs))))
             return
 
 
-def _least(question: Question, answer: Answer, free: Collection[str]) -> float:
+def _least(problem: BlockProblem, answer: Answer, free: Collection[str]) -> float:
     """The least of the ``free`` numbers of an answer; that of a trivial one is next to 0, but negative."""
     least = min((v for name, v in answer.values.items() if name in free), default=0.0)
-    return least or (-LEAST if _is_trivial(question, answer) else 0.0)
+    return least or (-LEAST if _is_trivial(problem, answer) else 0.0)
 
 
-def _is_trivial(question: Question, answer: Answer) -> bool:
+def _is_trivial(problem: BlockProblem, answer: Answer) -> bool:
     """Whether some rule is 0 = 0 there, whatever its unknowns are that are not 0: that of a population which
     has died out, of an infection that nobody has."""
-    assert question.sparse is not None
-    x = np.array([answer.values[name] for name in question.unknowns])
-    slopes, rows, columns = question.sparse[1](x)
+    assert problem.sparse is not None
+    x = np.array([answer.values[name] for name in problem.unknowns])
+    slopes, rows, columns = problem.sparse[1](x)
     counts = partial(np.bincount, rows, minlength=len(x))
     others = counts(weights=(slopes != 0.0) & (x[columns] != 0.0))
     own = counts(weights=(slopes != 0.0) & (x[columns] == 0.0))
     return bool(((others == 0) & (own > 0) & (counts(weights=slopes == 0.0) > 0)).any())
 
 
-def _arrived(question: Question, begin: Start) -> SparseRoot:
+def _arrived(problem: BlockProblem, begin: Start) -> SparseRoot:
     """Where Newton's method comes to from a start, on the rules as they are or as ``begin`` changes them."""
-    assert question.sparse is not None
-    (start, sizes, positive, told, limit, tangents, lifting), plain = begin, question.sparse
+    assert problem.sparse is not None
+    (start, sizes, positive, told, limit, tangents, lifting), plain = begin, problem.sparse
     if lifting is not None:
         lifted = lifting.start(start)
         wide = None if sizes is None else np.concatenate([sizes, lifted[len(sizes) :]])
-        root = sparse_newton(*lifting.system.at(question.known), lifted, wide, positive, limit=limit)
+        root = sparse_newton(*lifting.system.at(problem.known), lifted, wide, positive, limit=limit)
         here = root._replace(x=root.x[: len(start)])
         return sparse_newton(*plain, here.x, sizes) if root.converged else here
-    functions = plain if tangents is None else tangents.system.at(question.known)
+    functions = plain if tangents is None else tangents.system.at(problem.known)
     root = sparse_newton(*functions, start, sizes, positive, told=told, limit=limit)
     for _ in range(ITERATIONS if tangents is not None else 0):
         if not root.converged or tangents is None or tangents.touch(root.x):
@@ -136,18 +136,18 @@ CORRECTED = 2
 
 
 def _corrected(
-    question: Question, jacobian: Callable[[Array], Triplets], x: Array
+    problem: BlockProblem, jacobian: Callable[[Array], Triplets], x: Array
 ) -> dict[str, float] | None:
     """The point at which every rule holds; where rounding of its own evaluation keeps one from that
     (``exp(x) - 1`` at a small x), after corrections by what it misses in many digits; where it has left
     traces (the flow through a closed valve, the last of many complexes), with what rules tell outright. None
     elsewhere."""
     for left in reversed(range(CORRECTED + 1)):
-        point = question.named(x.tolist())
-        misses = question.misses(point) if np.isfinite(x).all() else None
+        point = problem.named(x.tolist())
+        misses = problem.misses(point) if np.isfinite(x).all() else None
         if misses is None:
-            system, before = question.kernel.sparse, x
-            x = x if system is None else system.with_told(x, question.known)
+            system, before = problem.kernel.sparse, x
+            x = x if system is None else system.with_told(x, problem.known)
             if (x == before).all():
                 return None
             continue
@@ -176,7 +176,7 @@ class Start(NamedTuple):
     lifting: Lifting | None = None
 
 
-def _sparse_starts(question: Question) -> Iterator[Start]:
+def _sparse_starts(problem: BlockProblem) -> Iterator[Start]:
     """Points to start from in turn, and how.
 
     The guesses where there are any, else 0, where the first step solves the linearised rules, exponentials
@@ -184,25 +184,25 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
     tells outright is as that has it, at last after each step too: auxiliary unknowns, such as friction
     factors, do not hold back the others.
     """
-    names, guesses, system = question.unknowns, question.guesses, question.kernel.sparse
-    low, high = np.array([(v.low, v.high) for v in question.variables]).T
+    names, guesses, system = problem.unknowns, problem.guesses, problem.kernel.sparse
+    low, high = np.array([(v.low, v.high) for v in problem.variables]).T
 
     def told(x: Array) -> Array:
-        return np.clip(x if system is None else system.with_told(x, question.known), low, high)
+        return np.clip(x if system is None else system.with_told(x, problem.known), low, high)
 
     nothing = np.zeros(len(names))
-    level = _smooth(question, nothing)
+    level = _smooth(problem, nothing)
     nothing = np.clip(nothing if level is None else level, low, high)
     zero = told(nothing)
     if not guesses:
         yield Start(zero, None)
-        tangents = None if system is None else Tangents(system, question.known)
+        tangents = None if system is None else Tangents(system, problem.known)
         if tangents is not None and tangents.some:
             yield Start(nothing, None, told=tangents.follow, limit=math.inf, tangents=tangents)
-    known = {name: v for name in question.kernel.known if isinstance(v := question.here[name], float)}
-    turns = np.array([question.turn(name) or math.nan for name in names])
+    known = {name: v for name in problem.kernel.known if isinstance(v := problem.here[name], float)}
+    turns = np.array([problem.turn(name) or math.nan for name in names])
     guessed, turning = np.abs([guesses.get(name, 0.0) for name in names]), ~np.isnan(turns)
-    balanced = nearly_balanced(question.kernel.alike, names, known)
+    balanced = nearly_balanced(problem.kernel.alike, names, known)
     sizes = np.where(guessed > 0.0, guessed, np.where(turning, turns / 4, balanced))
     inside = np.clip(np.where(turning, 0.0, sizes), low, high)
     if guesses:
@@ -214,22 +214,22 @@ def _sparse_starts(question: Question) -> Iterator[Start]:
     yield Start(ones, sizes, positive=True)
     if len(names) > FEW:
         yield Start(np.clip(HALF * inside, low, high), sizes, positive=True)
-        alike = nearly_balanced(question.kernel.alike, names, known, sharing=False)
+        alike = nearly_balanced(problem.kernel.alike, names, known, sharing=False)
         alike = np.where(guessed > 0.0, guessed, np.where(turning, turns / 4, alike))
         whole = np.clip(np.where(turning, 0.0, alike), low, high)
         yield Start(whole, alike, positive=True)
         yield Start(whole, alike)
     yield Start(ones, sizes)
     yield Start(inside, sizes)
-    utilities = _exponents(question)
+    utilities = _exponents(problem)
     if utilities.any():
         yield Start(np.clip(np.where(utilities, 0.0, inside), low, high), sizes)
-    lifting = None if system is None or len(names) <= FEW else Lifting(system, question.known)
+    lifting = None if system is None or len(names) <= FEW else Lifting(system, problem.known)
     if lifting is not None and lifting.some:
         for start in (inside, HALF * inside, ones):
             yield Start(np.clip(start, low, high), sizes, positive=True, lifting=lifting)
         yield Start(inside, sizes, limit=LIMIT, lifting=lifting)
-    flat = _smooth(question, inside)
+    flat = _smooth(problem, inside)
     if flat is not None:
         yield Start(told(flat), sizes)
     if len(names) > FEW:
@@ -243,13 +243,13 @@ _Term: TypeAlias = tuple[float, str | None, str]
 """A term of a sum: its sign, the name of the number that is its factor, if there is one, and its own."""
 
 
-def _smooth(question: Question, start: Array) -> Array | None:
+def _smooth(problem: BlockProblem, start: Array) -> Array | None:
     """The start (n,), but that unknowns differ as little as they can from those, and from the numbers, that
     rules take them from: flat voltages, heads between reservoirs, ropes straight between their ends. None
     where rules tell no differences."""
-    if (system := question.kernel.sparse) is None:
+    if (system := problem.kernel.sparse) is None:
         return None
-    everything, parts, height = np.concatenate([start, question.known]), list[tuple[Any, ...]](), 0
+    everything, parts, height = np.concatenate([start, problem.known]), list[tuple[Any, ...]](), 0
     for shape in system.shapes:
         given = {f"#.{k}": (np.full(len(v), -1), v) for k, v in enumerate(shape.numbers)}
         given |= {
@@ -294,11 +294,11 @@ def _differences(form: Expression) -> Iterator[tuple[list[_Term], float]]:
             yield [one, (-one[0], None, number)], -one[0] * sign
 
 
-def _exponents(question: Question) -> NDArray[np.bool_]:
+def _exponents(problem: BlockProblem) -> NDArray[np.bool_]:
     """Which unknowns (n,) exponents of e are sums of, with factors: utilities, potentials. These may have
     either sign, and no size but that of 1."""
-    place = {name: i for i, name in enumerate(question.unknowns)}
-    rules, found = question.kernel.alike, np.zeros(len(place), dtype=bool)
+    place = {name: i for i, name in enumerate(problem.unknowns)}
+    rules, found = problem.kernel.alike, np.zeros(len(place), dtype=bool)
     columns = np.array([place.get(name, -1) for name in rules.names], dtype=np.intp)
     for family in rules.families:
         for name in dict.fromkeys(_terms_of_exponents(family.first)):

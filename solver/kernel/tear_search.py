@@ -31,7 +31,7 @@ from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import BlockOutcome, Candidates, Stretch
 from solver.kernel.chain import RESIDUAL, Assignment, Chain, assigned, followed, through
 from solver.kernel.linear_block import left_free
-from solver.kernel.question import Budget, Question
+from solver.kernel.problem import BlockProblem, Budget
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
 from solver.numerics.tolerances import BACKWARD, NOTHING
 from solver.path import SolveBlock
@@ -88,9 +88,9 @@ class TearSearch:
     """The search over one tear; ``kernel`` is that of the block, or of another tearing of it."""
 
     def __init__(
-        self, question: Question, candidates: Candidates, kernel: BlockKernel, budget: Budget
+        self, problem: BlockProblem, candidates: Candidates, kernel: BlockKernel, budget: Budget
     ) -> None:
-        self.question, self.candidates = question, candidates
+        self.problem, self.candidates = problem, candidates
         self.kernel, self.budget = kernel, budget
         self.tear = self.kernel.block.tears[0]
         self.flat: list[tuple[int, float, float]] = []
@@ -105,11 +105,11 @@ class TearSearch:
         if len(every) > MOST_CHAINS or work > self.budget.of_block:
             return False
         found = [self._search(place) for place in range(len(every))]
-        variable = self.question.graph.model.variables[self.tear]
+        variable = self.problem.graph.model.variables[self.tear]
         for end in filter(math.isfinite, (variable.low, variable.high)):  # a rounding outside, perhaps
             points = [self._along(place, end) for place in range(len(every)) if variable.admits(end)]
             for point in points:
-                if point is not None and self.question.holds(point):
+                if point is not None and self.problem.holds(point):
                     self.candidates.keep(point)
         self.doubts = self.doubts or not self.kernel.exhaustive
         return all(found) and not self.doubts
@@ -117,14 +117,14 @@ class TearSearch:
     def _search(self, place: int) -> bool:
         """Find the roots along one chain. True where they are proven to be all of it."""
         expect_time()
-        enclosure, known, candidates = self.kernel.enclosure(place), self.question.known, self.candidates
+        enclosure, known, candidates = self.kernel.enclosure(place), self.problem.known, self.candidates
         smooth, function = enclosure.smooth, self.kernel.chain_function(place)
         levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
         search = isolate_roots(
             partial(enclosure.ranges, known=known),
             partial(enclosure.slopes_over, known=known) if smooth else None,
             lambda x: function(x, *known)[-1],
-            *self.question.domain(self.tear),
+            *self.problem.domain(self.tear),
             IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels),
         )
         self.budget.spend(search.levels * enclosure.operations)
@@ -164,14 +164,14 @@ class TearSearch:
 
     def _is_monotone(self, place: int, holes: Sequence[float], low: float, high: float) -> bool:
         """Whether the numerator of the residual rises or falls all the way from some hole over a box."""
-        enclosure, known = self.kernel.enclosure(place), self.question.known
+        enclosure, known = self.kernel.enclosure(place), self.problem.known
         return any(enclosure.rises_or_falls(min(low, x), max(high, x), known) for x in holes)
 
     def _is_hole(self, place: int, x: float) -> bool:
         """Whether the numerator of the residual is exactly 0 at a point, and a rule has no value there, or
         can't hold."""
         numerator = self.kernel.enclosure(place).cleared
-        values = {n: Fraction(v) for n, v in self.question.here.items() if isinstance(v, float)}
+        values = {n: Fraction(v) for n, v in self.problem.here.items() if isinstance(v, float)}
         values[self.tear] = Fraction(x)
         assert numerator is not None
         *items, residual = numerator.assignments
@@ -187,21 +187,21 @@ class TearSearch:
 
         if not is_zero(residual.expression):
             return False
-        return any(map(is_zero, self.question.kernel.divisors)) or self.question.excludes(self.tear, x, x)
+        return any(map(is_zero, self.problem.kernel.divisors)) or self.problem.excludes(self.tear, x, x)
 
     def _is_doubtful(self) -> bool:
         """Whether a search proves nothing: some number is so large or small that answers may lie where it
         does not look; or a chain has no value anywhere it is tried, for dividing by 0: it leads through a
         rule that does not determine what it is asked for at these numbers (``0*y``)."""
-        parts = (part for form in self.question.kernel.forms for part in walk(form))
-        numbers = (*self.question.known, *(part.value for part in parts if isinstance(part, Number)))
+        parts = (part for form in self.problem.kernel.forms for part in walk(form))
+        numbers = (*self.problem.known, *(part.value for part in parts if isinstance(part, Number)))
         if any(v and not 1 / REMOTE <= abs(v) <= REMOTE for v in numbers):
             return True
         for place in range(len(self.kernel.chains)):
             function, errors = self.kernel.chain_function(place), list[Exception]()
             for x in (samples := self._samples()):
                 try:
-                    function(x, *self.question.known)
+                    function(x, *self.problem.known)
                     break
                 except (ArithmeticError, ValueError) as error:
                     errors.append(error)
@@ -234,24 +234,22 @@ class TearSearch:
 
     def _satisfied(self, place: int, points: Sequence[Mapping[str, float]]) -> bool:
         """Whether the block holds at all these points of a chain, and does not only seem to."""
-        known = dict(zip(self.kernel.known, self.question.known, strict=True))
+        known = dict(zip(self.kernel.known, self.problem.known, strict=True))
         chain = self.kernel.chains[place]
-        return all(map(self.question.holds, points)) and all(
+        return all(map(self.problem.holds, points)) and all(
             vanishes(chain, point[self.tear], known) for point in points
         )
 
     def _free(self, first: dict[str, float], second: dict[str, float]) -> BlockOutcome:
         span = second[self.tear] - first[self.tear]
         direction = {name: (second[name] - v) / span for name, v in first.items()}
-        return left_free(
-            self.question, first, direction, tuple(n for n, v in first.items() if v != second[n])
-        )
+        return left_free(self.problem, first, direction, tuple(n for n, v in first.items() if v != second[n]))
 
     def _samples(self) -> list[float]:
-        low, high = self.question.domain(self.tear)
+        low, high = self.problem.domain(self.tear)
         if math.isfinite(low) and math.isfinite(high):
             return [low + (high - low) * share for share in SHARES]
-        size = self.question.scale[self.question.unknowns.index(self.tear)]
+        size = self.problem.scale[self.problem.unknowns.index(self.tear)]
         middle = low if math.isfinite(low) else high if math.isfinite(high) else 0.0
         signs = (1.0, -1.0) if middle == 0.0 else (1.0,) if math.isfinite(low) else (-1.0,)
         sizes = (size,) if size > FAINT else (size, 1.0)
@@ -259,10 +257,10 @@ class TearSearch:
 
     def _along(self, place: int, x: float) -> dict[str, float] | None:
         try:
-            numbers = self.kernel.chain_function(place)(x, *self.question.known)
+            numbers = self.kernel.chain_function(place)(x, *self.problem.known)
         except (ArithmeticError, ValueError):
             return None
-        return dict(zip(self.question.unknowns, numbers, strict=False))
+        return dict(zip(self.problem.unknowns, numbers, strict=False))
 
     def _candidate(self, place: int, root: float) -> None:
         point = self._along(place, root)

@@ -1,6 +1,6 @@
 """Simultaneous equations solved by formula: elimination until one line, circle or parabola is left.
 
-Every angle stands for two letters, its cosine and its sine, every root for one; the equations
+Every angle stands for two generators, its cosine and its sine, every root for one; the equations
 are polynomials in them. What occurs linearly is substituted; two equations that turn a cosine and a sine
 (``a c + b s = p``, ``-b c + a s = q``) give ``a² + b² = p² + q²``; circles are subtracted from one another.
 That closes the loops of planar linkages (the half-angle formulas of the textbooks, e.g. Norton, Design
@@ -20,7 +20,7 @@ from typing import NamedTuple, TypeAlias
 
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Expression, Name, Number, add, call, divide, multiply, negative
-from solver.path.polynomial import UNIT, Letters, NoForm, Polynomial, constant, letter
+from solver.path.polynomial import UNIT, Generators, NoForm, Polynomial, constant, generator
 
 
 class Let(NamedTuple):
@@ -83,8 +83,8 @@ def closed_form(
     if len(equations) > MAX_EQUATIONS:
         return None
     try:
-        system = _System(equations, Letters(frozenset(unknowns), turning))
-        angles = system.letters.angles
+        system = _System(equations, Generators(frozenset(unknowns), turning))
+        angles = system.generators.angles
         if any(name not in system.open and name not in angles for name in unknowns):
             return None
         while system.open:
@@ -105,16 +105,16 @@ def closed_form(
 
 
 class _System:
-    """Equations in the ``open`` letters.
+    """Equations in the ``open`` generators.
 
     ``forward`` are formulas in the order in which they are followed; each group of ``backward`` needs
-    letters that are found later, so that the groups are followed last, in reverse.
+    generators that are found later, so that the groups are followed last, in reverse.
     """
 
-    def __init__(self, equations: Sequence[Equation], letters: Letters) -> None:
-        self.letters, self.open, self.pairs = letters, letters.open, letters.pairs
-        forms = [letters.polynomial(e.left) - letters.polynomial(e.right) for e in equations]
-        self.equations = [form.reduced(self.pairs) for form in (*forms, *letters.extra)]
+    def __init__(self, equations: Sequence[Equation], generators: Generators) -> None:
+        self.generators, self.open, self.pairs = generators, generators.open, generators.pairs
+        forms = [generators.polynomial(e.left) - generators.polynomial(e.right) for e in equations]
+        self.equations = [form.reduced(self.pairs) for form in (*forms, *generators.extra)]
         self.forward: list[Formula] = []
         self.backward: list[list[Formula]] = []
 
@@ -137,15 +137,15 @@ class _System:
         )
 
     def _close(self, found: Collection[str], *places: int) -> bool:
-        """From here on these letters are known, and the equations at these places used up."""
+        """From here on these generators are known, and the equations at these places used up."""
         self.open.difference_update(found)
         self.equations = [e for place, e in enumerate(self.equations) if place not in places]
         return True
 
-    # --- what a polynomial is in the open letters ---
+    # --- what a polynomial is in the open generators ---
 
     def unknown(self, polynomial: Polynomial) -> list[str]:
-        return sorted(polynomial.letters & self.open)
+        return sorted(polynomial.generators & self.open)
 
     def _curved(self, equation: Polynomial) -> Polynomial:
         """What is not linear of it."""
@@ -158,31 +158,31 @@ class _System:
     # --- the same as formulas ---
 
     def _expression(self, polynomial: Polynomial) -> Expression:
-        return polynomial.expression(self.letters.meaning)
+        return polynomial.expression(self.generators.meaning)
 
     def _coefficient(self, polynomial: Polynomial) -> Coefficient:
         terms = [self._expression(Polynomial({monomial: c})) for monomial, c in polynomial.items()]
         return Coefficient(self._expression(polynomial), add(*(call("abs", term) for term in terms)))
 
     def _divisor(self, divisor: Polynomial) -> Let:
-        """A letter for something known, which must not vanish."""
-        name = f"#d{len(self.letters.meaning)}"
-        self.letters.meaning[name] = Name(name)
+        """A generator for something known, which must not vanish."""
+        name = f"#d{len(self.generators.meaning)}"
+        self.generators.meaning[name] = Name(name)
         value, size = self._coefficient(divisor)
         return Let(name, value, divisor=True, size=size)
 
     def _reciprocal(self, divisor: Polynomial) -> str:
-        """A letter for the reciprocal of something known."""
+        """A generator for the reciprocal of something known."""
         let = self._divisor(divisor)
         inverse = f"#i{let.name[2:]}"
         self.forward += [let, Let(inverse, divide(Number(1.0), Name(let.name)))]
-        self.letters.meaning[inverse] = Name(inverse)
+        self.generators.meaning[inverse] = Name(inverse)
         return inverse
 
     # --- steps of elimination: each tells whether there is one of its kind ---
 
     def _solve_one(self) -> bool:
-        """Solve an equation in one letter, or a line in the cosine and sine of one angle."""
+        """Solve an equation in one generator, or a line in the cosine and sine of one angle."""
         for place, equation in enumerate(self.equations):
             match self.unknown(equation):
                 case [name] if _plain(name) and equation.degree(name) <= 2:
@@ -227,11 +227,11 @@ class _System:
             by_y = by_x[0].coefficients(y)
             centre = [part.get(1, Polynomial()) * Fraction(-1, 2) for part in (by_x, by_y)]
             square = centre[0] * centre[0] + centre[1] * centre[1] - by_y.get(0, Polynomial())
-            meaning = self.letters.meaning
+            meaning = self.generators.meaning
             moved = [f"#m{len(meaning)} {name}" for name in unknown]
             meaning.update({new: Name(new) for new in moved})
             for name, new, part in zip(unknown, moved, centre, strict=True):
-                straight = straight.substituted(name, letter(new) + part)
+                straight = straight.substituted(name, generator(new) + part)
             found = _line(straight, *moved)
             assert found is not None
             self.forward.append(Circle(moved[0], moved[1], *map(self._coefficient, (*found, square))))
@@ -241,10 +241,10 @@ class _System:
         return False
 
     def _substitute(self, by_number: bool) -> bool:
-        """Replace a plain letter that an equation gives as a polynomial in the others, wherever it stands.
+        """Replace a plain generator that an equation gives as a polynomial in the others, wherever it stands.
 
         Equations free of angles come first: what they make zero is exactly zero then. ``by_number``: only
-        where the coefficient of the letter is a number, so that no divisor is needed.
+        where the coefficient of the generator is a number, so that no divisor is needed.
         """
         costs = []
         for place, equation in enumerate(self.equations):
@@ -263,15 +263,15 @@ class _System:
         if set(parts[1]) == {UNIT}:
             value *= 1 / parts[1][UNIT]
         else:
-            value *= letter(self._reciprocal(parts[1]))
-        size = self._coefficient(value).size if name in self.letters.roots else None
+            value *= generator(self._reciprocal(parts[1]))
+        size = self._coefficient(value).size if name in self.generators.roots else None
         self.backward.append([Let(name, self._expression(value), size=size)])
         self._close((name,), place)
         self.equations = [e.substituted(name, value) for e in self.equations]
         return True
 
     def _cross(self) -> bool:
-        """Two lines in two plain letters, by Cramer's rule: no pivot to choose before there are numbers."""
+        """Two lines in two plain generators, by Cramer's rule: no pivot to choose without numbers."""
         for (i, one), (j, other) in combinations(enumerate(self.equations), 2):
             unknown = self.unknown(one)
             if len(unknown) != 2 or not _plain(*unknown) or self.unknown(other) != unknown:
@@ -291,10 +291,10 @@ class _System:
 
         They are ``a c + b s = p`` and ``-b c + a s = q``, or that with the signs of the second changed.
         """
-        for cosine, sine, _ in self.letters.angles.values():
+        for cosine, sine, _ in self.generators.angles.values():
             if cosine not in self.open or sine not in self.open:
                 continue
-            holders = [i for i, e in enumerate(self.equations) if e.letters & {cosine, sine}]
+            holders = [i for i, e in enumerate(self.equations) if e.generators & {cosine, sine}]
             turned = (_line(self.equations[place], cosine, sine) for place in holders)
             lines = [one for one in turned if one is not None]
             if not len(lines) == len(holders) == 2:
@@ -326,4 +326,4 @@ def _line(equation: Polynomial, x: str, y: str) -> Line | None:
     none, by_x = Polynomial(), equation.coefficients(x)
     by_y = by_x.get(0, none).coefficients(y)
     a, b, k = by_x.get(1, none), by_y.get(1, none), -by_y.get(0, none)
-    return None if {*by_x, *by_y} - {0, 1} or y in a.letters else (a, b, k)
+    return None if {*by_x, *by_y} - {0, 1} or y in a.generators else (a, b, k)

@@ -149,7 +149,7 @@ class _Building:
         graph: ModelGraph,
         known: Collection[str],
         decided: Mapping[int, bool],
-        void: frozenset[int],
+        inactive: frozenset[int],
         want: frozenset[str] | None,
         required: bool,
     ) -> None:
@@ -157,7 +157,7 @@ class _Building:
         self.want, self.required = want, required
         self.steps: list[Step] = []
         equations = graph.model.equations
-        verdicts = [False if e.index in void else activity(e, decided) for e in equations]
+        verdicts = [False if e.index in inactive else activity(e, decided) for e in equations]
         self.active = [verdict is True for verdict in verdicts]
         self.pending = [e.index for e, verdict in zip(equations, verdicts, strict=True) if verdict is None]
         self.guards = {
@@ -317,19 +317,19 @@ class Planner:
         self,
         known: frozenset[str],
         decided: Mapping[int, bool],
-        void: frozenset[int] = frozenset(),
+        inactive: frozenset[int] = frozenset(),
         want: frozenset[str] | None = None,
         required: bool = False,
     ) -> Path:
         """The path from the ``known`` variables, given how conditions came out.
 
-        ``void`` equations are not solved for anything (they asked nothing, or nothing could
+        ``inactive`` equations are not solved for anything (they asked nothing, or nothing could
         satisfy them, at the values at hand); ``want`` prunes to what these names need, and with ``required``
         to what direct steps of one value add for the requirements.
         """
-        key = known, frozenset(decided.items()), void, want, required
+        key = known, frozenset(decided.items()), inactive, want, required
         if key not in self._paths:
-            self._paths[key] = _Building(self.graph, known, decided, void, want, required).run()
+            self._paths[key] = _Building(self.graph, known, decided, inactive, want, required).run()
         return self._paths[key]
 
 

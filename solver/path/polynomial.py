@@ -1,6 +1,6 @@
-"""Polynomials in several letters with exact rational coefficients: what elimination computes with.
+"""Polynomials in several generators with exact rational coefficients: what elimination computes with.
 
-A letter is a variable, the cosine or the sine of an angle, a root, or any other part of an
+A generator is a variable, the cosine or the sine of an angle, a root, or any other part of an
 expression that stays as it is. Like terms are merged, so that what cancels by algebra is gone; the
 square of a sine is written by that of the cosine."""
 
@@ -33,15 +33,15 @@ from rulesheets.syntax.nodes import (
 )
 
 Monomial: TypeAlias = tuple[tuple[str, int], ...]
-"""Letters with their exponents, sorted."""
+"""Generators with their exponents, sorted."""
 
 UNIT: Monomial = ()
 MAX_TERMS = 400
 
 
 class NoForm(Exception):
-    """The equations are no polynomials in letters, or of more terms than are worth a formula, or contradict
-    one another."""
+    """The equations are no polynomials in generators, have too many terms for a formula, or contradict one
+    another."""
 
 
 class Polynomial(dict[Monomial, Fraction]):
@@ -85,14 +85,14 @@ class Polynomial(dict[Monomial, Fraction]):
         return Polynomial.of(terms)
 
     @property
-    def letters(self) -> set[str]:
+    def generators(self) -> set[str]:
         return {name for monomial in self for name, _ in monomial}
 
     def degree(self, name: str) -> int:
         return max((exponent for m in self for other, exponent in m if other == name), default=0)
 
     def coefficients(self, name: str) -> dict[int, Polynomial]:
-        """By powers of one letter."""
+        """By powers of one generator."""
         parts: dict[int, Polynomial] = {}
         for monomial, coefficient in self.items():
             rest = tuple(item for item in monomial if item[0] != name)
@@ -100,7 +100,7 @@ class Polynomial(dict[Monomial, Fraction]):
         return parts
 
     def substituted(self, name: str, value: Polynomial) -> Polynomial:
-        """With a letter replaced."""
+        """With a generator replaced."""
         parts, raised, total = self.coefficients(name), constant(1.0), Polynomial()
         for exponent in range(max(parts, default=0) + 1):
             raised = raised * value if exponent else raised
@@ -111,19 +111,19 @@ class Polynomial(dict[Monomial, Fraction]):
         """With every square of a sine replaced: sin² = 1 - cos². ``pairs`` gives the cosine of each sine."""
         reduced = self
         for sine, cosine in pairs.items():
-            square = letter(cosine) * letter(cosine)
+            square = generator(cosine) * generator(cosine)
             while reduced.degree(sine) >= 2:
                 total = Polynomial()
                 for exponent, part in reduced.coefficients(sine).items():
                     squares, rest = divmod(exponent, 2)
                     for _ in range(squares):
                         part -= part * square
-                    total += part * letter(sine) if rest else part
+                    total += part * generator(sine) if rest else part
                 reduced = total
         return reduced
 
     def expression(self, meaning: Mapping[str, Expression]) -> Expression:
-        """As an expression; ``meaning`` gives the expression of every letter."""
+        """As an expression; ``meaning`` gives the expression of every generator."""
         terms: list[Expression] = []
         for monomial, coefficient in self.items():
             product: Expression = ONE
@@ -139,7 +139,7 @@ def constant(value: float | Fraction) -> Polynomial:
     return Polynomial({UNIT: Fraction(value)} if value else {})
 
 
-def letter(name: str) -> Polynomial:
+def generator(name: str) -> Polynomial:
     return Polynomial({((name, 1),): Fraction(1)})
 
 
@@ -148,8 +148,8 @@ _QUARTER = {"d": 90.0, "": math.pi / 2}
 
 
 @dataclass
-class Letters:
-    """What the letters stand for."""
+class Generators:
+    """What the generators stand for."""
 
     unknowns: frozenset[str]
     turning: Collection[str]
@@ -161,7 +161,7 @@ class Letters:
     extra: list[Polynomial] = field(default_factory=list)
 
     def polynomial(self, node: Expression) -> Polynomial:
-        """Of a part without unknowns: opened as far as it is a polynomial, a letter of its own beyond.
+        """Of a part without unknowns: opened as far as it is a polynomial, a generator of its own beyond.
 
         Raises NoForm for a part with unknowns that is none.
         """
@@ -175,7 +175,7 @@ class Letters:
                 self.meaning[name] = node
                 if not known:
                     self.open.add(name)
-                return letter(name)
+                return generator(name)
             case Negative(operand):
                 return -self.polynomial(operand)
             case Sum(terms):
@@ -192,22 +192,22 @@ class Letters:
             case Call(function, (argument,)) if function in _CIRCULAR:
                 return self._circular(function, argument)
             case _ if known:
-                return letter(self._named(node))
+                return generator(self._named(node))
             case Quotient(left, right) if not self.unknowns.intersection(names(right)):
-                return self.polynomial(left) * letter(self._named(divide(Number(1.0), right)))
+                return self.polynomial(left) * generator(self._named(divide(Number(1.0), right)))
             case Quotient(left, right):  # one more unknown, and a product
                 dividend, quotient = self.polynomial(left), self._auxiliary()
                 self.extra.append((quotient * self.polynomial(right)).reduced(self.pairs) - dividend)
                 return quotient
             case Power(base, Number(0.5)) | Call("sqrt", (base,)):
                 inside, root = self.polynomial(base), self._auxiliary()
-                self.roots += root.letters
+                self.roots += root.generators
                 self.extra.append(root * root - inside)
                 return root
         raise NoForm
 
     def _named(self, node: Expression) -> str:
-        """The letter of a known part that stays as it is."""
+        """The generator of a known part that stays as it is."""
         for name, meaning in self.meaning.items():
             if meaning == node:
                 return name
@@ -219,7 +219,7 @@ class Letters:
         name = f"#u{len(self.meaning)}"
         self.meaning[name] = Name(name)
         self.open.add(name)
-        return letter(name)
+        return generator(name)
 
     # --- angles ---
 
@@ -263,13 +263,13 @@ class Letters:
         self.pairs[sine] = cosine
         self.open.update((cosine, sine))
         self.meaning.update({cosine: Name(cosine), sine: Name(sine)})
-        return letter(cosine), letter(sine)
+        return generator(cosine), generator(sine)
 
     def _pair(self, argument: Expression, unit: str) -> tuple[Polynomial, Polynomial]:
         cosine = self._named(call("cos" + unit, argument))
         sine = self._named(call("sin" + unit, argument))
         self.pairs[sine] = cosine
-        return letter(cosine), letter(sine)
+        return generator(cosine), generator(sine)
 
 
 def name_of(term: Expression) -> str:

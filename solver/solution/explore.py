@@ -15,13 +15,13 @@ from solver.accuracy.rule_check import MANY, check_rule, half_unit
 from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated, about
 from solver.kernel.block import DENSE, FEW, kernel_of
 from solver.kernel.candidates import BlockOutcome
-from solver.kernel.question import PLAN, STEP, Budget
+from solver.kernel.problem import PLAN, STEP, Budget
 from solver.kernel.solve_block import SEARCHES, solve_block, solve_sparsely
 from solver.kernel.step import StepOutcome, StepSolver
 from solver.leaves import (
     Asked,
     Branch,
-    Casework,
+    CaseAnalysis,
     CutOff,
     Exploration,
     Leaf,
@@ -77,12 +77,12 @@ def explore(
     what Newton's method leads to. ``enough``: the search ends at the first such answer. Raises CutOff where a
     limit in time is met.
     """
-    explorer = Explorer(asked, enough)
-    explorer.budget.thorough, explorer.budget.brief, explorer.budget.nearby = thorough, brief, nearby
-    return explorer.run()
+    search = PathSearch(asked, enough)
+    search.budget.thorough, search.budget.brief, search.budget.nearby = thorough, brief, nearby
+    return search.run()
 
 
-class Explorer:
+class PathSearch:
     """Follows every way in floats; a subclass may solve the steps in another arithmetic.
 
     ``complete``: no step so far can have more answers than were followed. ``delicate``: somewhere rounding
@@ -96,7 +96,7 @@ class Explorer:
         self.enough = enough
         self.planner = planner(model)
         self.graph = self.planner.graph
-        self.casework = Casework(model, self.inputs)
+        self.analysis = CaseAnalysis(model, self.inputs)
         self.budget = Budget()
         self.outcomes: Outcomes = {}
         self._searched: set[SolveBlock] = set()
@@ -109,8 +109,8 @@ class Explorer:
     def _begin(self) -> None:
         """Nothing is found yet."""
         self.leaves: list[Leaf] = []
-        self.dead: list[Leaf] = []
-        self.adrift: list[Leaf] = []
+        self.contradicted: list[Leaf] = []
+        self.open_cases: list[Leaf] = []
         self.complete, self.delicate = True, False
         self.gaps: dict[tuple[int, ...], Gap] = {}
 
@@ -132,13 +132,13 @@ class Explorer:
     def _start(self) -> Branch:
         """The branch on which nothing but the inputs is known."""
         start = Branch(dict(self.inputs), {})
-        start.decided.update(self.casework.outcomes(range(len(self.model.conditions)), start))
+        start.decided.update(self.analysis.outcomes(range(len(self.model.conditions)), start))
         return start
 
     def _found(self) -> Exploration:
-        """What the branches came to; a case that is adrift hides no answer if what it lacks is refused."""
-        complete = self.complete and all(excluded(leaf) or self._refused(leaf) for leaf in self.adrift)
-        ends = tuple(self.leaves), complete, tuple(self.dead), tuple(self.adrift)
+        """What the branches came to; an open case hides no answer if what it lacks is refused."""
+        complete = self.complete and all(excluded(leaf) or self._refused(leaf) for leaf in self.open_cases)
+        ends = tuple(self.leaves), complete, tuple(self.contradicted), tuple(self.open_cases)
         gaps = tuple(self.gaps.values())
         return Exploration(*ends, self.delicate, self.outcomes, self.budget.used, gaps)
 
@@ -147,7 +147,7 @@ class Explorer:
         missing = frozenset(leaf.missing)
         path = self.planner.path(frozenset(self.inputs), leaf.branch.conditions, want=missing)
         leading = {equation for step in path.steps for equation in equations_of(step)}
-        return any(not leading.isdisjoint(without_value(fact)[0]) for fact in leaf.branch.void.values())
+        return any(not leading.isdisjoint(without_value(fact)[0]) for fact in leaf.branch.inactive.values())
 
     # --- what is found ---
 
@@ -158,7 +158,7 @@ class Explorer:
 
     def _is_full(self, branch: Branch) -> bool:
         """Whether nothing more is looked for on a branch."""
-        ends = len(self.leaves) + len(self.dead) + len(self.adrift)
+        ends = len(self.leaves) + len(self.contradicted) + len(self.open_cases)
         full = ends >= self._most_leaves or (self.enough is not None and any(map(self.enough, self.leaves)))
         if full:
             self._truncate(branch, "answers")
@@ -190,12 +190,12 @@ class Explorer:
         listed_cut = cut and len(listed) > 1
         self.gaps[equations] = Gap(equations, unknowns, len(listed), *ends, listed_cut, uncounted=cut)
 
-    def _loose_since(self, adrift: int) -> bool:
-        """Whether the cases since so many were ``adrift`` leave a continuum that nothing contradicts.
+    def _underdetermined_since(self, count: int) -> bool:
+        """Whether the cases since so many were open leave a continuum that nothing contradicts.
 
         Answers of other cases do not make it a solved one; a case of equality is but its edge.
         """
-        return any(not blocked(leaf) and not leaf.on_edge for leaf in self.adrift[adrift:])
+        return any(not blocked(leaf) and not leaf.on_edge for leaf in self.open_cases[count:])
 
     # --- following a path ---
 
@@ -281,8 +281,8 @@ class Explorer:
         while found is True and not self._is_full(branch):
             self.budget.used += PLAN
             known = frozenset(branch.values)
-            void = frozenset(branch.void)
-            path = self.planner.path(known, branch.conditions, void, self.want, required=True)
+            inactive = frozenset(branch.inactive)
+            path = self.planner.path(known, branch.conditions, inactive, self.want, required=True)
             self.first_path = path.steps if self.first_path is None else self.first_path
             found = self._follow(branch, path.steps)
         return () if isinstance(found, bool) else found
@@ -312,7 +312,7 @@ class Explorer:
                 case Check(equation=equation):
                     again = self._check(branch, step, equation)
                 case Decide(conditions=conditions):
-                    branch.decided.update(self.casework.outcomes(conditions, branch))
+                    branch.decided.update(self.analysis.outcomes(conditions, branch))
                     branch.steps.append(step)
                     return True
                 case Assume():
@@ -321,17 +321,17 @@ class Explorer:
                 return again
             if again is not None:
                 return ((fork, steps, place + 1) for fork in again)
-        if not ends or (branch.void and self._reopened(branch)):
+        if not ends or (branch.inactive and self._reopened(branch)):
             return True
         self._finish(branch)
         return False
 
     def _reopened(self, branch: Branch) -> bool:
         """Take up blocks again that determined too little, and of which more is known now."""
-        lost = {e: fact.free for e, fact in branch.void.items() if isinstance(fact, RankLoss)}
+        lost = {e: fact.free for e, fact in branch.inactive.items() if isinstance(fact, RankLoss)}
         again = [e for e, free in lost.items() if any(name in branch.values for name in free)]
         for equation in again:
-            del branch.void[equation]
+            del branch.inactive[equation]
             branch.settled.discard(equation)
         return bool(again)
 
@@ -361,7 +361,7 @@ class Explorer:
         self.delicate |= outcome.delicate
         if outcome.fact is not None:
             if isinstance(outcome.fact, AsksNothing):
-                branch.void[equation] = outcome.fact
+                branch.inactive[equation] = outcome.fact
             else:
                 self._blank(branch, (unknown,), outcome.fact)
             return True
@@ -397,7 +397,7 @@ class Explorer:
         equations = self.model.equations
         for equation in step.equations:
             conditions = [p.condition for p in equations[equation].guard if p.condition not in branch.decided]
-            branch.decided.update(self.casework.outcomes(conditions, branch))
+            branch.decided.update(self.analysis.outcomes(conditions, branch))
             if activity(equations[equation], branch.conditions):
                 return self._evaluate(branch, step, equation, step.unknown)
         return True
@@ -449,7 +449,7 @@ class Explorer:
         branch.attempts[step] = outcome.attempts
         if outcome.free:
             lost = next(fact for fact in outcome.facts if isinstance(fact, RankLoss))
-            branch.void.update(dict.fromkeys(step.equations, lost))
+            branch.inactive.update(dict.fromkeys(step.equations, lost))
             self._learn(branch, step, outcome.answers[0].values)
             return True
         if not outcome.answers:
@@ -505,14 +505,14 @@ class Explorer:
         branch.blank.update(unknowns)
         for name in unknowns:
             for equation in self.graph.users[name]:
-                branch.void.setdefault(equation, why)
+                branch.inactive.setdefault(equation, why)
 
     # --- case by case ---
 
     def _assume(self, branch: Branch, step: Assume) -> bool:
         """The cases of one comparison; each is dropped once it is known to come out otherwise."""
-        self.casework.infer(branch)
-        pair = self.casework.open_pair(branch, step.condition)
+        self.analysis.infer(branch)
+        pair = self.analysis.open_pair(branch, step.condition)
         if pair is None:
             return True
         blank = (name for name in self.judged if name in branch.blank)
@@ -524,9 +524,9 @@ class Explorer:
             self._truncate(branch, "cases")
             self._finish(branch)
             return False
-        adrift = len(self.adrift)
-        for sign in self.casework.cases(pair):
-            if sign == EQUAL and self._loose_since(adrift):
+        before = len(self.open_cases)
+        for sign in self.analysis.cases(pair):
+            if sign == EQUAL and self._underdetermined_since(before):
                 self.complete = False
                 continue
             case = branch.fork()
@@ -535,11 +535,11 @@ class Explorer:
             said = value_of_equality(pair) if sign == EQUAL else None
             if said is not None:
                 case.values.setdefault(*said)
-            self.casework.infer(case)
-            if not self.casework.contradicted(case):
+            self.analysis.infer(case)
+            if not self.analysis.contradicted(case):
                 self._explore(case)
-        if self._loose_since(adrift):
-            self._finish(branch, loose=True)
+        if self._underdetermined_since(before):
+            self._finish(branch, underdetermined=True)
         return False
 
     # --- the end of a branch ---
@@ -547,12 +547,12 @@ class Explorer:
     def _settled(self, branch: Branch) -> dict[str, Value]:
         return settled(self.graph, branch.values, self.inputs)
 
-    def _finish(self, branch: Branch, loose: bool = False) -> None:
+    def _finish(self, branch: Branch, underdetermined: bool = False) -> None:
         """Every rule that is active at the end of a branch is asked of the independent rule check."""
-        if branch.signs and self.casework.contradicted(branch):
+        if branch.signs and self.analysis.contradicted(branch):
             return
         values = branch.values = self._settled(branch)
-        decided = {**branch.assumed, **self.casework.outcomes(range(len(self.model.conditions)), branch)}
+        decided = {**branch.assumed, **self.analysis.outcomes(range(len(self.model.conditions)), branch)}
         rules = list(known_rules(self.model, decided, values))
         worst, left = 0.0, tuple(rules)
         if len(rules) > MANY:
@@ -571,10 +571,10 @@ class Explorer:
         conflicts += unmet(self.model, values, decided)
         lacking = (name for name in self.judged if name not in values)
         missing = tuple(name for name in lacking if not infinite(self.model, branch, name))
-        leaf = Leaf(branch, missing, tuple(conflicts), worst, len(rules), loose)
+        leaf = Leaf(branch, missing, tuple(conflicts), worst, len(rules), underdetermined)
         if conflicts:
-            self.dead.append(leaf)
-        elif missing and branch.signs and self.casework.unverified(branch):
-            self.adrift.append(leaf)  # an assumption was made on what is not known even now
+            self.contradicted.append(leaf)
+        elif missing and branch.signs and self.analysis.unverified(branch):
+            self.open_cases.append(leaf)  # an assumption was made on what is not known even now
         else:
             self.leaves.append(leaf)

@@ -27,15 +27,15 @@ from solver.kernel.candidates import Answer, BlockOutcome, Stretch
 from solver.kernel.chain import Chain, followed, slope_chain
 from solver.kernel.enclosure import Enclosure
 from solver.kernel.linear_block import undetermined
-from solver.kernel.question import Blur, Question
+from solver.kernel.problem import BlockProblem, InputErrors
 from solver.kernel.step import Refused, StepOutcome, StepSolver
-from solver.leaves import Asked, Branch, Casework, Exploration
+from solver.leaves import Asked, Branch, CaseAnalysis, Exploration
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.tolerances import AGREEMENT, CLOSE, DRIFT, MAX_UNKNOWNS, PRECISIONS, SPARE
 from solver.path import Evaluate, SolveBlock, Step, equations_of
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage
-from solver.solution.explore import Explorer
+from solver.solution.explore import PathSearch
 
 NUDGE = 2.0**-20
 """Relative change of a number by which a second derivative is estimated."""
@@ -58,11 +58,15 @@ def explore_precisely(asked: Asked, floats: Exploration) -> Exploration | None:
 
 def _agree(rough: Exploration, fine: Exploration, judged: Sequence[str]) -> bool:
     """Whether twice the digits lead to the same answers."""
-    for some, others in ((rough.leaves, fine.leaves), (rough.dead, fine.dead), (rough.adrift, fine.adrift)):
+    for some, others in (
+        (rough.leaves, fine.leaves),
+        (rough.contradicted, fine.contradicted),
+        (rough.open_cases, fine.open_cases),
+    ):
         if len(some) != len(others):
             return False
         for one, other in ((a.branch, b.branch) for a, b in zip(some, others, strict=True)):
-            if one.values.keys() != other.values.keys() or one.void.keys() != other.void.keys():
+            if one.values.keys() != other.values.keys() or one.inactive.keys() != other.inactive.keys():
                 return False
             for name in one.precise.keys() & other.precise.keys() & {*judged}:
                 exact = other.precise[name]
@@ -75,7 +79,7 @@ def _known(branch: Branch) -> Mapping[str, Any]:
     return ChainMap(branch.precise, branch.values)
 
 
-class _PreciseSearch(Explorer):
+class _PreciseSearch(PathSearch):
     """Follows every branch with values of so many digits, and with the floats next to them."""
 
     def __init__(self, asked: Asked, floats: Exploration, digits: int) -> None:
@@ -83,7 +87,7 @@ class _PreciseSearch(Explorer):
         self.digits = digits
         self.outcomes, self.work = floats.outcomes, Work()
         self.first_path = ()  # none is solved as one block
-        self.casework = Casework(self.model, self.inputs, self._holds)
+        self.analysis = CaseAnalysis(self.model, self.inputs, self._holds)
 
     # --- steps and blocks ---
 
@@ -113,14 +117,14 @@ class _PreciseSearch(Explorer):
 
     def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
         floats = super()._solved(step, branch)
-        question = Question(kernel_of(self.graph, step), branch.values, self.guesses)
-        if question.symbolic or floats.free or not step.unknowns:
+        problem = BlockProblem(kernel_of(self.graph, step), branch.values, self.guesses)
+        if problem.symbolic or floats.free or not step.unknowns:
             return floats
         if len(step.unknowns) > MAX_UNKNOWNS:
             raise Unresolved
         rules = [self.model.equations[index] for index in step.equations]
         system = ManyDigits(rules, step.unknowns, _known(branch), self.digits, self.work)
-        found = _Block(question, system, floats, partial(self._off, branch)).outcome()
+        found = _Block(problem, system, floats, partial(self._off, branch)).outcome()
         more = max(0, len(found.answers) - len(floats.answers))
         attempts = (Attempt(Method.EXTENDED, more, found.complete),) if more else ()
         return found._replace(attempts=(*floats.attempts, *attempts))
@@ -187,10 +191,10 @@ class _PreciseSearch(Explorer):
 
     # --- what rests on rounding ---
 
-    def _finish(self, branch: Branch, loose: bool = False) -> None:
+    def _finish(self, branch: Branch, underdetermined: bool = False) -> None:
         if not any(isinstance(fact, DoubleRoot) for fact in branch.facts):  # what moves far there is no pole
             branch.facts = (*branch.facts, *self._resting_on_rounding(branch))
-        super()._finish(branch, loose)
+        super()._finish(branch, underdetermined)
 
     def _resting_on_rounding(self, branch: Branch) -> Iterator[RestsOnRounding]:
         """What was asked for and is divided by no more than the last places of the given numbers."""
@@ -298,15 +302,17 @@ class _PreciseStep(StepSolver):
 class _Block:
     """The answers of a block in floats, each refined."""
 
-    def __init__(self, question: Question, system: ManyDigits, floats: BlockOutcome, off: Blur) -> None:
-        self.question, self.system, self.floats, self.off = question, system, floats, off
+    def __init__(
+        self, problem: BlockProblem, system: ManyDigits, floats: BlockOutcome, off: InputErrors
+    ) -> None:
+        self.problem, self.system, self.floats, self.off = problem, system, floats, off
         self.roots: list[list[Any]] = []
         self.folded: list[list[Any]] = []
         self.double: list[Answer] = []
 
     def outcome(self) -> BlockOutcome:
         """Raises Unresolved if Newton's method leads away from an answer."""
-        if self.question.kernel.linear:
+        if self.problem.kernel.linear:
             return self._linear()
         self.double = [answer for answer in self.floats.answers if answer.double and answer.counted]
         known = (answer.values for answer in self.floats.answers if answer not in self.double)
@@ -315,7 +321,7 @@ class _Block:
             if self._folded(start):
                 continue
             root = self.system.newton(start)
-            if root is None or not _near(root, start, DRIFT, self.question.scale):
+            if root is None or not _near(root, start, DRIFT, self.problem.scale):
                 raise Unresolved
             self._keep(root)
         for suspect in self.floats.suspects:
@@ -324,12 +330,12 @@ class _Block:
 
     def _linear(self) -> BlockOutcome:
         """By elimination; where rounding may have decided that floats found no answer, what is left free."""
-        system, question = self.system, self.question
+        system, problem = self.system, self.problem
         matrix, misses = system.linearised([system.mp.zero] * len(system.unknowns))
         rhs = [-miss for miss in misses]
         x = eliminate(matrix, rhs, system.tiny)
         if self.floats.doubtful:
-            free = undetermined(question, matrix, rhs, system.mp.mpf, self.off, singular=x is None)
+            free = undetermined(problem, matrix, rhs, system.mp.mpf, self.off, singular=x is None)
             if free is not None:
                 return free
         if x is None or not self.floats.answers:
@@ -341,7 +347,7 @@ class _Block:
         """Whether a fold is near: then its roots are kept."""
         if any(_near(root, start, CLOSE, [1e-3 * max(map(abs, start))] * len(start)) for root in self.folded):
             return True
-        fold = resolve_fold(self.system, start, self.question.scale)
+        fold = resolve_fold(self.system, start, self.problem.scale)
         if fold is None:
             return False
         roots, double = fold
@@ -353,7 +359,7 @@ class _Block:
             vectors = null_vectors(self.system, double)
             along = [1.0] * len(point) if vectors is None else vectors[0]
             moving = {n: v for n, v in zip(point, along, strict=True) if abs(v) > 1e-6}
-            fact = DoubleRoot(self.question.equations, tuple(moving), moving)
+            fact = DoubleRoot(self.problem.equations, tuple(moving), moving)
             self.double = [a for a in self.floats.answers if a.double] or [Answer(point, fact)]
         return True
 
@@ -368,18 +374,18 @@ class _Block:
         doubles = [answer.values for answer in self.double]
         complete = self.floats.complete or self.floats.whole
         complete = complete or _settled(
-            self.floats.stretches, self.question.here, self.system, points, doubles
+            self.floats.stretches, self.problem.here, self.system, points, doubles
         )
         for point in points:
             floats = _floats(point)
-            moved = self.question.inside(floats)  # what rounding alone takes beyond the end of a range
+            moved = self.problem.inside(floats)  # what rounding alone takes beyond the end of a range
             point = {n: v if moved[n] == floats[n] else moved[n] for n, v in point.items()}
-            name = self.question.outside(_floats(point))
+            name = self.problem.outside(_floats(point))
             if name is None:
                 inside.append(Answer(point))
             else:
-                outside = BlockOutcome.out_of_range(self.question.equations, name, float(point[name]))
-        answers = sorted(inside, key=lambda answer: self.question.preference(_floats(answer.values)))
+                outside = BlockOutcome.out_of_range(self.problem.equations, name, float(point[name]))
+        answers = sorted(inside, key=lambda answer: self.problem.preference(_floats(answer.values)))
         if answers or self.double:
             # curves along which some unknowns keep their values; others may be points that rounding joins
             curves = tuple(fact for fact in self.floats.facts if isinstance(fact, Beside) and fact.values)
@@ -387,7 +393,7 @@ class _Block:
         if outside is not None:
             return outside._replace(complete=complete)
         if self.floats.answers or (complete and not self.floats.complete):
-            block = self.question.kernel.block
+            block = self.problem.kernel.block
             return BlockOutcome(complete=complete, facts=(NoRoot(block.equations, block.unknowns, complete),))
         return self.floats
 

@@ -124,11 +124,11 @@ def _contradictory(asked: Asked, rules: Sequence[int], given: Sequence[str], pat
     part = Model(model.name, variables, kept, model.conditions)
     values = {name: asked.inputs[name] for name in given if name in variables}
     found = patience.shown(explore(Asked(part, values, None, {}, ()), brief=True, enough=_possible))
-    return not any(map(_possible, found.leaves)) and bool(found.dead or found.leaves)
+    return not any(map(_possible, found.leaves)) and bool(found.contradicted or found.leaves)
 
 
 def _possible(leaf: Leaf) -> bool:
-    return leaf.solved and not any(isinstance(fact, Conflict) for fact in leaf.branch.void.values())
+    return leaf.solved and not any(isinstance(fact, Conflict) for fact in leaf.branch.inactive.values())
 
 
 # --- what an input could be ---------------------------------------------------------------------

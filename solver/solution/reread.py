@@ -73,7 +73,7 @@ def with_limits(asked: Asked, found: Exploration) -> tuple[Model, Exploration]:
     by = asked.model
     filled: dict[int, float] = {}
     for _ in range(ROUNDS):
-        ends = (*found.leaves, *found.dead)
+        ends = (*found.leaves, *found.contradicted)
         limits = dict(_filled(by, ends[0].branch.values)) if len(ends) == 1 else {}
         if not limits:
             break
@@ -130,7 +130,7 @@ def answers_between(asked: Asked) -> tuple[Leaf, ...]:
 
 def _beside(asked: Asked) -> tuple[Leaf, ...]:
     floats = explore(asked, brief=True)
-    ended = any(leaf.solved or leaf.conflicts for leaf in (*floats.leaves, *floats.dead))
+    ended = any(leaf.solved or leaf.conflicts for leaf in (*floats.leaves, *floats.contradicted))
     if not ended and not floats.delicate:
         return ()
     from solver.solution.precise_search import explore_precisely
@@ -337,10 +337,10 @@ def look_behind(
     """
     if any(isinstance(fact, DoubleRoot) for fact in verdict.facts):
         return None
-    void = [fact for leaf in found.leaves for fact in leaf.branch.reasons]
-    if not any(isinstance(fact, RankLoss | AsksNothing) for fact in void):
+    inactive = [fact for leaf in found.leaves for fact in leaf.branch.reasons]
+    if not any(isinstance(fact, RankLoss | AsksNothing) for fact in inactive):
         return None
-    lost = (fact for fact in void if isinstance(fact, RankLoss))
+    lost = (fact for fact in inactive if isinstance(fact, RankLoss))
     model, first = asked.model, found.leaves[0].branch.values
     values = {  # numbers that all leaves have
         name: value

@@ -335,7 +335,7 @@ def _explained(asked: Asked, verdict: Verdict) -> tuple[Diagnosis, ...]:
     """What there is to say; of an answer that nothing stood in the way of, nothing."""
     branches = [leaf.branch for leaf in verdict.leaves]
     noted = verdict.facts or any(branch.facts for branch in branches)
-    if verdict.status is Status.SOLVED and branches and not noted and not branches[0].void:
+    if verdict.status is Status.SOLVED and branches and not noted and not branches[0].inactive:
         return ()
     from solver.solution.explain import explain
 

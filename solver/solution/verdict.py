@@ -23,7 +23,16 @@ from solver import facts
 from solver.accuracy.forward_error import ForwardErrors, forward_errors
 from solver.accuracy.rule_check import sides
 from solver.facts import Conflict, DoubleRoot, Fact, Status
-from solver.leaves import Asked, Casework, CutOff, Exploration, Leaf, blocked, leaf_errors, within_one_turn
+from solver.leaves import (
+    Asked,
+    CaseAnalysis,
+    CutOff,
+    Exploration,
+    Leaf,
+    blocked,
+    leaf_errors,
+    within_one_turn,
+)
 from solver.numerics.tolerances import (
     LOST,
     MAX_UNKNOWNS,
@@ -55,7 +64,7 @@ def explore_refined(asked: Asked, always: bool = False) -> Exploration:
     except CutOff as reached:
         known = asked.inputs if reached.found.delicate else reached.known
         raise CutOff(certain(asked, reached.found), known) from None
-    leaves = (*found.leaves, *found.dead)
+    leaves = (*found.leaves, *found.contradicted)
     too_long = sum(len(leaf.branch.steps) for leaf in leaves) > MAX_STEPS
     too_long = too_long or any(len(gap.unknowns) > MAX_UNKNOWNS for gap in found.gaps)
     try:
@@ -96,7 +105,7 @@ def certain(asked: Asked, found: Exploration) -> Exploration:
     with grace(GRACE), suppress(TimeIsUp):
         if not found.delicate:
             leaves = tuple(one for one in found.leaves if one.solved and not _vague(asked, one))
-    return replace(found, leaves=leaves, dead=(), adrift=(), complete=False)
+    return replace(found, leaves=leaves, contradicted=(), open_cases=(), complete=False)
 
 
 def _vague(asked: Asked, leaf: Leaf) -> bool:
@@ -143,7 +152,7 @@ def explore_required(asked: Asked, always: bool = False) -> Exploration:
         raise CutOff(certain(asked, found), asked.inputs) from None
     some, before = (sum(leaf.solved for leaf in one.leaves) for one in (inside, found))
     better = some >= before if inside.complete else some > 0 == before
-    return replace(inside, dead=inside.dead or found.dead) if better else found
+    return replace(inside, contradicted=inside.contradicted or found.contradicted) if better else found
 
 
 def narrowed(model: Model, inputs: Mapping[str, Value]) -> Model | None:
@@ -198,10 +207,10 @@ class Verdict(NamedTuple):
 def judge(asked: Asked, found: Exploration) -> Verdict:
     """The status of a solve, by what its leaves reached."""
     model, inputs = asked.model, asked.inputs
-    loose = [leaf for leaf in found.leaves if leaf.loose and leaf.missing]
-    uncovered = _uncovered(model, found, inputs) if loose else ()
-    if loose and not (uncovered and any(leaf.solved and not leaf.on_edge for leaf in found.leaves)):
-        return _unfinished(model, loose, inputs)
+    underdetermined = [leaf for leaf in found.leaves if leaf.underdetermined and leaf.missing]
+    uncovered = _uncovered(model, found, inputs) if underdetermined else ()
+    if underdetermined and not (uncovered and any(leaf.solved and not leaf.on_edge for leaf in found.leaves)):
+        return _unfinished(model, underdetermined, inputs)
     solved = _preferred(model, [leaf for leaf in found.leaves if leaf.solved])
     graph = planner(model).graph
     near = [leaf for leaf in solved if within_one_turn(graph, leaf.branch.values, inputs)]
@@ -220,10 +229,10 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
         verdict = _unfinished(model, _ordered(asked, leaves), inputs)
         if verdict.status in (Status.INFEASIBLE, Status.INCONSISTENT) and not _conclusive(found):
             return Verdict(Status.FAILED, verdict.leaves)
-        if verdict.status is Status.INFEASIBLE and found.dead:
+        if verdict.status is Status.INFEASIBLE and found.contradicted:
             return _contradicted(found)  # there is a way that has every value, and only a rule against it
         return verdict
-    if found.dead:
+    if found.contradicted:
         return _contradicted(found)
     return Verdict(Status.INFEASIBLE if found.complete else Status.FAILED, ())
 
@@ -242,11 +251,13 @@ def _curves(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> It
 def _uncovered(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> tuple[facts.Uncovered, ...]:
     """The cases that nothing contradicts, and in which no rule determines what is wanted; none where a rule
     of such a case holds whatever that is: then there is a continuum of answers."""
-    leaves = [leaf for leaf in found.adrift if not (leaf.loose or leaf.on_edge or blocked(leaf))]
+    leaves = [
+        leaf for leaf in found.open_cases if not (leaf.underdetermined or leaf.on_edge or blocked(leaf))
+    ]
     why = (fact for leaf in leaves for fact in leaf.branch.reasons)
     if any(isinstance(fact, facts.AsksNothing | facts.RankLoss) for fact in why):
         return ()
-    told = Casework(model, inputs).told
+    told = CaseAnalysis(model, inputs).told
     return tuple(facts.Uncovered(told(leaf.branch), leaf.missing) for leaf in leaves)
 
 
@@ -282,7 +293,7 @@ def _fixed(model: Model, leaf: Leaf) -> tuple[Leaf, tuple[facts.Unfixed, ...]]:
 
 
 def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -> Verdict:
-    """Wanted variables are missing: because of values (void rules), or of the inputs' pattern."""
+    """Wanted variables are missing: because of values (inactive rules), or of the inputs' pattern."""
     leaf = leaves[0]
     undetermined = planner(model).path(frozenset(inputs), leaf.branch.conditions).undetermined
     structural = tuple(name for name in leaf.missing if name in undetermined)  # however the values come out
@@ -329,16 +340,18 @@ def _worst(why: Sequence[Fact]) -> Status:
 def _contradicted(found: Exploration) -> Verdict:
     """Every way ended at a rule that does not hold."""
     conclusive = _conclusive(found)
-    refused = [leaf for leaf in found.dead if all(isinstance(fact, facts.Unmet) for fact in leaf.conflicts)]
+    refused = [
+        leaf for leaf in found.contradicted if all(isinstance(fact, facts.Unmet) for fact in leaf.conflicts)
+    ]
     if refused:  # the one that breaks the fewest requirements, and these by least
         misses = [[fact.miss for fact in leaf.conflicts if isinstance(fact, facts.Unmet)] for leaf in refused]
         worst = [(len(row), max(math.inf if miss is None else miss for miss in row)) for row in misses]
         leaf = refused[worst.index(min(worst))]
         return Verdict(Status.INFEASIBLE if conclusive else Status.FAILED, (leaf,), leaf.conflicts)
-    for leaf in found.dead:
+    for leaf in found.contradicted:
         if all(isinstance(fact, facts.Indeterminacy | facts.Unmet) for fact in leaf.conflicts):
             return Verdict(Status.SINGULAR, (leaf,), leaf.conflicts)
-    leaf = min(found.dead, key=lambda leaf: len(leaf.conflicts))
+    leaf = min(found.contradicted, key=lambda leaf: len(leaf.conflicts))
     if len(leaf.conflicts) == 1 and isinstance(conflict := leaf.conflicts[0], facts.Conflict):
         # a single rule that fails for the very unknown that it was solved for contradicts nothing
         for name, step in leaf.branch.origins.items():
@@ -364,7 +377,7 @@ def _conclusive(found: Exploration) -> bool:
     They do if every way was followed to its end; or if there was one way only, of direct steps, none of which
     has more values than it could count.
     """
-    ends = (*found.leaves, *found.dead, *found.adrift)
+    ends = (*found.leaves, *found.contradicted, *found.open_cases)
     direct = not any(
         leaf.branch.attempts or any(isinstance(step, SolveBlock) for step in leaf.branch.steps)
         for leaf in ends

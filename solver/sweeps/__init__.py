@@ -192,8 +192,8 @@ class Plan:
         rows = [tuple(leaf.branch.values.get(n, math.nan) for n in self.want) for leaf in leaves]
         rows = list(dict.fromkeys(rows))
         if not verdict.reread and all(isinstance(one, str) or math.isfinite(one) for one in numbers):
-            ended = (leaf for leaf in (*found.leaves, *found.adrift) if not leaf.solved and blocked(leaf))
-            if solved and self.records.learn(numbers, verdict.leaves, (*found.dead, *ended)):
+            ended = (leaf for leaf in (*found.leaves, *found.open_cases) if not leaf.solved and blocked(leaf))
+            if solved and self.records.learn(numbers, verdict.leaves, (*found.contradicted, *ended)):
                 self._bind()
             elif solved:
                 self.records.remember(numbers, rows)

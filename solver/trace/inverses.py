@@ -23,7 +23,7 @@ from solver.trace.guards import CLEAR, STRANGE, Guards, State, symbol_of
 MAX_TURNS = 8
 LEFT = 1e-4
 """Share of the terms of a discriminant that must be left of them: its root is right to 1e-12 then."""
-Letters = dict[str, int]
+Generators = dict[str, int]
 _LINEAR = frozenset({"negative", "sum", "product", "quotient"})
 
 
@@ -243,8 +243,8 @@ class Inverses(Guards):
 
     # --- closed forms ---
 
-    def _candidates(self, state: State, step: SolveBlock) -> list[tuple[State, Letters]]:
-        """For each candidate a state of its own, and the nodes of its letters: formulas in their order, of
+    def _candidates(self, state: State, step: SolveBlock) -> list[tuple[State, Generators]]:
+        """For each candidate a state of its own, and the nodes of its generators: formulas in their order, of
         which one with two values makes two candidates of each.
 
         Raises NotCompilable for a block without a closed form.
@@ -254,31 +254,31 @@ class Inverses(Guards):
             raise NotCompilable
         found = [(state.fork(), dict(state.values))]
         for formula in form:
-            found = [after for one, letters in found for after in self._formula(one, letters, formula)]
+            found = [after for one, generators in found for after in self._formula(one, generators, formula)]
         return found
 
     def _formula(
-        self, state: State, letters: Letters, formula: Let | Parabola | Circle
-    ) -> Iterator[tuple[State, Letters]]:
+        self, state: State, generators: Generators, formula: Let | Parabola | Circle
+    ) -> Iterator[tuple[State, Generators]]:
         self._on(state)
         match formula:
             case Let(name):
-                yield state, {**letters, name: self._let(letters, formula)}
+                yield state, {**generators, name: self._let(generators, formula)}
             case Parabola(name, a, b, c):
-                for node in self._roots(*self._coefficients(letters, a, b, c)):
-                    yield state.fork(), {**letters, name: node}
+                for node in self._roots(*self._coefficients(generators, a, b, c)):
+                    yield state.fork(), {**generators, name: node}
             case Circle(x, y, a, b, k, square):
-                for point in self._meets(*self._coefficients(letters, a, b, k, square)):
-                    yield state.fork(), {**letters, x: point[0], y: point[1]}
+                for point in self._meets(*self._coefficients(generators, a, b, k, square)):
+                    yield state.fork(), {**generators, x: point[0], y: point[1]}
 
-    def _let(self, letters: Mapping[str, int], formula: Let) -> int:
+    def _let(self, generators: Mapping[str, int], formula: Let) -> int:
         flow = self.flow
         match formula.expression:
             case nodes.Call("atan2d" | "atan2" as function, (Name(sine), Name(cosine))):
-                return flow.direction(letters[sine], letters[cosine], function.removeprefix("atan2"))
-        node = flow.expression(formula.expression, letters)
+                return flow.direction(generators[sine], generators[cosine], function.removeprefix("atan2"))
+        node = flow.expression(formula.expression, generators)
         if formula.size is not None:
-            size = flow.expression(formula.size, letters)
+            size = flow.expression(formula.size, generators)
             if formula.divisor:
                 self._apart(node, size, CLEAR)
                 flow.bound(node)
@@ -294,8 +294,8 @@ class Inverses(Guards):
             limit = flow.add("mul", flow.constant(share), size)
             flow.require(flow.add("lt", limit, flow.add("abs", node)))
 
-    def _coefficients(self, letters: Mapping[str, int], *coefficients: Coefficient) -> list[int]:
-        return [self.flow.expression(coefficient.expression, letters) for coefficient in coefficients]
+    def _coefficients(self, generators: Mapping[str, int], *coefficients: Coefficient) -> list[int]:
+        return [self.flow.expression(coefficient.expression, generators) for coefficient in coefficients]
 
     def _meets(self, a: int, b: int, k: int, square: int) -> Iterator[tuple[int, int]]:
         flow = self.flow

@@ -68,8 +68,8 @@ class Recording(Inverses):
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
         self._unfolded: dict[tuple[object, ...], Unfolded] = {}
 
-    def run(self, dead: Sequence[Leaf], ranking: Ranking) -> Program:
-        """The program of the answers, put in their order by the ``ranking``; ``dead`` are branches that
+    def run(self, refused: Sequence[Leaf], ranking: Ranking) -> Program:
+        """The program of the answers, put in their order by the ``ranking``; ``refused`` are branches that
         contradict a rule at the sample, or come to a step without a value."""
         start, symbols = self._start()
         states = [self._followed(start, leaf) for leaf in self.leaves]
@@ -77,7 +77,7 @@ class Recording(Inverses):
         if len(states) > 1:
             answers = tuple(tuple(map(state.values.get, ranking.read)) for state in states)
             ranked = Ranked(ranking, answers, tuple(map(states[0].values.get, ranking.known)))
-        for leaf in dead[:MAX_DEAD]:
+        for leaf in refused[:MAX_DEAD]:
             with suppress(NotCompilable, KeyError):
                 self._watch(start, leaf)
         self._keep_usual()
@@ -159,7 +159,7 @@ class Recording(Inverses):
                 self._correct(state, frozenset(state.values) - before)
         self._on(state)
         self._hold(state, (*self.branch.assumed, *sorted(state.used - state.decided.keys())))
-        for fact in self.branch.void.values():
+        for fact in self.branch.inactive.values():
             # A case of fixed numbers alone has no value: those are the same in every row.
             if not isinstance(fact, NoValue) or not fact.pole:
                 raise NotCompilable
@@ -273,17 +273,17 @@ class Recording(Inverses):
         """The candidate that is the answer; others that are none for what they need have to stay none."""
         self._use(state, step.equations)
         candidates = self._candidates(state, step)
-        taken, letters = next(
-            (one, letters)
-            for one, letters in (*candidates, (None, None))
-            if letters is None or all(self._is_sampled(letters[name], name) for name in step.unknowns)
+        taken, generators = next(
+            (one, generators)
+            for one, generators in (*candidates, (None, None))
+            if generators is None or all(self._is_sampled(generators[name], name) for name in step.unknowns)
         )
-        if taken is None or letters is None:
+        if taken is None or generators is None:
             raise NotCompilable
         self._on(taken)
         for name in step.unknowns:
-            taken.values[name] = letters[name]
-            self.flow.require(self._in_range(self.model.variables[name], letters[name]))
+            taken.values[name] = generators[name]
+            self.flow.require(self._in_range(self.model.variables[name], generators[name]))
         for one, others in candidates:
             if one is not taken:
                 ranges = [self._in_range(self.model.variables[name], others[name]) for name in step.unknowns]

@@ -78,7 +78,7 @@ class Refusal(Recording):
     def _stopped(self, start: State, leaf: Leaf) -> tuple[State, int]:
         """What a leaf comes to before the step without a value, and whether that still has none."""
         branch = leaf.branch.fork()
-        branch.void = {}
+        branch.inactive = {}
         state = self._on(self._steps(start.fork(), replace(leaf, branch=branch)))
         return state, self._impossible(state, leaf.branch.reasons[0], leaf)
 
@@ -202,17 +202,17 @@ class Refusal(Recording):
 
     def _no_root(self, state: State, step: SolveBlock) -> int:
         """A discriminant clearly negative, or only candidates that need the root of a negative number."""
-        flow, letters = self.flow, dict(state.values)
+        flow, generators = self.flow, dict(state.values)
         with suppress(NotCompilable):
             for formula in kernel_of(self.graph, step).closed or ():
                 match formula:
                     case Let(name):
-                        letters[name] = self._let(letters, formula)
+                        generators[name] = self._let(generators, formula)
                         continue
                     case Parabola(_, a, b, c):
-                        one, other = self._discriminant(*self._coefficients(letters, a, b, c))
+                        one, other = self._discriminant(*self._coefficients(generators, a, b, c))
                     case Circle(_, _, a, b, k, radius):
-                        one, other = self._reach(*self._coefficients(letters, a, b, k, radius))
+                        one, other = self._reach(*self._coefficients(generators, a, b, k, radius))
                 size = flow.add("add", flow.add("abs", one), flow.add("abs", other))
                 less = flow.add(
                     "lt", flow.add("add", one, flow.add("mul", flow.constant(CLEAR), size)), other
@@ -383,7 +383,7 @@ class Records:
                 self._primary.pop(place, None)
                 self._nearby.pop(place, None)
 
-    def learn(self, numbers: Sequence[Value], leaves: Sequence[Leaf], dead: Sequence[Leaf]) -> bool:
+    def learn(self, numbers: Sequence[Value], leaves: Sequence[Leaf], refused: Sequence[Leaf]) -> bool:
         """Take note of the answers of a row that was solved step by step; False where nothing came of it.
 
         A new record, where it says the same and no other does.
@@ -402,7 +402,7 @@ class Records:
         for corrects in (False, True):
             with suppress(NotCompilable, TimeIsUp):  # the answers are known, whatever becomes of a record
                 recording = Refusal(self.model, self.planner, pattern, leaves, corrects)
-                program = recording.run(dead, ranking)
+                program = recording.run(refused, ranking)
                 every = compile_scalar(program, all_answers=True)
                 if self._agrees(every(*numbers), answers):
                     self._nearby.clear()
@@ -436,9 +436,9 @@ class Records:
         """Learn to tell the rows that are refused as this one."""
         if len(self.refusals) >= MAX_RECORDS or self.vain >= MAX_FAILURES:
             return
-        ends = (*found.leaves, *found.adrift)
+        ends = (*found.leaves, *found.open_cases)
         with suppress(NotCompilable, TimeIsUp):
-            if 1 <= len(ends) <= MAX_DEAD and not found.dead:
+            if 1 <= len(ends) <= MAX_DEAD and not found.contradicted:
                 program = Refusal(self.model, self.planner, self.pattern, ends).refused()
                 refused = compile_scalar(program)
                 if refused(*numbers) is not None:

@@ -6,11 +6,11 @@ import mpmath
 
 import rulesheets
 from solver.leaves import Asked
-from solver.solution.explore import Explorer
+from solver.solution.explore import PathSearch
 
 
 def test_a_gap_is_told_by_numbers_of_many_digits_too() -> None:
-    found = Explorer(Asked(rulesheets.loads("sind(x) = 0.5"), {}, None, {}, ("x",)))
+    found = PathSearch(Asked(rulesheets.loads("sind(x) = 0.5"), {}, None, {}, ("x",)))
     listed = [{"x": mpmath.mpf(n)} for n in (1e16, 3e16, 2e16)]
     found.note(False, (0,), ("x",), listed, True)
     (gap,) = found.gaps.values()

@@ -17,7 +17,7 @@ from solver.facts import Method
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Candidates
 from solver.kernel.full_search import fall_back
-from solver.kernel.question import Question
+from solver.kernel.problem import BlockProblem
 from solver.path.planner import planner
 
 MULTIPLE = (2, 18, 19)
@@ -111,8 +111,8 @@ def test_what_descent_does_not_find_trust_regions_do() -> None:
     problem = PROBLEMS[10]
     (block,) = solved(problem, 1.0).attempts
     kernel = BlockKernel(planner(model(problem.number)).graph, block)
-    candidates = Candidates(Question(kernel, {}, problem.guesses()))
-    fall_back(candidates.question, candidates)
+    candidates = Candidates(BlockProblem(kernel, {}, problem.guesses()))
+    fall_back(candidates.problem, candidates)
     (attempt,) = candidates.attempts
     assert (attempt.method, attempt.found) == (Method.TRUST_REGION, 1)
     (answer,) = candidates.answers

@@ -16,7 +16,7 @@ from rulesheets.model import Equation
 from solver.accuracy import rule_check
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Candidates
-from solver.kernel.question import Question
+from solver.kernel.problem import BlockProblem
 from solver.kernel.solve_block import _nearest_miss
 from solver.numerics.linear_algebra import Array, factorise, sparse_matrix
 from solver.numerics.sparse_newton import Triplets, sparse_newton
@@ -313,12 +313,12 @@ def test_a_nearest_miss_out_of_the_domain_is_not_told() -> None:
     model = rulesheets.loads("y = 1/x\ny = x + 1\n")
     graph = ModelGraph(model)
     kernel = BlockKernel(graph, SolveBlock((0, 1), ("x", "y"), ("x",)))
-    question = Question(kernel, {}, {})
-    candidates = Candidates(question)
+    problem = BlockProblem(kernel, {}, {})
+    candidates = Candidates(problem)
     candidates.nearest = {"x": 0.0, "y": 1.0}
-    assert _nearest_miss(question, candidates) == ({}, ())
+    assert _nearest_miss(problem, candidates) == ({}, ())
     candidates.nearest = {"x": 1.0, "y": 1.0}
-    assert _nearest_miss(question, candidates) == ({"x": 1.0, "y": 1.0}, (0.0, -1.0))
+    assert _nearest_miss(problem, candidates) == ({"x": 1.0, "y": 1.0}, (0.0, -1.0))
 
 
 def test_logarithmic_means_begin_with_positive_differences() -> None:

@@ -13,7 +13,7 @@ from benchmarks import more_networks as more
 from benchmarks.chains import backwater, chemostats, epidemic, populations
 from benchmarks.networks import Network, bratu, direct_current, gas, load_flow, pipes, plate, radiation
 from solver.kernel.block import BlockKernel
-from solver.kernel.question import Question, uncertainty
+from solver.kernel.problem import BlockProblem, uncertainty
 from solver.kernel.root_check import RootCheck, check_root
 from solver.path import SolveBlock
 from solver.path.planner import planner
@@ -73,11 +73,11 @@ def test_a_singular_jacobian_proves_no_root_of_a_large_block() -> None:
     rules = [f"x{(i + 1) % n} = x{i} + (x{i} - 1)^2 + 1e-17" for i in range(n)]
     graph = planner(rulesheets.loads("\n".join(rules) + "\n")).graph
     kernel = BlockKernel(graph, SolveBlock(tuple(range(n)), tuple(f"x{i}" for i in range(n)), ()))
-    question, point = Question(kernel, {}, {}), {f"x{i}": 1.0 for i in range(n)}
-    found = uncertainty(question, point)
-    assert question.holds(point)
+    problem, point = BlockProblem(kernel, {}, {}), {f"x{i}": 1.0 for i in range(n)}
+    found = uncertainty(problem, point)
+    assert problem.holds(point)
     assert not any(map(math.isfinite, found.errors))
-    assert check_root(question, point, found)[0] is RootCheck.NO_ROOT
+    assert check_root(problem, point, found)[0] is RootCheck.NO_ROOT
 
 
 def test_a_large_block_may_call_a_function_without_arguments() -> None:

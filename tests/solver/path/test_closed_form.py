@@ -46,7 +46,7 @@ def graph_of(text: str) -> tuple[Model, ModelGraph]:
 
 
 def planted(text: str, unknowns: tuple[str, ...], numbers: Mapping[str, float]) -> dict[str, float] | None:
-    """Values for every variable: the letters at random, what a rule gives outright computed."""
+    """Values for every variable: the generators at random, what a rule gives outright computed."""
     x = dict(numbers)
     by_hand = {
         LOOPS["two circles"][0]: lambda: {

@@ -98,11 +98,11 @@ class Budget:
 Sparse: TypeAlias = tuple[Callable[[Array], Array], Callable[[Array], Triplets]]
 
 
-Blur: TypeAlias = Callable[[], Mapping[str, float]]
+InputErrors: TypeAlias = Callable[[], Mapping[str, float]]
 """How far each known number may be off, worked out when it is asked for."""
 
 
-class Question:
+class BlockProblem:
     """What is asked of a block. Points are lists of numbers in the order of ``unknowns``."""
 
     def __init__(
@@ -269,16 +269,16 @@ class Uncertainty(NamedTuple):
     relative: float | None = None
 
 
-def uncertainty(question: Question, point: Mapping[str, float]) -> Uncertainty:
+def uncertainty(problem: BlockProblem, point: Mapping[str, float]) -> Uncertainty:
     """Forward error of the unknowns for the backward error that the rule check admits: |J⁻¹|·t."""
-    if len(point) > MANY and question.sparse is not None:
-        return _sparse_uncertainty(question, question.sparse, point)
-    everything = {**question.here, **point}
+    if len(point) > MANY and problem.sparse is not None:
+        return _sparse_uncertainty(problem, problem.sparse, point)
+    everything = {**problem.here, **point}
     try:
-        jacobian = question.jacobian(list(point.values()))
+        jacobian = problem.jacobian(list(point.values()))
     except (ArithmeticError, ValueError):  # a slope is infinite there: nothing speaks for a multiple root
         return Uncertainty([0.0] * len(point))
-    sizes = [(size(rule, everything), gross(rule, everything)) for rule in question.kernel.equations]
+    sizes = [(size(rule, everything), gross(rule, everything)) for rule in problem.kernel.equations]
     steepness = max((moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0)
     tolerances = [max(BACKWARD * moves, EPS * terms) for moves, terms in sizes]
     with np.errstate(all="ignore"):
@@ -289,16 +289,16 @@ def uncertainty(question: Question, point: Mapping[str, float]) -> Uncertainty:
     return Uncertainty(np.where(np.isfinite(errors), errors, math.inf).tolist(), steepness)
 
 
-def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, float]) -> Uncertainty:
+def _sparse_uncertainty(problem: BlockProblem, sparse: Sparse, point: Mapping[str, float]) -> Uncertainty:
     """The same of a large block. An unknown near 0 is measured by what would move one of its rules by as much
     as the terms of that are. Polynomials are not steep, however much cancels in their brackets: multiplied
     out, their terms are as large as their moves, but for the degree."""
     from solver.accuracy.alike import evaluated, sizes_of
     from solver.numerics.sparse_newton import SparseFactor
 
-    found = evaluated(question.graph.model, question.kernel.equations, {**question.here, **point})
+    found = evaluated(problem.graph.model, problem.kernel.equations, {**problem.here, **point})
     moves, gross = (np.where(np.isnan(size), np.inf, size) for size in (found.moves, found.gross))
-    terms = np.where(question.kernel.degrees <= LOW_DEGREE, np.maximum(moves, gross), gross)
+    terms = np.where(problem.kernel.degrees <= LOW_DEGREE, np.maximum(moves, gross), gross)
     x = np.array(list(point.values()))
     entries = sparse[1](x)
     with np.errstate(all="ignore"):
@@ -315,14 +315,14 @@ def _sparse_uncertainty(question: Question, sparse: Sparse, point: Mapping[str, 
     return Uncertainty((relative * weight).tolist(), steepness, relative)
 
 
-def is_beside_pole(question: Question, point: Mapping[str, float], found: Uncertainty) -> bool:
+def is_beside_pole(problem: BlockProblem, point: Mapping[str, float], found: Uncertainty) -> bool:
     """Whether a rule divides by what may be 0 within the error bars of a point, however harmless its slopes:
     beside a removable 0/0 they are those of the limit."""
-    system = question.kernel.sparse if len(point) > MANY else None
+    system = problem.kernel.sparse if len(point) > MANY else None
     if system is not None:
-        return system.divides_by_nothing([*point.values()], question.known, found.errors)
-    reach, everything = dict(zip(point, found.errors, strict=True)), {**question.here, **point}
-    for divisor in question.kernel.divisors:
+        return system.divides_by_nothing([*point.values()], problem.known, found.errors)
+    reach, everything = dict(zip(point, found.errors, strict=True)), {**problem.here, **point}
+    for divisor in problem.kernel.divisors:
         try:
             at, slopes = derivatives(divisor, everything)
         except Undefined:
