@@ -21,6 +21,7 @@ from solver.numerics.linear_algebra import Array
 from solver.path import SolveBlock
 from solver.path.elimination import ClosedForm, closed_form
 from solver.path.graph import Alike, ModelGraph, alike, same_columns, shape_of
+from solver.path.isolate import smooth
 from solver.ranking.sizes import Scalings
 
 if TYPE_CHECKING:
@@ -271,13 +272,13 @@ MAX_CHAINS = 32
 
 
 class BlockArrays:
-    """The rules of a block on points (k, n), its chains on tears (k, t); compiled once."""
+    """The smooth forms of a block on points (k, n), its chains on tears (k, t); compiled once."""
 
     def __init__(self, kernel: BlockKernel) -> None:
         self.kernel = kernel
         self.n = len(kernel.unknowns)
         self.names = (*kernel.unknowns, *kernel.known)
-        forms = kernel.forms
+        forms = [smooth(e.left, e.right) for e in kernel.equations]
         places = itertools.product(enumerate(forms), enumerate(kernel.unknowns))
         partials = {  # that are not 0 everywhere, by row and column; raises NotDifferentiable
             (i, j): differentiate(form, unknown)

@@ -21,23 +21,13 @@ from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
-from rulesheets.syntax.nodes import (
-    Call,
-    Expression,
-    Name,
-    Negative,
-    Number,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-    subtract,
-)
+from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
 from solver.kernel.root_check import astray
 from solver.numerics.one_unknown import real_roots, simple_part
 from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, TOUCHING
+from solver.path.isolate import smooth
 from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, generator, name_of, right_angles
 
 HIGHEST_DEGREE = 12
@@ -82,7 +72,7 @@ class _Steps:
     def residuals(self, problem: BlockProblem) -> list[Gross]:
         """What must vanish. Raises NotPolynomial."""
         equations = (problem.graph.model.equations[number] for number in problem.kernel.block.residuals)
-        return [self._value(subtract(equation.left, equation.right)) for equation in equations]
+        return [self._value(smooth(equation.left, equation.right)) for equation in equations]
 
     def _value(self, node: Expression) -> Gross:
         match node:

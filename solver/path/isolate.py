@@ -39,6 +39,7 @@ from rulesheets.syntax.nodes import (
     substitute,
     subtract,
 )
+from rulesheets.syntax.program import walk
 from solver.path.polynomial import NoForm
 
 
@@ -373,7 +374,7 @@ def _product(factors: Iterable[Expression]) -> Expression:
     return reduce(multiply, factors, one)
 
 
-# --- rules as quotients of polynomials in one unknown ---
+# --- rules as quotients of polynomials in one unknown, and without roots and jumps ---
 
 Polynomial: TypeAlias = tuple[Expression, ...]
 """Coefficients, lowest degree first."""
@@ -456,3 +457,40 @@ def _trim(polynomial: list[Expression]) -> Polynomial:
     while len(polynomial) > 1 and is_number(polynomial[-1], 0.0):
         polynomial.pop()
     return tuple(polynomial)
+
+
+_TWO = Number(2.0)
+_TANGENTS = named(lambda row: row.half_turn)
+_DIRECTIONS = named(lambda row: row.direction)
+_ROUGH = frozenset({"sqrt", "abs", *_TANGENTS, *_DIRECTIONS})
+
+
+def smooth(left: Expression, right: Expression) -> Expression:
+    """An expression that vanishes wherever ``left = right`` does, smooth where that can be had.
+
+    It is where the equation is ``factor*rough + rest = 0`` for a single rough operation, which is undone.
+    """
+    form = subtract(left, right)
+    parts = [part for part in walk(form) if isinstance(part, Call) and part.function in _ROUGH]
+    linear = []
+    for part in dict.fromkeys(parts):
+        match polynomial_of(exchange(form, part, Name(PART)), ZERO, PART):
+            case (rest, factor), False:
+                linear.append((part, factor, rest))
+    if len(linear) != 1:
+        return form
+    rough, factor, rest = linear[0]
+    inside = rough.arguments
+    if rough.function == "sqrt":
+        return subtract(multiply(power(factor, _TWO), inside[0]), power(rest, _TWO))
+    if rough.function == "abs":
+        return subtract(power(multiply(factor, inside[0]), _TWO), power(rest, _TWO))
+    names = TABLE[rough.function].sine_and_cosine
+    if rough.function in _TANGENTS:
+        sine, cosine = (call(name, *inside) for name in names)
+        return add(multiply(factor, sine), multiply(rest, cosine))
+    if len(inside) != 2 or not (is_number(factor, 1.0) or is_number(factor, -1.0)):
+        return add(multiply(factor, rough), rest)
+    angle = negative(rest) if is_number(factor, 1.0) else rest
+    sine, cosine = (call(name, angle) for name in names)
+    return subtract(multiply(inside[0], cosine), multiply(inside[1], sine))

@@ -220,7 +220,8 @@ def _bound(trials: _Trials, given: float) -> Bound | None:
     shown = 0.0 if abs(edge) <= ROUGH * size and given != 0.0 else rounded(edge)
     if shown != given and trials.beside(shown):
         return Bound(name, "≥" if inward > 0 else "≤", shown)
-    if abs(shown - edge) <= ROUGH * abs(edge) or trials.beside(shown + inward * NEAR * NEAR * size):
+    near = ROUGH if shown == rounded(edge, 4) else CLOSE
+    if abs(shown - edge) <= near * abs(edge) or trials.beside(shown + inward * NEAR * NEAR * size):
         return Bound(name, ">" if inward > 0 else "<", shown)
     unit = 10.0 ** (math.floor(math.log10(abs(edge))) - 5) if edge else 1.0
     shown = rounded((math.ceil if inward > 0 else math.floor)(edge / unit) * unit)
