@@ -217,8 +217,12 @@ class ParquetFile:
     """
 
     def __init__(self, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
-        self._arrow, self._parquet = _pyarrow()
         self._file, self._thread = Replacement(path), ThreadPoolExecutor(1)
+        try:
+            self._arrow, self._parquet = _pyarrow()
+        except RuleSheetError:
+            self.discard()
+            raise
         self._path, self._names, self._symbols = path, tuple(names), frozenset(symbols)
         self._held: list[Table] = []
         self._writing: Future[None] | None = None
