@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace
@@ -59,6 +60,9 @@ GRACE = 1.0
 
 Facts: TypeAlias = tuple[Fact, ...]
 Forks: TypeAlias = Iterator[Branch]
+Numbers: TypeAlias = tuple[Value, ...]
+Kind: TypeAlias = tuple[tuple[Shape, ...], int | None]
+"""The shapes of the rules of a step; of a direct one the place of its unknown among the names."""
 Pending: TypeAlias = tuple[Branch, Sequence[Step] | None, int]
 """A branch, the steps that it goes on with, and the first of them; without steps it is planned first."""
 
@@ -100,9 +104,9 @@ class PathSearch:
         self.budget = Budget()
         self.outcomes: Outcomes = {}
         self._searched: set[SolveBlock] = set()
-        self._solved_for = self._sought = 0  # unknowns of the blocks so far, and of those that were searched
+        self._sought = Counter[Kind]()  # blocks that were searched, by their kinds
         self.first_path: Sequence[Step] | None = None
-        self.forked = 1
+        self.forked = self.alike = 1
         self.cases = 0
         self._begin()
 
@@ -208,22 +212,44 @@ class PathSearch:
             if pending is None:
                 stack.pop()
                 continue
-            self.forked = 1
+            self.forked = self.alike = 1
             forks = iter(self._followed(*pending))
             stack.append((forks, answers * self.forked))
-            answers = stack[-1][1]
-            if answers > self._most_leaves or self._too_many_searches:
-                one = self._as_one_block(pending[0].values, forked=answers > 1 or not self.complete)
+            expected = answers * self.forked ** (self.alike if answers > 1 else 1)
+            if expected > self._most_leaves or self._too_many_searches:
+                forked = answers * self.forked > 1 or not self.complete
+                one = self._as_one_block(pending[0].values, forked)
                 stack = stack if one is None else [(iter([(one, None, 0)]), 1)]
+
+    def _kind(self, step: Step) -> Kind:
+        """What steps have in common that ask the same with other names and numbers."""
+        equations = [self.model.equations[number] for number in equations_of(step)]
+        place = equations[0].names.index(step.unknown) if isinstance(step, Evaluate) else None
+        return tuple([shape_of(equation)[0] for equation in equations]), place
+
+    def _ahead(self, step: Step) -> int:
+        """How many steps of the first path are of the kind of one of them and not before it."""
+        path = self.first_path or ()
+        kind = self._kind(step)
+        return sum(self._kind(one) == kind for one in path[path.index(step) :]) if step in path else 1
 
     @property
     def _too_many_searches(self) -> bool:
-        """Whether the blocks of the first path that are searched have, together, the unknowns of a large
-        block: as many of them as of the blocks so far."""
-        if self._sought <= FEW or self._sought * len(self.model.variables) <= DENSE * self._solved_for:
+        """Whether the blocks of the first path of the kinds that were searched, one of them twice, have
+        together the unknowns of a large block; or of one too large for a search, where searches prove
+        nothing."""
+        if not self.first_path or max(self._sought.values(), default=0) < 2:
             return False
-        every = sum(len(step.unknowns) for step in self.first_path or () if isinstance(step, SolveBlock))
-        return self._sought * every > DENSE * self._solved_for
+        return sum(self._rows[kind] for kind in self._sought) > (DENSE if self.complete else FEW)
+
+    @cached_property
+    def _rows(self) -> Counter[Kind]:
+        """The unknowns of the blocks of the first path, by their kinds."""
+        found = Counter[Kind]()
+        for step in self.first_path or ():
+            if isinstance(step, SolveBlock):
+                found[self._kind(step)] += len(step.unknowns)
+        return found
 
     def _as_one_block(self, begun: Mapping[str, Value], forked: bool) -> Branch | None:
         """The sensible answer of all steps of the first path, solved as one large block from the values at
@@ -237,7 +263,8 @@ class PathSearch:
         steps, self.first_path = self.first_path or (), ()
         blocks = [place for place, step in enumerate(steps) if isinstance(step, SolveBlock)]
         cases = any(isinstance(step, Select | Assume) for step in steps)
-        few = len(blocks) < (MANY_BLOCKS if len(self.model.variables) > DENSE else FEW)
+        small = self.complete and len(self.model.variables) <= DENSE
+        few = len(blocks) < (FEW if small else MANY_BLOCKS)
         if few or cases or self.budget.thorough:
             return None
         branch, solved = self._start(), [one for one in steps[blocks[0] :] if given_by(one)]
@@ -264,14 +291,14 @@ class PathSearch:
         return branch
 
     def _continued(self, begun: Mapping[str, Value], steps: Sequence[Step]) -> dict[str, float]:
-        """The numbers that steps have ``begun`` with; others go on with those of the last like them."""
-        last, found = dict[tuple[Shape, ...], tuple[float, ...]](), dict[str, float]()
+        """The numbers that steps have ``begun`` with; others go on with those of the last of their kind."""
+        last, found = dict[Kind, tuple[float, ...]](), dict[str, float]()
         for step in steps:
-            shape = tuple([shape_of(self.model.equations[number])[0] for number in equations_of(step)])
+            kind = self._kind(step)
             numbers = [v for name in given_by(step) if isinstance(v := begun.get(name), float)]
             if len(numbers) == len(given_by(step)):
-                last[shape] = tuple(numbers)
-            found.update(zip(given_by(step), last.get(shape, ()), strict=False))
+                last[kind] = tuple(numbers)
+            found.update(zip(given_by(step), last.get(kind, ()), strict=False))
         return found
 
     def _followed(self, branch: Branch, steps: Sequence[Step] | None, start: int) -> Iterable[Pending]:
@@ -377,7 +404,7 @@ class PathSearch:
     ) -> Forks | None:
         """Go on with the one value there is (None), or with a fork for each."""
         if len(found) != 1:
-            self.forked = len(found)
+            self.forked, self.alike = len(found), self._ahead(step)
             return self._each(branch, step, found)
         values, facts = found[0]
         branch.facts = (*branch.facts, *facts)
@@ -465,7 +492,7 @@ class PathSearch:
     def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
         """The outcome of a block, which is searched at most once for the same known numbers."""
         kernel, values, assumed = kernel_of(self.graph, step), branch.values, bool(branch.signs)
-        key = step, tuple(values[name] for name in kernel.known)
+        key = step, self._asked_before(step, tuple(values[name] for name in kernel.known))
         if key not in self.outcomes:
             again = len(self.outcomes) - len(self._searched)
             if step in self._searched and again >= MAX_SEARCHES and not kernel.linear:
@@ -482,11 +509,14 @@ class PathSearch:
                 if origin is None:
                     given.append(name)
             self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off, given)
-            self._solved_for += first * len(step.unknowns)
             if first and any(attempt.method in SEARCHES for attempt in self.outcomes[key].attempts):
-                self._sought += len(step.unknowns)
+                self._sought[self._kind(step)] += 1
         outcome: BlockOutcome = self.outcomes[key]
         return outcome
+
+    def _asked_before(self, step: SolveBlock, known: Numbers) -> Numbers:
+        """The known numbers of a block, as those under which its outcome is kept."""
+        return known
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
         """How far each number of a branch may be from the one that it stands for."""

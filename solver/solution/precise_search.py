@@ -31,11 +31,11 @@ from solver.kernel.problem import BlockProblem, InputErrors
 from solver.kernel.step import Refused, StepOutcome, StepSolver
 from solver.leaves import Asked, Branch, CaseAnalysis, Exploration
 from solver.numerics.linear_algebra import eliminate
-from solver.numerics.tolerances import AGREEMENT, CLOSE, DRIFT, MAX_UNKNOWNS, PRECISIONS, SPARE
+from solver.numerics.tolerances import AGREEMENT, BACKWARD, CLOSE, DRIFT, MAX_UNKNOWNS, PRECISIONS, SPARE
 from solver.path import Evaluate, SolveBlock, Step, equations_of
 from solver.path.graph import ModelGraph
 from solver.path.isolate import Isolation, Stage
-from solver.solution.explore import PathSearch
+from solver.solution.explore import Numbers, PathSearch
 
 NUDGE = 2.0**-20
 """Relative change of a number by which a second derivative is estimated."""
@@ -86,6 +86,9 @@ class _PreciseSearch(PathSearch):
         super().__init__(asked)
         self.digits = digits
         self.outcomes, self.work = floats.outcomes, Work()
+        self._before: dict[SolveBlock, list[Numbers]] = {}
+        for step, known in floats.outcomes:
+            self._before.setdefault(step, []).append(known)
         self.first_path = ()  # none is solved as one block
         self.analysis = CaseAnalysis(self.model, self.inputs, self._holds)
 
@@ -128,6 +131,10 @@ class _PreciseSearch(PathSearch):
         more = max(0, len(found.answers) - len(floats.answers))
         attempts = (Attempt(Method.EXTENDED, more, found.complete),) if more else ()
         return found._replace(attempts=(*floats.attempts, *attempts))
+
+    def _asked_before(self, step: SolveBlock, known: Numbers) -> Numbers:
+        """Those of a search in floats that they differ from by no more than its answers may be off."""
+        return next((other for other in self._before.get(step, ()) if _same(known, other)), known)
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
         """How far each number moves with the last places of the inputs, and of the numbers in the rules."""
@@ -396,6 +403,17 @@ class _Block:
             block = self.problem.kernel.block
             return BlockOutcome(complete=complete, facts=(NoRoot(block.equations, block.unknowns, complete),))
         return self.floats
+
+
+def _same(known: Numbers, others: Numbers) -> bool:
+    """Whether floats are so near to others that a block has the same answers at both, but for rounding."""
+
+    def near(one: Value, other: Value) -> bool:
+        if isinstance(one, str) or isinstance(other, str):
+            return one == other
+        return abs(one - other) <= BACKWARD * abs(other)
+
+    return all(map(near, known, others))
 
 
 def _near(one: Sequence[Any], other: Sequence[Any], share: float, sizes: Sequence[Any]) -> bool:
