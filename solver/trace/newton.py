@@ -193,16 +193,16 @@ class BlockNewton:
         self.last = inverse.solve([flow.expression(form, {**places, **rounded}) for form in kernel.forms])
         self.moved = inverse.solve([*self._sizes(flow, places, slopes)])
         found = [inverse.upper[place] for place in inverse.pivots]
-        pivots = [node for node in found if flow.value_of(node) is None]
+        self.pivots = [node for node in found if flow.value_of(node) is None]
         at_sample = Numbers(flow, dict(enumerate((*self.start, *self.sample, *self.start))))
-        self.sizes = [float(at_sample(node)) for node in pivots]
+        self.sizes = [float(at_sample(node)) for node in self.pivots]
         moves = (float(at_sample(node)) / s for node, s in zip(self.moved, self.scale, strict=True))
         self.quiet = math.hypot(*moves) <= QUIET * CONDITION and all(self.sizes)
-        ending = Ending((*self.step, *pivots, *self.last, *self.moved), (), ())
+        ending = Ending((*self.step, *self.pivots, *self.last, *self.moved), (), ())
         self._newton: Callable[..., tuple[float, ...] | None] = block_function(
             Program(flow, len(every) + count, (ending,)),
             ", ".join([*_names(len(every)), "near=False"]),
-            [count, len(pivots), count, count],
+            [count, len(self.pivots), count, count],
             self._loop,
         )
 
@@ -381,44 +381,74 @@ class BlockNewton:
         for _ in range(1, self._enough):
             x = [flow.node("sub", a, d) for a, d in zip(x, step, strict=True)]
             step = copied(self.flow, flow, self.step, [*x, *known])
-        return self._corrected(flow, x, known, step)
+        return self._corrected(flow, x, known, step, alike=self._alike)
 
     def _corrected(
-        self, flow: Graph, x: Sequence[int], known: Sequence[int], step: Sequence[int]
+        self,
+        flow: Graph,
+        x: Sequence[int],
+        known: Sequence[int],
+        step: Sequence[int],
+        *,
+        alike: bool = False,
     ) -> list[int]:
-        """The root that a last step leads next to, rounded and corrected; nan where that goes far."""
+        """The root that a last step leads next to, rounded and corrected; nan where that goes far, or where
+        rounding may. With ``alike``, pivots like those of the record tell that it does not.
+        """
         scale, add, split = self.scale, flow.node, flow.constant(SPLITTER)
         rounded = []
         for a, d in zip(x, step, strict=True):
             root = add("sub", a, d)
             large = add("mul", root, split)
             rounded.append(add("sub", large, add("sub", large, root)))
-        found = copied(self.flow, flow, (*self.last, *self.moved), [*x, *known, *rounded])
-        last, moved = found[: len(x)], found[len(x) :]
-        within = []
-        for some, limit in ((step, CONVERGED), (last, LAST), (moved, CONDITION)):
+        more = self.pivots if alike else self.moved
+        found = copied(self.flow, flow, (*self.last, *more), [*x, *known, *rounded])
+        last, more = found[: len(x)], found[len(x) :]
+        within, limited = [], [(step, CONVERGED), (last, LAST)]
+        if alike:
+            for node, size in zip(more, self.sizes, strict=True):
+                share = add("sub", add("mul", node, flow.constant(1.0 / size)), flow.constant(1.25))
+                within.append(add("le", add("abs", share), flow.constant(0.75)))
+        else:
+            limited.append((more, CONDITION))
+        for some, limit in limited:
             shares = [add("mul", d, flow.constant(1.0 / s)) for d, s in zip(some, scale, strict=True)]
             length = flow.total([add("mul", share, share) for share in shares])
             within.append(add("le", length, flow.constant(limit**2)))
         good, nothing = reduce(partial(add, "and"), within), flow.constant(math.nan)
         return [add("where", good, add("sub", z, d), nothing) for z, d in zip(rounded, last, strict=True)]
 
-    @cached_property
-    def _enough(self) -> int:
-        """Steps from where the root is predicted, a little farther from the sample than its bends were
-        fitted.
-        """
-        most = 1
+    def _beside(self) -> Iterator[list[float]]:
+        """Known numbers a little farther from the sample than the bends of the root were fitted."""
         for j, number in enumerate(self.sample):
             for share in (-2.5 * BESIDE, 2.5 * BESIDE):
-                known = [*self.sample[:j], number + share * (abs(number) or 1.0), *self.sample[j + 1 :]]
-                x = np.array(self._start(*known)[: len(self.start)])
-                for count in range(1, MOST_STEPS + 1):
-                    here = Numbers(self.flow, dict(enumerate((*x.tolist(), *known, *x.tolist()))))
-                    step = np.array([float(here(node)) for node in self.step])
-                    most, x = max(most, count), x - step
-                    if np.linalg.norm(step / self.scale) < CONVERGED:
-                        break
+                yield [*self.sample[:j], number + share * (abs(number) or 1.0), *self.sample[j + 1 :]]
+
+    @cached_property
+    def _alike(self) -> bool:
+        """Whether the pivots there are like those of the record, which rounding hardly moves."""
+        try:
+            roots = [(*self.scalar(*known), *known) for known in self._beside()] if self.quiet else []
+        except ValueError:
+            return False
+        numbers = [Numbers(self.flow, dict(enumerate(root))) for root in roots]
+        shares = [
+            float(here(p)) / s for here in numbers for p, s in zip(self.pivots, self.sizes, strict=True)
+        ]
+        return self.quiet and all(0.5 <= share <= 2.0 for share in shares)
+
+    @cached_property
+    def _enough(self) -> int:
+        """Steps from where the root is predicted."""
+        most = 1
+        for known in self._beside():
+            x = np.array(self._start(*known)[: len(self.start)])
+            for count in range(1, MOST_STEPS + 1):
+                here = Numbers(self.flow, dict(enumerate((*x.tolist(), *known, *x.tolist()))))
+                step = np.array([float(here(node)) for node in self.step])
+                most, x = max(most, count), x - step
+                if np.linalg.norm(step / self.scale) < CONVERGED:
+                    break
         return most
 
     # --- one row ---
