@@ -18,26 +18,6 @@ def format_number(value: float) -> str:
     return digits.removesuffix(".0") + (f"e{int(exponent)}" if mark else "")
 
 
-DIGITS = 10
-"""Significant digits that a person reads: all that a sheet is judged by, none of the rounding noise."""
-
-
-def readable(value: float | str | None) -> str:
-    """A value for the variable sheet: ``'open``, ``-41.46077186``, blank where there is none."""
-    if value is None:
-        return ""
-    if isinstance(value, str):
-        return f"'{value}"
-    return f"{value + 0.0:.{DIGITS}g}"
-
-
-def exact(value: float | str | None) -> str:
-    """A value for a file, blank for None and NaN: reading it back gives the same float."""
-    if value is None or value != value:
-        return ""
-    return f"'{value}" if isinstance(value, str) else repr(float(value) + 0.0).removesuffix(".0")
-
-
 def format_expression(node: nodes.Expression) -> str:
     """An expression on one line: sums are spaced, products and powers are not."""
     return _within(_SUM, node)

@@ -12,7 +12,7 @@ from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, empty_range, 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.number import with_round_values
 from rulesheets.library import Library
-from rulesheets.model import Model, Tolerance, Value, Variable, expect_model
+from rulesheets.model import Model, Tolerance, Value, Variable, expect_model, once
 from rulesheets.parse import parse
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import measured, names, units_of
@@ -51,6 +51,26 @@ def constant(expression: nodes.Expression) -> Value:
     except Undefined as undefined:
         raise RuleSheetError(not_finite(str(undefined), expression.span)) from None
     return _finite(number, expression.span)
+
+
+DIGITS = 10
+"""Significant digits that a person reads: all that a sheet is judged by, none of the rounding noise."""
+
+
+def readable(value: float | str | None) -> str:
+    """A value for the variable sheet: ``'open``, ``-41.46077186``, blank where there is none."""
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        return f"'{value}"
+    return f"{value + 0.0:.{DIGITS}g}"
+
+
+def exact(value: float | str | None) -> str:
+    """A value for a file, blank for None and NaN: reading it back gives the same float."""
+    if value is None or value != value:
+        return ""
+    return f"'{value}" if isinstance(value, str) else repr(float(value) + 0.0).removesuffix(".0")
 
 
 def declared(rows: tuple[nodes.VariableRow, ...], units: Library) -> dict[str, Variable]:
@@ -148,21 +168,19 @@ def symbolic(model: Model) -> frozenset[str]:
     return _tied(found, pairs)
 
 
+@once
 def quantities(model: Model) -> frozenset[str]:
     """Variables that can be nothing but a number.
 
     They have a unit or a range, or a rule computes with them or with what is tied to them, and nothing says
     that they may be symbols.
     """
-    known: frozenset[str] | None = model.__dict__.get("_quantities")
-    if known is None:
-        variables = model.variables.values()
-        given = (v.name for v in variables if v.unit or math.isfinite(v.low) or math.isfinite(v.high))
-        pairs = [(equation.left, equation.right) for equation in model.equations]
-        sides = (side for pair in pairs for side in pair if not isinstance(side, nodes.Name))
-        computed = _tied({name for side in sides for name in names(side)}, pairs)
-        known = model.__dict__["_quantities"] = frozenset(given) | (computed - symbolic(model))
-    return known
+    variables = model.variables.values()
+    given = (v.name for v in variables if v.unit or math.isfinite(v.low) or math.isfinite(v.high))
+    pairs = [(equation.left, equation.right) for equation in model.equations]
+    sides = (side for pair in pairs for side in pair if not isinstance(side, nodes.Name))
+    computed = _tied({name for side in sides for name in names(side)}, pairs)
+    return frozenset(given) | (computed - symbolic(model))
 
 
 def _tied(

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, wraps
 from importlib import import_module
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.library import Library, Unit, library
 from rulesheets.syntax import Span, nodes
-from rulesheets.syntax.forms import Like
 
+T = TypeVar("T")
 Value: TypeAlias = float | str
 """What a variable can hold: a number, or a symbol by its bare name (``"open"``)."""
 
@@ -123,8 +123,8 @@ class Equation:
         return {k: v for k, v in self.__dict__.items() if not k.startswith("_") and k not in made}
 
     @property
-    def like(self) -> Like | None:
-        """What it shares with others, where it is known."""
+    def like(self) -> Any:
+        """What it shares with others (``Like`` of ``syntax.forms``), None where that is unknown."""
         body: nodes.Equality | None = self.__dict__.get("body")
         return None if body is None else body.like
 
@@ -132,7 +132,8 @@ class Equation:
     def names(self) -> tuple[str, ...]:
         """Variables of the two sides in order of first appearance, guards not included."""
         if self.like is not None:
-            return self.like.names
+            alike: tuple[str, ...] = self.like.names
+            return alike
         return tuple(dict.fromkeys((*nodes.names(self.left), *nodes.names(self.right))))
 
 
@@ -200,6 +201,19 @@ class Model:
         """Pickled without what solves have found out about it, compiled code among it."""
         kept = (*self.__match_args__, "unit_warnings")
         return {name: self.__dict__[name] for name in kept if name in self.__dict__}
+
+
+def once(make: Callable[[Model], T]) -> Callable[[Model], T]:
+    """A function of a model that is found once, and then hangs on it by the name of the function."""
+
+    @wraps(make)
+    def found(model: Model) -> T:
+        if make.__name__ not in model.__dict__:
+            model.__dict__[make.__name__] = make(model)
+        kept: T = model.__dict__[make.__name__]
+        return kept
+
+    return found
 
 
 def expect_model(model: object) -> None:

@@ -1,6 +1,5 @@
 """Expressions and conditions turned into numbers, slopes and enclosures."""
 
-from rulesheets.evaluate.digits import extended, extended_derivatives
 from rulesheets.evaluate.gradient import (
     NotDifferentiable,
     derivatives,
@@ -17,8 +16,6 @@ __all__ = [
     "derivatives",
     "differentiate",
     "enclose",
-    "extended",
-    "extended_derivatives",
     "holds",
     "less_one",
     "rounded_derivatives",

@@ -12,15 +12,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from rulesheets.deadline import expect_time
-from rulesheets.evaluate import (
-    NotDifferentiable,
-    Undefined,
-    derivatives,
-    differentiate,
-    extended,
-    extended_derivatives,
-)
-from rulesheets.evaluate.digits import context
+from rulesheets.evaluate import NotDifferentiable, Undefined, derivatives, differentiate
+from rulesheets.evaluate.digits import context, extended, extended_derivatives
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Expression, subtract
 from rulesheets.syntax.program import walk

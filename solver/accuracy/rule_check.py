@@ -21,15 +21,8 @@ from struct import pack, unpack
 from typing import Any, NamedTuple
 
 from rulesheets.deadline import expect_time
-from rulesheets.evaluate import (
-    Undefined,
-    derivatives,
-    extended,
-    extended_derivatives,
-    rounded_derivatives,
-    value,
-)
-from rulesheets.evaluate.digits import context
+from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
+from rulesheets.evaluate.digits import context, extended, extended_derivatives
 from rulesheets.functions import named
 from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import (

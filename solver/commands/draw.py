@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from rulesheets.diagnosis import RuleSheetError, error, refuse, render, suggestion
-from rulesheets.format import readable
-from rulesheets.inputs import override
+from rulesheets.inputs import override, readable
 from rulesheets.model import Model, Value
 from rulesheets.syntax import escaped
 from rulesheets.syntax.nodes import Figure as Declared

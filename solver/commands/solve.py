@@ -7,8 +7,8 @@ import os
 import sys
 import time
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from collections.abc import Iterable
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from contextvars import Context
 from dataclasses import replace
 from typing import Any
@@ -18,11 +18,12 @@ from rulesheets.diagnosis import RuleSheetError, plural, render
 from rulesheets.files import find_sheet, parsed, read_source
 from rulesheets.format import format_sheet
 from rulesheets.inputs import override, variable_named
-from rulesheets.loading import load
-from rulesheets.model import Model
+from rulesheets.loading import keep, load, recall, stamp
+from rulesheets.model import Model, Value
 from rulesheets.syntax import escaped
 from solver.commands import Command, Option, add_input_options, add_sheet_options, load_sheet, read_request
 from solver.path.planner import path_tree, planner
+from solver.ranking.ranking import signs_of
 from solver.report import shown_on
 from solver.report.sheet import diagnosis_json, result_csv, result_json, result_text
 from solver.solution.solving import Result, posted, solve
@@ -57,13 +58,32 @@ def _solve_arguments(parser: ArgumentParser) -> None:
     add("-o", "--output", metavar="FILE.csv", help="also write the variable sheet to a file")
 
 
+_CODE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+
+
+@contextmanager
+def remembering(
+    model: Model, inputs: Mapping[str, Value | None], want: Sequence[str] | None
+) -> Iterator[None]:
+    """What does not depend on numbers, as paths and formulas, is kept for later runs that are given and asked
+    the same names, and taken from earlier ones."""
+    question = repr((stamp(_CODE), sorted((name, value is None) for name, value in inputs.items()), want))
+    recall(model, question)
+    paths = planner(model).paths
+    before = len(paths)
+    yield
+    if len(paths) > before:
+        keep(model, question, planner, signs_of)
+
+
 def _solve(arguments: Namespace) -> int:
     """Solve, write, print; the exit code is that of the status."""
     request = read_request(arguments)
     if arguments.output:
         request.expect_output(arguments.output)
     options = {"prove": arguments.prove, "limits": arguments.limits}
-    result = solve(request.model, request.inputs, request.want, request.guesses, **options)
+    with remembering(request.model, request.inputs, request.want):
+        result = solve(request.model, request.inputs, request.want, request.guesses, **options)
     if arguments.output:
         from solver.files import write_file  # which a table on the screen does without
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.evaluate import Undefined, extended_derivatives, value
-from rulesheets.evaluate.digits import context, in_many_digits
+from rulesheets.evaluate import Undefined, value
+from rulesheets.evaluate.digits import context, extended_derivatives, in_many_digits
 from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes

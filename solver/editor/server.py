@@ -21,8 +21,9 @@ from pygls.workspace import TextDocument
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.files import parsed, read_source
-from rulesheets.format import format_sheet, readable
+from rulesheets.format import format_sheet
 from rulesheets.functions import TABLE
+from rulesheets.inputs import readable
 from rulesheets.syntax import Source
 from solver.editor import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Names, Symbol, Word, symbol
 from solver.lane import Lane, Workers

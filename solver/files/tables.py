@@ -17,8 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.files import expect_regular, unwritable
-from rulesheets.format import exact
-from rulesheets.inputs import decimal_point, delimiter, is_symbol, parse_value
+from rulesheets.inputs import decimal_point, delimiter, exact, is_symbol, parse_value
 from solver.facts import Status, UnknownName
 from solver.files import (
     Printed,

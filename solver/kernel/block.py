@@ -18,10 +18,8 @@ from rulesheets.syntax.nodes import Expression, subtract
 from rulesheets.syntax.program import degree
 from solver.kernel.emitter import Emitter, SparseSystem, compile_expressions, divisors
 from solver.numerics.linear_algebra import Array
-from solver.path import SolveBlock
-from solver.path.elimination import ClosedForm, closed_form
+from solver.path import ClosedForm, SolveBlock
 from solver.path.graph import Alike, ModelGraph, alike, same_columns, shape_of
-from solver.path.isolate import smooth
 from solver.ranking.sizes import Scalings
 
 if TYPE_CHECKING:
@@ -32,6 +30,8 @@ FEW = 30
 """Rules up to which each is looked at by itself, beyond it one of each shape."""
 DENSE = 300
 """Unknowns of a block beyond which its matrix is taken as a sparse one."""
+KEPT = ("graph", "block", "equations", "unknowns", "known", "closed", "degrees", "divisors")
+"""What is kept of a block for another run."""
 T = TypeVar("T")
 
 
@@ -52,6 +52,12 @@ class BlockKernel:
         kept = graph.kernels
         few = len(self.equations) <= FEW
         self._shared: dict[Any, Any] = kept.setdefault(("alike", self._pattern()), {}) if few else {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Kept without what is quickly made again, and what holds functions of arrays and of intervals."""
+        found = {name: self.__dict__[name] for name in KEPT if name in self.__dict__}
+        shared = {key: part for key, part in self._shared.items() if not isinstance(part, dict)}
+        return {**found, "_enclosures": {}, "_shared": shared}
 
     def _pattern(self) -> tuple[Any, ...]:
         """The block with places for names: what is found out about it without them holds for all blocks of
@@ -151,6 +157,8 @@ class BlockKernel:
         """Formulas for the unknowns, where elimination leads to them."""
         if not self._shared.get("closed", True):
             return None
+        from solver.path.elimination import closed_form
+
         turning = [name for name in self.unknowns if self.graph.is_turning(name)]
         found = closed_form(self.equations, self.unknowns, turning)
         self._shared["closed"] = found is not None
@@ -275,6 +283,8 @@ class BlockArrays:
     """The smooth forms of a block on points (k, n), its chains on tears (k, t); compiled once."""
 
     def __init__(self, kernel: BlockKernel) -> None:
+        from solver.path.isolate import smooth
+
         self.kernel = kernel
         self.n = len(kernel.unknowns)
         self.names = (*kernel.unknowns, *kernel.known)

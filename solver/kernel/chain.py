@@ -13,7 +13,8 @@ from dataclasses import replace
 from math import inf
 from typing import Any, NamedTuple
 
-from rulesheets.evaluate import NotDifferentiable, differentiate, extended
+from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.evaluate.digits import extended
 from rulesheets.evaluate.gradient import signed_root
 from rulesheets.evaluate.number import enclose
 from rulesheets.functions import TABLE
@@ -41,9 +42,8 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import walk
 from solver.kernel.emitter import Emitter
-from solver.path import SolveBlock
+from solver.path import TARGET, Isolation, SolveBlock, Stage
 from solver.path.graph import ModelGraph
-from solver.path.isolate import TARGET, Isolation, Stage
 
 MAX_CHAINS = 256
 SLACK = 1e-9

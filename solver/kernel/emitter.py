@@ -5,13 +5,14 @@ Jacobian, rules of one shape (``path/graph.py``) being the rows of one function 
 
 from __future__ import annotations
 
+import marshal
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from functools import cached_property, lru_cache, partial
 from graphlib import CycleError, TopologicalSorter
 from math import inf, nan, nextafter
-from types import CodeType
+from types import CodeType, FunctionType
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -45,6 +46,9 @@ from rulesheets.syntax.nodes import (
 from solver.numerics.linear_algebra import Array, Triplets
 from solver.path.graph import Alike, Family, shape_of
 
+CALLED, POWER, EXPM1 = "f_", "POWER", "EXPM1"
+"""What tokens of functions begin with; a power, and ``exp(x) - 1`` on arrays: no function of the language has
+capitals."""
 VALUES = Forms(TABLE, lambda row: row.value)
 """The functions of the language on floats."""
 
@@ -91,9 +95,12 @@ class _Source(Arithmetic[T]):
         return self._kernel([*self.lines, f"return ({''.join(f'{token}, ' for token in results)})"])
 
     def _kernel(self, lines: Iterable[str]) -> Callable[..., Any]:
-        namespace, body = dict(self.globals), "\n    ".join(lines)
-        exec(_compiled(f"def kernel({self._header}):\n    {body}\n"), namespace)
-        return namespace["kernel"]  # type: ignore[no-any-return]
+        body = "\n    ".join(lines)
+        return self.made(_compiled(f"def kernel({self._header}):\n    {body}\n"))
+
+    def made(self, code: CodeType) -> Callable[..., Any]:
+        """The function of this code, which calls functions by the tokens that are known here."""
+        return FunctionType(code, dict(self.globals))
 
     def assign(self, name: str, value: T) -> None:
         """From here on ``name`` stands for the value."""
@@ -105,8 +112,17 @@ class _Source(Arithmetic[T]):
 
 @lru_cache(maxsize=1_000)
 def _compiled(text: str) -> CodeType:
-    """The code of a text: blocks of one shape have the same."""
-    return compile(text, "<kernel>", "exec")
+    """The code of a function: blocks of one shape have the same."""
+    return next(c for c in compile(text, "<kernel>", "exec").co_consts if isinstance(c, CodeType))
+
+
+def made_again(code: bytes) -> Callable[..., Any]:
+    """A function of floats whose code was kept."""
+    kept, emitter = marshal.loads(code), Emitter(())
+    for name in kept.co_names:
+        if name.startswith(CALLED):
+            emitter.called(name.removeprefix(CALLED))
+    return emitter.made(kept)
 
 
 class Emitter(_Source[str]):
@@ -163,16 +179,22 @@ class Emitter(_Source[str]):
     def raised(self, node: Power, base: str, exponent: str) -> str:
         if is_square(node):
             return self.temporary(f"{base} * {base}")
-        return self._called("POWER", self._power, [base, exponent])  # no function has capitals
+        return self.temporary(f"{self.called(POWER)}({base}, {exponent})")
 
     def applied(self, node: Call, arguments: list[str]) -> str:
-        if node.function == EXPM1:
-            return self._called(EXPM1, np.expm1, arguments)
-        return self._called(node.function, self._functions[node.function], arguments)
+        return self.temporary(f"{self.called(node.function)}({', '.join(arguments)})")
 
-    def _called(self, name: str, function: Callable[..., Any], arguments: list[str]) -> str:
-        self.globals[f"f_{name}"] = function
-        return self.temporary(f"f_{name}({', '.join(arguments)})")
+    def called(self, name: str) -> str:
+        """The token of a function that the code calls."""
+        own = {POWER: self._power, EXPM1: np.expm1}
+        self.globals[CALLED + name] = own.get(name) or self._functions[name]
+        return CALLED + name
+
+    def made(self, code: CodeType) -> Callable[..., Any]:
+        made = super().made(code)
+        if self._functions is VALUES:
+            made.__dict__["again"] = made_again  # what ``rulesheets.loading`` keeps it by
+        return made
 
 
 def compile_expressions(
@@ -451,10 +473,6 @@ class _Shape:
             if read:
                 found.append((read, self.compiled([divisor, *slopes])))
         return found
-
-
-EXPM1 = "EXPM1"
-"""The function ``exp(x) - 1`` on arrays; no function of the language has capitals."""
 
 
 def with_expm1(expression: Expression, ones: Collection[str]) -> Expression:

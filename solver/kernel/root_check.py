@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from rulesheets.evaluate import Undefined, extended
-from rulesheets.evaluate.digits import context
+from rulesheets.evaluate import Undefined
+from rulesheets.evaluate.digits import context, extended
 from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import gross
 from solver.kernel.problem import BlockProblem, Uncertainty, is_beside_pole, uncertainty

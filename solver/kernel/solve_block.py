@@ -23,7 +23,7 @@ from solver.kernel.block import DENSE, BlockKernel
 from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates, Stretch
 from solver.kernel.problem import BlockProblem, Budget, InputErrors
 from solver.numerics.tolerances import CLEAR, UNCANCELLED
-from solver.path.elimination import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
+from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
 
 MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""

@@ -20,8 +20,8 @@ from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quoti
 from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.numerics.tolerances import CANCELLED, DELICATE, EPS
+from solver.path import TARGET, Isolation, Quadratic, Stage
 from solver.path.graph import ModelGraph, within_half_turns
-from solver.path.isolate import TARGET, Isolation, Quadratic, Stage, operand
 
 OTHERWISE = "another value of"
 """What a rule needs on which its unknown has no influence."""
@@ -491,6 +491,8 @@ class StepSolver:
             return (next(filter(leads_inside, sorted(few, key=abs)), 0),)
         depth = len(self.isolation.stages) - len(rest)
         box = {n: (float(v), float(v)) for n, v in self.values.items() if not isinstance(v, str)}
+        from solver.path.isolate import operand
+
         left = operand(self.equation.left, self.equation.right, self.unknown, depth)
         ends = [(end - principal) / period for end in enclose(left, {**box, self.unknown: (low, high)})]
         if not ends[1] - ends[0] <= MAX_TURNS:

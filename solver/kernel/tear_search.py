@@ -34,9 +34,9 @@ from solver.kernel.linear_block import left_free
 from solver.kernel.problem import BlockProblem, Budget
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
 from solver.numerics.tolerances import BACKWARD, NOTHING
-from solver.path import SolveBlock
+from solver.path import Isolation, SolveBlock
 from solver.path.graph import ModelGraph
-from solver.path.isolate import Isolation, isolate
+from solver.path.isolate import isolate
 
 DIGITS = 60
 """Decimal digits of a number next to 1."""

@@ -4,7 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib import import_module
+from math import inf
 from typing import Any, NamedTuple, TypeAlias
+
+from rulesheets.functions import TABLE
+from rulesheets.syntax.nodes import (
+    Expression,
+    Name,
+    Number,
+    add,
+    call,
+    divide,
+    is_number,
+    multiply,
+    negative,
+    power,
+    substitute,
+    subtract,
+)
 
 
 class Shown:
@@ -118,3 +135,132 @@ class Path(Shown):
             if isinstance(step, Evaluate | Select):
                 product *= step.branches
         return product
+
+
+# --- one rule solved for an unknown, and a block by formula ---
+
+TARGET = Name("#")
+"""Stands for the target of a stage in its forms."""
+
+
+class Stage(NamedTuple):
+    """Undo one operation: the preimages of the target ``#`` are the ``forms``, principal first.
+
+    The target must lie between ``low`` and ``high`` (the image of ``operation``), and
+    ``divisor``, where there is one, must not vanish (for a root that is the exponent).
+    ``period`` is that of the operation in its argument.
+    """
+
+    operation: str
+    forms: tuple[Expression, ...]
+    low: float = -inf
+    high: float = inf
+    low_open: bool = False
+    high_open: bool = False
+    divisor: Expression | None = None
+    period: float | None = None
+
+    @property
+    def divides(self) -> bool:
+        """Whether it divides by what may vanish."""
+        return self.divisor is not None and (
+            is_number(self.divisor, 0.0) or not isinstance(self.divisor, Number)
+        )
+
+
+class Quadratic(NamedTuple):
+    """``c + b*x + a*x^2 = 0`` with coefficients free of the unknown, for an unknown that occurs twice."""
+
+    c: Expression
+    b: Expression
+    a: Expression
+
+
+class Isolation(NamedTuple):
+    """``unknown`` from ``start`` through ``stages`` (or by ``quadratic``).
+
+    ``cost``: 0 one preimage, always defined; 1 one preimage, but a divisor may vanish or
+    the target may leave the image; n ≥ 2 n preimages. ``verify``: preimages may be
+    extraneous and must be tried in the equation. ``common``: the equation was solved for a part that holds
+    the unknown several times, so that it may still depend on the unknown where the formula is 0/0.
+    """
+
+    unknown: str
+    start: Expression
+    stages: tuple[Stage, ...]
+    cost: int
+    branches: int = 1
+    verify: bool = False
+    quadratic: Quadratic | None = None
+    common: bool = False
+
+    @property
+    def identity(self) -> bool:
+        """Whether the unknown just takes the value of the other side."""
+        return not self.stages and self.quadratic is None
+
+    @property
+    def period(self) -> float | None:
+        return next((stage.period for stage in self.stages if stage.period), None)
+
+    @property
+    def proven(self) -> bool:
+        """Whether there are no other preimages: of a registered function its author says which there are."""
+        rows = (TABLE.get(stage.operation) for stage in self.stages)
+        return all(row is None or row.source is None for row in rows)
+
+    def forms(self) -> tuple[Expression, ...]:
+        """Explicit forms of the unknown, principal first; the quadratic by its formula."""
+        if self.quadratic is not None:
+            a, b, c = self.quadratic.a, self.quadratic.b, self.quadratic.c
+            discriminant = subtract(power(b, Number(2.0)), multiply(Number(4.0), multiply(a, c)))
+            root, twice = call("sqrt", discriminant), multiply(Number(2.0), a)
+            return tuple(divide(add(negative(b), sign), twice) for sign in (root, negative(root)))
+        forms: tuple[Expression, ...] = (self.start,)
+        for stage in self.stages:
+            forms = tuple(substitute(form, {TARGET.name: target}) for target in forms for form in stage.forms)
+        return forms
+
+
+class Let(NamedTuple):
+    """``name := expression``. A ``divisor`` must not vanish, and a root (any other with a ``size``, which is
+    the sum of its terms' sizes) must not be negative."""
+
+    name: str
+    expression: Expression
+    divisor: bool = False
+    size: Expression | None = None
+
+
+class Coefficient(NamedTuple):
+    """A known number; ``size`` is the sum of its terms' sizes, which its rounding goes by."""
+
+    expression: Expression
+    size: Expression
+
+
+class Parabola(NamedTuple):
+    """``name`` is a root of ``a x² + b x + c``: two values, one, or none."""
+
+    name: str
+    a: Coefficient
+    b: Coefficient
+    c: Coefficient
+
+
+class Circle(NamedTuple):
+    """The meets of the line ``a x + b y = k`` with the circle ``x² + y² = square``: two values, or none."""
+
+    x: str
+    y: str
+    a: Coefficient
+    b: Coefficient
+    k: Coefficient
+    square: Coefficient
+
+
+Formula = Let | Parabola | Circle
+
+
+ClosedForm: TypeAlias = tuple[Formula, ...]
+"""Formulas in order; they end with every unknown."""

@@ -166,6 +166,13 @@ def value_of_equality(pair: Pair) -> tuple[str, float | str] | None:
             return None
 
 
+def value_said(condition: Condition) -> tuple[str, float | str] | None:
+    """What a condition, where it is true, says of a variable: ``branch = 'open``."""
+    if isinstance(condition, Comparison) and condition.operator == "=":
+        return value_of_equality((condition.left, condition.right))
+    return None
+
+
 MAX_ALTERNATIVES = 256
 """Combinations of the terms of ``and`` and ``or`` that are tried; beyond, nothing is excluded."""
 

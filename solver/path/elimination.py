@@ -16,56 +16,12 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from fractions import Fraction
 from itertools import combinations, permutations
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Expression, Name, Number, add, call, divide, multiply, negative
+from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
 from solver.path.polynomial import UNIT, Generators, NoForm, Polynomial, constant, generator
-
-
-class Let(NamedTuple):
-    """``name := expression``. A ``divisor`` must not vanish, and a root (any other with a ``size``, which is
-    the sum of its terms' sizes) must not be negative."""
-
-    name: str
-    expression: Expression
-    divisor: bool = False
-    size: Expression | None = None
-
-
-class Coefficient(NamedTuple):
-    """A known number; ``size`` is the sum of its terms' sizes, which its rounding goes by."""
-
-    expression: Expression
-    size: Expression
-
-
-class Parabola(NamedTuple):
-    """``name`` is a root of ``a x² + b x + c``: two values, one, or none."""
-
-    name: str
-    a: Coefficient
-    b: Coefficient
-    c: Coefficient
-
-
-class Circle(NamedTuple):
-    """The meets of the line ``a x + b y = k`` with the circle ``x² + y² = square``: two values, or none."""
-
-    x: str
-    y: str
-    a: Coefficient
-    b: Coefficient
-    k: Coefficient
-    square: Coefficient
-
-
-Formula = Let | Parabola | Circle
-
-
-ClosedForm: TypeAlias = tuple[Formula, ...]
-"""Formulas in order; they end with every unknown."""
-
 
 Line: TypeAlias = tuple[Polynomial, Polynomial, Polynomial]
 """``a x + b y = k`` as a, b and k."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.functions import TABLE
-from rulesheets.model import Equation, Model
+from rulesheets.model import Equation, Model, once
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     Call,
@@ -31,8 +31,7 @@ from rulesheets.syntax.nodes import (
     rebuilt,
 )
 from rulesheets.syntax.program import walk
-from solver.path.isolate import Isolation, isolate
-from solver.structure.tearing import Tearing
+from solver.path import Isolation, SolveBlock
 
 Array: TypeAlias = NDArray[np.float64]
 FOLDING = (0.0, 1.0, -1.0)
@@ -81,35 +80,28 @@ class Alike(NamedTuple):
     families: tuple[Family, ...]
 
 
+@once
 def by_shape(model: Model) -> Sequence[Sequence[Equation]]:
-    """All rules, those of one shape together, in order of first appearance (found once for a model)."""
-    if "_by_shape" not in model.__dict__:
-        found: dict[Shape, list[Equation]] = {}
-        for equation in model.equations:
-            found.setdefault(shape_of(equation)[0], []).append(equation)
-        model.__dict__["_by_shape"] = tuple(found.values())
-    rules: Sequence[Sequence[Equation]] = model.__dict__["_by_shape"]
-    return rules
+    """All rules, those of one shape together, in order of first appearance."""
+    found: dict[Shape, list[Equation]] = {}
+    for equation in model.equations:
+        found.setdefault(shape_of(equation)[0], []).append(equation)
+    return tuple(found.values())
 
 
+@once
 def occurrences(model: Model) -> tuple[tuple[int, ...], ...]:
-    """The places among the variables of those that each rule reads (found once for a model)."""
-    if "_occurrences" not in model.__dict__:
-        number = {name: i for i, name in enumerate(model.variables)}.__getitem__
-        model.__dict__["_occurrences"] = tuple([tuple(map(number, e.names)) for e in model.equations])
-    found: tuple[tuple[int, ...], ...] = model.__dict__["_occurrences"]
-    return found
+    """The places among the variables of those that each rule reads."""
+    number = {name: i for i, name in enumerate(model.variables)}.__getitem__
+    return tuple([tuple(map(number, e.names)) for e in model.equations])
 
 
 def alike(model: Model, equations: Sequence[Equation]) -> Alike:
     """Some of the rules by their shapes (found once for the same rules)."""
-    if "_alike" not in model.__dict__:
-        model.__dict__["_alike"] = _Shapes(model)
-    found: Alike = model.__dict__["_alike"].of(equations)
-    return found
+    return shapes(model).of(equations)
 
 
-class _Shapes:
+class Shapes:
     """All rules of a model by their shapes, with the ``family`` of each and its place among the ``member`` s
     of that; and what is asked for of them."""
 
@@ -145,6 +137,9 @@ class _Shapes:
         names = tuple([self.names[column] for column in read.tolist()])
         within = (family._replace(columns=np.searchsorted(read, family.columns)) for family in families)
         return Alike(names, tuple(within))
+
+
+shapes = once(Shapes)
 
 
 def shape_of(equation: Equation) -> tuple[Shape, Sequence[float]]:
@@ -222,7 +217,12 @@ class ModelGraph:
         self._occurring: dict[Shape, Counter[str]] = {}
         self._efforts: dict[tuple[Shape, int, tuple[float, ...]], Effort | None] = {}
         self.kernels: dict[Any, Any] = {}
-        self.torn: dict[Any, tuple[Tearing, ...]] = {}
+        self.torn: dict[Any, Any] = {}
+
+    def __getstate__(self) -> dict[str, object]:
+        """Kept without what paths alone are built by, and what blocks of one pattern share."""
+        kernels = {key: kernel for key, kernel in self.kernels.items() if isinstance(key, SolveBlock)}
+        return {**self.__dict__, "_occurring": {}, "_efforts": {}, "kernels": kernels, "torn": {}}
 
     @cached_property
     def users(self) -> Mapping[str, Sequence[int]]:
@@ -237,6 +237,8 @@ class ModelGraph:
     def isolation(self, equation: int, variable: int) -> Isolation | None:
         key = (equation, variable)
         if key not in self._isolations:
+            from solver.path.isolate import isolate  # most are kept from an earlier run
+
             body = self.model.equations[equation]
             self._isolations[key] = isolate(body.left, body.right, self.names[variable])
         return self._isolations[key]

@@ -22,7 +22,7 @@ from matplotlib.lines import Line2D
 from PIL import Image
 
 from rulesheets.checks.marks import ARROWS
-from rulesheets.format import readable
+from rulesheets.inputs import readable
 from solver.pictures import FONT, Diagram, Place, Stroke, View, Window, Wish, bar, place, scale, window
 
 GAP, HEAD, FOOT, TITLE, EDGE, ROW = 5.0, 6.0, 8.0, 7.0, 4.0, 4.5

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rulesheets.diagnosis import RuleSheetError, error
-from rulesheets.format import readable
+from rulesheets.inputs import readable
 from rulesheets.model import Model
 from solver.facts import FALSE, Mark
 from solver.files.tables import Array, Table

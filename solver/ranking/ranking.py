@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from rulesheets.library import ANGLE
-from rulesheets.model import Equation, Model, Value
+from rulesheets.model import Equation, Model, Value, once
 from rulesheets.syntax.nodes import (
     Expression,
     Name,
@@ -132,7 +132,7 @@ class Signs:
                     factor = _monomials(part)
                     if factor and not (square and _is_plain(factor)):
                         found[frozenset(factor)] = factor
-        return found.values()
+        return tuple(found.values())
 
     def floor(self, name: str) -> float:
         """The least reading of an absolute temperature, a mass or an absolute pressure; else minus infinity.
@@ -147,12 +147,7 @@ class Signs:
         return float(-unit.offset / unit.factor) if bounded else -np.inf
 
 
-def signs_of(model: Model) -> Signs:
-    """What the signs of a model's variables say, kept with the model."""
-    if "_signs" not in model.__dict__:
-        model.__dict__["_signs"] = Signs(model)
-    signs: Signs = model.__dict__["_signs"]
-    return signs
+signs_of = once(Signs)
 
 
 def _angles(model: Model) -> dict[str, float]:

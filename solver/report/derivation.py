@@ -12,15 +12,14 @@ from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.evaluate import Undefined, value
-from rulesheets.format import readable
-from rulesheets.inputs import variable_named
+from rulesheets.inputs import readable, variable_named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Condition, Expression, Name, Number, names
 from rulesheets.units import shown
-from solver.path import Evaluate, Select, Shown, SolveBlock, Step, equations_of
+from solver.path import Evaluate, Isolation, Select, Shown, SolveBlock, Step, equations_of
 from solver.path.cases import outcomes, solved_by
-from solver.path.isolate import Isolation, isolate
+from solver.path.isolate import isolate
 from solver.report import SCREEN, columns
 from solver.report.path import Notation, Places, Plain, Tex
 from solver.solution.solving import Result

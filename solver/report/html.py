@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from rulesheets.algebra import ROWS, html_table, more
 from rulesheets.diagnosis import Diagnosis, plural, render
-from rulesheets.format import readable
+from rulesheets.inputs import readable
 from rulesheets.syntax.nodes import Name
 from rulesheets.units import shown
 from solver.derivatives import Band, Sensitivities, ToleranceBands

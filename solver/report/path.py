@@ -7,12 +7,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TypeAlias
 
-from rulesheets.format import DIGITS, format_condition, format_expression, readable
+from rulesheets.format import format_condition, format_expression
+from rulesheets.inputs import DIGITS, readable
 from rulesheets.model import Equation, Model, Premise, Requirement, Value
 from rulesheets.syntax import Span, escaped, nodes
 from rulesheets.syntax.nodes import Condition, Expression, names, substitute
 from solver.facts import Method, Status
-from solver.kernel.block import BlockKernel
+from solver.kernel.block import kernel_of
 from solver.kernel.solve_block import first_methods
 from solver.path import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.path.planner import PathTree, planner, question
@@ -210,7 +211,7 @@ def _rows(model: Model, places: Places, step: Step) -> Iterator[tuple[str, int, 
 
 def _methods(model: Model, block: SolveBlock) -> str:
     """The methods that the structure of a block admits, in the order in which they are tried."""
-    kernel = BlockKernel(planner(model).graph, block)
+    kernel = kernel_of(planner(model).graph, block)
     methods = [Method.LINEAR] if kernel.linear else [*first_methods(kernel), Method.TRUST_REGION]
     names = dict.fromkeys(method.short.format(tear=", ".join(block.tears)) for method in methods)
     return ", ".join(names)

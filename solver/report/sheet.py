@@ -11,8 +11,8 @@ from math import ceil, inf, isfinite, log10
 from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, plural, render
-from rulesheets.format import exact, format_condition, readable
-from rulesheets.inputs import guarded
+from rulesheets.format import format_condition
+from rulesheets.inputs import exact, guarded, readable
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Span, escaped
 from rulesheets.units import shown

@@ -35,10 +35,20 @@ from solver.leaves import (
     unmet,
     without_value,
 )
-from solver.path import Assume, Check, Decide, Evaluate, Select, SolveBlock, Step, equations_of, given_by
+from solver.path import (
+    Assume,
+    Check,
+    Decide,
+    Evaluate,
+    Isolation,
+    Select,
+    SolveBlock,
+    Step,
+    equations_of,
+    given_by,
+)
 from solver.path.cases import EQUAL, activity, known_rules, value_of_equality
 from solver.path.graph import Shape, shape_of
-from solver.path.isolate import Isolation
 from solver.path.planner import planner
 
 MAX_LEAVES, FEW_LEAVES, MAX_VALUES = 1_000, 20, 20_000

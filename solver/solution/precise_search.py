@@ -13,8 +13,8 @@ from contextlib import suppress
 from functools import partial
 from typing import Any
 
-from rulesheets.evaluate import Undefined, derivatives, extended, holds
-from rulesheets.evaluate.digits import context
+from rulesheets.evaluate import Undefined, derivatives, holds
+from rulesheets.evaluate.digits import context, extended
 from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import Comparison, Condition, Expression
@@ -32,9 +32,8 @@ from solver.kernel.step import Refused, StepOutcome, StepSolver
 from solver.leaves import Asked, Branch, CaseAnalysis, Exploration
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.tolerances import AGREEMENT, BACKWARD, CLOSE, DRIFT, MAX_UNKNOWNS, PRECISIONS, SPARE
-from solver.path import Evaluate, SolveBlock, Step, equations_of
+from solver.path import Evaluate, Isolation, SolveBlock, Stage, Step, equations_of
 from solver.path.graph import ModelGraph
-from solver.path.isolate import Isolation, Stage
 from solver.solution.explore import Numbers, PathSearch
 
 NUDGE = 2.0**-20

@@ -15,8 +15,8 @@ from itertools import takewhile
 from typing import Any
 
 from rulesheets.deadline import TimeIsUp
-from rulesheets.evaluate import Undefined, derivatives, extended
-from rulesheets.evaluate.digits import DIGITS, beside, extended_derivatives, indeterminate, vanishes
+from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.evaluate.digits import DIGITS, beside, extended, extended_derivatives, indeterminate, vanishes
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes

@@ -20,8 +20,9 @@ from solver.files.tables import CODES, column_of, free_name
 from solver.leaves import Leaf
 from solver.numerics.continuation import CurvePoint, End, Vector
 from solver.path import Assume, Evaluate, Select, Step, equations_of, given_by
+from solver.path.building import read_by
 from solver.path.graph import ModelGraph
-from solver.path.planner import planner, read_by
+from solver.path.planner import planner
 from solver.sweeps import Plan, prepare
 from solver.sweeps.tracing import (
     Branch,

@@ -23,9 +23,8 @@ from rulesheets.model import Model, Value
 from solver.facts import Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.block import kernel_of
 from solver.leaves import Exploration, Leaf
-from solver.path import Evaluate, Select, SolveBlock
+from solver.path import Circle, Evaluate, Let, Parabola, Select, SolveBlock
 from solver.path.cases import activity
-from solver.path.elimination import Circle, Let, Parabola
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
 from solver.trace.folds import Unfolded

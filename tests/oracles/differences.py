@@ -12,7 +12,8 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from rulesheets.evaluate import Undefined, derivatives, extended, holds
+from rulesheets.evaluate import Undefined, derivatives, holds
+from rulesheets.evaluate.digits import extended
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Name, Symbol
 

@@ -186,17 +186,16 @@ def test_a_sheet_of_the_same_name_and_text_is_another_file(tmp_path, parses, mon
         assert load("sheet.tk").files == (str(folder / "sheet.tk"),)
 
 
-def test_code_is_told_from_other_code_by_what_is_written(tmp_path, monkeypatch):
+def test_code_is_told_from_other_code_by_what_is_written(tmp_path):
     """What Python compiles at the first start does not make the kept models those of other code."""
     (tmp_path / "room").mkdir()
     (tmp_path / "room" / "thing.py").write_text("x = 1\n")
-    monkeypatch.setattr(loading, "_CODE", str(tmp_path))
-    first = loading._stamp.__wrapped__()
+    first = loading.stamp.__wrapped__(str(tmp_path))
     (tmp_path / "__pycache__").mkdir()
     (tmp_path / "__pycache__" / "thing.pyc").write_bytes(b"compiled")
-    assert loading._stamp.__wrapped__() == first
+    assert loading.stamp.__wrapped__(str(tmp_path)) == first
     (tmp_path / "room" / "thing.py").write_text("x = 20\n")
-    assert loading._stamp.__wrapped__() != first
+    assert loading.stamp.__wrapped__(str(tmp_path)) != first
 
 
 def test_a_model_is_written_without_what_was_found_out_about_it():

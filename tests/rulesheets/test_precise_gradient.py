@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import rulesheets
-from rulesheets.evaluate import Undefined, derivatives, extended, extended_derivatives
+from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.evaluate.digits import extended, extended_derivatives
 from rulesheets.functions import TABLE
 from rulesheets.syntax.nodes import Call, Expression, Name, Number
 

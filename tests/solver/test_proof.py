@@ -18,9 +18,9 @@ import rulesheets
 import solver
 from benchmarks.interval_systems import SYSTEMS, IntervalSystem, economics, more_cosnard, yamamura
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.evaluate import Undefined, extended
+from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.balls import FUNCTIONS, around, ball, precision, whole_power
-from rulesheets.evaluate.digits import context, functions
+from rulesheets.evaluate.digits import context, extended, functions
 from solver.__main__ import main
 from tests.oracles import slider_crank as oracle
 from tests.oracles.slider_crank import Crank

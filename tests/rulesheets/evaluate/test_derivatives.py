@@ -12,11 +12,10 @@ from rulesheets.evaluate import (
     Undefined,
     derivatives,
     differentiate,
-    extended,
     slopes_by_name,
     value,
 )
-from rulesheets.evaluate.digits import context
+from rulesheets.evaluate.digits import context, extended
 from rulesheets.syntax.nodes import (
     Call,
     Expression,

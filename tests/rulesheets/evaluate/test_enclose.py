@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rulesheets.evaluate import Undefined, differentiate, enclose, extended
+from rulesheets.evaluate import Undefined, differentiate, enclose
+from rulesheets.evaluate.digits import extended
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Quotient, Sum, Symbol
 from tests.rulesheets.evaluate.random_expressions import expressions
 

@@ -6,7 +6,8 @@ import mpmath
 import pytest
 
 import rulesheets
-from rulesheets.evaluate import Undefined, extended
+from rulesheets.evaluate import Undefined
+from rulesheets.evaluate.digits import extended
 
 POWER = rulesheets.loads("y = x^z").equations[0].right
 

@@ -7,7 +7,8 @@ import math
 import pytest
 from hypothesis import given
 
-from rulesheets.evaluate import Undefined, extended, value
+from rulesheets.evaluate import Undefined, value
+from rulesheets.evaluate.digits import extended
 from rulesheets.syntax.nodes import (
     Call,
     Expression,

@@ -52,7 +52,7 @@ def test_in_a_rule_plus_minus_is_a_sign() -> None:
 
 @given(value=st.floats(allow_nan=False, allow_infinity=False), size=sizes, percent=st.booleans())
 def test_a_tolerance_reads_back_as_it_is_written(value: float, size: float, percent: bool) -> None:
-    from rulesheets.format import exact
+    from rulesheets.inputs import exact
     from solver.report.sheet import tolerated
 
     text = tolerated(exact(value), Tolerance(size, percent))

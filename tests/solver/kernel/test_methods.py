@@ -7,7 +7,7 @@ import pytest
 import rulesheets
 import solver
 from benchmarks.hard_blocks import hard_block
-from rulesheets.evaluate import extended
+from rulesheets.evaluate.digits import extended
 from solver.facts import Method
 from solver.kernel.block import BlockKernel
 from solver.kernel.solve_block import first_methods

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 import rulesheets
 from rulesheets.model import Model
 from solver.kernel.solve_block import Rounded, Unclear, evaluate, meets, roots
-from solver.path.elimination import Let, closed_form
+from solver.path import Let
+from solver.path.elimination import closed_form
 from solver.path.graph import ModelGraph
 
 LOOPS = {

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rulesheets.format import exact, readable
+from rulesheets.inputs import exact, readable
 from solver.report.sheet import certain, magnitude
 
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from rulesheets.evaluate import Undefined, extended
+from rulesheets.evaluate import Undefined
+from rulesheets.evaluate.digits import extended
 from rulesheets.model import Equation
 from solver.solution.explore import planner
 from solver.trace.flow import Flow, Numbers

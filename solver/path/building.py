@@ -1,0 +1,296 @@
+"""A path is built: which step follows which, with no more steps than are needed."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from heapq import heappop, heappush
+
+from rulesheets.deadline import expect_time
+from solver.path import (
+    Assume,
+    Check,
+    Decide,
+    Evaluate,
+    Path,
+    Select,
+    SolveBlock,
+    Step,
+    equations_of,
+    given_by,
+)
+from solver.path.cases import activity, value_said
+from solver.path.graph import Effort, ModelGraph
+from solver.structure.decomposition import (
+    Block,
+    Frontier,
+    Incidence,
+    block_triangular,
+    dulmage_mendelsohn,
+    maximum_matching,
+)
+from solver.structure.tearing import Tearing, tearings
+
+TEARINGS = 2
+MAX_TORN = 100
+"""Unknowns of a block up to which it is torn; all of a larger one are iterated on at once."""
+
+
+def _evaluate(graph: ModelGraph, equation: int, unknown: int) -> Evaluate:
+    effort = graph.effort(equation, unknown)
+    assert effort is not None
+    return Evaluate(equation, graph.names[unknown], effort.branches)
+
+
+def _blocks(part: Incidence) -> tuple[Block, ...]:
+    """The blocks that determine their unknowns, in the order of solution.
+
+    Of over-determined equations it is the first block of a square part alone; the others will check it.
+    """
+    matching = maximum_matching(part)
+    parts = dulmage_mendelsohn(part, matching)
+    over = parts.over
+    if not over.unknowns:
+        return block_triangular(part, parts.square, matching)
+    matching = maximum_matching(part.restrict(over))
+    matched = Block(tuple(e for e in over.equations if matching.unknown_of[e] is not None), over.unknowns)
+    return block_triangular(part, matched)[:1]
+
+
+def _block_step(
+    graph: ModelGraph, part: Incidence, rules: Mapping[int, int], variables: Mapping[int, int]
+) -> Evaluate | SolveBlock:
+    """The step that solves a block; of those with one tear, with another way to tear it.
+
+    ``rules`` and ``variables`` give the equations and the variables of the model by those of the ``part``.
+    """
+    names = {unknown: graph.names[variable] for unknown, variable in variables.items()}
+    equations, unknowns = tuple(rules.values()), tuple(names.values())
+    if len(unknowns) > MAX_TORN:
+        return SolveBlock(equations, unknowns, ())
+    resolvable = {}  # what an equation can be solved for, and at which cost
+    for place, equation in rules.items():
+        efforts = ((u, graph.effort(equation, variables[u])) for u in part.occurs[place])
+        resolvable[place] = {u: effort.cost for u, effort in efforts if effort is not None}
+    if len(unknowns) == 1 and all(resolvable.values()):
+        return _evaluate(graph, equations[0], *variables.values())
+    weights = {}  # angles and variables with a finite range are the better ones to search over
+    for unknown, name in names.items():
+        variable = graph.model.variables[name]
+        finite = variable.low > float("-inf") and variable.high < float("inf")
+        weights[unknown] = 0 if finite or graph.turn(name) else 1
+    first, *others = (
+        SolveBlock(
+            equations,
+            unknowns,
+            tuple(names[u] for u in tearing.tears),
+            tuple(_evaluate(graph, rules[e], variables[u]) for e, u in tearing.order),
+            tuple(rules[e] for e in tearing.residuals),
+        )
+        for tearing in _tearings(graph, replace(part, resolvable=resolvable), weights)
+    )
+    return first._replace(others=tuple(others)) if len(first.tears) == 1 else first
+
+
+def _tearings(graph: ModelGraph, part: Incidence, weights: Mapping[int, int]) -> Iterator[Tearing]:
+    """The tearings of a block: blocks that differ in the numbering alone are torn alike, once."""
+    equations, unknowns = part.block
+    place = {unknown: k for k, unknown in enumerate(unknowns)}
+    rows = tuple([tuple([place[u] for u in part.occurs[e]]) for e in equations])
+    costs = tuple([tuple([(place[u], c) for u, c in part.resolvable[e].items()]) for e in equations])
+    key = rows, costs, tuple([weights[u] for u in unknowns])
+    if key not in graph.torn:
+        alone = Incidence(rows, tuple(map(dict, costs)), len(unknowns))
+        graph.torn[key] = tearings(alone, dict(enumerate(key[2])), limit=TEARINGS)
+    for tears, order, residuals in graph.torn[key]:
+        yield Tearing(
+            tuple([unknowns[u] for u in tears]),
+            tuple([(equations[e], unknowns[u]) for e, u in order]),
+            tuple([equations[e] for e in residuals]),
+        )
+
+
+def needed_steps(
+    graph: ModelGraph, steps: Sequence[Step], want: Iterable[str], undetermined: Collection[str]
+) -> list[Step]:
+    """The steps that the wanted variables need; no decision, where these are all reached."""
+    needed = set(want)
+    reached = needed.isdisjoint(undetermined)
+    kept: list[Step] = []
+    for step in reversed(steps):
+        wanted = not reached if isinstance(step, Decide | Assume) else needed.intersection(given_by(step))
+        if wanted:
+            needed.update(read_by(graph, step))
+            kept.append(step)
+    return kept[::-1]
+
+
+def read_by(graph: ModelGraph, step: Step) -> Iterator[str]:
+    """The variables of the equations of a step, and of the conditions that it asks or that guard them."""
+    conditions = step.conditions if isinstance(step, Decide | Assume) else ()
+    for equation in (graph.model.equations[index] for index in equations_of(step)):
+        yield from equation.names
+        conditions = (*conditions, *(premise.condition for premise in equation.guard))
+    for condition in conditions:
+        yield from (graph.names[v] for v in graph.condition_occurs[condition])
+
+
+ANY_COST = 1 << 30
+
+
+class Building:
+    """One run of the planner."""
+
+    def __init__(
+        self,
+        graph: ModelGraph,
+        known: Collection[str],
+        decided: Mapping[int, bool],
+        inactive: frozenset[int],
+        want: frozenset[str] | None,
+        required: bool,
+    ) -> None:
+        self.graph = graph
+        self.want, self.required = want, required
+        self.steps: list[Step] = []
+        equations = graph.model.equations
+        verdicts = [False if e.index in inactive else activity(e, decided) for e in equations]
+        self.active = [verdict is True for verdict in verdicts]
+        self.pending = [e.index for e, verdict in zip(equations, verdicts, strict=True) if verdict is None]
+        self.guards = {
+            i: tuple(p.condition for p in equations[i].guard if p.condition not in decided)
+            for i in self.pending
+        }
+        self.parked: list[tuple[int, int, Effort]] = []
+        self.forking: list[tuple[int, int, int]] = []
+        self.frontier = Frontier((*graph.occurs, *graph.condition_occurs), len(graph.names))
+        for name in known:
+            self.frontier.learn(graph.number[name])
+        self.frontier.activate(i for i, active in enumerate(self.active) if active)
+        self.frontier.activate(self.pending)
+        waiting = dict.fromkeys(c for guard in self.guards.values() for c in guard)
+        self.frontier.activate(len(graph.occurs) + condition for condition in waiting)
+
+    def run(self) -> Path:
+        while (  # the cheapest way forward first
+            self._direct()
+            or self._select(cost=1)
+            or self._fork()
+            or self._select(cost=ANY_COST)
+            or (not self._decide() and self._solve_blocks())
+        ):
+            expect_time()
+        if not (self.steps and isinstance(self.steps[-1], Decide)):
+            self._assume()
+        graph, steps, want = self.graph, self.steps, self.want
+        free = tuple(n for n, known in zip(graph.names, self.frontier.known, strict=True) if not known)
+        if want is None:
+            return Path(tuple(steps), free)
+        for requirement in graph.model.requirements if self.required else ():
+            new = frozenset(requirement.names) - want
+            if new and new.isdisjoint(free):  # if direct steps of one value lead to what it reads
+                plain = needed_steps(graph, steps, want, free)
+                more = [step for step in needed_steps(graph, steps, want | new, free) if step not in plain]
+                if all(isinstance(step, Evaluate) and step.branches == 1 for step in more):
+                    want |= new
+        return Path(tuple(needed_steps(graph, steps, want, free)), free)
+
+    def _take(self, *steps: Step) -> None:
+        """More steps: what they find is known, and what they use checks nothing; what is spent now, does."""
+        used: set[int] = set()
+        for step in steps:
+            used.update(equations_of(step))
+            for name in given_by(step):
+                self.frontier.learn(self.graph.number[name])
+        spent = (e for e in self.frontier.spent if e < len(self.active) and self.active[e] and e not in used)
+        self.steps += (*steps, *map(Check, spent))
+        self.frontier.spent = []
+
+    # --- direct steps ---
+
+    def _direct(self) -> bool:
+        """A round of ripe equations; those that fork, or wait for a condition, are put by."""
+        ripe, self.frontier.ripe = self.frontier.ripe, []
+        best: dict[int, tuple[int, int]] = {}
+        for equation in ripe:
+            unknown = self.frontier.unknown_of(equation)
+            if unknown is None or equation >= len(self.active):
+                continue
+            effort = self.graph.effort(equation, unknown)
+            if effort is None:
+                continue
+            if not self.active[equation]:
+                self.parked.append((equation, unknown, effort))
+            elif effort.cost > 1:
+                heappush(self.forking, (effort.cost, equation, unknown))
+            else:
+                best[unknown] = min(best.get(unknown, (ANY_COST, 0)), (effort.cost, equation))
+        self._take(*(_evaluate(self.graph, equation, unknown) for unknown, (_, equation) in best.items()))
+        return bool(best) or bool(self.frontier.ripe)
+
+    def _fork(self) -> bool:
+        """The ripe equation with the fewest preimages, once nothing cheaper goes on."""
+        while self.forking:
+            _, equation, unknown = heappop(self.forking)
+            if self.frontier.missing[equation]:
+                self._take(_evaluate(self.graph, equation, unknown))
+                return True
+        return False
+
+    # --- guards ---
+
+    def _select(self, cost: int) -> bool:
+        groups: dict[int, list[tuple[int, Effort]]] = {}
+        self.parked = [one for one in self.parked if self.frontier.missing[one[0]]]
+        for equation, unknown, effort in self.parked:
+            if effort.cost <= cost and not self._awaited(equation):
+                groups.setdefault(unknown, []).append((equation, effort))
+        for unknown, members in groups.items():
+            equations = tuple(sorted(equation for equation, _ in members))
+            branches = max(effort.branches for _, effort in members)
+            self._take(Select(equations, self.graph.names[unknown], branches))
+        return bool(groups)
+
+    def _awaited(self, equation: int) -> list[int]:
+        """The conditions of a pending equation that can't be evaluated yet."""
+        first = len(self.graph.occurs)
+        return [c for c in self.guards[equation] if self.frontier.missing[first + c]]
+
+    def _decide(self) -> bool:
+        """Ask for the outcome of conditions that can be evaluated and guard what is still open."""
+        waiting = [
+            condition
+            for equation in self.pending
+            if self.frontier.missing[equation] and not self._awaited(equation)
+            for condition in self.guards[equation]
+        ]
+        if waiting:
+            self.steps.append(Decide(tuple(dict.fromkeys(waiting))))
+        return bool(waiting)
+
+    def _assume(self) -> None:
+        """Case by case, where a guarded rule could still say something about an unknown."""
+        for equation in self.pending:
+            useful = self._awaited(equation)
+            if not self.frontier.missing[equation]:  # a condition may say what its unknown is
+                useful = [c for c in useful if value_said(self.graph.model.conditions[c])]
+            if useful:
+                self.steps.append(Assume(useful[0]))
+                return
+
+    # --- simultaneous blocks ---
+
+    def _solve_blocks(self) -> bool:
+        remaining = [e for e in range(len(self.active)) if self.active[e] and self.frontier.missing[e]]
+        number: dict[int, int] = {}
+        occurs = []
+        for equation in remaining:
+            left = (v for v in self.graph.occurs[equation] if not self.frontier.known[v])
+            occurs.append(tuple(sorted(number.setdefault(v, len(number)) for v in left)))
+        part, variables = Incidence(tuple(occurs), ({},) * len(occurs), len(number)), list(number)
+        blocks = _blocks(part) if remaining else ()
+        for block in blocks:
+            rules = {place: remaining[place] for place in block.equations}
+            unknowns = {unknown: variables[unknown] for unknown in block.unknowns}
+            self._take(_block_step(self.graph, part.restrict(block), rules, unknowns))
+        return bool(blocks)
