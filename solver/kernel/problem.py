@@ -243,13 +243,15 @@ class BlockProblem:
         )
 
     def preference(self, point: Mapping[str, float]) -> tuple[float, ...]:
-        """Sort key: nearest to the guesses; of those as near angles by size, other numbers positive first."""
+        """Sort key: nearest to the guesses; of those as near the one with fewest negative numbers that are no
+        angles; then angles by size, other numbers positive first."""
         apart = [point[name] - self.guesses[name] for name in self.unknowns if name in self.guesses]
         distance = sum(d * d for d in apart)  # a power would raise where it overflows
         first = next((name for name in self.kernel.block.tears), self.unknowns[0])
         number = point[first]
         behind = float(number < 0)
-        return (distance, *((abs(number), behind) if self.turn(first) else (behind, abs(number))))
+        negative = float(sum(v < 0.0 and self.turn(name) is None for name, v in point.items()))
+        return (distance, negative, *((abs(number), behind) if self.turn(first) else (behind, abs(number))))
 
 
 # --- how far rounding leaves a point open ---

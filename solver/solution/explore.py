@@ -273,9 +273,7 @@ class PathSearch:
         steps, self.first_path = self.first_path or (), ()
         blocks = [place for place, step in enumerate(steps) if isinstance(step, SolveBlock)]
         cases = any(isinstance(step, Select | Assume) for step in steps)
-        small = self.complete and len(self.model.variables) <= DENSE
-        few = len(blocks) < (FEW if small else MANY_BLOCKS)
-        if few or cases or self.budget.thorough:
+        if len(blocks) < MANY_BLOCKS or cases or self.budget.thorough:
             return None
         branch, solved = self._start(), [one for one in steps[blocks[0] :] if given_by(one)]
         if self._follow(branch, steps[: blocks[0]], ends=False) is not True:

@@ -47,8 +47,11 @@ def explore_precisely(asked: Asked, floats: Exploration) -> Exploration | None:
     rough: Exploration | None = None
     for digits in PRECISIONS:
         fine: Exploration | None = None
+        search = _PreciseSearch(asked, floats, digits)
         with suppress(Unresolved):
-            fine = _PreciseSearch(asked, floats, digits).run()
+            fine = search.run()
+        if search.work.left < 0:
+            return None  # more digits take as many operations
         if rough is not None and fine is not None and _agree(rough, fine, asked.judged):
             return fine
         rough = fine

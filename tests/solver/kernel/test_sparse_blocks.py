@@ -139,6 +139,35 @@ def test_a_row_of_blocks_of_many_answers_each_has_its_sensible_answer() -> None:
         inflow = lam[2]
 
 
+@pytest.mark.parametrize("steps", [7, 20])
+def test_implicit_steps_of_a_reaction_keep_to_positive_concentrations(steps: int) -> None:
+    """Robertson's kinetics: three answers a step, in two of which the second species is negative."""
+    rules, h = ["a0 = 1", "b0 = 0", "c0 = 0"], 0.1
+    for i in range(1, steps + 1):
+        rules.append(f"a{i} = a{i - 1} + {h}*(1e4*b{i}*c{i} - 0.04*a{i})")
+        rules.append(f"b{i} = b{i - 1} + {h}*(0.04*a{i} - 1e4*b{i}*c{i} - 3e7*b{i}^2)")
+        rules.append(f"a{i} + b{i} + c{i} = 1")
+    result = solver.solve(rulesheets.loads("\n".join(rules) + "\n"))
+    assert str(result.status) == "solved"
+    a, b = 1.0, 0.0
+    for i in range(1, steps + 1):
+        x, y = a, max(b, 1e-5)
+        for _ in range(50):
+            c = 1.0 - x - y
+            misses = [
+                x - a - h * (1e4 * y * c - 0.04 * x),
+                y - b - h * (0.04 * x - 1e4 * y * c - 3e7 * y * y),
+            ]
+            slopes = [
+                [1.0 + h * (1e4 * y + 0.04), -h * 1e4 * (c - y)],
+                [-h * (0.04 + 1e4 * y), 1.0 + h * (1e4 * (c - y) + 6e7 * y)],
+            ]
+            x, y = np.array([x, y]) - np.linalg.solve(slopes, misses)
+        a, b = x, y
+        assert math.isclose(result[f"a{i}"], a, rel_tol=1e-9)
+        assert math.isclose(result[f"b{i}"], b, rel_tol=1e-9)
+
+
 ROWS = [backwater(200), chemostats(110), epidemic(30), populations(50)]
 
 
