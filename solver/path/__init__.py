@@ -8,20 +8,7 @@ from math import inf
 from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.functions import TABLE
-from rulesheets.syntax.nodes import (
-    Expression,
-    Name,
-    Number,
-    add,
-    call,
-    divide,
-    is_number,
-    multiply,
-    negative,
-    power,
-    substitute,
-    subtract,
-)
+from rulesheets.syntax.nodes import Expression, Name, Number, call, is_number, substitute
 
 
 class Shown:
@@ -213,9 +200,8 @@ class Isolation(NamedTuple):
         """Explicit forms of the unknown, principal first; the quadratic by its formula."""
         if self.quadratic is not None:
             a, b, c = self.quadratic.a, self.quadratic.b, self.quadratic.c
-            discriminant = subtract(power(b, Number(2.0)), multiply(Number(4.0), multiply(a, c)))
-            root, twice = call("sqrt", discriminant), multiply(Number(2.0), a)
-            return tuple(divide(add(negative(b), sign), twice) for sign in (root, negative(root)))
+            root = call("sqrt", b**2.0 - 4.0 * (a * c))
+            return (-b + root) / (2.0 * a), (-b + -root) / (2.0 * a)
         forms: tuple[Expression, ...] = (self.start,)
         for stage in self.stages:
             forms = tuple(substitute(form, {TARGET.name: target}) for target in forms for form in stage.forms)

@@ -19,7 +19,7 @@ from itertools import combinations, permutations
 from typing import TypeAlias
 
 from rulesheets.model import Equation
-from rulesheets.syntax.nodes import Expression, Name, Number, add, call, divide, multiply, negative
+from rulesheets.syntax.nodes import Expression, Name, add, call
 from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
 from solver.path.polynomial import UNIT, Generators, NoForm, Polynomial, constant, generator
 
@@ -131,7 +131,7 @@ class _System:
         """A generator for the reciprocal of something known."""
         let = self._divisor(divisor)
         inverse = f"#i{let.name[2:]}"
-        self.forward += [let, Let(inverse, divide(Number(1.0), Name(let.name)))]
+        self.forward += [let, Let(inverse, 1.0 / Name(let.name))]
         self.generators.meaning[inverse] = Name(inverse)
         return inverse
 
@@ -147,7 +147,7 @@ class _System:
                         self.forward.append(Parabola(name, *map(self._coefficient, (a, b, c))))
                     else:
                         inverse = Name(self._reciprocal(b))
-                        self.forward.append(Let(name, negative(multiply(self._expression(c), inverse))))
+                        self.forward.append(Let(name, -(self._expression(c) * inverse)))
                 case [cosine, sine] if self.pairs.get(sine) == cosine and (
                     found := _line(equation, cosine, sine)
                 ):
@@ -192,7 +192,7 @@ class _System:
             assert found is not None
             self.forward.append(Circle(moved[0], moved[1], *map(self._coefficient, (*found, square))))
             for name, new, part in zip(unknown, moved, centre, strict=True):
-                self.forward.append(Let(name, add(Name(new), self._expression(part))))
+                self.forward.append(Let(name, Name(new) + self._expression(part)))
             return self._close(unknown, i, j)
         return False
 
@@ -238,7 +238,7 @@ class _System:
             (a, b, p), (c, d, q) = first, second
             inverse = Name(self._reciprocal(a * d - b * c))
             for name, value in zip(unknown, (p * d - b * q, a * q - p * c), strict=True):
-                self.forward.append(Let(name, multiply(self._expression(value), inverse)))
+                self.forward.append(Let(name, self._expression(value) * inverse))
             return self._close(unknown, i, j)
         return False
 
@@ -266,7 +266,7 @@ class _System:
             divisor = self._divisor(square)
             found: list[Formula] = [divisor]
             for name, above in ((cosine, a * p - b * q), (sine, b * p + a * q)):
-                found.append(Let(name, divide(self._expression(above), Name(divisor.name))))
+                found.append(Let(name, self._expression(above) / Name(divisor.name)))
             self.backward.append(found)
             return True
         return False

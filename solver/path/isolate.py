@@ -35,8 +35,6 @@ from rulesheets.syntax.nodes import (
     is_number,
     multiply,
     negative,
-    power,
-    subtract,
 )
 from rulesheets.syntax.program import walk
 from solver.path import TARGET, Isolation, Quadratic, Stage
@@ -58,9 +56,9 @@ def isolate(left: Expression, right: Expression, unknown: str) -> Isolation | No
         return None if stages is None else _through(stages, other, unknown)
     match polynomial_of(left, right, unknown):
         case (c, b), multiplied:
-            stage = Stage("product", (divide(TARGET, b),), divisor=b)
+            stage = Stage("product", (TARGET / b,), divisor=b)
             cost = 0 if isinstance(b, Number) else 1
-            return Isolation(unknown, negative(c), (stage,), cost, verify=multiplied)
+            return Isolation(unknown, -c, (stage,), cost, verify=multiplied)
         case (c, b, a), multiplied:
             return Isolation(unknown, c, (), 2, 2, verify=multiplied, quadratic=Quadratic(c, b, a))
     # every occurrence is in one part, such as exp(-x) or (1 + i)^x: undo what encloses them all, solve a
@@ -68,7 +66,7 @@ def isolate(left: Expression, right: Expression, unknown: str) -> Isolation | No
     if in_left and in_right:
         if (powers := _powers(left, right, unknown)) is not None:
             return powers
-        left, right = subtract(left, right), ZERO
+        left, right = left - right, ZERO
     inside, other = (left, right) if unknown in nodes.names(left) else (right, left)
     stages = _stages(inside, unknown)
     if stages is None or any(stage.period for stage in stages):
@@ -128,22 +126,22 @@ def _undo(node: Expression, unknown: str) -> tuple[Stage, Expression] | None:
     """The stage that undoes the outermost operation, and the operand with the unknown."""
     match node:
         case Negative(operand):
-            return Stage("negative", (negative(TARGET),)), operand
+            return Stage("negative", (-TARGET,)), operand
         case Sum(terms):
             at = next(i for i, term in enumerate(terms) if unknown in nodes.names(term))
             others, inner = add(*terms[:at], *terms[at + 1 :]), terms[at]
             if isinstance(inner, Negative):
-                return Stage("sum", (subtract(others, TARGET),)), inner.operand
-            return Stage("sum", (subtract(TARGET, others),)), inner
+                return Stage("sum", (others - TARGET,)), inner.operand
+            return Stage("sum", (TARGET - others,)), inner
         case Product(left, right):
             inner, factor = (left, right) if unknown in nodes.names(left) else (right, left)
-            return Stage("product", (divide(TARGET, factor),), divisor=factor), inner
+            return Stage("product", (TARGET / factor,), divisor=factor), inner
         case Quotient(left, right) if unknown in nodes.names(left):
-            return Stage("quotient", (multiply(TARGET, right),), divisor=right), left
+            return Stage("quotient", (TARGET * right,), divisor=right), left
         case Quotient(Number(0.0), right):  # of no divisor, as 0 times it is of no factor
-            return Stage("product", (divide(TARGET, ZERO),), divisor=ZERO), right
+            return Stage("product", (TARGET / ZERO,), divisor=ZERO), right
         case Quotient(left, right):
-            return Stage("quotient", (divide(left, TARGET),), divisor=TARGET), right
+            return Stage("quotient", (left / TARGET,), divisor=TARGET), right
         case Power(base, exponent) if unknown in nodes.names(base):
             return _undo_power(exponent), base
         case Power(base, exponent):
@@ -154,26 +152,25 @@ def _undo(node: Expression, unknown: str) -> tuple[Stage, Expression] | None:
 
 
 def _undo_exponent(base: Expression) -> Stage:
-    form = divide(call("ln", TARGET), call("ln", base))
-    return Stage("power", (form,), low=0.0, low_open=True, divisor=call("ln", base))
+    divisor = call("ln", base)
+    return Stage("power", (call("ln", TARGET) / divisor,), low=0.0, low_open=True, divisor=divisor)
 
 
 def _undo_power(exponent: Expression) -> Stage:
-    root = power(TARGET, divide(Number(1.0), exponent))
-    signed = multiply(call("sgn", TARGET), power(call("abs", TARGET), divide(Number(1.0), exponent)))
+    root = TARGET ** (1.0 / exponent)
+    positive = call("abs", TARGET) ** (1.0 / exponent)
     match exponent:
         case Number(value) if value == 2.0:
             principal = call("sqrt", TARGET)
-            return Stage("square", (principal, negative(principal)), low=0.0)
+            return Stage("square", (principal, -principal), low=0.0)
         case Number(value) if value > 0 and value % 2 == 0:
-            return Stage("power", (root, negative(root)), low=0.0)
+            return Stage("power", (root, -root), low=0.0)
         case Number(value) if value > 0 and value % 2 == 1:
-            return Stage("root", (signed,))
+            return Stage("root", (call("sgn", TARGET) * positive,))
         case Number(value) if value != value // 1:
             return Stage("power", (root,), low=0.0)
         case _:
-            positive = power(call("abs", TARGET), divide(Number(1.0), exponent))
-            return Stage("power", (positive, negative(positive)), divisor=exponent)
+            return Stage("power", (positive, -positive), divisor=exponent)
 
 
 def _undo_call(
@@ -233,7 +230,7 @@ def _ratio(node: Expression, unknown: str) -> Stage | None:
     """``node = target`` as a linear equation in the unknown, its denominators multiplied away."""
     match polynomial_of(node, TARGET, unknown):
         case (c, b), _:
-            return Stage("ratio", (divide(negative(c), b),), divisor=b)
+            return Stage("ratio", (-c / b,), divisor=b)
         case _:
             return None
 
@@ -247,9 +244,9 @@ def _signed_square(node: Expression, unknown: str) -> list[Stage] | None:
     one, other = held if held[1] == Call("abs", (held[0],)) else held[::-1]
     if other != Call("abs", (one,)) or (rest := _stages(one, unknown)) is None:
         return None
-    factor = divide(_product(part for part in factors if part not in held), _product(divisors))
-    root = multiply(call("sgn", TARGET), call("sqrt", call("abs", TARGET)))
-    return [Stage("product", (divide(TARGET, factor),), divisor=factor), Stage("root", (root,)), *rest]
+    factor = _product(part for part in factors if part not in held) / _product(divisors)
+    root = call("sgn", TARGET) * call("sqrt", call("abs", TARGET))
+    return [Stage("product", (TARGET / factor,), divisor=factor), Stage("root", (root,)), *rest]
 
 
 def _powers(left: Expression, right: Expression, unknown: str) -> Isolation | None:
@@ -351,12 +348,12 @@ def _add(left: Rational, right: Rational) -> Rational:
 def _multiply(left: Rational, right: Rational) -> Rational:
     (a, b), (c, d) = left, right
     if c == _UNIT and len(d) == 1:
-        return tuple(divide(part, d[0]) for part in a), b
+        return tuple(part / d[0] for part in a), b
     return _times(a, c), _times(b, d)
 
 
 def _plus(left: Polynomial, right: Polynomial) -> Polynomial:
-    return _trim([add(a, b) for a, b in zip_longest(left, right, fillvalue=ZERO)])
+    return _trim([a + b for a, b in zip_longest(left, right, fillvalue=ZERO)])
 
 
 def _times(left: Polynomial, right: Polynomial) -> Polynomial:
@@ -366,7 +363,7 @@ def _times(left: Polynomial, right: Polynomial) -> Polynomial:
         raise NoForm
     for i, a in enumerate(left):
         for j, b in enumerate(right):
-            product[i + j] = add(product[i + j], multiply(a, b))
+            product[i + j] += a * b
     return _trim(product)
 
 
@@ -376,7 +373,6 @@ def _trim(polynomial: list[Expression]) -> Polynomial:
     return tuple(polynomial)
 
 
-_TWO = Number(2.0)
 _TANGENTS = named(lambda row: row.half_turn)
 _DIRECTIONS = named(lambda row: row.direction)
 _ROUGH = frozenset({"sqrt", "abs", *_TANGENTS, *_DIRECTIONS})
@@ -387,7 +383,7 @@ def smooth(left: Expression, right: Expression) -> Expression:
 
     It is where the equation is ``factor*rough + rest = 0`` for a single rough operation, which is undone.
     """
-    form = subtract(left, right)
+    form = left - right
     parts = [part for part in walk(form) if isinstance(part, Call) and part.function in _ROUGH]
     linear = []
     for part in dict.fromkeys(parts):
@@ -399,15 +395,15 @@ def smooth(left: Expression, right: Expression) -> Expression:
     rough, factor, rest = linear[0]
     inside = rough.arguments
     if rough.function == "sqrt":
-        return subtract(multiply(power(factor, _TWO), inside[0]), power(rest, _TWO))
+        return factor**2.0 * inside[0] - rest**2.0
     if rough.function == "abs":
-        return subtract(power(multiply(factor, inside[0]), _TWO), power(rest, _TWO))
+        return (factor * inside[0]) ** 2.0 - rest**2.0
     names = TABLE[rough.function].sine_and_cosine
     if rough.function in _TANGENTS:
         sine, cosine = (call(name, *inside) for name in names)
-        return add(multiply(factor, sine), multiply(rest, cosine))
+        return factor * sine + rest * cosine
     if len(inside) != 2 or not (is_number(factor, 1.0) or is_number(factor, -1.0)):
-        return add(multiply(factor, rough), rest)
-    angle = negative(rest) if is_number(factor, 1.0) else rest
+        return factor * rough + rest
+    angle = -rest if is_number(factor, 1.0) else rest
     sine, cosine = (call(name, angle) for name in names)
-    return subtract(multiply(inside[0], cosine), multiply(inside[1], sine))
+    return inside[0] * cosine - inside[1] * sine

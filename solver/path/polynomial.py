@@ -25,11 +25,7 @@ from rulesheets.syntax.nodes import (
     Sum,
     add,
     call,
-    divide,
-    multiply,
     names,
-    negative,
-    power,
 )
 
 Monomial: TypeAlias = tuple[tuple[str, int], ...]
@@ -128,10 +124,10 @@ class Polynomial(dict[Monomial, Fraction]):
         for monomial, coefficient in self.items():
             product: Expression = ONE
             for name, exponent in monomial:
-                product = multiply(product, power(meaning[name], Number(float(exponent))))
+                product = product * meaning[name] ** float(exponent)
             if abs(coefficient) != 1:
-                product = multiply(Number(float(abs(coefficient))), product)
-            terms.append(product if coefficient > 0 else negative(product))
+                product = float(abs(coefficient)) * product
+            terms.append(product if coefficient > 0 else -product)
         return add(*terms)
 
 
@@ -194,7 +190,7 @@ class Generators:
             case _ if known:
                 return generator(self._named(node))
             case Quotient(left, right) if not self.unknowns.intersection(names(right)):
-                return self.polynomial(left) * generator(self._named(divide(Number(1.0), right)))
+                return self.polynomial(left) * generator(self._named(1.0 / right))
             case Quotient(left, right):  # one more unknown, and a product
                 dividend, quotient = self.polynomial(left), self._auxiliary()
                 self.extra.append((quotient * self.polynomial(right)).reduced(self.pairs) - dividend)
