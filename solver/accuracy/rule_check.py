@@ -33,10 +33,8 @@ from rulesheets.syntax.nodes import (
     Power,
     Sum,
     Symbol,
-    divide,
     map_leaves,
     names,
-    subtract,
 )
 from rulesheets.syntax.program import walk
 from solver.numerics.tolerances import (
@@ -222,9 +220,9 @@ def heights(equation: Equation) -> Iterator[tuple[str, Expression]]:
             case Call("int" | "frac" | "round" | "sgn" as function, (x,)):
                 yield function, x
             case Call("mod", (x, y)):
-                yield "int", divide(x, y)
+                yield "int", x / y
             case Call("step", (x, a)):
-                yield "step", subtract(x, a)
+                yield "step", x - a
 
 
 def _moves(slopes: Mapping[str, float], values: Mapping[str, Value]) -> Iterator[float]:

@@ -32,13 +32,9 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     add,
-    divide,
     exchange,
     is_number,
-    multiply,
-    negative,
     substitute,
-    subtract,
 )
 from rulesheets.syntax.program import walk
 from solver.kernel.emitter import Emitter
@@ -83,7 +79,7 @@ class Chain(NamedTuple):
 def chains(graph: ModelGraph, block: SolveBlock) -> tuple[Chain, ...]:
     """One chain for every combination of preimages; at most ``MAX_CHAINS``."""
     rules = {f"{RESIDUAL}{number}": graph.model.equations[number] for number in block.residuals}
-    residuals = tuple(Assignment(name, subtract(rule.left, rule.right)) for name, rule in rules.items())
+    residuals = tuple(Assignment(name, rule.left - rule.right) for name, rule in rules.items())
     found = []
     for combination in itertools.islice(itertools.product(*_alternatives(graph, block)), MAX_CHAINS):
         steps = tuple(itertools.chain.from_iterable(combination))
@@ -161,7 +157,7 @@ def _turned(stage: Stage, bounded: bool) -> tuple[Expression, ...]:
     if stage.period is None or not bounded:
         return stage.forms
     turns = (0.0, stage.period, -stage.period)
-    return tuple(add(form, Number(turn)) for turn in turns for form in stage.forms)
+    return tuple(form + turn for turn in turns for form in stage.forms)
 
 
 def _out_of_range(stages: tuple[Stage, ...], forms: tuple[Expression, ...], variable: Variable) -> bool:
@@ -236,7 +232,7 @@ def slopes_of(chain: Chain) -> tuple[tuple[str, Expression], ...] | None:
             return None
         if used:
             try:
-                terms = [multiply(differentiate(item.expression, name), moving[name]) for name in used]
+                terms = [differentiate(item.expression, name) * moving[name] for name in used]
             except NotDifferentiable:
                 return None
             slope = slope_name(item.name)
@@ -275,7 +271,7 @@ def cleared(chain: Chain) -> Chain | None:
             below = Name(divisor.name)
         if not is_number(below, 1.0):
             parts[item.name] = above, below
-        items.append(Assignment(item.name, divide(above, below)))
+        items.append(Assignment(item.name, above / below))
     *first, residual = items
     if residual.name not in parts:
         return None
@@ -300,7 +296,7 @@ def _fraction(
             return known[name]
         case Negative(operand):
             above, below = _fraction(operand, moving, known)
-            return negative(above), below
+            return -above, below
         case Sum(terms):
             found = [_fraction(term, moving, known) for term in terms]
             divisors = [below for _, below in found if not is_number(below, 1.0)]
@@ -313,7 +309,7 @@ def _fraction(
         case Quotient(left, right):
             (above, below), (under, over) = (_fraction(part, moving, known) for part in (left, right))
             if moving.isdisjoint(nodes.names(under)):
-                return divide(multiply(above, over), under), below
+                return above * over / under, below
             if relational:
                 return _times(above, over), _times(below, under)
             return _reduced((above, over), (below, under))
@@ -355,7 +351,7 @@ def _factors(node: Expression) -> list[Expression]:
 def _times(*factors: Expression) -> Expression:
     product: Expression = ONE
     for factor in factors:
-        product = multiply(product, factor)
+        product = product * factor
     return product
 
 
@@ -384,9 +380,9 @@ def sides(chain: Chain) -> tuple[Chain, ...]:
                 if call in directions(expression):
                     y, x = call.arguments
                     name = f"#side {number}"
-                    assignments.append(Assignment(name, y if above else negative(y), low=0.0))
+                    assignments.append(Assignment(name, y if above else -y, low=0.0))
                     turned = Call(call.function, (Name(name), x))
-                    expression = exchange(expression, call, turned if above else negative(turned))
+                    expression = exchange(expression, call, turned if above else -turned)
             assignments.append(item._replace(expression=expression))
         found.append(Chain(chain.tears, tuple(assignments), chain.residuals))
     return tuple(found)

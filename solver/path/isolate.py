@@ -30,7 +30,6 @@ from rulesheets.syntax.nodes import (
     Sum,
     add,
     call,
-    divide,
     exchange,
     is_number,
     multiply,
@@ -265,7 +264,7 @@ def _powers(left: Expression, right: Expression, unknown: str) -> Isolation | No
     rest = _stages(exponents.pop(), unknown)
     if rest is None or any(stage.period for stage in rest):
         return None
-    return _through([_undo_exponent(divide(*bases)), *rest], divide(*free[::-1]), unknown, common=True)
+    return _through([_undo_exponent(bases[0] / bases[1]), *rest], free[1] / free[0], unknown, common=True)
 
 
 def _factors(node: Expression) -> tuple[list[Expression], list[Expression]]:
