@@ -194,6 +194,7 @@ class Plan:
         if not verdict.reread and all(isinstance(one, str) or math.isfinite(one) for one in numbers):
             ended = (leaf for leaf in (*found.leaves, *found.open_cases) if not leaf.solved and blocked(leaf))
             if solved and self.records.learn(numbers, verdict.leaves, (*found.contradicted, *ended)):
+                self.records.learned += 1
                 self._bind()
             elif solved:
                 self.records.remember(numbers, rows)

@@ -23,32 +23,31 @@ from solver.kernel.enclosure import Enclosure
 from solver.kernel.tear_search import reduced
 from solver.numerics.isolation import HORIZON, presplit
 from solver.numerics.one_unknown import split_point
-from solver.trace.graph import Graph
 
 Ends: TypeAlias = tuple[float, float]
+Box: TypeAlias = tuple[float, ...]
+"""The ends of the tear, then those of the known numbers that have ranges."""
 Proof: TypeAlias = Callable[[Sequence[Ends]], bool]
 
-BOXES, LEVELS = 500, 64
-"""Of one proof: boxes in all, and how often one is split."""
+BOXES, FINEST = 500, 1.0 / 8.0
+"""Of one proof: boxes in all, and the least share of a known number's range that one has."""
 SHARES = 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4
-"""How far all sides are moved first, relative to the sample: the farthest that is proved."""
-GROWTH, SHRINKING = 3.0, 8.0
-"""How much farther or less far each side is moved after that."""
-STEPS, NARROWEST, WIDEST = 8, 1e-4, 7.0
-"""Of each side; the least of them, and powers of e that sides come away from the sample."""
+"""How far all sides are moved first, relative to where they are: the farthest that is proved."""
+GROWTH, SHRINKING, NARROWEST = 3.0, 8.0, 1e-3
+"""How much farther or less far a side is moved after that, and the least step."""
 ORDINARY = 1e40
 """Numbers beyond this, or below 1 over it, have no ranges."""
-HOP = 0.1
-"""How far beyond what is proved a solve of as many answers is believed, relative to where it is."""
-FARTHER, PATIENCE = 0.25, 32
-"""Share of its way by which a side is moved farther than asked, and how often one is moved in vain."""
+HOP, LEAP = 0.1, 1.0
+"""How far beyond what is proved a solve of as many answers is believed, relative to where it is; and how far
+from one to the next where nothing is proved."""
 
 
 class Unfolded:
     """Whether a block has as many roots for some numbers as it has for a ``sample``, as far as is proved.
 
     ``ends`` are those of the known numbers that are ``varying``, one range after the other; they are moved
-    where a number outside is asked for. ``proved`` tells whether there is a proof for the sample.
+    where a number outside is asked for. ``proved`` tells whether there is a proof for the sample; where there
+    is none the ranges reach no farther than some way beyond numbers with a solve of as many answers.
     """
 
     def __init__(
@@ -61,11 +60,13 @@ class Unfolded:
         self.places = [place for place, moves in enumerate(varying) if moves]
         self.weak = False
         """Whether numbers that are near are taken for proved: a solve has as many answers there."""
-        self.ranges, self._vain = [(v, v) for v in sample], 0
+        self.ranges = [(v, v) for v in sample]
+        self._shares = dict[tuple[int, bool], float]()
+        """How far each side is moved next."""
         proofs = _proofs(kernel, sample, varying, margins or [0.0] * len(sample))
         self._proves = next((proves for proves in proofs if proves(self.ranges)), None)
-        if self._proves is not None:
-            self._grow(self._proves, list(sample))
+        if not self.proved:
+            self.ranges = [(_moved(v, -HOP), _moved(v, HOP)) if v else (v, v) for v in sample]
         self.ends = self._ends()
 
     @property
@@ -75,75 +76,66 @@ class Unfolded:
     def _ends(self) -> tuple[float, ...]:
         return tuple(end for place in self.places for end in self.ranges[place])
 
-    def _grow(self, proves: Proof, sample: list[float]) -> None:
-        """Move all sides as far as that is proved, then each by itself: a step that is proved is followed by
-        a longer one, another one by a shorter one."""
+    def _grow(self) -> None:
+        """Move all sides from the sample, as far as that is proved."""
         for share in SHARES:
             wider = self.ranges.copy()
             for place in self.places:
-                wider[place] = _moved(sample[place], -1, share), _moved(sample[place], 1, share)
-            if proves(wider):
+                wider[place] = _moved(wider[place][0], -share), _moved(wider[place][1], share)
+            if self._proves is not None and self._proves(wider):
                 self.ranges = wider
                 break
-        shares = {(place, side): GROWTH * share for place in self.places for side in (1, -1)}
-        for _ in range(STEPS):
-            for (place, side), share in shares.items():
-                number, here = _moved(self.ranges[place][side > 0], side, share), sample[place]
-                if share >= NARROWEST and (not here or abs(math.log(number / here)) <= WIDEST):
-                    reached = self._reaches(place, number)
-                    shares[place, side] = GROWTH * share if reached else share / SHRINKING
-
-    def _reaches(self, place: int, number: float) -> bool:
-        """Move one side to a number outside, if that is proved of what it passes over."""
-        low, high = self.ranges[place]
-        passed = self.ranges.copy()
-        passed[place] = (high, number) if number > high else (number, low)
-        if self._proves is None or not self._proves(passed):
-            return False
-        self.ranges[place] = min(low, number), max(high, number)
-        return True
+        self._shares = {(place, up): GROWTH * share for place in self.places for up in (False, True)}
 
     def __call__(self, *numbers: float) -> bool:
         """Whether numbers lie within the ranges, or these reach there."""
-        for place, number in zip(self.places, numbers, strict=True):
-            low, high = self.ranges[place]
-            if low <= number <= high:
-                continue
-            if self._vain >= PATIENCE or not math.isfinite(number):
-                return False
-            if self.weak and abs(number - (low if number < low else high)) <= HOP * abs(number):
-                self.ranges[place] = min(low, number), max(high, number)
-                self.ends = self._ends()
-                continue
-            farther = number + FARTHER * (number - (low if number < low else high))
-            if not any(self._reaches(place, end) for end in (farther, number)):
-                self._vain += 1
-                return False
-            self.ends = self._ends()
-        return True
+        held = all(map(self._reaches, self.places, numbers))
+        self.ends = self._ends()
+        return held
 
     scalar = __call__
 
+    def _reaches(self, place: int, number: float) -> bool:
+        """Whether a number lies in its range, or the side next to it can be moved there: a step that is
+        proved is followed by a longer one, another one by a shorter one."""
+        while not self.ranges[place][0] <= number <= self.ranges[place][1]:
+            if not self._shares and self.proved and math.isfinite(number):
+                self._grow()
+                continue
+            (low, high), up = self.ranges[place], number > self.ranges[place][1]
+            end, share = high if up else low, self._shares.get((place, up), 0.0)
+            if self.weak and abs(number - end) <= (HOP if self.proved else LEAP) * abs(number):
+                self._shares[place, up], there = SHARES[0], number
+                if not self.proved:
+                    there = _moved(number, HOP if up else -HOP)
+            elif share < NARROWEST or not abs(number) <= ORDINARY:
+                return False
+            else:
+                size = None if number * end > 0.0 else abs(number) + abs(end)
+                there = _moved(end, share if up else -share, size)
+                passed = self.ranges.copy()
+                passed[place] = (end, there) if up else (there, end)
+                proved = self._proves is not None and self._proves(passed)
+                self._shares[place, up] = GROWTH * share if proved else share / SHRINKING
+                there = there if proved else end
+            self.ranges[place] = min(low, there), max(high, there)
+        return True
+
     def array(self, *columns: Any) -> NDArray[np.bool_]:
         """The same of rows (n,), as far as ranges that reach some of them go."""
-        for end in (np.min, np.max):
-            self(*(float(end(column)) for column in columns))
+        for end in (np.fmin, np.fmax):
+            self(*(float(end.reduce(column)) for column in columns))
         pairs = zip(columns, self.ends[::2], self.ends[1::2], strict=True)
         held: NDArray[np.bool_] = np.all([(a <= column) & (column <= b) for column, a, b in pairs], axis=0)
         return held
 
-    def unrolled(self, flow: Graph, known: Sequence[int]) -> int:
-        """The same as nodes of a graph, by the ranges as they are."""
-        pairs, holds = zip(known, self.ends[::2], self.ends[1::2], strict=True), flow.true
-        for node, low, high in pairs:
-            holds = flow.add("and", holds, flow.add("le", flow.constant(low), node))
-            holds = flow.add("and", holds, flow.add("le", node, flow.constant(high)))
-        return holds
 
-
-def _moved(number: float, side: int, share: float) -> float:
-    """A number moved up or down by a share of it, none to 0 or across; 0 by the share itself."""
-    return number * (1.0 + share) ** math.copysign(side, side * number) if number else side * share
+def _moved(number: float, share: float, size: float | None = None) -> float:
+    """A number moved up or down by a share: of a ``size``, or of itself and so neither to 0 nor across."""
+    if size is None and number:
+        factor = 1.0 + abs(share)
+        return number * factor if share * number > 0.0 else number / factor
+    return number + share * (size or 1.0)
 
 
 def _proofs(
@@ -180,29 +172,63 @@ def _keeps_roots(
     (low, high), turn = kernel.domain(kernel.block.tears[0]), kernel.graph.turn(kernel.block.tears[0])
     edges = [(x, x) for x in (low, high) if math.isfinite(x) and high - low != turn]
     return all(
-        not _open(chain, edges, numbers, ends) and _has_no_fold(chain, (low, high), numbers, ends)
+        not _open(chain, [(*edge, *ends) for edge in edges], numbers)
+        and _has_no_fold(chain, (low, high), numbers, ends)
         for chain in chains
     )
 
 
-def _open(chain: Enclosure, boxes: list[Ends], numbers: Sequence[float], ends: Sequence[float]) -> list[Ends]:
+def _open(chain: Enclosure, boxes: list[Box], numbers: Sequence[float]) -> list[Box]:
     """The boxes that may hold a root."""
-    found = zip(boxes, chain.ranges([(*box, *ends) for box in boxes], numbers), strict=True)
+    found = zip(boxes, chain.ranges(boxes, numbers), strict=True)
     return [box for box, f in found if not (f[0] > 0.0 or f[1] < 0.0 or all(map(math.isnan, f)))]
 
 
+def _flat(chain: Enclosure, boxes: list[Box], numbers: Sequence[float]) -> list[Box]:
+    """The boxes that may hold a root at which the slope is 0."""
+    boxes = _open(chain, boxes, numbers)
+    slopes = zip(boxes, chain.slopes_over(boxes, numbers), strict=True)
+    return [b for b, (low, high) in slopes if low <= 0.0 <= high and min(map(abs, b[:2])) < HORIZON]
+
+
 def _has_no_fold(chain: Enclosure, domain: Ends, numbers: Sequence[float], ends: Sequence[float]) -> bool:
-    """Whether the slope is not 0 wherever the residual may be, as far as floats usually go."""
-    boxes, left = presplit(*domain), BOXES
-    for _ in range(LEVELS):
+    """Whether the slope is not 0 wherever the residual may be, as far as floats usually go.
+
+    Where both may be 0 at a single point of the tear, narrower boxes tell no more: there the ranges of the
+    known numbers are split, to ``FINEST`` of themselves.
+    """
+    finest = FINEST * max(map(_width, _pairs(ends)), default=0.0)
+    waiting, left = [[(*box, *ends) for box in presplit(*domain)]], BOXES
+    while waiting:
+        boxes = waiting.pop()
         left -= len(boxes)
+        cut = [(box, (split_point(*box[:2]),) * 2) for box in _flat(chain, boxes, numbers)]
+        stuck = {*_flat(chain, [(*x, *box[2:]) for box, x in cut], numbers)}
+        told, open_ = list[Box](), list[Box]()
+        for box, (x, _) in cut:
+            if (x, x, *box[2:]) not in stuck:
+                told += _halves(box, 0, x)
+                continue
+            widths = list(map(_width, _pairs(box[2:])))
+            if (widest := max(widths, default=0.0)) <= finest:
+                return False
+            place = 2 + 2 * widths.index(widest)
+            open_ += _halves(box, place, box[place] + (box[place + 1] - box[place]) / 2.0)
+        waiting += [some for some in (told, open_) if some]
         if left < 0:
             return False
-        boxes = _open(chain, boxes, numbers, ends)
-        slopes = zip(boxes, chain.slopes_over([(*b, *ends) for b in boxes], numbers), strict=True)
-        boxes = [b for b, (low, high) in slopes if low <= 0.0 <= high and min(map(abs, b)) < HORIZON]
-        if not boxes:
-            return True
-        cut = [(low, split_point(low, high), high) for low, high in boxes]
-        boxes = [(low, x) for low, x, _ in cut] + [(x, high) for _, x, high in cut]
-    return False
+    return True
+
+
+def _width(pair: Ends) -> float:
+    """The width of a range, relative to its larger end."""
+    return (pair[1] - pair[0]) / (max(map(abs, pair)) or 1.0)
+
+
+def _halves(box: Box, place: int, x: float) -> list[Box]:
+    """A box cut where one of its numbers is x."""
+    return [(*box[: place + 1], x, *box[place + 2 :]), (*box[:place], x, *box[place + 1 :])]
+
+
+def _pairs(ends: Sequence[float]) -> list[Ends]:
+    return list(zip(ends[::2], ends[1::2], strict=True))

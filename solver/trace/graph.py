@@ -269,7 +269,7 @@ def copied(
         elif kind == "root" and not target.finders:
             roots[node] = source.finders[int(rest[0])].unrolled(target, read_here)
         elif kind == "unfolded" and not target.finders:
-            found[node] = source.finders[int(rest[0])].unrolled(target, read_here)
+            found[node] = target.true
         elif kind == "item" and roots:
             found[node] = roots[int(rest[1])][int(rest[0])]
         else:

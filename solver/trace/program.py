@@ -46,8 +46,7 @@ class Program(NamedTuple):
     The endings are all answers of a row, in the order of the sample; ``order`` tells that of a row. Where one
     of them does not count, none does. ``brief`` tells the first answer of most rows with less work: of the
     endings that it has ``alone``, each with what is asked of all, only the first one has to count. Where
-    answers are iterated, ``ranked`` is what orders them. A single input lies inside its ``reach``, and each
-    of them within the ``box``.
+    answers are iterated, ``ranked`` is what orders them. Each input lies within the ``box``.
     """
 
     flow: Flow
@@ -58,7 +57,6 @@ class Program(NamedTuple):
     brief: Program | None = None
     alone: tuple[Ending, ...] = ()
     ranked: Ranked | None = None
-    reach: tuple[float, float] = (-math.inf, math.inf)
     box: Box | None = None
 
     @property

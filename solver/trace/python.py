@@ -220,9 +220,6 @@ class _Writer:
         numbers = [place for place in range(program.inputs) if place not in symbols]
         for place in numbers:
             self._line(f"if a{place}.__class__ is not float: a{place} = number(a{place})")
-        if program.reach != (-math.inf, math.inf):
-            low, high = program.reach
-            self._line(f"if not {low!r} < a0 < {high!r}: break")
         if program.box is not None:
             self._line(f"{''.join(f'l{place}, h{place}, ' for place in numbers)} = box.ends")
             within = " and ".join(f"l{place} <= a{place} <= h{place}" for place in numbers)

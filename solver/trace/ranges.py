@@ -21,7 +21,7 @@ from rulesheets.functions.arrays import ARRAYS
 from rulesheets.functions.intervals import SLACK, ULPS, Monotone, Wave
 from solver.trace.arrays import DEGREE
 from solver.trace.flow import Flow
-from solver.trace.graph import LEAVES, TOLERANCE, Operand, operands, schedule
+from solver.trace.graph import LEAVES, TOLERANCE, operands, schedule
 
 Pair: TypeAlias = tuple[Any, Any]
 """The least and the largest number (spans,); of a condition where it surely holds and where it surely does
@@ -53,7 +53,7 @@ class Ranges:
         for at, node in enumerate(order):
             parts = operands(flow, node)
             done = [p for p in dict.fromkeys(parts) if last[p] == at and p not in wanted]
-            self._steps.append((node, _form(*flow.nodes[node]), parts, done))
+            self._steps.append((node, _form(flow, node), parts, done))
 
     @np.errstate(all="ignore")
     def __call__(self, inputs: Sequence[Pair]) -> list[Pair]:
@@ -70,8 +70,11 @@ class Ranges:
         return [found[node] for node in self.wanted]
 
 
-def _form(kind: Operand, *rest: Operand) -> Callable[..., Pair]:
+def _form(flow: Flow, node: int) -> Callable[..., Pair]:
     """The pair of an operation from those of its operands."""
+    kind, *rest = flow.nodes[node]
+    if kind == "unfolded":
+        return partial(_within, flow.finders[int(rest[0])])
     name = str(rest[0] if kind == "call" else kind)
     if kind == "mul" and rest[0] == rest[1]:
         return lambda a, _: _square(a)
@@ -165,6 +168,12 @@ def _chosen(condition: Pair, a: Pair, b: Pair) -> Pair:
     return low, high
 
 
+def _within(finder: Any, *known: Pair) -> Pair:
+    """Whether the numbers known to a block lie where it is told how many roots there are."""
+    ends = finder.array(*(low for low, _ in known)) & finder.array(*(high for _, high in known))
+    return ends, np.zeros_like(ends)
+
+
 def _near(a: Pair, b: Pair) -> Pair:
     apart = np.maximum(b[0] - a[1], a[0] - b[1])
     return np.False_, apart > TOLERANCE * np.maximum(_size(a)[1], _size(b)[1])
@@ -197,5 +206,4 @@ _FORMS: dict[str, Callable[..., Pair]] = {
     "or": lambda a, b: (a[0] | b[0], a[1] & b[1]),
     "xor": lambda a, b: (a[0] & b[1] | a[1] & b[0], a[0] & b[0] | a[1] & b[1]),
     "not": lambda a: (a[1], a[0]),
-    "unfolded": lambda *_: (np.False_, np.False_),
 }

@@ -13,6 +13,7 @@ import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from itertools import compress
+from typing import TypeAlias
 
 from rulesheets.functions import named
 from rulesheets.model import Model, Variable
@@ -45,10 +46,15 @@ _DIRECTIONS = named(lambda row: row.angle) | {"direction", "directiond"}
 _BOUNDED = frozenset({"sind", "cosd", "sin", "cos", "lt", "le"})
 
 
+Proof: TypeAlias = tuple[tuple[object, ...], Unfolded]
+"""Of a block, and the known numbers that do not vary, where its roots neither appear nor vanish."""
+
+
 class Recording(Inverses):
     """Follows the steps of each of the answers ``leaves`` as they were taken.
 
-    ``corrects``: unknowns are corrected by rules that they miss. Raises NotCompilable where a step has no
+    ``corrects``: unknowns are corrected by rules that they miss. ``proofs``: those of other records, to which
+    new ones are added. Raises NotCompilable where a step has no
     record.
     """
 
@@ -59,6 +65,7 @@ class Recording(Inverses):
         pattern: Pattern,
         leaves: Sequence[Leaf],
         corrects: bool = False,
+        proofs: list[Proof] | None = None,
     ) -> None:
         super().__init__(model, planner, pattern, leaves[0].branch.values)
         self.leaves, self.branch, self.corrects = leaves, leaves[0].branch, corrects
@@ -66,7 +73,8 @@ class Recording(Inverses):
         self._guards = Ending((), (), ())
         """What is asked of all answers together."""
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
-        self._unfolded: dict[tuple[object, ...], Unfolded] = {}
+        self._kept = set[tuple[object, ...]]()
+        self._proofs: list[Proof] = [] if proofs is None else proofs
 
     def run(self, refused: Sequence[Leaf], ranking: Ranking) -> Program:
         """The program of the answers, put in their order by the ``ranking``; ``refused`` are branches that
@@ -426,15 +434,24 @@ class Recording(Inverses):
     def _keep_roots(
         self, kernel: BlockKernel, known: Sequence[float], varying: Sequence[bool], places: Sequence[int]
     ) -> None:
-        """Require that a block has as many roots as at the sample, where that can be proved."""
+        """Require that a block has as many roots as at the sample, as far as that is known."""
         key = (kernel.block.equations, kernel.unknowns, *places)
-        if key in self._unfolded or not any(varying):
+        if key in self._kept or not any(varying):
             return
-        self._unfolded[key] = found = Unfolded(kernel, known, varying)
-        if found.proved:
-            self.flow.finders.append(found)
-            node = self.flow.node("unfolded", len(self.flow.finders) - 1, *compress(places, varying))
-            self._guard([node], ())
+        self._kept.add(key)
+        numbers = list(compress(known, varying))
+        about = (*key[:2], *(None if varies else v for v, varies in zip(known, varying, strict=True)))
+        found = next((one for asked, one in self._proofs if asked == about and one(*numbers)), None)
+        if found is None:
+            found = Unfolded(kernel, known, varying)
+            self._proofs.append((about, found))
+        self._guard([self._within(found, compress(places, varying))], ())
+
+    def _within(self, found: Unfolded, known: Iterable[int]) -> int:
+        """The condition that the numbers known to a block lie where its roots neither appear nor vanish."""
+        nodes = list(known)
+        self.flow.finders.append(found)
+        return self.flow.node("unfolded", len(self.flow.finders) - 1, *nodes) if nodes else self.flow.true
 
     def _floats(self, names: Sequence[str], usual: bool = True) -> list[float]:
         """Numbers of the sample. Raises NotCompilable where one is missing, or of a size not ``usual``."""

@@ -31,9 +31,10 @@ from solver.trace.folds import Unfolded
 from solver.trace.graph import NotCompilable
 from solver.trace.guards import CLEAR, Pattern, State
 from solver.trace.nearby import Nearby
+from solver.trace.newton import BlockNewton
 from solver.trace.program import Program
 from solver.trace.python import compile_scalar
-from solver.trace.record import MAX_DEAD, Recording
+from solver.trace.record import MAX_DEAD, Proof, Recording
 
 BEYOND = 1e-6
 """How far outside of an image, relative to the numbers around, a target is refused without a second look."""
@@ -60,7 +61,7 @@ class Refusal(Recording):
         for leaf in self.leaves:
             state, impossible = self._stopped(start, leaf)
             self._guard((*state.checks, impossible), state.finite)
-        if self.flow.finders:
+        if any(isinstance(finder, BlockNewton) for finder in self.flow.finders):
             raise NotCompilable  # of the roots of a block it follows those that the sample has
         self._keep_usual()
         return Program(self.flow, len(self.pattern.inputs), (self._guards,), symbols)
@@ -224,8 +225,6 @@ class Refusal(Recording):
     def _excluded(self, state: State, step: SolveBlock) -> int:
         """That the known numbers of a block lie within ranges for which it has no root."""
         flow, kernel = self.flow, kernel_of(self.graph, step)
-        if flow.finders and not self.endings:
-            raise NotCompilable  # no refusal follows the roots of a block
         nodes = [state.values.get(name) for name in kernel.known]
         known = [node for node in nodes if node is not None]
         if len(known) < len(nodes):
@@ -235,7 +234,7 @@ class Refusal(Recording):
         found = Unfolded(kernel, sample, varying, list(map(self._rounded, known)))
         if not found.proved:
             raise NotCompilable
-        return found.unrolled(flow, list(compress(known, varying)))
+        return self._within(found, compress(known, varying))
 
     def _rounded(self, node: int) -> float:
         """How far a number may be moved without being another one to a solve."""
@@ -268,8 +267,6 @@ MAX_RECORDS = 24
 """Records of one pattern; a sheet whose rows decide otherwise more often is solved step by step beyond."""
 
 MAX_FAILURES = 12
-MAX_DOUBTS, NEARER = 8, 0.8
-"""Rows that are solved to see where the branches of records end: so much nearer to the sample than known."""
 AGREEMENT = 1e-6
 """How near a record must come to the row that it was made from, relative to each number."""
 
@@ -293,7 +290,9 @@ class Records:
         self._primary: dict[int, tuple[Callable[..., Any], ...]] = {}
         self._nearby: dict[int, Nearby] = {}
         self._samples: list[Sequence[Value]] = []
-        self._doubts = 0
+        self._proofs = list[Proof]()
+        self.learned = 0
+        """Rows from which something was learned."""
 
     @property
     def order(self) -> list[int]:
@@ -333,61 +332,21 @@ class Records:
             )
 
     def known(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]] | None:
-        """All answers of a row by the first record that settles it, which is useful from now on.
-
-        None also where a full solve should tell whether answers end between a record that has more of them
-        and this row.
-        """
+        """All answers of a row by the first record that settles it, which is useful from now on."""
         if numbers in self.rows:
             return self.rows[numbers].copy()
-        lost: list[int] = []
         for place in self.order:
             found: list[tuple[Value, ...]] | None = self.every[place](*numbers)
             if found is not None:
-                fewer = [one for one in lost if self._answers(one) > self._answers(place)]
-                if self._doubts < MAX_DOUBTS and any(self._is_doubtful(one, numbers) for one in fewer):
-                    self._doubts += 1
-                    return None
                 self.useful = place
                 return found
-            lost.append(place)
         return None
-
-    def _answers(self, place: int) -> int:
-        return len(self.programs[place].endings)
-
-    def _is_doubtful(self, place: int, numbers: Sequence[Value]) -> bool:
-        """Whether it would tell much to know that the branches of a record end before a row."""
-        program, (sample, *others) = self.programs[place], self._samples[place]
-        (number, *_), (low, high) = numbers, program.reach
-        if others or not program.flow.finders or isinstance(number, str) or isinstance(sample, str):
-            return False
-        if not low < number < high:
-            return False
-        end = high if number > sample else low
-        return math.isinf(end) or abs(number - sample) < NEARER * abs(end - sample)
-
-    def _end(self, numbers: Sequence[Value], answers: int) -> None:
-        """Of records with more answers than a row has branches end between their samples and the row."""
-        for place, program in enumerate(self.programs):
-            if self._answers(place) > answers and self._is_doubtful(place, numbers):
-                if self.every[place](*numbers) is not None:
-                    continue
-                number, sample = float(numbers[0]), float(self._samples[place][0])
-                low, high = program.reach
-                reach = (low, number) if number > sample else (number, high)
-                brief = program.brief and program.brief._replace(reach=reach)
-                self.programs[place] = program._replace(reach=reach, brief=brief)
-                self.every[place] = compile_scalar(self.programs[place], all_answers=True)
-                self._primary.pop(place, None)
-                self._nearby.pop(place, None)
 
     def learn(self, numbers: Sequence[Value], leaves: Sequence[Leaf], refused: Sequence[Leaf]) -> bool:
         """Take note of the answers of a row that was solved step by step; False where nothing came of it.
 
         A new record, where it says the same and no other does.
         """
-        self._end(numbers, len(leaves))
         answers = [leaf.branch.values for leaf in leaves]
         if any(self._agrees(every(*numbers), answers) for every in self.every):
             return True
@@ -400,7 +359,7 @@ class Records:
         ranking = Ranking(self.model, (*pattern.inputs, *pattern.given), names, pattern.guesses)
         for corrects in (False, True):
             with suppress(NotCompilable, TimeIsUp):  # the answers are known, whatever becomes of a record
-                recording = Refusal(self.model, self.planner, pattern, leaves, corrects)
+                recording = Refusal(self.model, self.planner, pattern, leaves, corrects, self._proofs)
                 program = recording.run(refused, ranking)
                 every = compile_scalar(program, all_answers=True)
                 if self._agrees(every(*numbers), answers):
@@ -448,7 +407,8 @@ class Records:
 
     def mark(self) -> list[tuple[Any, dict[str, Any]]]:
         """What has been learned so far, for ``forget``."""
-        finders = (finder for program in self.programs for finder in program.flow.finders)
+        programs = (*self.programs, *self.refusals)
+        finders = (finder for program in programs for finder in program.flow.finders)
         return [(one, _copied(vars(one))) for one in (self, *finders) if isinstance(one, Records | Unfolded)]
 
     def forget(self, mark: list[tuple[Any, dict[str, Any]]]) -> None:

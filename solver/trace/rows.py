@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 from contextlib import suppress
 from functools import cached_property, reduce
 from typing import Any, NamedTuple, TypeAlias
@@ -25,7 +25,7 @@ from solver.ranking.branches import (
 )
 from solver.trace.arrays import ArrayKernel
 from solver.trace.flow import Flow
-from solver.trace.graph import NotCompilable, copied
+from solver.trace.graph import NotCompilable, computed_from, copied, operands
 from solver.trace.program import AllAnswers, Program, counts, each_of, every
 from solver.trace.ranges import Pair, Ranges
 from solver.trace.records import Records
@@ -59,7 +59,7 @@ HUGE = 2**18
 def kernel_of(flow: Flow, wanted: Sequence[int], jit: bool, unrolled: bool = False) -> Callable[..., None]:
     """Machine code where it is asked for and can hold the functions, else blocks of numpy.
 
-    ``unrolled``: roots of blocks by a few steps in straight lines.
+    ``unrolled``: roots of blocks by a few steps in straight lines, wherever their known numbers lie.
     """
     if unrolled and flow.finders:
         target = Flow(flow.plain)
@@ -101,7 +101,11 @@ class AnswerKernel:
             raise NotCompilable
         self.program, self.jit, self.turns = program, jit, turns
         self._made = dict[tuple[bool, bool], _Columns]()
-        self.symbols = self._columns().symbols
+        flow = program.flow
+        within = sorted(n for n in computed_from(flow, program.wanted) if flow.nodes[n][0] == "unfolded")
+        self._within = [(flow.finders[int(flow.nodes[n][1])], operands(flow, n)) for n in within]
+        """What tells whether numbers known to blocks lie within ranges, and the nodes of these."""
+        self.symbols = every(program, in_order=False, quick=True).symbols
         self._asked, self._single = set[int](), dict[tuple[int, int], Callable[..., None]]()
 
     def _columns(self, in_order: bool = False, quick: bool = True) -> _Columns:
@@ -109,8 +113,13 @@ class AnswerKernel:
         if (in_order, quick) not in self._made:
             found = every(self.program, in_order, quick)
             nodes = [node for place in found.places for node in place.results]
-            kernel = kernel_of(self.program.flow, (*nodes, *found.there, found.holds), self.jit, quick)
-            self._made[in_order, quick] = _Columns(kernel, len(nodes), len(found.there), found.symbols)
+            within = self._within if quick else []
+            known = [node for _, some in within for node in some]
+            wanted = (*nodes, *found.there, found.holds, *known)
+            kernel = kernel_of(self.program.flow, wanted, self.jit, quick)
+            self._made[in_order, quick] = _Columns(
+                kernel, len(nodes), len(found.there), found.symbols, [(f, len(some)) for f, some in within]
+            )
         return self._made[in_order, quick]
 
     def __call__(
@@ -168,7 +177,8 @@ class AnswerKernel:
             target[0], target[1] = pair
         clear = far_apart(ends.reshape(len(found.places), -1, *ends.shape[1:]), np.asarray(self.turns))
         sure = {node: pair[0] for node, pair in zip(conditions, pairs[len(ends) :], strict=True)}
-        self._asked.update(node for node, spans in sure.items() if not spans.any())
+        ranged = (node for node, spans in sure.items() if not spans.any())
+        self._asked.update(node for node in ranged if self.program.flow.nodes[node][0] != "unfolded")
         for node in sure.keys() - self._asked:
             clear = clear & sure[node]
         return clear
@@ -277,6 +287,8 @@ class _Columns(NamedTuple):
     numbers: int
     places: int
     symbols: tuple[tuple[str, ...] | None, ...]
+    within: Sequence[tuple[Any, int]]
+    """What tells whether numbers lie in ranges, and how many it takes."""
 
     def __call__(self, columns: Sequence[Array]) -> _Found:
         return self.watched(columns, False)[0]
@@ -287,7 +299,12 @@ class _Columns(NamedTuple):
         found = columns_of(self.numbers, count)
         logical = np.empty((self.places + 1, count), dtype=bool)
         spans = Spans(found) if watch and found else None
-        self.kernel(columns, (*found, *logical), spans and spans.take)
+        known = [np.empty((size, count)) for _, size in self.within]
+        self.kernel(
+            columns, (*found, *logical, *(row for some in known for row in some)), spans and spans.take
+        )
+        for (finder, _), some in zip(self.within, known, strict=True):
+            logical[-1] &= finder.array(*some)
         each = self.numbers // self.places
         planes = [found[place * each : (place + 1) * each] for place in range(self.places)]
         return (planes, logical[:-1], logical[-1]), spans
@@ -321,14 +338,14 @@ class Steady:
         that is not plain.
         """
         program = self.sweeper.records.programs[self.sweeper.records.order[0]]
-        kernel, (low, high) = self.sweeper.kernel(program), program.reach
+        kernel = self.sweeper.kernel(program)
         count = len(targets[0])
         here = [column[start : start + count] for column in self.columns]
         if kernel is None or any(kernel.symbols) or count < WIDE:
             return 0
         if before.shape[1] < 2 or not np.isfinite(before).all():
             return 0
-        if not moving(here, WIDE).all() or not all(low < end < high for end in here[0][[0, -1]].tolist()):
+        if not moving(here, WIDE).all():
             return 0
         clear = self._clear(kernel, start + 2, (count - 2) // SPAN)
         open_ = [*(2 + SPAN * np.flatnonzero(~clear)), *([count - SPAN] if (count - 2) % SPAN else [])]
@@ -389,20 +406,34 @@ class AnswerSweeper:
                 for program in self.records.refusals[refusals:]:
                     left = self._not_refused(program, columns, left, keep)
             records, refusals = len(self.records.programs), len(self.records.refusals)
-            for row in left.tolist():
+            for row in self._ahead(left.tolist(), alone):
                 try:
                     status, alone[row] = outcome(row)
                 except KeyboardInterrupt:
                     parts += [_one_by_one(alone)] if alone else []
+                    row = next(row for row in left.tolist() if row not in alone)
                     raise Interrupted(row, together(parts, count)) from None
-                left = left[1:]
                 if status is not Status.SOLVED:
                     keep(np.array([row]), status)
                 if (records, refusals) != (len(self.records.programs), len(self.records.refusals)):
                     break  # what was learned may settle the others
+            left = np.setdiff1d(left, np.fromiter(alone, left.dtype, len(alone)), assume_unique=True)
         if alone:
             parts.append(_one_by_one(alone))
         return together(parts, count)
+
+    def _ahead(self, rows: list[int], done: Container[int]) -> Iterator[int]:
+        """The rows, one after the other; after one from which was learned, more and more of them are left out
+        at first: what is learned behind them may settle them."""
+        for place, row in enumerate(rows):
+            jump = 1
+            while row not in done:
+                learned = self.records.learned
+                yield row
+                if self.records.learned == learned:
+                    break
+                jump *= 2
+                row = rows[min(place + jump, len(rows) - 1)]
 
     def _settled(
         self,
@@ -414,20 +445,14 @@ class AnswerSweeper:
     ) -> Array:
         """The rows that are still left after a record had its turn."""
         kernel = self.kernel(program)
-        everywhere, (low, high) = left, program.reach
-        if low > -np.inf or high < np.inf:
-            column = columns[0][left]
-            left = left[(low < column) & (column < high)]
         if kernel is None or not len(left):
-            return everywhere
+            return left
         whole = len(left) == len(columns[0])
         found, holds = kernel(
             columns if whole else [c[left] for c in columns], steady, None if whole else left
         )
         if holds.any():
             parts.append((left, found) if whole else (left[holds], found.of(holds)))
-        if len(left) < len(everywhere):
-            return np.setdiff1d(everywhere, left[holds], assume_unique=True)
         return left[:0] if holds.all() else left[~holds]
 
     def kernel(self, program: Program) -> AnswerKernel | None:
