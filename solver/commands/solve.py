@@ -7,8 +7,8 @@ import os
 import sys
 import time
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable
+from contextlib import suppress
 from contextvars import Context
 from dataclasses import replace
 from typing import Any
@@ -19,9 +19,17 @@ from rulesheets.files import find_sheet, parsed, read_source
 from rulesheets.format import format_sheet
 from rulesheets.inputs import override, variable_named
 from rulesheets.loading import keep, load, recall, stamp
-from rulesheets.model import Model, Value
+from rulesheets.model import Model
 from rulesheets.syntax import escaped
-from solver.commands import Command, Option, add_input_options, add_sheet_options, load_sheet, read_request
+from solver.commands import (
+    Command,
+    Option,
+    Request,
+    add_input_options,
+    add_sheet_options,
+    load_sheet,
+    read_request,
+)
 from solver.path.planner import path_tree, planner
 from solver.ranking.ranking import signs_of
 from solver.report import shown_on
@@ -61,19 +69,19 @@ def _solve_arguments(parser: ArgumentParser) -> None:
 _CODE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
-@contextmanager
-def remembering(
-    model: Model, inputs: Mapping[str, Value | None], want: Sequence[str] | None
-) -> Iterator[None]:
-    """What does not depend on numbers, as paths and formulas, is kept for later runs that are given and asked
-    the same names, and taken from earlier ones."""
+def remembered(asked: Request, **options: bool) -> Result:
+    """A solve with what an earlier one of the same names found out, whatever the numbers.
+
+    A path that is new is kept with what belongs to it.
+    """
+    model, inputs, want, guesses = asked.model, asked.inputs, asked.want, asked.guesses
     question = repr((stamp(_CODE), sorted((name, value is None) for name, value in inputs.items()), want))
     recall(model, question)
-    paths = planner(model).paths
-    before = len(paths)
-    yield
-    if len(paths) > before:
+    known = len(planner(model).paths)
+    result = solve(model, inputs, want, guesses, **options)
+    if len(planner(model).paths) > known:
         keep(model, question, planner, signs_of)
+    return result
 
 
 def _solve(arguments: Namespace) -> int:
@@ -81,9 +89,7 @@ def _solve(arguments: Namespace) -> int:
     request = read_request(arguments)
     if arguments.output:
         request.expect_output(arguments.output)
-    options = {"prove": arguments.prove, "limits": arguments.limits}
-    with remembering(request.model, request.inputs, request.want):
-        result = solve(request.model, request.inputs, request.want, request.guesses, **options)
+    result = remembered(request, prove=arguments.prove, limits=arguments.limits)
     if arguments.output:
         from solver.files import write_file  # which a table on the screen does without
 

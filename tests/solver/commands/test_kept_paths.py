@@ -9,10 +9,12 @@ from pathlib import Path
 import pytest
 
 from rulesheets import load, store
-from solver import Result, Status, solve
+from solver import Result, Status
+from solver.commands import Request
 from solver.commands import solve as command
-from solver.commands.solve import remembering
+from solver.commands.solve import remembered
 from solver.path import building
+from solver.path.planner import planner
 
 LOOP = "x^2 + y^2 = r^2\nx + y = s\nif s < 4 then z = 2*s else z = q + r\nq = 3*s\n"
 
@@ -41,9 +43,7 @@ def built(monkeypatch: pytest.MonkeyPatch) -> list[frozenset[str]]:
 
 def asked(sheet: Path, **inputs: float) -> Result:
     """Solved in what a new run knows."""
-    model = load(sheet)
-    with remembering(model, inputs, None):
-        return solve(model, inputs)
+    return remembered(Request(load(sheet), inputs, {}, None))
 
 
 def test_a_path_is_built_once_for_inputs_of_the_same_names(sheet: Path, built: list[object]) -> None:
@@ -106,9 +106,8 @@ def test_a_damaged_entry_is_made_again(sheet: Path, built: list[object]) -> None
 
 def test_what_cannot_be_written_is_not_kept(sheet: Path) -> None:
     model = load(sheet)
-    with remembering(model, {"r": 5.0, "s": 1.0}, None):
-        assert solve(model, {"r": 5.0, "s": 1.0}).status is Status.SOLVED
-        model.__dict__["Signs"] = lambda: None
+    planner(model).graph.__dict__["unwritable"] = lambda: None
+    assert remembered(Request(model, {"r": 5.0, "s": 1.0}, {}, None)).status is Status.SOLVED
     assert not list((sheet.parent / "cache").glob("found-*"))
     assert store.usage()[0]
 
