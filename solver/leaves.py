@@ -426,3 +426,22 @@ def unmet(model: Model, values: Mapping[str, Value], decided: Mapping[int, bool]
             with suppress(Undefined, TypeError):
                 miss = abs(value(comparison.left, values) - value(comparison.right, values))
             yield Unmet(index, miss if math.isfinite(miss) else None, values)
+
+
+ALIKE = 1e-12
+"""How near values are taken for the same, relative to them."""
+
+
+def different(rows: Sequence[Sequence[Value]]) -> list[int]:
+    """The places of the rows of values that differ from every row before by more than rounding."""
+    places = list[int]()
+    for place, row in enumerate(rows):
+        if not any(all(map(_alike, row, rows[other])) for other in places):
+            places.append(place)
+    return places
+
+
+def _alike(a: Value, b: Value) -> bool:
+    if isinstance(a, str) or isinstance(b, str) or a == b:
+        return a == b
+    return abs(a - b) <= ALIKE * max(abs(a), abs(b)) or (math.isnan(a) and math.isnan(b))

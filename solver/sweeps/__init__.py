@@ -27,7 +27,7 @@ from rulesheets.inputs import (
 from rulesheets.model import Model, Value, Variable, expect_model
 from solver.facts import OutOfTime, Status, Unsolved
 from solver.files.tables import CODES, Column, Table, column_of, free_name, one_length
-from solver.leaves import Asked, Exploration, blocked
+from solver.leaves import Asked, Exploration, blocked, different
 from solver.path.planner import planner
 from solver.ranking.branches import Answers, found_again, kept, together
 from solver.solution.explain import explain
@@ -190,7 +190,7 @@ class Plan:
         solved = verdict.status is Status.SOLVED
         leaves = verdict.leaves if solved else ()
         rows = [tuple(leaf.branch.values.get(n, math.nan) for n in self.want) for leaf in leaves]
-        rows = list(dict.fromkeys(rows))
+        rows = [rows[place] for place in different(rows)]
         if not verdict.reread and all(isinstance(one, str) or math.isfinite(one) for one in numbers):
             ended = (leaf for leaf in (*found.leaves, *found.open_cases) if not leaf.solved and blocked(leaf))
             if solved and self.records.learn(numbers, verdict.leaves, (*found.contradicted, *ended)):

@@ -16,11 +16,11 @@ from itertools import compress
 from typing import TypeAlias
 
 from rulesheets.functions import named
-from rulesheets.model import Model, Variable
+from rulesheets.model import Model, Value, Variable
 from rulesheets.syntax.nodes import subtract
 from solver.facts import Beside, Conflict, NoValue, Unmet
 from solver.kernel.block import BlockKernel, kernel_of
-from solver.leaves import Leaf
+from solver.leaves import Leaf, different
 from solver.path import Decide, Evaluate, Select, SolveBlock, Step
 from solver.path.cases import EQUAL, activity, value_of_equality
 from solver.path.planner import Planner
@@ -33,11 +33,14 @@ from solver.trace.newton import BlockNewton
 from solver.trace.order import Order, Ranked
 from solver.trace.order import order as order_of
 from solver.trace.program import Ending, Program, lean
+from solver.trace.python import compile_scalar
 
 MATCHES = 1e-6
 """How near a number of the record must come to the answer that it was made from, relative to it."""
 APART = 1e-6
 """The least relative distance of two answers of a block."""
+BESIDE = 1e-3, -7e-4
+"""How far from the sample answers must be the same that are so at it, relative to its numbers."""
 REMOTE = 1e60
 """No record is good for larger numbers, or for smaller ones than 1 over it: products of them overflow."""
 MAX_DEAD = 8
@@ -81,6 +84,9 @@ class Recording(Inverses):
         contradict a rule at the sample, or come to a step without a value."""
         start, symbols = self._start()
         states = [self._followed(start, leaf) for leaf in self.leaves]
+        different = self._different()
+        self.endings = [self.endings[place] for place in different]
+        states = [states[place] for place in different]
         ranked = None
         if len(states) > 1:
             answers = tuple(tuple(map(state.values.get, ranking.read)) for state in states)
@@ -101,6 +107,25 @@ class Recording(Inverses):
         elif order.first:
             brief = lean(program._replace(endings=alone[:1], order=Order(usual=order.first)))
         return lean(program)._replace(brief=brief, ranked=ranked if iterated else None)
+
+    def _different(self) -> list[int]:
+        """The places of the answers that differ in what is wanted, beside the sample as well."""
+        rows = [[n if isinstance(n, str) else self._numbers(n) for n in e.results] for e in self.endings]
+        several, places = list(range(len(rows))), different(rows)
+        if len(places) == len(rows):
+            return several
+        tagged = tuple(
+            Ending((*ending.results, self.flow.constant(float(place))), (), ())
+            for place, ending in enumerate(self.endings)
+        )
+        every = compile_scalar(Program(self.flow, len(self.pattern.inputs), tagged), all_answers=True)
+        for share in BESIDE:
+            sample = (self.sample[name] for name in self.pattern.inputs)
+            numbers = (v if isinstance(v, str) else v + share * (abs(v) or 1.0) for v in sample)
+            found: list[tuple[Value, ...]] | None = every(*numbers)
+            if found is None or different([row[:-1] for row in found]) != places:
+                return several
+        return places
 
     def _iterates(self, endings: Sequence[Ending]) -> set[int]:
         """The blocks that answers iterate."""

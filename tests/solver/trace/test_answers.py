@@ -150,3 +150,32 @@ def test_a_double_root_that_is_asked_again_has_the_same_answers() -> None:
         assert plan(number) == plan.all(number)[0]
     assert plan.all(2.0) == first
     assert plan.sweep(np.array([1.0, 2.0, 2.0]))["x"].tolist()[1:] == pytest.approx([2.0, 2.0])
+
+
+SHAPER = """variables
+  r = 100
+  d = 250
+  th = 40
+  w = 6
+  q
+  beta
+  al
+rules
+  q*cosd(beta) = d + r*cosd(th)
+  q*sind(beta) = r*sind(th)
+  al = w^2*r*d*sind(th)*(r^2 - d^2)/q^4
+"""
+
+
+@pytest.mark.parametrize("al", [-2.4738, -2.4565, -2.4368, -2.5])
+def test_answers_that_differ_in_other_unknowns_alone_are_one(al: float) -> None:
+    """The link of a shaper turns by beta with a length q, or by half a turn more with -q."""
+    plan = solver.prepare(rulesheets.loads(SHAPER), ["al"], ["r"], {"r": None})
+    cosine, sine = math.cos(math.radians(40.0)), math.sin(math.radians(40.0))
+    square = np.poly1d([1.0, 500.0 * cosine, 62500.0])
+    roots = (al * square**2 - 36.0 * 250.0 * sine * np.poly1d([1.0, 0.0, -62500.0, 0.0])).roots
+    expected = sorted(roots[np.isreal(roots)].real)
+    for _ in range(2):
+        assert sorted(r for (r,) in plan.all(al)) == pytest.approx(expected, rel=1e-9)
+    table: solver.Table = plan.sweep(np.linspace(al, 1.001 * al, 100))
+    assert set(table.answers.tolist()) == {4}
