@@ -240,8 +240,9 @@ class PathSearch:
     def _ahead(self, step: Step) -> int:
         """How many steps of the first path are of the kind of one of them and not before it."""
         path = self.first_path or ()
-        kind = self._kind(step)
-        return sum(self._kind(one) == kind for one in path[path.index(step) :]) if step in path else 1
+        rest = path[path.index(step) :] if step in path else ()
+        steps = [one for one in rest if type(one) is type(step)]
+        return [*map(self._kind, steps)].count(self._kind(step)) if len(steps) > 1 else 1
 
     @property
     def _too_many_searches(self) -> bool:
