@@ -33,8 +33,8 @@ BOXES, FINEST = 500, 1.0 / 8.0
 """Of one proof: boxes in all, and the least share of a known number's range that one has."""
 SHARES = 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4
 """How far all sides are moved first, relative to where they are: the farthest that is proved."""
-GROWTH, SHRINKING, NARROWEST = 3.0, 8.0, 1e-3
-"""How much farther or less far a side is moved after that, and the least step."""
+GROWTH, SHRINKING, NEXT, NARROWEST = 3.0, 8.0, 1e-2, 1e-3
+"""How much farther or less far a side is moved after that, how far next to a solve, and the least step."""
 ORDINARY = 1e40
 """Numbers beyond this, or below 1 over it, have no ranges."""
 HOP, LEAP = 0.1, 1.0
@@ -105,7 +105,7 @@ class Unfolded:
             (low, high), up = self.ranges[place], number > self.ranges[place][1]
             end, share = high if up else low, self._shares.get((place, up), 0.0)
             if self.weak and abs(number - end) <= (HOP if self.proved else LEAP) * abs(number):
-                self._shares[place, up], there = SHARES[0], number
+                self._shares[place, up], there = NEXT, number
                 if not self.proved:
                     there = _moved(number, HOP if up else -HOP)
             elif share < NARROWEST or not abs(number) <= ORDINARY:

@@ -129,10 +129,10 @@ class AnswerKernel:
         ``rows`` (n,) are the places in it, where some are left out.
         """
         several = steady and len(self.program.endings) > 1 and not any(self.symbols)
-        found, spans = self._columns().watched(columns, several and self.turns is not None)
+        found, spans, within = self._columns().watched(columns, several and self.turns is not None)
         planes, there, holds = found
-        if len(holds) - np.count_nonzero(holds) > MANY:
-            self._columns(quick=False).replace(found, columns, np.flatnonzero(~holds))
+        if np.count_nonzero(left := within & ~holds) > MANY:
+            self._columns(quick=False).replace(found, columns, np.flatnonzero(left))
             if spans is not None:
                 spans.take_all()
         runs: list[tuple[int, int]] = []
@@ -293,21 +293,23 @@ class _Columns(NamedTuple):
     def __call__(self, columns: Sequence[Array]) -> _Found:
         return self.watched(columns, False)[0]
 
-    def watched(self, columns: Sequence[Array], watch: bool) -> tuple[_Found, Spans | None]:
-        """With the spans of the numbers, if they are to be watched."""
+    def watched(self, columns: Sequence[Array], watch: bool) -> tuple[_Found, Spans | None, Array]:
+        """With the spans of the numbers, if they are to be watched, and the rows that may lie in ranges."""
         count = len(columns[0])
         found = columns_of(self.numbers, count)
         logical = np.empty((self.places + 1, count), dtype=bool)
         spans = Spans(found) if watch and found else None
         known = [np.empty((size, count)) for _, size in self.within]
-        self.kernel(
-            columns, (*found, *logical, *(row for some in known for row in some)), spans and spans.take
-        )
+        results = *found, *logical, *(row for some in known for row in some)
+        self.kernel(columns, results, spans and spans.take)
+        inside = np.full(count, True)
         for (finder, _), some in zip(self.within, known, strict=True):
-            logical[-1] &= finder.array(*some)
+            told = finder.array(*some)
+            logical[-1] &= told
+            inside &= told | np.isnan(some).any(axis=0)
         each = self.numbers // self.places
         planes = [found[place * each : (place + 1) * each] for place in range(self.places)]
-        return (planes, logical[:-1], logical[-1]), spans
+        return (planes, logical[:-1], logical[-1]), spans, inside
 
     def replace(self, found: _Found, columns: Sequence[Array], rows: Array) -> None:
         """Ask about some rows anew."""
