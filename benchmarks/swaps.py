@@ -1,13 +1,14 @@
 """Prepared calls over every single swap of the shipped models: one output given, one input wanted.
 
     python -m benchmarks.swaps [--model NAME]… [--rows N] [--budget SECONDS] [--kept FILE]
-        [--each] [--agree] [--write]
+        [--each] [--agree] [--wide] [--write]
 
 Each swap that leads back to the state of its sheet is prepared once; then it is called at numbers next to
 that state, and swept over rows of them. The figures are distributions over the swaps, in processor time. A
 swap gets ``--budget`` seconds: what it has not been asked by then is left out. ``--kept`` appends what was
 measured to a file and leaves out the swaps that stand there, so that a run can be stopped and taken up again.
 ``--agree`` compares calls with full solves: statuses, number of answers, and values beside their error bars.
+``--wide`` sweeps a sample of the swaps over a wide range instead, with plans that know nothing before.
 ``--write`` puts the tables into docs/speed.md.
 """
 
@@ -37,15 +38,19 @@ NAMES = sorted(path.parent.name for path in MODELS.glob("*/model.tk"))
 SPREAD = 1e-2
 """How far from the state, relative to its number, a swap is asked."""
 POINTS = 12
-REPEATS = 5
+REPEATS, LEAST = 5, 3
+"""Readings of the clock, and how many there are when the time is over: the first one may say anything."""
 ENOUGH = 2e-4
 """Seconds over which a quick call is repeated for one reading of the clock."""
 RETURNED = 1e-6
 PATIENCE = 5.0
 """Seconds after which a choice that nothing is known of counts as no swap."""
+SAMPLE, WIDE, WIDE_ROWS = 0.05, (0.7, 1.4), 300
+"""Share of the swaps that are swept widely, the ends relative to the state, and in how many rows."""
 WORST = 25
 """Swaps of which the page shows that they are too slow, one by one."""
 
+QUANTILES = "median", "90 %", "97 %", "worst"
 CALL, MEDIAN_CALL, WORST_CALL, ROW, WORST_ROW = 100.0, 5.0, 5000.0, 2.0, 100.0
 """Microseconds that calls and rows are held to."""
 
@@ -56,7 +61,8 @@ class Swap:
 
     ``call`` is the median over the points, ``worst`` the largest; ``first`` is the slowest call at a point
     that no record settled yet (0: none), of which there were ``left`` among ``points``. ``without`` is the
-    median time at points without an answer, ``unanswered`` their number.
+    median time at points without an answer, ``unanswered`` their number. ``learn`` is the time of a first
+    wide sweep, ``again`` that of a row of the next one.
     """
 
     model: str
@@ -70,6 +76,8 @@ class Swap:
     unanswered: int = 0
     without: float = 0.0
     row: float = math.nan
+    learn: float = math.nan
+    again: float = math.nan
     differs: list[str] = field(default_factory=list)
 
     @property
@@ -77,20 +85,26 @@ class Swap:
         return f"{self.given} → {self.wanted}"
 
     def __str__(self) -> str:
+        if self.learn == self.learn:
+            return f"{self.model:<32}{self.name:<28}{self.learn * 1e-6:10.3f} s{self.again:12.3f}"
         times = f"{self.call:12.2f}{self.worst:14.2f}{self.row:12.3f}{self.first:14.0f}"
         counts = f"  left {self.left}/{self.points}, unanswered {self.unanswered} ({self.without:.0f})"
         return f"{self.model:<32}{self.name:<28}{times}{counts}"
 
 
-def swaps(name: str, known: set[tuple[str, str, str]]) -> Iterator[tuple[Swap, Any, float]]:
-    """The swaps of a model that lead back to its state, with their plans and the number given."""
+def swaps(
+    name: str, known: set[tuple[str, str, str]], share: float = 1.0
+) -> Iterator[tuple[Swap, Any, float]]:
+    """The swaps of a model that lead back to its state, or a share of them, with their plans and the number
+    given."""
     model = rulesheets.load(MODELS / name / "model.tk")
     state: Any = solver.solve(model).solutions[0]
     posted = [n for n, v in model.variables.items() if v.posted and isinstance(state.get(n), float)]
     inputs = [n for n in posted if model.variables[n].value is not None]
     for given in (n for n in posted if n not in inputs):
         for wanted in inputs:
-            if (name, given, wanted) in known:
+            draw = random.Random(f"wide {name} {given} {wanted}").random()
+            if (name, given, wanted) in known or draw >= share:
                 continue
             plan: Any = solver.prepare(model, [given], [wanted], {wanted: None}, timeout=PATIENCE)
             rows = asked(plan, state[given])
@@ -136,6 +150,18 @@ def measure(swap: Swap, plan: Any, number: float, rows: int, budget: float) -> S
     return swap
 
 
+def widely(swap: Swap, plan: Any, number: float) -> Swap:
+    """Time a sweep by a plan that knows nothing, and the same rows after."""
+    low, high = WIDE
+    column = np.linspace(low * number, high * number, WIDE_ROWS)
+    fresh: Any = solver.prepare(plan.model, plan.inputs, plan.want, {swap.wanted: None}, timeout=PATIENCE)
+    started = time.process_time()
+    fresh.sweep(column)
+    swap.learn = (time.process_time() - started) * 1e6
+    swap.again = clocked(functools.partial(fresh.sweep, column), 0.0) * 1e6 / WIDE_ROWS
+    return swap
+
+
 def between(point: float, number: float, without: Iterable[float]) -> bool:
     """Whether a point without an answer lies between a point and the state: that says enough."""
     return any(min(point, number) < p < max(point, number) for p in without)
@@ -144,13 +170,13 @@ def between(point: float, number: float, without: Iterable[float]) -> bool:
 def clocked(call: Callable[[], Any], ends: float) -> float:
     """Seconds of processor time that a call takes, at best."""
     count, best = 1, math.inf
-    for _ in range(REPEATS):
+    for reading in range(REPEATS):
         started = time.process_time()
         for _ in range(count):
             call()
         taken = time.process_time() - started
         best = min(best, taken / count)
-        if time.process_time() > ends:
+        if time.process_time() > ends and reading + 1 >= LEAST:
             break
         count = max(1, min(1000, int(ENOUGH / max(best, 1e-9))))
     return best
@@ -201,7 +227,7 @@ def sections(found: list[Swap]) -> tuple[Section, Section]:
     worst, count = max(s.worst for s in found), f"{len(found)} single swaps, µs"
     timed = rows[np.isfinite(rows)]
     table = [
-        (name, *(figures(float(np.quantile(times, share))) for share in (0.5, 0.9, 0.97, 1.0)))
+        (name, *_quantiles(times))
         for name, times in (("a prepared call", calls), ("a row of a sweep", timed))
         if len(times)
     ]
@@ -230,9 +256,32 @@ def sections(found: list[Swap]) -> tuple[Section, Section]:
     more = [f"And {len(slow) - WORST} more."] if len(slow) > WORST else []
     head = ("µs", "call", "worst call", "a row", "numbers first solved step by step")
     return (
-        Section("swaps", "Every swap", (count, "median", "90 %", "97 %", "worst"), table, [remark], claims),
+        Section("swaps", "Every swap", (count, *QUANTILES), table, [remark], claims),
         Section("slow swaps", "Swaps that are too slow", head, lines, more),
     )
+
+
+def _quantiles(times: Any) -> Iterator[str]:
+    return (figures(float(np.quantile(times, share))) for share in (0.5, 0.9, 0.97, 1.0))
+
+
+def wide_section(found: list[Swap]) -> Section:
+    """How long wide sweeps take to learn, and their rows after that."""
+    kinds = (
+        ("to learn, s", [s.learn * 1e-6 for s in found]),
+        ("a row after that, µs", [s.again for s in found]),
+    )
+    table = [
+        (kind, *(figures(float(np.quantile(times, share))) for share in (0.5, 0.9, 0.97, 1.0)))
+        for kind, times in kinds
+    ]
+    low, high = WIDE
+    remark = (
+        f"Processor time of {WIDE_ROWS} rows over {low} to {high} times the state, of swaps drawn by a seed. "
+        "The first sweep solves the rows that no record settles yet. Many of them cross a fold, beyond which "
+        "there is no answer, or another number of them."
+    )
+    return Section("wide sweeps", "Wide sweeps", (f"{len(found)} swaps", *QUANTILES), table, [remark])
 
 
 def _is_slow(swap: Swap) -> bool:
@@ -258,13 +307,17 @@ def main() -> None:
     parser.add_argument("--kept", type=Path)
     parser.add_argument("--each", action="store_true")
     parser.add_argument("--agree", action="store_true")
+    parser.add_argument("--wide", action="store_true")
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
     found = kept_in(options.kept)
     known = {(s.model, s.given, s.wanted) for s in found}
     for name in options.model or NAMES:
-        for swap, plan, number in swaps(name, known):
-            measure(swap, plan, number, options.rows, options.budget)
+        for swap, plan, number in swaps(name, known, SAMPLE if options.wide else 1.0):
+            if options.wide:
+                widely(swap, plan, number)
+            else:
+                measure(swap, plan, number, options.rows, options.budget)
             if options.agree:
                 points = (number, number * (1 + 0.3 * SPREAD), number * (1 - 0.7 * SPREAD))
                 swap.differs = [text for point in points if (text := difference(plan, point))]
@@ -275,7 +328,7 @@ def main() -> None:
             if options.each or swap.differs or _is_slow(swap):
                 print(swap, *swap.differs, flush=True)
         print(f"{name}: {sum(s.model == name for s in found)} swaps", file=sys.stderr, flush=True)
-    for section in sections(found):
+    for section in [wide_section(found)] if options.wide else sections(found):
         print(f"\n## {section.title}\n\n{section.markdown()}")
         if options.write and not place(
             ROOT / "docs" / "speed.md", f"speed: {section.name}", section.markdown()

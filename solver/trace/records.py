@@ -267,6 +267,8 @@ MAX_RECORDS = 24
 """Records of one pattern; a sheet whose rows decide otherwise more often is solved step by step beyond."""
 
 MAX_FAILURES = 12
+SOON = 16
+"""Calls for a first answer that pay for what tells it without the others."""
 AGREEMENT = 1e-6
 """How near a record must come to the row that it was made from, relative to each number."""
 
@@ -289,6 +291,7 @@ class Records:
         """The answers of rows of which no record can be made, such as those of a double root."""
         self._primary: dict[int, tuple[Callable[..., Any], ...]] = {}
         self._nearby: dict[int, Nearby] = {}
+        self._asked = 0
         self._samples: list[Sequence[Value]] = []
         self._proofs = list[Proof]()
         self.learned = 0
@@ -321,9 +324,10 @@ class Records:
         place = self.useful
         if numbers in self.rows or not self.programs[place].ranked:
             return
+        self._asked += 1
         if place in self._nearby:
             self._nearby[place].move(numbers)
-        else:
+        elif self._asked >= SOON:
             before = [self.every[one] for one in self.order[: self.order.index(place)]]
             self._nearby[place] = Nearby(
                 self.programs[place],

@@ -12,10 +12,17 @@ import solver
 from benchmarks.redistribution import linkage_question
 from solver.ranking.ranking import Ranking
 from solver.ranking.sizes import FLOATS
+from solver.trace import records
 from tests.everyday.corpus import sheets
 
 ANGLES = "variables\nx in [0, 60]\nk = 5\nrules\nsin(x) + x/k = 1.2\ny = x^2\n"
 """Many answers of one iterated unknown, of which the sizes tell the first."""
+
+
+@pytest.fixture(autouse=True)
+def soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first call pays for the first box already."""
+    monkeypatch.setattr(records, "SOON", 1)
 
 
 def far_and_near(number: float, share: float, seed: int) -> list[float]:
