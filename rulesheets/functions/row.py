@@ -36,12 +36,6 @@ class Inverse(NamedTuple):
     high_open: bool = False
     period: float | None = None
 
-    def reaches(self, target: float) -> bool:
-        """Whether ``target`` lies in the image, so that a solution exists."""
-        above = target > self.low if self.low_open else target >= self.low
-        below = target < self.high if self.high_open else target <= self.high
-        return above and below
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Function:

@@ -71,16 +71,6 @@ def sparse_matrix(numbers: Any, rows: Any, columns: Any, shape: tuple[int, int])
     return scipy.sparse.csr_array((numbers, (rows, columns)), shape=shape)
 
 
-def connected(pairs: NDArray[np.intp], n: int) -> NDArray[np.intp]:
-    """A number (n,) for each of n things, the same for those that pairs (2, k) connect, by way of others or
-    not."""
-    from scipy.sparse.csgraph import connected_components  # of large blocks alone
-
-    found: NDArray[np.intp]
-    _, found = connected_components(sparse_matrix(np.ones(pairs.shape[1]), pairs[0], pairs[1], (n, n)), False)
-    return found
-
-
 def as_matrix(matrix: Any, columns: int) -> Any:
     """Rows as an array; a scipy sparse matrix as it is."""
     return matrix if hasattr(matrix, "dtype") else np.array(matrix, dtype=float).reshape(-1, columns)
