@@ -232,12 +232,12 @@ def value(expression: Expression, values: Values) -> float:
     return result
 
 
-_TOLERANCE = 16.0 * float_info.epsilon
+TOLERANCE = 16.0 * float_info.epsilon
 
 
 def equal(left: float, right: float) -> bool:
     """Equality of floats within the comparison tolerance, 16 eps of the larger."""
-    return abs(left - right) <= _TOLERANCE * max(abs(left), abs(right))
+    return abs(left - right) <= TOLERANCE * max(abs(left), abs(right))
 
 
 Same: TypeAlias = Callable[[Comparison, float, float], bool]

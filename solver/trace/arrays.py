@@ -8,14 +8,14 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from rulesheets.evaluate.number import TOLERANCE
 from rulesheets.functions.arrays import ARRAYS
 from solver.trace.flow import Flow
-from solver.trace.graph import LEAVES, LOGICAL, TOLERANCE, Graph, Schedule, copied, operands, schedule
+from solver.trace.graph import DEGREE, LEAVES, LOGICAL, RADIAN, Graph, Schedule, copied, operands, schedule
 
 Array: TypeAlias = NDArray[Any]
 Take: TypeAlias = Callable[[int, int], None]
 
-DEGREE = 57.29577951308232
 BLOCK = 16384
 """Rows of a block: a few dozen buffers of them fit into the second- or third-level cache."""
 
@@ -45,7 +45,6 @@ _UFUNCS = {
     "direction": np.arctan2,
 }
 
-RADIAN = 0.017453292519943295
 SINE = (
     1.591805913698281e-10,
     -2.5051130870968297e-08,

@@ -12,13 +12,16 @@ from contextlib import contextmanager
 from functools import reduce
 from typing import Any, NamedTuple, TypeAlias
 
+from rulesheets.evaluate.number import equal
+
 Operand: TypeAlias = int | float | str
 Node: TypeAlias = tuple[Operand, ...]
 """An operation and the numbers of its operands; of ``const`` the value (and, where it was computed, how
 far it may be off), of ``call`` the function and of ``root`` and ``unfolded`` the number of the finder first.
 ``sooner`` is its second operand, which may be dear to compute: true where the first is true."""
 
-TOLERANCE = 16.0 * 2.0**-52
+RADIAN = 0.017453292519943295
+DEGREE = 57.29577951308232
 
 
 class NotCompilable(Exception):
@@ -47,7 +50,7 @@ FOLD: dict[str, Callable[..., float | bool]] = {
     "lt": lambda a, b: a < b,
     "le": lambda a, b: a <= b,
     "eq": lambda a, b: a == b,
-    "near": lambda a, b: abs(a - b) <= TOLERANCE * max(abs(a), abs(b)),
+    "near": equal,
     "and": lambda a, b: a and b,
     "or": lambda a, b: a or b,
     "not": lambda a: not a,

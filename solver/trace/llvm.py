@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets import store
-from solver.trace.arrays import DEGREE, FORMS, Builder, Take
+from solver.trace.arrays import FORMS, Builder, Take
 from solver.trace.flow import Flow
-from solver.trace.graph import LOGICAL, Graph, NotCompilable, copied, operands, schedule
+from solver.trace.graph import DEGREE, LOGICAL, Graph, NotCompilable, copied, operands, schedule
 
 TANGENT = (
     0.01627194475162406,

@@ -19,11 +19,9 @@ from typing import Any, TypeAlias
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
 from solver.trace.flow import Flow
-from solver.trace.graph import TOLERANCE, Operand, computed_from, operands
+from solver.trace.graph import DEGREE, FOLD, RADIAN, Operand, computed_from, operands
 from solver.trace.program import Ending, Program
 
-RADIAN = 0.017453292519943295
-DEGREE = 57.29577951308232
 NEAR = 45.0
 """Angles up to this need no reduction."""
 FAR = 1e15
@@ -89,13 +87,13 @@ _TWICE = frozenset({"max", "sind", "cosd", "unfolded"})
 """Operations whose text has an operand more than once."""
 
 
-def number(given: object) -> float:
+def float_of(given: object) -> float:
     """A number of another type as a float; a text is none, nor an array of one, nor what has two parts.
 
     Raises TypeError.
     """
     kind = getattr(getattr(given, "dtype", None), "kind", "")
-    if isinstance(given, str | bytes | complex) or hasattr(given, "__len__") or kind == "c":
+    if isinstance(given, str | bytes | bytearray | complex) or kind == "c" or getattr(given, "ndim", 0):
         raise TypeError
     return float(given)  # type: ignore[arg-type]
 
@@ -108,7 +106,7 @@ _FUNCTIONS: dict[str, object] = {
     "expm1": math.expm1,
     "log1p": math.log1p,
     "float": float,
-    "number": number,
+    "number": float_of,
     "direction": TABLE["atan2"].value,
     "rint": lambda x: float(round(x)),
     "sorted": sorted,
@@ -134,7 +132,7 @@ def compile_scalar(program: Program, all_answers: bool = False) -> Callable[...,
 def _namespace(program: Program) -> dict[str, Any]:
     """What the statements of a program call."""
     names = {node[1] for node in program.flow.nodes if node[0] == "call"}
-    namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS, "near": _near}
+    namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS, "near": FOLD["near"]}
     namespace["otherwise"] = lambda *numbers, **named: None
     namespace["box"] = program.box
     namespace.update(inf=math.inf, nan=math.nan)  # constants that have overflowed
@@ -169,10 +167,6 @@ def with_resort(function: Callable[..., Any], otherwise: Callable[..., Any]) -> 
     """A compiled function that hands numbers of which it does not tell to ``otherwise``."""
     known = {**function.__globals__, "otherwise": otherwise}
     return FunctionType(function.__code__, known, function.__name__, function.__defaults__)
-
-
-def _near(a: float, b: float) -> bool:
-    return abs(a - b) <= TOLERANCE * max(abs(a), abs(b))
 
 
 class _Writer:

@@ -16,12 +16,12 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from rulesheets.evaluate.number import TOLERANCE
 from rulesheets.functions import TABLE
 from rulesheets.functions.arrays import ARRAYS
 from rulesheets.functions.intervals import SLACK, ULPS, Monotone, Wave
-from solver.trace.arrays import DEGREE
 from solver.trace.flow import Flow
-from solver.trace.graph import LEAVES, TOLERANCE, operands, schedule
+from solver.trace.graph import DEGREE, LEAVES, operands, schedule
 
 Pair: TypeAlias = tuple[Any, Any]
 """The least and the largest number (spans,); of a condition where it surely holds and where it surely does
