@@ -223,7 +223,7 @@ def parse_value(text: str, place: Span | None = None) -> Value:
     number = _plain_number(text)
     if number is not None:
         return _finite(number, place)
-    symbol = _symbol(text)
+    symbol = symbol_name(text)
     if symbol and (text.startswith("'") or text.lower() not in _NOT_SYMBOLS):
         return symbol
     if text.lower().lstrip("+-") in _NOT_SYMBOLS - {"pi"}:
@@ -253,8 +253,8 @@ def _plain_number(text: str) -> float | None:
         return None
 
 
-def _symbol(text: str) -> str | None:
-    """The name of a symbol, its apostrophe left out."""
+def symbol_name(text: str) -> str | None:
+    """The name of the symbol that a text is, its apostrophe left out."""
     name = text.removeprefix("'")
     return name if name.isidentifier() and name.isascii() else None
 
@@ -366,15 +366,10 @@ def in_unit(model: Model, name: str, values: Any, unit: str) -> Any:
     return values * factor + shift
 
 
-def is_symbol(text: str) -> bool:
-    """Whether a text is the name of a symbol, with or without its apostrophe."""
-    return _symbol(text) is not None
-
-
 def _checked(given: Value | SupportsFloat, variable: Variable, model: Model) -> Value:
     given = _in_its_unit(given, variable)
     if isinstance(given, str):
-        symbol = _symbol(given)
+        symbol = symbol_name(given)
         if symbol is None:
             why = "a text is read as a symbol, and this is none"
             note = "give numbers as numbers, and symbols by their names ('open')"

@@ -26,9 +26,9 @@ from rulesheets.inputs import (
     decimal_point,
     delimiter,
     guess_with_tolerance,
-    is_symbol,
     parse_input,
     symbol_as_guess,
+    symbol_name,
     unguarded,
     variable_named,
 )
@@ -75,7 +75,7 @@ def _take(row: dict[str, str], line: Span, model: Model, found: VariableSheet) -
     variable, place = variable_named(name, model, _cell(line, name)), _cell(line, given)
     value, tolerance = None, None
     if given:
-        unit = f" [{row['unit']}]" if row["unit"] and variable.unit and not is_symbol(given) else ""
+        unit = f" [{row['unit']}]" if row["unit"] and variable.unit and symbol_name(given) is None else ""
         value, tolerance = parse_input(given + unit, place, variable)
     if tolerance is not None and guessed:
         raise RuleSheetError(guess_with_tolerance(place))

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.files import expect_regular, unwritable
-from rulesheets.inputs import decimal_point, delimiter, exact, is_symbol, parse_value
+from rulesheets.inputs import decimal_point, delimiter, exact, parse_value, symbol_name
 from solver.facts import Status, UnknownName
 from solver.files import (
     Printed,
@@ -368,11 +368,11 @@ def _plain(value: Any, name: str) -> float | str | None:
     if value is None:
         return None
     if isinstance(value, str):
-        if not is_symbol(value):
-            raise ValueError(
-                f"{value!r} is no value for {name}: a text is read as a symbol, and this is none"
-            )
-        return value.removeprefix("'")
+        symbol = symbol_name(value)
+        if symbol is None:
+            why = "a text is read as a symbol, and this is none"
+            raise ValueError(f"{value!r} is no value for {name}: {why}")
+        return symbol
     try:
         return float(value)
     except (TypeError, ValueError):

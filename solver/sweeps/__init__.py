@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from rulesheets.deadline import WATCH, Interrupted, TimeIsUp, time_limit
 from rulesheets.diagnosis import Diagnosis, meant, plural
 from rulesheets.inputs import (
-    is_symbol,
     not_finite_number,
     outside_range,
     override,
     quantities,
+    symbol_name,
     variables_named,
 )
 from rulesheets.model import Model, Value, Variable, expect_model
@@ -34,7 +34,7 @@ from solver.solution.explain import explain
 from solver.solution.solving import conclude
 from solver.solution.verdict import Verdict
 from solver.trace.guards import Pattern
-from solver.trace.python import with_resort
+from solver.trace.python import float_of, with_resort
 from solver.trace.records import Records
 from solver.trace.rows import AnswerSweeper, Steady, columns_of, listed
 
@@ -68,15 +68,14 @@ def arguments(
 
 def _value(model: Model, name: str, given: Any) -> Value:
     if isinstance(given, str):
-        if not is_symbol(given):
+        symbol = symbol_name(given)
+        if symbol is None:
             raise TypeError(f"{given!r} is no value for {name}: a text is read as a symbol, and this is none")
         if name in quantities(model):
             raise TypeError(f"{name} is a number, and {given!r} a symbol")
-        return given.removeprefix("'")
-    kind = getattr(getattr(given, "dtype", None), "kind", "")
-    if not (isinstance(given, complex | bytes | bytearray) or kind == "c" or getattr(given, "ndim", 0)):
-        with suppress(TypeError, ValueError, OverflowError):
-            return float(given)
+        return symbol
+    with suppress(TypeError, ValueError, OverflowError):
+        return float_of(given)
     told = "nan to have it solved; sweep takes columns"
     raise TypeError(f"{name} takes a number or a symbol ({told}), not {type(given).__name__}")
 

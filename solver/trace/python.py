@@ -93,7 +93,7 @@ def float_of(given: object) -> float:
     Raises TypeError.
     """
     kind = getattr(getattr(given, "dtype", None), "kind", "")
-    if isinstance(given, str | bytes | bytearray | complex) or kind == "c" or getattr(given, "ndim", 0):
+    if kind in ("c", "U", "S") or (hasattr(given, "__len__") and getattr(given, "ndim", True)):
         raise TypeError
     return float(given)  # type: ignore[arg-type]
 
