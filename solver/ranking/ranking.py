@@ -2,14 +2,15 @@
 
 In this order: nearest to the guesses; fewest negative values (angles aside, and variables whose declared
 range reaches below 0; a temperature, mass or pressure below its zero counts double), a trivial zero counting
-as one; fewest trivial zeros; fewest angles beyond a right one; sizes near to those that the rules and the
-inputs suggest, within half a decade of the nearest; angles nearest to 0; the nearest sizes; and for what is
-still alike, the variables one by one, in the order of their names. Answers with a number of unlikely size
-come after all others. Nothing depends on the order of rules or variables.
+as one; fewest trivial zeros, factors among them; fewest angles beyond a right one; sizes near to those that
+the rules and the inputs suggest, within half a decade of the nearest; angles nearest to 0; the nearest sizes;
+and for what is still alike, the variables one by one, in the order of their names. Answers with a number of
+unlikely size come after all others. Nothing depends on the order of rules or variables.
 
 The sign of an angle says nothing, nor that of what follows from one alone, nor of a kind of quantity that
-has negative values anyhow: where a crank turns clockwise, its pin has a negative velocity, and that of the
-slider may have either sign. Variables are angles by their unit or by the functions that they stand in.
+has negative values anyhow, given or in every answer: where a crank turns clockwise, its pin has a negative
+velocity, and that of the slider may have either sign. Variables are angles by their unit or by the functions
+that they stand in.
 
 The rule is written once, over numbers or arrays of them.
 """
@@ -36,6 +37,7 @@ from rulesheets.syntax.nodes import (
     Sum,
     is_number,
 )
+from rulesheets.syntax.nodes import names as names_in
 from rulesheets.syntax.program import walk
 from solver.path.graph import by_shape, told_of_angles
 from solver.path.planner import planner
@@ -94,7 +96,9 @@ class Signs:
         names = list(self.model.variables)
         if len(names) > MANY:
             return {}
-        exponents = np.round(Scalings(self.model.equations, names).exponents, DIGITS) + 0.0
+        equations = self.model.equations  # one that only gives a number is no rule
+        rules = [e for e in equations if list(names_in(e.right)) or not isinstance(e.left, Name)]
+        exponents = np.round(Scalings(rules, names).exponents, DIGITS) + 0.0
         number: dict[bytes, int] = {}
         return {
             name: number.setdefault(row.tobytes(), len(number))
@@ -261,6 +265,8 @@ class Ranking:
         self._suggestions = signs.suggestions[pattern]
         every = (*self.read, *self.known)
         self._kinds = [None if name in signs.differences else signs.kinds.get(name) for name in every]
+        absolute = {k for n, k in zip(every, self._kinds, strict=True) if signs.floor(n) > -np.inf}
+        self._groups = [(k, n * (k in absolute)) for n, k in zip(every, self._kinds, strict=True)]
         self._own_kinds = [signs.kinds.get(name) for name in self.names]
         self._aside = [name in signs.aside for name in self.names]
         self.angles = [name in signs.angles for name in self.names]
@@ -307,15 +313,20 @@ class Ranking:
         rows = [[on.there(number, 0.0) for number in answer] for answer in answers]
         most = [on.largest([LEAST, *map(abs, column)]) for column in zip(*rows, strict=True)]
         # what a negative value of each name counts: nothing where its kind has negative values anyhow
-        positive = dict[int | None, Figure]()
-        found = [(top + ZERO * size < 0.0) & (top > -np.inf) for top, size in zip(tops, most, strict=True)]
-        below = found + [number < 0.0 for number in given]
-        for kind, negative in zip(self._kinds, below, strict=True):
-            if kind is not None:
-                positive[kind] = positive.get(kind, 1.0) * (1.0 - negative)
+        crossed, positive = dict[tuple[int | None, str], Figure](), dict[int | None, Figure]()
+        for answer in answers:
+            clear = dict[tuple[int | None, str], Figure]()
+            least = [on.there(n, -np.inf) + ZERO * size for n, size in zip(answer, most, strict=True)]
+            signs = [(low < 0.0) & (top > -np.inf) for low, top in zip(least, tops, strict=True)]
+            for group, negative in zip(self._groups, signs + [n < 0.0 for n in given], strict=True):
+                clear[group] = clear.get(group, 1.0) * (1.0 - negative)
+            crossed = {group: crossed.get(group, 1.0) * (1.0 - none) for group, none in clear.items()}
+        for (kind, _), every in crossed.items():
+            positive[kind] = positive.get(kind, 1.0) * (1.0 - every)
         kinds = zip(self._own_kinds, self._aside, strict=True)
+        positive[None] = 1.0  # dimensionless numbers are of no kind
         weights = [0.0 if aside else positive.get(kind, 1.0) for kind, aside in kinds]
-        counted = [1.0 if kind is None else positive[kind] for kind in self._kinds]
+        counted = [positive[kind] for kind in self._kinds]
         factors = [self._factored([*row, *given], counted, on) for row in rows]
         sizes = self._suggested(on, given, zero)
         keys = [self._key(*row, most, tops, weights, sizes, on) for row in zip(rows, factors, strict=True)]
@@ -346,14 +357,14 @@ class Ranking:
     def _key(
         self,
         row: Sequence[Figure],
-        factors: tuple[Figure, Figure],
+        factors: tuple[Figure, Figure, Figure],
         most: Sequence[Figure],
         tops: Sequence[Figure],
         weights: Sequence[Figure],
         sizes: _Suggested,
         on: Arithmetic,
     ) -> Key:
-        negatives, zeros, turned, far, (wide, distance) = 0.0, 0.0, 0.0, 0.0, factors
+        negatives, zeros, turned, far, (wide, distance, none) = 0.0, 0.0, 0.0, 0.0, factors
         signs: list[Figure] = []
         apart = self._apart(row, sizes, on)
         for place, (angle, floor, right) in enumerate(
@@ -368,21 +379,23 @@ class Ranking:
                 continue
             there = 1.0 * (abs(number) > least) * (apart[place] * sizes[1][place] > NOTHING)
             below = (number < -least) * there
-            if floor > -np.inf:
-                below = below + (number < floor - least)
             negatives = negatives + weights[place] * below
+            if floor > -np.inf:
+                negatives = negatives + (number < floor - least)
             zeros = zeros + (1.0 - there) * (tops[place] > least)
             far = on.largest([far, 1.0 * (_away(apart[place], sizes[1][place]) > UNLIKELY) * there])
             distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
-        return [far, self._guessed(row, on), negatives + zeros, zeros, wide, distance, angle, size, *signs]
+        guessed, trivial = self._guessed(row, on), zeros + none
+        return [far, guessed, negatives + zeros, trivial, wide, distance, angle, size, *signs]
 
     def _factored(
         self, numbers: Sequence[Figure], counted: Sequence[Figure], on: Arithmetic
-    ) -> tuple[Figure, Figure]:
-        """How many factors that are sums are negative, where no unknown in them is so anyhow, and how many
-        decades their terms are larger than they. Neighbours, whose plain difference is taken, are alike."""
-        crossed, lost = 0.0, 0.0
+    ) -> tuple[Figure, Figure, Figure]:
+        """How many factors that are sums are negative, where no unknown in them is so anyhow; how many
+        decades their terms are larger than they; and how many are 0. Neighbours, whose plain difference is
+        taken, are alike."""
+        crossed, lost, none = 0.0, 0.0, 0.0
         for plain, factor in self._factors:
             weight, terms = 1.0, []
             for share, over, under in factor:
@@ -396,9 +409,12 @@ class Ranking:
                 terms.append(term)
             total, size = sum(terms), on.largest([sum(map(abs, terms)), LEAST])
             crossed = crossed + weight * (total < -ZERO * size)
+            none = none + weight * (abs(total) <= ZERO * size)
             if not plain:
-                lost = lost + weight * (on.decade(size) - on.decade(on.largest([abs(total), ZERO * size])))
-        return crossed, lost
+                alone = sum(abs(share) for share, over, under in factor if not (over or under))
+                rest = abs(total) if not alone else -on.largest([-abs(total), -alone])
+                lost = lost + weight * (on.decade(size) - on.decade(on.largest([rest, ZERO * size])))
+        return crossed, lost, none
 
     def _apart(self, row: Sequence[Figure], sizes: _Suggested, on: Arithmetic) -> list[Figure]:
         """Decades from the suggested size, one a name; 0 of angles and of what is 0."""

@@ -32,6 +32,7 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     children,
+    is_number,
     names,
     subtract,
 )
@@ -93,13 +94,21 @@ class Suggestions:
         """The decades as slopes times those of the known numbers plus constants, and which are determined;
         others are the nearest to 1 which the rules admit. Where a model is too large nothing is suggested.
 
-        Known numbers that are ``zero`` vanish, and with them the terms that they are factors of.
+        Known numbers that are ``zero`` vanish, and with them the terms that they are factors of; so does what
+        a rule gives as 0.
         """
         names, known = self.names, self.known
         unknowns = sorted(set(self.model.variables).difference(known))
         if len(unknowns) > MANY or not names:
             return [[0.0] * len(known)] * len(names), [0.0] * len(names), [False] * len(names)
         vanishing = {name for name, none in zip(known, zero, strict=True) if none}
+        vanishing.update(
+            *(
+                rule.names
+                for rule in self.model.equations
+                if is_number(rule.right, 0.0) and isinstance(rule.left, Name)
+            )
+        )
         rows = _Rows((*unknowns, *known), vanishing, nodes=_nodes(self.model.equations))
         for equation in self.model.equations:
             rows.read(equation)
@@ -220,21 +229,20 @@ class _Rows:
         if self.cancelling and any(isinstance(side, Sum) and _has_difference(side) for side in sides):
             self._balance([term for side in sides if (term := self._term(side)) is not None])
             return
-        parts = added(subtract(*sides))
-        drops = DROP if _is_balance(parts) else 1.0
-        found = self._shared(parts)
-        exact = len(found) == 2 and all(term.exact for _, term in found)
-        shares = [1.0 if _is_level(part) else drops for part, _ in found]
-        self._balance([term for _, term in found], EXACT if exact else 1.0, shares)
+        found = self._shared(added(subtract(*sides)))
+        drops = DROP if _is_balance([(part, sign) for part, sign, _ in found]) else 1.0
+        exact = len(found) == 2 and all(term.exact for *_, term in found)
+        shares = [1.0 if _is_level(part) else drops for part, *_ in found]
+        self._balance([term for *_, term in found], EXACT if exact else 1.0, shares)
 
-    def _shared(self, parts: Sequence[tuple[Expression, bool]]) -> list[tuple[Expression, _Term]]:
-        """The terms of a balance; if they are ``sharing`` it each times the number of those of its sign: of n
-        equal ones each is the n-th part of what they balance."""
+    def _shared(self, parts: Sequence[tuple[Expression, bool]]) -> list[tuple[Expression, bool, _Term]]:
+        """The terms of a balance that are there, and whether each is subtracted; if they are ``sharing`` it
+        each times the number of those of its sign: of n equal ones each is the n-th part of the balance."""
         found = [(part, sign, term) for part, sign in parts if (term := self._term(part)) is not None]
         if not self.sharing:
-            return [(part, term) for part, _, term in found]
+            return found
         count = Counter(sign for _, sign, _ in found)
-        return [(part, term.plus(_Term({}, log10(count[sign])), 1.0)) for part, sign, term in found]
+        return [(part, sign, term.plus(_Term({}, log10(count[sign])), 1.0)) for part, sign, term in found]
 
     def parts(self, unknowns: int) -> tuple[Vector, Vector, Vector]:
         """The matrix of the unknowns (and of free numbers), that of known numbers, and the constants."""

@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 import rulesheets
 import solver
+from benchmarks.chains import feeder
 from solver.ranking.ranking import Ranking
 from solver.report.sheet import result_json, result_text
 
@@ -170,11 +171,31 @@ def test_what_grows_or_remains_is_positive(rules: str, name: str, expected: floa
         ("138.5 = 100*(1 + 3.9083e-3*T - 5.775e-7*T^2)", "T", 99.985),
         # steel in a concrete beam: 250e6 = 378 As (500 - As/34)
         ("250e6 = 0.9*As*420*(500 - As*420/(1.7*28*300))", "As", 1445.7),
+        # a wire of 100.4267 m sags by 4 m between its ends
+        ("100.4267 = L*(1 + 8/3*(4/L)^2)", "L", 100.0),
     ],
 )
 def test_a_correction_is_small(rule: str, name: str, expected: float) -> None:
-    """Where the terms of a factor cancel, the answer comes later, though it is of no worse size."""
+    """Where the terms of a factor cancel, or are more than its number, the answer comes later, though it is
+    of no worse size."""
     assert first(rule, name) == pytest.approx(expected, rel=1e-4)
+
+
+def test_an_epidemic_that_happens_comes_before_none() -> None:
+    """All survive where nobody is infected: ``N - S`` is 0 there, and the rule says nothing else."""
+    rules = "N = 8308\nb = 0.5834\ng = 0.2\nS = N*exp(-b/g*(N - S)/N)\n"
+    expected = brentq(lambda s: s - 8308 * math.exp(-2.917 * (1 - s / 8308)), 100, 2000, xtol=1e-9)
+    assert first(rules, "S") == pytest.approx(expected, rel=1e-11)
+
+
+def test_phases_have_either_sign() -> None:
+    """Each answer has currents below 0, if not the same: their number says nothing of a load of three phases.
+
+    Of its eight answers the one of the highest voltages comes first.
+    """
+    result = solver.solve(rulesheets.loads(feeder(1).sheet))
+    size = [math.hypot(result[f"v{phase}1"], result[f"w{phase}1"]) for phase in "abc"]
+    assert min(size) > 2300.0
 
 
 def test_the_difference_of_coordinates_has_either_sign() -> None:
