@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from itertools import takewhile
 from typing import Any
 
@@ -51,14 +52,18 @@ from solver.solution.verdict import Verdict, explore_refined, explore_required, 
 # those that are 0/0 by their limits from all sides.
 
 ROUNDS = 8
-STEPS = (2.0**-16, 2.0**-17, 2.0**-18)
+STEPS = (2.0**-20, 2.0**-21, 2.0**-22)
 """How far an input is moved, in units of the power of two next to it."""
-WEIGHTS = (1 / 45, -20 / 45, 64 / 45)
-"""Those of the mean answers at the three steps, so that the second and fourth powers of the step cancel."""
+WEIGHTS = (1, -6, 8)
+"""Those of the mean answers at the three steps, times their sum, so that the first and second powers of the
+step cancel on each side: the larger of two capacity flows has a kink where they are equal."""
 APART = 1e-2
 """Relative distance within which answers on both sides belong together."""
 NOTHING = 1e-12
 """Share of the answers beside it below which an extrapolated number is 0."""
+NEAR = 1e-4
+"""Relative distance within which an answer beside a known one is that, moved; and the share of the change
+that its variables make of it, below which a side of a quotient may be 0."""
 MOVED = 6
 """Inputs that are moved, one after another, until answers come of it."""
 TINY = 1e-30
@@ -84,7 +89,7 @@ def with_limits(asked: Asked, found: Exploration) -> tuple[Model, Exploration]:
     for leaf in found.leaves:
         leaf.branch.facts = (*leaf.branch.facts, *(Filled(*pair) for pair in filled.items()))
     solved = tuple(leaf for leaf in found.leaves if leaf.solved)
-    if (solved and found.complete) or not (more := answers_between(asked)):
+    if (solved and found.complete) or not (more := answers_between(asked, solved)):
         return by, found
     return asked.model, replace(found, leaves=(*solved, *more), complete=False)
 
@@ -105,8 +110,9 @@ def _filled(model: Model, values: Mapping[str, Value]) -> Iterator[tuple[int, tu
 # --- backward -------------------------------------------------------------------------
 
 
-def answers_between(asked: Asked) -> tuple[Leaf, ...]:
-    """Answers at which rules are 0/0, and that answers for inputs on both sides of the given ones lead to."""
+def answers_between(asked: Asked, known: Sequence[Leaf] = ()) -> tuple[Leaf, ...]:
+    """Answers at which rules are 0/0, and that answers for inputs on both sides of the given ones lead to,
+    others than those to the ``known`` answers."""
     model, inputs = asked.model, asked.inputs
     every = walk(*(side for e in model.equations for side in (e.left, e.right)))
     if not any(isinstance(part, Quotient) for part in every):
@@ -118,7 +124,7 @@ def answers_between(asked: Asked) -> tuple[Leaf, ...]:
         size = 2.0 ** math.frexp(number)[1] if number else 1.0  # both results hold the step exactly
         moved = (number + sign * step * size for step in STEPS for sign in (1, -1))
         beside = (_beside(asked._replace(inputs={**inputs, name: there})) for there in moved)
-        sides = list(takewhile(bool, beside))
+        sides = list(takewhile(partial(_are_others, known), beside))
         if len(sides) < 2 * len(STEPS):
             continue
         found = (_between(leaf, sides, inputs) for leaf in sides[-1])
@@ -126,6 +132,10 @@ def answers_between(asked: Asked) -> tuple[Leaf, ...]:
         if leaves:
             return leaves
     return ()
+
+
+def _are_others(known: Sequence[Leaf], found: Sequence[Leaf]) -> bool:
+    return any(all(_distance(leaf, other) > NEAR for other in known) for leaf in found)
 
 
 def _beside(asked: Asked) -> tuple[Leaf, ...]:
@@ -151,7 +161,7 @@ def _between(leaf: Leaf, sides: Sequence[Sequence[Leaf]], inputs: Mapping[str, V
             continue
         numbers: list[Any] = [b.precise.get(name, b.values[name]) for b in (one.branch for one in nearest)]
         means = [(one + other) / 2 for one, other in zip(numbers[::2], numbers[1::2], strict=True)]
-        limit = sum(weight * mean for weight, mean in zip(WEIGHTS, means, strict=True))
+        limit = sum(weight * mean for weight, mean in zip(WEIGHTS, means, strict=True)) / sum(WEIGHTS)
         branch.precise[name] = 0 * limit if abs(limit) <= NOTHING * max(map(abs, numbers)) else limit
         branch.values[name] = float(branch.precise[name])
     branch.values = {**branch.values, **inputs}
@@ -203,9 +213,6 @@ def _holds_beside(equation: Equation, values: Mapping[str, Value]) -> bool:
 
 
 # --- blocks without an answer whose equations are 0/0 where there would be one ---
-
-NEAR = 1e-4
-"""Share of the change that its variables make of it, below which a side of a quotient may be 0."""
 
 
 def at_a_limit(asked: Asked, leaf: Leaf, refusals: Sequence[Fact]) -> tuple[Indeterminacy, ...] | None:

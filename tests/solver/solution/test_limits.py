@@ -20,6 +20,13 @@ Q = U*A*dTm
 Q = mh*(Thi - Tho)
 Q = mc*(Tco - Tci)
 """
+BALANCED = f"""Ch = mh*ch
+Cc = mc*cc
+Cr = min(Ch, Cc)/max(Ch, Cc)
+NTU = UA/min(Ch, Cc)
+{NTU}
+Q = eps*min(Ch, Cc)*(Thi - Tci)
+"""
 
 FORWARD = [
     (MEAN, {"dT1": 40.0, "dT2": 40.0}, "dTm", 40.0),
@@ -47,6 +54,16 @@ BACKWARD = [
         EXCHANGER,
         {"Thi": 100.0, "Tci": 20.0, "U": 3.0, "Q": 96.0, "mh": 2.0, "mc": 2.0},
         {"A": 1.0, "dTm": 32.0},
+    ),
+    (
+        BALANCED,
+        {"mh": 0.5, "ch": 4200.0, "mc": 2.0, "cc": 1050.0, "Thi": 90.0, "Tci": 20.0, "eps": 0.6},
+        {"UA": 3150.0, "NTU": 1.5, "Q": 88200.0},
+    ),
+    (  # its flows differ by a unit of the last place in floats
+        BALANCED,
+        {"mh": 0.58, "ch": 4200.0, "mc": 4.06, "cc": 600.0, "Thi": 90.0, "Tci": 20.0, "Q": 97440.0},
+        {"UA": 3248.0, "eps": 4 / 7},
     ),
 ]
 
