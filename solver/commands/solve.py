@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 import time
@@ -206,6 +205,8 @@ def _check(arguments: Namespace) -> int:
 
     model = load_sheet(arguments)
     if arguments.json:
+        import json
+
         found = [diagnosis_json(warning) for warning in check_units(model)]
         units = inferred(model)
         more = {"inferred": units} if units else {}

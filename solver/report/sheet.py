@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from decimal import Context, Decimal
@@ -202,6 +201,8 @@ def error_json(diagnoses: Iterable[Diagnosis]) -> str:
 
 
 def _dump(document: Json) -> str:
+    import json  # a table does without
+
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
 
 
