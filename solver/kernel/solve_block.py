@@ -9,6 +9,7 @@ region it turns downhill as it is shortened (M. J. D. Powell, 1970; K. Levenberg
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
@@ -110,6 +111,8 @@ def may_be_polynomial(kernel: BlockKernel) -> bool:
 
 SEARCHES = frozenset({Method.RANGE, Method.SUBSTITUTION, Method.BOXES, Method.STARTS})
 """Methods that look for answers wherever they may be."""
+OFTEN = 4
+"""Searches of blocks of one pattern after which further ones are tried without."""
 MAX_STRETCHES = 6
 """Intervals that a search left open, beyond which it is no use to settle them."""
 
@@ -279,19 +282,30 @@ class _Search:
         from solver.kernel.tear_search import TearSearch
 
         problem, candidates = self.problem, self.candidates
-        every = [TearSearch(problem, candidates, kernel, self.budget) for kernel in kernels]
+        known = candidates.sensible is not None  # then others count only where they are proven to be all
+        tried = kernels[: 1 if known else None]
+        every = [TearSearch(problem, candidates, kernel, self.budget) for kernel in tried]
         if (freedom := every[0].freedom()) is not None:
             return freedom
         searches = [search for search in every if search.kernel.exhaustive]
-        self.whole = any(search.run() for search in searches)
-        if method is Method.RANGE and not self.whole:
-            self.whole = not self.budget.brief and counted(problem, candidates)
+        countable = method is Method.RANGE and not self.budget.brief
+        self.whole = countable and self._often_searched() and counted(problem, candidates)
+        self.whole = self.whole or any(search.run() for search in searches)
+        if not self.whole and method is Method.RANGE:
+            self.whole = countable and counted(problem, candidates)
             few = (s for s in searches if 0 < len(s.stretches) <= MAX_STRETCHES and not s.doubts)
             settleable = next(few, None)  # it failed to prove that it has all in a few short stretches alone
             self.stretches = () if self.whole or settleable is None else tuple(settleable.stretches)
         self.complete = self.whole and not candidates.refused
         candidates.tried(method, self.complete)
         return None if candidates.answers else every[0].flat_stretch()
+
+    def _often_searched(self) -> bool:
+        """Whether the block has no functions, and one of its pattern has been searched some times: then it
+        is worth the start of sympy to count its answers first."""
+        counts: Counter[str] = self.kernel.once("searches", Counter)
+        counts["range"] += 1
+        return counts["range"] > OFTEN and may_be_polynomial(self.kernel)
 
     def _from_starts(self) -> None:
         problem, candidates = self.problem, self.candidates

@@ -89,8 +89,9 @@ class _PreciseSearch(PathSearch):
         self.digits = digits
         self.outcomes, self.work = floats.outcomes, Work()
         self._before: dict[SolveBlock, list[Numbers]] = {}
-        for step, known in floats.outcomes:
-            self._before.setdefault(step, []).append(known)
+        for (step, known), outcome in floats.outcomes.items():
+            if outcome.complete and not outcome.delicate:
+                self._before.setdefault(step, []).append(known)
         self.first_path = ()  # none is solved as one block
         self.analysis = CaseAnalysis(self.model, self.inputs, self._holds)
 
@@ -135,7 +136,7 @@ class _PreciseSearch(PathSearch):
         return found._replace(attempts=(*floats.attempts, *attempts))
 
     def _asked_before(self, step: SolveBlock, known: Numbers) -> Numbers:
-        """Those of a search in floats that they differ from by no more than its answers may be off."""
+        """Those of a search in floats that they differ from by rounding, which has decided nothing there."""
         return next((other for other in self._before.get(step, ()) if _same(known, other)), known)
 
     def _off(self, branch: Branch) -> Mapping[str, float]:

@@ -168,6 +168,23 @@ def test_implicit_steps_of_a_reaction_keep_to_positive_concentrations(steps: int
         assert math.isclose(result[f"b{i}"], b, rel_tol=1e-9)
 
 
+def test_a_short_row_of_blocks_has_all_the_answers_of_its_quadratic_equations() -> None:
+    """Substrate and cells of each tank: (0.5 s - 0.2) (0.3 s0 + 1 - 0.4 s) + 0.54 x0 s = 0, two roots."""
+    rows = [[(10.0, 0.0)]]
+    for _ in range(5):
+        longer = []
+        for row in rows:
+            s0, x0 = row[-1]
+            most = 0.3 * s0 + 1.0
+            for s in np.roots([-0.2, 0.5 * most + 0.08 + 0.54 * x0, -0.2 * most]):
+                longer.append([*row, (s, (most - 0.4 * s) * (0.5 + s) / (1.8 * s))])
+        rows = longer
+    result = solver.solve(rulesheets.loads(chemostats(5).sheet))
+    assert result.complete
+    found = sorted([answer[f"s{i}"] for i in range(1, 6)] for answer in result.solutions)
+    assert np.allclose(found, sorted([s for s, _ in row[1:]] for row in rows), rtol=1e-8, atol=0.0)
+
+
 ROWS = [backwater(200), chemostats(110), epidemic(30), populations(50)]
 
 
