@@ -148,6 +148,7 @@ class _Search:
         self._enclose, self._enclose_slope = enclose, enclose_slope
         self.value, self.low, self.high = value, low, high
         self.evaluations = 0
+        self._known: dict[float, Interval] = {}
         self.roots: list[float] = []
         self.crossings: list[float] = []
         self.touching: list[tuple[float, float]] = []
@@ -206,11 +207,20 @@ class _Search:
         self.evaluations += len(boxes)
         return [_widened(below, above) for below, above in self._enclose_slope(boxes)]
 
+    def _at_points(self, points: Sequence[float]) -> list[Interval]:
+        """Enclosures of f at points. The ends of a half are an end and the middle of its box: they are not
+        evaluated anew, though they count as if they were."""
+        asked = [x for x in dict.fromkeys(points) if x not in self._known]
+        self.evaluations += len(points) - len(asked)
+        for x, values in zip(asked, self._ranges([(x, x) for x in asked]), strict=True):
+            self._known[x] = UNKNOWN if values is None else values
+        return [self._known[x] for x in points]
+
     def _sections(self, boxes: Sequence[Interval]) -> list[Section]:
         """Evaluate f at the ends and at the middle of each box, and its slope on the box."""
         k, middles = len(boxes), [split_point(low, high) for low, high in boxes]
         points = [low for low, _ in boxes] + middles + [high for _, high in boxes]
-        at = [UNKNOWN if values is None else values for values in self._ranges([(x, x) for x in points])]
+        at = self._at_points(points)
         found = []
         for (low, high), middle, left, centre, right, slope in zip(
             boxes, middles, at[:k], at[k : 2 * k], at[2 * k :], self._slopes(boxes), strict=True
