@@ -139,6 +139,42 @@ def gas_line(n: int) -> Network:
     return chain("gas line", n, "p", (60.0, 0.0), 50.0, cell, rules)
 
 
+def excitable(n: int) -> Network:
+    """A nerve by FitzHugh and Nagumo in implicit steps: three roots a step where these are long."""
+    h = 20.0 / n
+
+    def cell(before: Any, here: Any, after: Any) -> list[Any]:
+        v, w = here
+        return [
+            v - before[0] - h * (v - v**3 / 3.0 - w + 0.5),
+            w - before[1] - h * 0.08 * (v + 0.7 - 0.8 * w),
+        ]
+
+    start, at = np.empty((2, n)), np.array([-1.0, -0.5])
+    for i in range(n):  # many short explicit steps
+        for _ in range(100):
+            v, w = at
+            at = at + h / 100.0 * np.array([v - v**3 / 3.0 - w + 0.5, 0.08 * (v + 0.7 - 0.8 * w)])
+        start[:, i] = at
+    rules = ["v0 = -1", "w0 = -0.5", f"h = {h!r}", "v{i} = v{h} + h*(v{i} - v{i}^3/3 - w{i} + 0.5)"]
+    rules += ["w{i} = w{h} + h*0.08*(v{i} + 0.7 - 0.8*w{i})"]
+    return chain("excitable", n, "v w", ((-1.0, -0.5), 0.0), start, cell, rules)
+
+
+def friction(n: int) -> Network:
+    """Mach numbers along a pipe by Fanno's law, subsonic and not supersonic."""
+
+    def length(m: Any) -> Any:
+        return (1.0 - m**2) / (1.4 * m**2) + 1.2 / 1.4 * np.log(1.2 * m**2 / (1.0 + 0.2 * m**2))
+
+    def cell(before: Any, here: Any, after: Any) -> list[Any]:
+        return [length(before[0]) - length(here[0]) - 0.5 / n]
+
+    law = "(1 - M{i}^2)/(1.4*M{i}^2) + 1.2/1.4*ln(1.2*M{i}^2/(1 + 0.2*M{i}^2))"
+    rules = ["M0 = 0.4", "f0 = " + law.format(i=0), f"f{{i}} = f{{h}} - {0.5 / n!r}", "f{i} = " + law]
+    return chain("friction", n, "M", (0.4, 0.0), 0.5, cell, rules)
+
+
 # --- stages of a plant ----------------------------------------------------------------
 
 
@@ -189,6 +225,29 @@ def compressors(n: int) -> Network:
     t = 288.0 + 2.5 * np.arange(1, n + 1)
     start = np.array([t, 101325.0 * (t / 288.0) ** 3])
     return chain("compressors", n, "t p", ((288.0, 101325.0), 0.0), start, cell, rules)
+
+
+def cooling_tower(n: int) -> Network:
+    """Water and air in counterflow by the law of Merkel, in steps from the cold end."""
+    step = 1.2 / n
+
+    def saturated(t: Any) -> Any:
+        pressure = 611.2 * np.exp(17.62 * t / (243.12 + t))
+        return 1.006 * t + 0.622 * pressure / (101325.0 - pressure) * (2501.0 + 1.86 * t)
+
+    def cell(before: Any, here: Any, after: Any) -> list[Any]:
+        (t0, h0), (t, h) = before, here
+        moved = step * (saturated(t) - h + saturated(t0) - h0) / 2.0
+        return [4.19 * (t - t0) - moved, h - h0 - 1.1 * moved]
+
+    laws = ["p{i} = 611.2*exp(17.62*t{i}/(243.12 + t{i}))", "w{i} = 0.622*p{i}/(101325 - p{i})"]
+    laws.append("s{i} = 1.006*t{i} + w{i}*(2501 + 1.86*t{i})")
+    rules = ["t0 = 26", "H0 = 55", *(law.format(i=0) for law in laws), *laws]
+    rules += [f"m{{i}} = {step!r}*(s{{i}} - H{{i}} + s{{h}} - H{{h}})/2"]
+    rules += ["4.19*(t{i} - t{h}) = m{i}", "H{i} = H{h} + 1.1*m{i}"]
+    along = np.arange(1, n + 1) / n
+    start = [26.0 + 6.0 * along, 55.0 + 25.0 * along]
+    return chain("cooling tower", n, "t H", ((26.0, 55.0), 0.0), start, cell, rules)
 
 
 # --- circuits, queues, choices --------------------------------------------------------
@@ -261,6 +320,18 @@ def titration(n: int) -> Network:
     return chain("titration", n, "h", (0.0, 0.0), 1.8e-5 * (0.1 - base) / base, cell, rules)
 
 
+def states(n: int) -> Network:
+    """Volumes of a gas at rising pressures by the equation of van der Waals."""
+    pressures = 1e5 + 40e5 / n * np.arange(1, n + 1)
+
+    def cell(before: Any, here: Any, after: Any) -> list[Any]:
+        return [(pressures + 0.364 / here[0] ** 2) * (here[0] - 4.27e-5) - 8.314 * 320.0]
+
+    rules = ["T = 320", "p0 = 1e5", f"p{{i}} = p{{h}} + {40e5 / n!r}"]
+    rules += ["(p{i} + 0.364/V{i}^2)*(V{i} - 4.27e-5) = 8.314*T"]
+    return chain("states", n, "V", (0.0, 0.0), [8.314 * 320.0 / pressures], cell, rules)
+
+
 # --- cells that all depend on one another, with answers that are partly 0 ------------
 
 
@@ -287,6 +358,31 @@ def populations(n: int) -> Network:
     rules = ["x0 = 0", f"x{n + 1} = 0", *(f"g{i} = {1.0 + 0.1 * (i % 3)!r}" for i in range(1, n + 1))]
     rules += ["x{i}*(g{i} - x{i} - 0.3*x{h} - 0.2*x{j}) = 0"]
     return chain("populations", n, "x", (0.0, 0.0), 0.7, cell, rules)
+
+
+def fin(n: int) -> Network:
+    """A fin that loses heat to the air and by radiation."""
+    step = 0.3 / n
+
+    def cell(before: Any, here: Any, after: Any) -> list[Any]:
+        lost = 80.0 * (here[0] - 293.0) + 4e-7 * (here[0] ** 4 - 293.0**4)
+        return [before[0] - 2.0 * here[0] + after[0] - step**2 * lost]
+
+    rules = ["T0 = 600", f"T{n + 1} = 293", f"h = {step!r}"]
+    rules += ["T{h} - 2*T{i} + T{j} = h^2*(80*(T{i} - 293) + 4e-7*(T{i}^4 - 293^4))"]
+    return chain("fin", n, "T", (600.0, 293.0), 400.0, cell, rules)
+
+
+def habitat(n: int) -> Network:
+    """A species that spreads and grows between shores where it dies; it might live nowhere."""
+    step = 10.0 / (n + 1)
+
+    def cell(before: Any, here: Any, after: Any) -> list[Any]:
+        return [before[0] - 2.0 * here[0] + after[0] + step**2 * here[0] * (1.0 - here[0])]
+
+    rules = ["u0 = 0", f"u{n + 1} = 0", f"h = {step!r}", "u{h} - 2*u{i} + u{j} + h^2*u{i}*(1 - u{i}) = 0"]
+    start = [0.9 * np.sin(np.pi / (n + 1) * np.arange(1, n + 1))]
+    return chain("habitat", n, "u", (0.0, 0.0), start, cell, rules)
 
 
 def feeder(n: int) -> Network:
@@ -325,6 +421,8 @@ KINDS = (
     (gas_line, 50, 500), (exchangers, 20, 200, 600), (chemostats, 5, 50, 300), (compressors, 10, 100),
     (mosfets, 60, 600), (queues, 200, 2000), (choices, 30, 300), (channels, 60, 600), (titration, 50, 500),
     (epidemic, 5, 50, 500), (populations, 5, 50, 500), (feeder, 5, 50, 300),
+    (excitable, 60, 600), (friction, 5, 60, 600), (cooling_tower, 5, 60, 300), (states, 60, 600),
+    (fin, 30, 600), (habitat, 5, 30, 600),
 )  # fmt: skip
 
 

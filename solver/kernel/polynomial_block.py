@@ -22,6 +22,7 @@ from typing import NamedTuple, TypeAlias
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.program import walk
 from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
 from solver.kernel.root_check import astray
@@ -31,6 +32,8 @@ from solver.path.isolate import smooth
 from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, generator, name_of, right_angles
 
 HIGHEST_DEGREE = 12
+ALGEBRAIC = frozenset({"sqrt", "abs", "pi"})
+"""Functions that an eliminant may be of."""
 
 Coefficients: TypeAlias = Sequence[Fraction]
 """Of a polynomial in one tear, lowest degree first."""
@@ -312,7 +315,8 @@ def counted(problem: BlockProblem, candidates: Candidates) -> bool:
     if len(block.tears) != 1 or problem.turn(block.tears[0]) is not None or candidates.refused:
         return False
     forms = _explicit_forms(problem)
-    if forms is None:
+    calls = (node.function for form in problem.kernel.forms for node in walk(form) if isinstance(node, Call))
+    if forms is None or not ALGEBRAIC.issuperset(calls):
         return False
     from rulesheets.algebra.polynomials import eliminant  # sympy waits until a search has left something open
 

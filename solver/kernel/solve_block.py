@@ -111,8 +111,8 @@ def may_be_polynomial(kernel: BlockKernel) -> bool:
 
 SEARCHES = frozenset({Method.RANGE, Method.SUBSTITUTION, Method.BOXES, Method.STARTS})
 """Methods that look for answers wherever they may be."""
-OFTEN = 4
-"""Searches of blocks of one pattern after which further ones are tried without."""
+LONG = 20_000
+"""Boxes that searches of blocks of one pattern have taken, beyond which the start of sympy costs less."""
 MAX_STRETCHES = 6
 """Intervals that a search left open, beyond which it is no use to settle them."""
 
@@ -289,8 +289,10 @@ class _Search:
             return freedom
         searches = [search for search in every if search.kernel.exhaustive]
         countable = method is Method.RANGE and not self.budget.brief
-        self.whole = countable and self._often_searched() and counted(problem, candidates)
-        self.whole = self.whole or any(search.run() for search in searches)
+        self.whole = countable and self._counted_first()
+        if not self.whole:
+            self.whole = any(search.run() for search in searches)
+            self._history["boxes"] += sum(search.boxes for search in searches)
         if not self.whole and method is Method.RANGE:
             self.whole = countable and counted(problem, candidates)
             few = (s for s in searches if 0 < len(s.stretches) <= MAX_STRETCHES and not s.doubts)
@@ -300,12 +302,21 @@ class _Search:
         candidates.tried(method, self.complete)
         return None if candidates.answers else every[0].flat_stretch()
 
-    def _often_searched(self) -> bool:
-        """Whether the block has no functions, and one of its pattern has been searched some times: then it
-        is worth the start of sympy to count its answers first."""
-        counts: Counter[str] = self.kernel.once("searches", Counter)
-        counts["range"] += 1
-        return counts["range"] > OFTEN and may_be_polynomial(self.kernel)
+    @property
+    def _history(self) -> Counter[str]:
+        """What searches of blocks of the pattern came to."""
+        return self.kernel.once("searches", Counter[str])
+
+    def _counted_first(self) -> bool:
+        """Whether all answers are found by the eliminant: tried without a search where searches take long, as
+        long as that succeeds."""
+        from solver.kernel.polynomial_block import counted
+
+        if self._history["boxes"] <= LONG or self._history["uncounted"]:
+            return False
+        found = counted(self.problem, self.candidates)
+        self._history["uncounted"] += not found
+        return found
 
     def _from_starts(self) -> None:
         problem, candidates = self.problem, self.candidates

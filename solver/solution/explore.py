@@ -247,9 +247,9 @@ class PathSearch:
     @property
     def _too_many_searches(self) -> bool:
         """Whether the blocks of the first path of the kinds that were searched, one of them twice, have
-        together the unknowns of a large block; or of one too large for a search, where searches prove
-        nothing."""
-        if not self.first_path or max(self._sought.values(), default=0) < 2:
+        together the unknowns of a large block; or of one too large for a search, where a first search has
+        proven nothing."""
+        if not self.first_path or max(self._sought.values(), default=0) < 1 + self.complete:
             return False
         return sum(self._rows[kind] for kind in self._sought) > (DENSE if self.complete else FEW)
 
