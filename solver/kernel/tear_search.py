@@ -66,8 +66,7 @@ def vanishes(chain: Chain, x: float, known: Mapping[str, float]) -> bool:
         return False
 
 
-SEARCH_BOXES, ATTEMPTED_BOXES = 12_000, 3_000
-"""Evaluations of one search; the same where it serves but to prove that an answer is the only one."""
+SEARCH_BOXES = 12_000
 SEARCH_ALIVE = 2_000
 SEARCH_LEVELS = 220
 USUAL_LEVELS = 30
@@ -122,13 +121,12 @@ class TearSearch:
         enclosure, known, candidates = self.kernel.enclosure(place), self.problem.known, self.candidates
         smooth, function = enclosure.smooth, self.kernel.chain_function(place)
         levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
-        boxes = SEARCH_BOXES if candidates.sensible is None else ATTEMPTED_BOXES
         search = isolate_roots(
             partial(enclosure.ranges, known=known),
             partial(enclosure.slopes_over, known=known) if smooth else None,
             lambda x: function(x, *known)[-1],
             *self.problem.domain(self.tear),
-            IsolationLimits(boxes, SEARCH_ALIVE, levels),
+            IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels),
         )
         self.budget.spend(search.levels * enclosure.operations)
         self.boxes += search.evaluations
