@@ -488,8 +488,9 @@ class AnswerSweeper:
 
 
 def _one_by_one(alone: dict[int, list[tuple[Value, ...]]]) -> tuple[Array, Answers]:
-    """Rows that were solved one by one."""
-    return np.fromiter(alone, dtype=np.intp, count=len(alone)), listed(list(alone.values()))
+    """Rows that were solved one by one, in their order, which those solved ahead of others are not in."""
+    rows = sorted(alone)
+    return np.array(rows, dtype=np.intp), listed([alone[row] for row in rows])
 
 
 def listed(rows: Sequence[list[tuple[Value, ...]]]) -> Answers:
