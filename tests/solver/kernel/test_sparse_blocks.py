@@ -185,6 +185,22 @@ def test_a_short_row_of_blocks_has_all_the_answers_of_its_quadratic_equations() 
     assert np.allclose(found, sorted([s for s, _ in row[1:]] for row in rows), rtol=1e-8, atol=0.0)
 
 
+def test_a_sweep_of_a_row_keeps_to_its_sensible_answer() -> None:
+    """Of 2^12 answers that in which cells live in every tank, the smaller root of each."""
+    text = chemostats(12).sheet.replace("s0 = 10\n", "")
+    fed = np.linspace(10.0, 11.0, 5)
+    table = solver.prepare(rulesheets.loads(text), inputs=["s0"], want=["x12"]).sweep(fed)
+    expected = []
+    for s0 in fed:
+        s, x = s0, 0.0
+        for _ in range(12):
+            most = 0.3 * s + 1.0
+            s = min(np.roots([-0.2, 0.5 * most + 0.08 + 0.54 * x, -0.2 * most]))
+            x = (most - 0.4 * s) * (0.5 + s) / (1.8 * s)
+        expected.append(x)
+    assert np.allclose(table["x12"], expected, rtol=1e-9, atol=0.0)
+
+
 ROWS = [backwater(200), chemostats(110), epidemic(30), populations(50)]
 
 
