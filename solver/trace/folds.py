@@ -37,9 +37,8 @@ GROWTH, SHRINKING, NEXT, NARROWEST = 3.0, 8.0, 1e-2, 1e-3
 """How much farther or less far a side is moved after that, how far next to a solve, and the least step."""
 ORDINARY = 1e40
 """Numbers beyond this, or below 1 over it, have no ranges."""
-HOP, LEAP = 0.1, 1.0
-"""How far beyond what is proved a solve of as many answers is believed, relative to where it is; and how far
-from one to the next where nothing is proved."""
+HOP = 0.1
+"""How far beyond what is known a solve of as many answers is believed, relative to where it is."""
 
 
 class Unfolded:
@@ -47,7 +46,7 @@ class Unfolded:
 
     ``ends`` are those of the known numbers that are ``varying``, one range after the other; they are moved
     where a number outside is asked for. ``proved`` tells whether there is a proof for the sample; where there
-    is none the ranges reach no farther than some way beyond numbers with a solve of as many answers.
+    is none the ranges reach hardly beyond numbers with a solve of as many answers.
     """
 
     def __init__(
@@ -66,7 +65,7 @@ class Unfolded:
         proofs = _proofs(kernel, sample, varying, margins or [0.0] * len(sample))
         self._proves = next((proves for proves in proofs if proves(self.ranges)), None)
         if not self.proved:
-            self.ranges = [(_moved(v, -HOP), _moved(v, HOP)) if v else (v, v) for v in sample]
+            self.ranges = [(_moved(v, -NARROWEST), _moved(v, NARROWEST)) if v else (v, v) for v in sample]
         self.ends = self._ends()
 
     @property
@@ -104,11 +103,10 @@ class Unfolded:
                 continue
             (low, high), up = self.ranges[place], number > self.ranges[place][1]
             end, share = high if up else low, self._shares.get((place, up), 0.0)
-            if self.weak and abs(number - end) <= (HOP if self.proved else LEAP) * abs(number):
-                self._shares[place, up], there = NEXT, number
-                if not self.proved:
-                    there = _moved(number, HOP if up else -HOP)
-            elif share < NARROWEST or not abs(number) <= ORDINARY:
+            if self.weak and abs(number - end) <= HOP * abs(number):
+                self._shares[place, up] = NEXT
+                there = number if self.proved else _moved(number, NARROWEST if up else -NARROWEST)
+            elif not self.proved or share < NARROWEST or not abs(number) <= ORDINARY:
                 return False
             else:
                 size = None if number * end > 0.0 else abs(number) + abs(end)
@@ -197,7 +195,7 @@ def _has_no_fold(chain: Enclosure, domain: Ends, numbers: Sequence[float], ends:
     Where both may be 0 at a single point of the tear, narrower boxes tell no more: there the ranges of the
     known numbers are split, to ``FINEST`` of themselves.
     """
-    finest = FINEST * max(map(_width, _pairs(ends)), default=0.0)
+    finest = FINEST * max(_widths((*domain, *ends)), default=0.0)
     waiting, left = [[(*box, *ends) for box in presplit(*domain)]], BOXES
     while waiting:
         boxes = waiting.pop()
@@ -209,7 +207,7 @@ def _has_no_fold(chain: Enclosure, domain: Ends, numbers: Sequence[float], ends:
             if (x, x, *box[2:]) not in stuck:
                 told += _halves(box, 0, x)
                 continue
-            widths = list(map(_width, _pairs(box[2:])))
+            widths = _widths(box)
             if (widest := max(widths, default=0.0)) <= finest:
                 return False
             place = 2 + 2 * widths.index(widest)
@@ -220,15 +218,11 @@ def _has_no_fold(chain: Enclosure, domain: Ends, numbers: Sequence[float], ends:
     return True
 
 
-def _width(pair: Ends) -> float:
-    """The width of a range, relative to its larger end."""
-    return (pair[1] - pair[0]) / (max(map(abs, pair)) or 1.0)
+def _widths(box: Box) -> list[float]:
+    """The widths of the ranges of known numbers, relative to their larger ends."""
+    return [(b - a) / (max(abs(a), abs(b)) or 1.0) for a, b in zip(box[2::2], box[3::2], strict=True)]
 
 
 def _halves(box: Box, place: int, x: float) -> list[Box]:
     """A box cut where one of its numbers is x."""
     return [(*box[: place + 1], x, *box[place + 2 :]), (*box[:place], x, *box[place + 1 :])]
-
-
-def _pairs(ends: Sequence[float]) -> list[Ends]:
-    return list(zip(ends[::2], ends[1::2], strict=True))

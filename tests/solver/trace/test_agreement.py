@@ -263,3 +263,19 @@ def test_a_plan_made_next_to_a_fold_has_the_answers_beyond_it() -> None:
     assert len(plan.all(2.0 + 1e-12)) == 1
     for y, count in ((2.0 - 1e-10, 3), (1.5, 3), (2.5, 1), (2.0, 2), (-2.5, 1)):
         assert len(plan.all(y)) == count
+
+
+@pytest.mark.parametrize("start", [-2.46, -2.92])
+def test_a_block_without_a_proof_has_the_answers_that_are_born_next_to_where_the_plan_was_made(
+    start: float,
+) -> None:
+    """A force between molecules (Lennard-Jones): F r^13 + 24 r^6 = 48, with a pole that hides the proof."""
+    model: Any = solver.loads("variables\nr = 1.3\nrules\nF = 24/r*(2*(1/r)^12 - (1/r)^6)\n")
+    plan: Any = solver.prepare(model, ["F"], ["r"], {"r": None})
+    assert len(plan.all(start)) == 1
+    for force in (-2.3, 0.3, -0.8):
+        roots = np.roots([force, *[0.0] * 6, 24.0, *[0.0] * 5, -48.0])
+        expected = sorted(roots.real[abs(roots.imag) < 1e-9])
+        assert len(expected) == 3
+        assert plan(force)[0] > 0.0
+        assert sorted(row[0] for row in plan.all(force)) == pytest.approx(expected, rel=1e-9)
