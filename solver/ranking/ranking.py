@@ -27,6 +27,7 @@ import numpy as np
 from rulesheets.library import ANGLE
 from rulesheets.model import Equation, Model, Value, once
 from rulesheets.syntax.nodes import (
+    Call,
     Expression,
     Name,
     Negative,
@@ -56,6 +57,7 @@ SLACK = 0.5
 """Decades by which sizes may be farther from the suggested ones than the best are, and count alike."""
 SIZE = 5
 """The place of the size in a key."""
+WAVES = frozenset({"sin", "cos", "sind", "cosd"})
 DIGITS = 6
 """Decimals of the exponents by which a kind of quantity is known."""
 ABSOLUTE = frozenset({"bar", "mbar", "atm", "psia", "torr", "Torr", "mmHg", "inHg"})
@@ -137,6 +139,20 @@ class Signs:
                     if factor and not (square and _is_plain(factor)):
                         found[frozenset(factor)] = factor
         return tuple(found.values())
+
+    @cached_property
+    def radii(self) -> Mapping[str, bool]:
+        """Names that are never a term by themselves, such as lengths of links: whether they multiply a sine
+        or a cosine."""
+        found, terms = dict[str, bool](), set[str]()
+        for equation in self.model.equations if len(self.model.variables) <= MANY else ():
+            terms |= _terms(equation.left, equation.right)
+            found = dict.fromkeys(equation.names, False) | found
+            for node in walk(equation.left, equation.right):
+                match node:
+                    case Product(Name(name), Call(wave)) | Product(Call(wave), Name(name)) if wave in WAVES:
+                        found[name] = True
+        return {name: multiplies for name, multiplies in found.items() if name not in terms}
 
     def floor(self, name: str) -> float:
         """The least reading of an absolute temperature, a mass or an absolute pressure; else minus infinity.
@@ -263,11 +279,14 @@ class Ranking:
         if pattern not in signs.suggestions:
             signs.suggestions[pattern] = Suggestions(model, *pattern)
         self._suggestions = signs.suggestions[pattern]
-        every = (*self.read, *self.known)
-        self._kinds = [None if name in signs.differences else signs.kinds.get(name) for name in every]
+        every, alike = (*self.read, *self.known), {signs.kinds.get(n) for n in known if n in signs.radii}
+        positive = {n for n, multiplies in signs.radii.items() if multiplies and signs.kinds.get(n) in alike}
+        self._kinds = [
+            None if name in signs.differences | positive else signs.kinds.get(name) for name in every
+        ]
         absolute = {k for n, k in zip(every, self._kinds, strict=True) if signs.floor(n) > -np.inf}
         self._groups = [(k, n * (k in absolute)) for n, k in zip(every, self._kinds, strict=True)]
-        self._own_kinds = [signs.kinds.get(name) for name in self.names]
+        self._own_kinds = [None if name in positive else signs.kinds.get(name) for name in self.names]
         self._aside = [name in signs.aside for name in self.names]
         self.angles = [name in signs.angles for name in self.names]
         self._right = [signs.angles.get(name, 0.0) / 4.0 for name in self.names]

@@ -6,6 +6,7 @@ import json
 import math
 import random
 from collections.abc import Sequence
+from pathlib import Path
 
 import pytest
 from scipy.optimize import brentq
@@ -400,3 +401,12 @@ def test_a_sine_may_be_small() -> None:
     back = solver.solve(model, {**given, "sink": known["sink"]})
     assert back["CL0"] == pytest.approx(0.25)
     assert back["gamma"] == pytest.approx(2.6237, abs=1e-4)
+
+
+@pytest.mark.parametrize("given", ["aB", "xB", "vB"])
+def test_the_length_of_a_crank_is_positive(given: str) -> None:
+    """Whatever signs coordinates and accelerations have: the sheet's connecting rod is one of 8, too."""
+    model = rulesheets.load(Path(__file__).parents[3] / "models" / "offset_slider_crank" / "model.tk")
+    state = solver.solve(model).solutions[0]
+    found = solver.solve(model, {"AO": None, given: state[given]})
+    assert found.solutions[0]["AO"] == pytest.approx(3.0, rel=1e-9)
