@@ -37,8 +37,9 @@ GROWTH, SHRINKING, NEXT, NARROWEST = 3.0, 8.0, 1e-2, 1e-3
 """How much farther or less far a side is moved after that, how far next to a solve, and the least step."""
 ORDINARY = 1e40
 """Numbers beyond this, or below 1 over it, have no ranges."""
-HOP = 0.1
-"""How far beyond what is known a solve of as many answers is believed, relative to where it is."""
+HOP, BEYOND = 0.1, 0.02
+"""How far beyond what is known a solve of as many answers is believed, relative to where it is; and how far
+beyond such solves where nothing is proved."""
 
 
 class Unfolded:
@@ -65,7 +66,7 @@ class Unfolded:
         proofs = _proofs(kernel, sample, varying, margins or [0.0] * len(sample))
         self._proves = next((proves for proves in proofs if proves(self.ranges)), None)
         if not self.proved:
-            self.ranges = [(_moved(v, -NARROWEST), _moved(v, NARROWEST)) if v else (v, v) for v in sample]
+            self.ranges = [(_moved(v, -BEYOND), _moved(v, BEYOND)) if v else (v, v) for v in sample]
         self.ends = self._ends()
 
     @property
@@ -105,7 +106,7 @@ class Unfolded:
             end, share = high if up else low, self._shares.get((place, up), 0.0)
             if self.weak and abs(number - end) <= HOP * abs(number):
                 self._shares[place, up] = NEXT
-                there = number if self.proved else _moved(number, NARROWEST if up else -NARROWEST)
+                there = number if self.proved else _moved(number, BEYOND if up else -BEYOND)
             elif not self.proved or share < NARROWEST or not abs(number) <= ORDINARY:
                 return False
             else:

@@ -267,7 +267,7 @@ MAX_RECORDS = 24
 """Records of one pattern; a sheet whose rows decide otherwise more often is solved step by step beyond."""
 
 MAX_FAILURES = 12
-SOON = 16
+SOON = 3
 """Calls for a first answer that pay for what tells it without the others."""
 AGREEMENT = 1e-6
 """How near a record must come to the row that it was made from, relative to each number."""

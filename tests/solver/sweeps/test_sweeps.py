@@ -344,12 +344,3 @@ def test_a_symbol_is_no_value_of_what_is_measured(run: Run, tmp_path: Path) -> N
     code, out, err = run("solve", "offset_slider_crank", "--set", "omegaAO=abc")
     assert (code, out) == (2, "")
     assert "error[E406]" in err
-
-
-@pytest.mark.parametrize("count", [3, 15, 40])
-def test_few_rows_keep_their_answers(count: int) -> None:
-    """Too few rows for a record on arrays are solved one by one, some ahead of others."""
-    text = "variables\n  s = 600\n  a = 0.3\n  b\n  v\nrules\n  b = 0.161*v/(s*a)\n"
-    b = np.linspace(0.2, 3.0, count)
-    table = solver.sweep(rulesheets.loads(text), {"b": b}, ["v"])
-    assert table["v"] == pytest.approx(b * 600.0 * 0.3 / 0.161, rel=1e-14)
