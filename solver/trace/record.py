@@ -57,8 +57,7 @@ class Recording(Inverses):
     """Follows the steps of each of the answers ``leaves`` as they were taken.
 
     ``corrects``: unknowns are corrected by rules that they miss. ``proofs``: those of other records, to which
-    new ones are added. Raises NotCompilable where a step has no
-    record.
+    new ones are added. Raises NotCompilable where a step has no record.
     """
 
     def __init__(
@@ -84,9 +83,9 @@ class Recording(Inverses):
         contradict a rule at the sample, or come to a step without a value."""
         start, symbols = self._start()
         states = [self._followed(start, leaf) for leaf in self.leaves]
-        different = self._different()
-        self.endings = [self.endings[place] for place in different]
-        states = [states[place] for place in different]
+        places = self._different()
+        self.endings = [self.endings[place] for place in places]
+        states = [states[place] for place in places]
         ranked = None
         if len(states) > 1:
             answers = tuple(tuple(map(state.values.get, ranking.read)) for state in states)
