@@ -138,6 +138,8 @@ MAX_BENT, POWERS = 3, 4
 """Known numbers up to which the start of the iteration is of second order; of one its order."""
 FINEST = 1.0 / 64.0
 """The least share of the way from the numbers of the record that is gone at once."""
+FEWER = 32
+"""Rows along a line of many that are followed one after another; the others start between these."""
 SPLITTER = 2.0**17 + 1.0
 """Multiplied by this and taken away again, a float is rounded to 36 binary digits (Dekker, 1971)."""
 
@@ -459,14 +461,16 @@ class BlockNewton:
             found = self._newton(*self._start(*known))
         except (ArithmeticError, ValueError):
             found = None
-        return self._followed(known) if found is None else found
+        return self._followed(known, self.sample, self.start, 0.5) if found is None else found
 
-    def _followed(self, known: Sequence[float]) -> tuple[float, ...]:
-        """The root by way of numbers between those of the record and these."""
-        at, share, root = 0.0, 0.5, self.start
+    def _followed(
+        self, known: Sequence[float], before: Sequence[float], root: tuple[float, ...], share: float = 1.0
+    ) -> tuple[float, ...]:
+        """The root by way of numbers between those ``before`` and these."""
+        at = 0.0
         while at < 1.0:
             to = min(1.0, at + share)
-            pairs = zip(self.sample, known, strict=True)
+            pairs = zip(before, known, strict=True)
             there = known if to == 1.0 else [a + to * (b - a) for a, b in pairs]
             try:
                 found = self._newton(*root, *there)
@@ -500,10 +504,51 @@ class BlockNewton:
         given = [np.atleast_1d(np.asarray(column, dtype=float)) for column in known]
         count = max(map(len, given), default=1)
         columns = np.array([np.broadcast_to(column, count) for column in given]).reshape(len(given), count)
-        start = np.repeat(np.array(self.start)[:, None], count, axis=1)
-        sample = np.repeat(np.array(self.sample)[:, None], count, axis=1)
         with np.errstate(all="ignore"):
-            return self._rows(start, sample, columns, 1.0, self._run(0, columns))
+            return self._along(columns) if count > 3 and _in_line(columns) else self._reached(columns)
+
+    def _reached(self, columns: Array) -> Array:
+        """The roots (unknowns, n) at known numbers (m, n), each from the record."""
+        start = np.repeat(np.array(self.start)[:, None], columns.shape[1], axis=1)
+        sample = np.repeat(np.array(self.sample)[:, None], columns.shape[1], axis=1)
+        return self._rows(start, sample, columns, 1.0, self._run(0, columns))
+
+    def _along(self, columns: Array) -> Array:
+        """The roots (unknowns, n) along a line of known numbers (m, n): of some rows one after another, of
+        those between from these. Where two such rows next to one another are lost, so are all between.
+        """
+        count = columns.shape[1]
+        moves = abs(columns[:, -1] - columns[:, 0]) / np.maximum(abs(columns[:, -1]), abs(columns[:, 0]))
+        place = int(np.argmax(np.nan_to_num(moves)))
+        rows = np.linspace(0, count - 1, min(count, FEWER)).astype(np.intp)
+        known = self._walked(columns[:, rows], place)
+        if len(rows) == count:
+            return known
+        found = self._iterate(_between(columns[place], rows, known), columns)
+        there = np.isfinite(known[0])
+        after = np.clip(np.searchsorted(rows, np.arange(count)), 1, len(rows) - 1)
+        lost = np.flatnonzero(~np.isfinite(found[0]) & (there[after] | there[after - 1]))
+        if lost.size:
+            again = self._along if 3 < lost.size < count / 2 else self._reached
+            found[:, lost] = again(columns[:, lost])
+        return found
+
+    def _walked(self, columns: Array, place: int) -> Array:
+        """The roots (unknowns, n) of rows (m, n), each from that before it, away from the record by the known
+        number of a place; none behind one that is lost."""
+        found = np.full((len(self.start), columns.shape[1]), np.nan)
+        off = columns[place] - self.sample[place]
+        order = np.argsort(abs(off), kind="stable")
+        for side in (order[off[order] >= 0.0], order[off[order] < 0.0]):
+            root, before = None, self.sample
+            for row in side.tolist():
+                there = tuple(columns[:, row].tolist())
+                try:
+                    root = self.scalar(*there) if root is None else self._followed(there, before, root)
+                except ValueError:
+                    break
+                found[:, row], before = root, there
+        return found
 
     def _rows(
         self, start: Array, before: Array, known: Array, share: float, predicted: Array | None = None
@@ -539,6 +584,23 @@ class BlockNewton:
             if not going.all():
                 left, x, known, before = left[going], x[:, going], known[:, going], before[going]
         return roots
+
+
+def _in_line(columns: Array) -> bool:
+    """Whether the numbers of each column (m, n) go on in one direction."""
+    steps = np.diff(columns, axis=1)
+    return bool(((steps >= 0.0).all(axis=1) | (steps <= 0.0).all(axis=1)).all())
+
+
+def _between(at: Array, rows: Array, roots: Array) -> Array:
+    """The roots (unknowns, n) at numbers (n,) by cubic interpolation of those (unknowns, k) of some rows."""
+    first = np.clip(np.searchsorted(rows, np.arange(len(at))) - 2, 0, len(rows) - 4)
+    near = [at[rows[first + k]] for k in range(4)]
+    found = np.zeros((len(roots), len(at)))
+    for k, there in enumerate(near):
+        others = (other for other in near if other is not there)
+        found += roots[:, first + k] * math.prod((at - other) / (there - other) for other in others)
+    return found
 
 
 def _power_series(flow: Graph, coefficients: Sequence[float], at: int) -> int:

@@ -137,7 +137,7 @@ class AnswerKernel:
                 spans.take_all()
         runs: list[tuple[int, int]] = []
         if spans is not None and self.turns is not None:
-            most = 2 * np.count_nonzero(there & holds, axis=1) > len(holds)
+            most = 2 * np.count_nonzero(there & holds, axis=1) > np.count_nonzero(holds)
             order = np.argsort(~most, kind="stable")
             each = int(np.count_nonzero(most))
             planes, there = [planes[place] for place in order.tolist()], there[order]

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 import rulesheets
 import solver
@@ -179,3 +180,24 @@ def test_answers_that_differ_in_other_unknowns_alone_are_one(al: float) -> None:
         assert sorted(r for (r,) in plan.all(al)) == pytest.approx(expected, rel=1e-9)
     table: solver.Table = plan.sweep(np.linspace(al, 1.001 * al, 100))
     assert set(table.answers.tolist()) == {4}
+
+
+def test_rows_across_two_folds_have_the_roots_of_each_side() -> None:
+    """x exp(x) + x/10 has a minimum and a maximum, and between their heights three roots."""
+
+    def height(x: float) -> float:
+        return x * math.exp(x) + x / 10.0
+
+    low, high = (
+        brentq(lambda x: (1.0 + x) * math.exp(x) + 0.1, *ends) for ends in ((-2.0, -1.0), (-3.5, -2.5))
+    )
+    plan = solver.prepare(rulesheets.loads("y = x*exp(x) + x/10"), ["y"], ["x"])
+    y = np.linspace(1.01 * height(low), 0.99 * height(high), 20_001)
+    table = plan.sweep(y)
+    inside = (height(low) < y) & (y < height(high))
+    assert (table["answers"] == np.where(inside, 3, 1)).all()
+    for row in range(0, len(y), 500):
+        roots = sorted(x for (x,) in plan.all(y[row]))
+        assert len(roots) == table["answers"][row]
+        assert [height(x) for x in roots] == pytest.approx([y[row]] * len(roots), rel=1e-14)
+    assert [height(x) for x in table["x"]] == pytest.approx(y.tolist(), rel=1e-14)
