@@ -338,7 +338,7 @@ class _Search:
         answers = sorted(candidates.answers, key=lambda answer: problem.preference(answer.values))
         cut = len(answers) >= MOST_ANSWERS
         if candidates.sensible is not None and not complete and (candidates.crowded or self.torn_once):
-            self.budget.cut = self.budget.cut or len(answers) > 1
+            self.budget.cut = True
             answers, cut = [candidates.sensible], False
         elif candidates.outside is not None and not answers:
             facts = (candidates.outside,)

@@ -126,7 +126,7 @@ class TearSearch:
             partial(enclosure.slopes_over, known=known) if smooth else None,
             lambda x: function(x, *known)[-1],
             *self.problem.domain(self.tear),
-            IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels),
+            IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels, candidates.sensible is not None),
         )
         self.budget.spend(search.levels * enclosure.operations)
         self.boxes += search.evaluations

@@ -44,11 +44,14 @@ GAP = 4.0
 
 
 class IsolationLimits(NamedTuple):
-    """``boxes`` evaluated in all, ``alive`` at once, ``levels`` of splitting."""
+    """``boxes`` evaluated in all, ``alive`` at once, ``levels`` of splitting. ``whole``: roots are of no use
+    unless they are all: the search ends without any as soon as it reaches a limit, or drops no box at first.
+    """
 
     boxes: int = 200_000
     alive: int = 8_000
     levels: int = 220
+    whole: bool = False
 
 
 PRESPLIT = 5
@@ -62,6 +65,10 @@ LOOKED_INTO = 24
 """Clusters left over that are looked into."""
 MANY = 50
 """Roots beyond which no others are looked for where boxes had to be left open."""
+IDLE = 2
+"""Levels after which a search that has dropped nothing leads nowhere."""
+IDLE_LEVELS = 2
+"""Levels at first without a box that is dropped or settled, after which a search is not expected to end."""
 REMOTE_LEVELS = 6
 """Levels after which boxes beyond 1e±100 are given up."""
 STANDARD_LIMITS = IsolationLimits()
@@ -157,6 +164,8 @@ class _Search:
 
     def run(self, limits: IsolationLimits) -> RootSearch:
         settled, at_rounding, unsplit, levels = self._branch_and_prune(limits)
+        if limits.whole and unsplit:
+            return RootSearch((), False, evaluations=self.evaluations, levels=levels)
         self.roots = [bracketed_root(self.value, *box) for box in settled]
         valueless = [isnan(value_at(self.value, root)) for root in self.roots]
         blank = [box for box, nowhere in zip(settled, valueless, strict=True) if nowhere]
@@ -267,6 +276,10 @@ class _Search:
                 opened.sort(key=lambda s: max(map(abs, s.slope)) * (s.high - s.low) if s.smooth else inf)
                 unsplit += [(section.low, section.high) for section in opened[CALMEST:]]
                 del opened[CALMEST:]
+            idle = level + 1 == IDLE_LEVELS and len(opened) >> level == 2**PRESPLIT
+            if limits.whole and (unsplit or idle):
+                unsplit += [(section.low, section.high) for section in opened]
+                break
             front = [half for s in opened for half in ((s.low, s.middle), (s.middle, s.high))]
         left = [box for box in unsplit if not self._is_remote(*box)]
         return settled, at_rounding, left + front, level + 1
