@@ -17,6 +17,7 @@ The rule is written once, over numbers or arrays of them.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from math import pi
@@ -55,6 +56,8 @@ GRAIN = 1e6
 
 SLACK = 0.5
 """Decades by which sizes may be farther from the suggested ones than the best are, and count alike."""
+LINKS = 3
+"""Quantities that are passed on, from which on they are a series."""
 SIZE = 5
 """The place of the size in a key."""
 WAVES = frozenset({"sin", "cos", "sind", "cosd"})
@@ -120,6 +123,17 @@ class Signs:
                     if 0 < negative < len(other.terms):
                         found.update(*_in_each(rules, {side.name}))
         return frozenset(found)
+
+    @cached_property
+    def series(self) -> Collection[frozenset[str]]:
+        """Quantities that rules of one shape pass on, each to the next of them: those of ``H3 = H2 + m3``."""
+        groups = by_shape(self.model) if len(self.model.variables) <= MANY else ()
+        found = set[frozenset[str]]()
+        for columns in (zip(*(rule.names for rule in rules), strict=True) for rules in groups):
+            for one, other in itertools.combinations(map(frozenset, columns), 2):
+                if len(one & other) >= LINKS:
+                    found.add(one | other)
+        return found
 
     @cached_property
     def factors(self) -> Collection[Sequence[Monomial]]:
@@ -289,6 +303,11 @@ class Ranking:
         self._own_kinds = [None if name in positive else signs.kinds.get(name) for name in self.names]
         self._aside = [name in signs.aside for name in self.names]
         self.angles = [name in signs.angles for name in self.names]
+        self._series = [
+            own
+            for names in sorted(map(sorted, signs.series))
+            if len(own := [k for k, name in enumerate(self.names) if name in names]) >= LINKS
+        ]
         self._right = [signs.angles.get(name, 0.0) / 4.0 for name in self.names]
         self._floors = [signs.floor(name) for name in self.names]
         places = {name: place for place, name in enumerate(every)}
@@ -404,6 +423,11 @@ class Ranking:
             zeros = zeros + (1.0 - there) * (tops[place] > least)
             far = on.largest([far, 1.0 * (_away(apart[place], sizes[1][place]) > UNLIKELY) * there])
             distance = distance + abs(apart[place]) * there * sizes[1][place]
+        for places in self._series:  # they are all as far from what is suggested
+            decades = [apart[place] for place in places if sizes[1][place]]
+            if decades:
+                spread = on.largest(decades) + on.largest([-decade for decade in decades])
+                distance = distance + len(decades) * spread
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
         guessed, trivial = self._guessed(row, on), zeros + none
         return [far, guessed, negatives + zeros, trivial, wide, distance, angle, size, *signs]

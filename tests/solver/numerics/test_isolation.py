@@ -288,6 +288,16 @@ def test_endlessly_many_roots_near_zero_do_not_hide_the_largest(x: float) -> Non
     assert any(abs(root - x) <= 1e-9 * x for root in found.roots)
 
 
+@pytest.mark.parametrize("whole", [False, True])
+def test_a_search_for_all_roots_or_none_ends_at_its_limit(whole: bool) -> None:
+    """A hundred roots of a sine, of which few boxes settle some."""
+    limits = IsolationLimits(boxes=1_000, whole=whole)
+    found = search(lambda x: sin(x), lambda x: cos(x), math.sin, -300, 300, limits)
+    assert not found.complete
+    assert bool(found.roots) is not whole
+    assert (found.evaluations <= limits.boxes) is whole
+
+
 def test_a_jump_is_no_root() -> None:
     def box(lo: Any, hi: Any) -> tuple[Any, Any]:
         return numpy.where(hi < 0.7, 1.0, -1.0), numpy.where(lo < 0.7, 1.0, -1.0)

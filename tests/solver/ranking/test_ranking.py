@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 import rulesheets
 import solver
-from benchmarks.chains import feeder
+from benchmarks.chains import cooling_tower, feeder
 from solver.ranking.ranking import Ranking
 from solver.report.sheet import result_json, result_text
 
@@ -343,6 +343,14 @@ def test_neighbours_of_a_network_are_nearly_alike() -> None:
     loads = [f"(U{k - 1} - U{k})/r + (U{(k + 1) % 4} - U{k})/r = I{k}\nU{k}*I{k} = 2000\n" for k in (1, 2, 3)]
     result = solver.solve(rulesheets.loads("U0 = 400\nr = 0.05\n" + "".join(loads)))
     assert all(float(result[f"U{k}"]) > 399.0 for k in (1, 2, 3))
+
+
+def test_the_last_step_of_a_series_goes_on_like_those_before() -> None:
+    """Water in a tower warms evenly by short steps of its equations, and does not jump to 84 °C in the last
+    of five steps, whose other root that is."""
+    steps = cooling_tower(600)
+    fine = steps.by_hand()[steps.names.index("t600")]
+    assert solver.solve(rulesheets.loads(cooling_tower(5).sheet))["t5"] == pytest.approx(fine, rel=1e-2)
 
 
 def test_water_flows_slowly_beyond_the_critical_depth() -> None:
