@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from itertools import chain
 from math import gcd, lcm
 from typing import Any, NamedTuple, TypeAlias
@@ -27,7 +27,9 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
+    Symbol,
     children,
+    map_leaves,
     rebuilt,
 )
 from rulesheets.syntax.program import walk
@@ -185,6 +187,19 @@ def _blank(side: Expression, names: dict[str, Name], numbers: list[float]) -> Ex
 
 
 _told = cache(Name)
+
+
+@lru_cache(MOST)
+def asked_shape(shape: Shape, unknown: tuple[bool, ...]) -> Shape:
+    """The shape of rules in which names are ``unknown`` or known, as numbers are, in the order of names."""
+    asked = [k for k, new in enumerate(unknown) if new]
+    names = {f"#{k}": _told(f"#{place}") for place, k in enumerate(asked)}
+
+    def told(leaf: Name | Number | Symbol) -> Expression:
+        return names.get(leaf.name, _told("#.")) if isinstance(leaf, Name) else leaf
+
+    sides = map_leaves(shape.left, told), map_leaves(shape.right, told)
+    return _INTERNED.setdefault(sides, Shape(*sides))
 
 
 class Effort(NamedTuple):

@@ -48,7 +48,7 @@ from solver.path import (
     given_by,
 )
 from solver.path.cases import EQUAL, activity, known_rules, value_of_equality
-from solver.path.graph import Shape, shape_of
+from solver.path.graph import Shape, asked_shape, shape_of
 from solver.path.planner import planner
 
 MAX_LEAVES, FEW_LEAVES, MAX_VALUES = 1_000, 20, 20_000
@@ -71,8 +71,8 @@ GRACE = 1.0
 Facts: TypeAlias = tuple[Fact, ...]
 Forks: TypeAlias = Iterator[Branch]
 Numbers: TypeAlias = tuple[Value, ...]
-Kind: TypeAlias = tuple[tuple[Shape, ...], int | None]
-"""The shapes of the rules of a step; of a direct one the place of its unknown among the names."""
+Kind: TypeAlias = tuple[Shape, ...]
+"""The shapes of the rules of a step, in which known names are numbers."""
 Pending: TypeAlias = tuple[Branch, Sequence[Step] | None, int]
 """A branch, the steps that it goes on with, and the first of them; without steps it is planned first."""
 
@@ -233,9 +233,8 @@ class PathSearch:
 
     def _kind(self, step: Step) -> Kind:
         """What steps have in common that ask the same with other names and numbers."""
-        equations = [self.model.equations[number] for number in equations_of(step)]
-        place = equations[0].names.index(step.unknown) if isinstance(step, Evaluate) else None
-        return tuple([shape_of(equation)[0] for equation in equations]), place
+        equations, unknown = [self.model.equations[e] for e in equations_of(step)], frozenset(given_by(step))
+        return tuple([asked_shape(shape_of(e)[0], tuple([n in unknown for n in e.names])) for e in equations])
 
     def _ahead(self, step: Step) -> int:
         """How many steps of the first path are of the kind of one of them and not before it."""
@@ -269,7 +268,8 @@ class PathSearch:
         None for a model whose answers can be listed, where the steps are not those of a network of blocks,
         and where an unknown is negative though the path has ``forked``, so that others may be positive. A few
         of 2^100 answers tell nobody anything, and each block of such a path costs a search. Where all of them
-        are to be proven, each is searched.
+        are to be proven, each is searched. Where no start leads to an answer of the whole, steps are taken in
+        turn.
         """
         steps, self.first_path = self.first_path or (), ()
         blocks = [place for place, step in enumerate(steps) if isinstance(step, SolveBlock)]
@@ -284,12 +284,13 @@ class PathSearch:
         whole = SolveBlock(equations, unknowns, ())
         for guesses in ({**self._continued(begun, solved), **self.guesses}, self.guesses):
             found = solve_sparsely(kernel_of(self.graph, whole), branch.values, guesses, self.budget)
-            values = next((a.values for a in found.answers if a.double is None), {})
-            negative = any(v < 0.0 and self.graph.turn(name) is None for name, v in values.items())
-            if values and not (forked and negative):
+            values: Mapping[str, Value] = self._sensible(found, forked)
+            if values:
                 break
         else:
-            return None
+            values = self._in_turn(branch, solved, begun, forked)
+            if not values:
+                return None
         self.budget.cut = True
         self._begin()
         self.note(False, equations, unknowns, [values], False)
@@ -298,6 +299,44 @@ class PathSearch:
                 branch.attempts[step] = found.attempts
             self._learn(branch, step, {name: values[name] for name in given_by(step)})
         return branch
+
+    def _sensible(self, found: BlockOutcome, forked: bool) -> dict[str, float]:
+        """The first answer, if it is simple, and not negative where others may be positive; else nothing."""
+        values = next((a.values for a in found.answers if a.double is None), {})
+        negative = any(v < 0.0 and self.graph.turn(name) is None for name, v in values.items())
+        return {} if forked and negative else {**values}
+
+    def _in_turn(
+        self, branch: Branch, steps: Sequence[Step], begun: Mapping[str, Value], forked: bool
+    ) -> Mapping[str, Value]:
+        """The values of one step after another: of a block what it comes to from those of the last of its
+        kind, or else by a search. Nothing where a step has none."""
+        last = dict[Kind, tuple[float, ...]]()
+        for step in steps:
+            names, kind = given_by(step), self._kind(step)
+            found: Mapping[str, Value] = {name: begun[name] for name in names if name in begun}
+            if isinstance(step, SolveBlock) and not found:
+                near = {**dict(zip(names, last.get(kind, ()), strict=False)), **self.guesses}
+                found = self._near(step, branch, near, forked)
+            elif isinstance(step, Evaluate) and not found:
+                isolation = self.graph.isolation(step.equation, self.graph.number[step.unknown])
+                assert isolation is not None
+                found = dict(zip(names, self._stepped(branch, step.equation, isolation).values, strict=False))
+            if not found:
+                return {}
+            branch.values.update(found)
+            last[kind] = tuple([v for name in names if isinstance(v := found[name], float)])
+        return branch.values
+
+    def _near(
+        self, step: SolveBlock, branch: Branch, near: Mapping[str, float], forked: bool
+    ) -> Mapping[str, Value]:
+        """The sensible answer of a block near to some numbers, or else the first that a search has."""
+        kernel, found, self.budget.nearby = kernel_of(self.graph, step), dict[str, float](), True
+        for solve in (solve_block, solve_sparsely) if near else ():
+            found = found or self._sensible(solve(kernel, branch.values, near, self.budget), forked)
+        self.budget.nearby = False
+        return found or next((a.values for a in self._solved(step, branch).answers), {})
 
     def _continued(self, begun: Mapping[str, Value], steps: Sequence[Step]) -> dict[str, float]:
         """The numbers that steps have ``begun`` with; others go on with those of the last of their kind."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -212,3 +213,23 @@ def test_a_row_of_blocks_has_the_answer_of_a_newton_by_hand_first(row: Network) 
     expected = row.by_hand()
     got = np.array([result[name] for name in row.names])
     assert np.abs(got - expected).max() <= 1e-9 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("n", [5, 8])
+def test_exchangers_in_series_have_their_effectiveness(n: int) -> None:
+    """n hot streams cross n cold ones: no start has every logarithm of a quotient of differences defined."""
+    hot, cold = [250.0 + 5 * i for i in range(n)], [20.0 + 3 * j for j in range(n)]
+    lines = [f"h{i}_0 = {v!r}" for i, v in enumerate(hot)] + [f"c{j}_0 = {v!r}" for j, v in enumerate(cold)]
+    expected = {}
+    for i, j in itertools.product(range(n), range(n)):
+        one, other, area = 10.0 + i, 12.5 + j, 40.0 / n
+        a, b, c, d = f"h{i}_{j}", f"h{i}_{j + 1}", f"c{j}_{i}", f"c{j}_{i + 1}"
+        lines += [f"q{i}_{j} = {one}*({a} - {b})", f"q{i}_{j} = {other}*({d} - {c})"]
+        lines.append(f"q{i}_{j} = {area}*(({a} - {d}) - ({b} - {c}))/ln(({a} - {d})/({b} - {c}))")
+        ratio = math.exp(area * (1 / one - 1 / other))
+        heat = (hot[i] - cold[j]) * (ratio - 1) / (ratio / one - 1 / other)
+        hot[i], cold[j] = hot[i] - heat / one, cold[j] + heat / other
+        expected |= {b: hot[i], d: cold[j]}
+    result = solver.solve(rulesheets.loads("\n".join(lines) + "\n"), timeout=5.0)
+    assert str(result.status) == "solved"
+    assert all(math.isclose(result[name], v, rel_tol=1e-9) for name, v in expected.items())
