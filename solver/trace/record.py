@@ -18,7 +18,7 @@ from typing import TypeAlias
 from rulesheets.functions import named
 from rulesheets.model import Model, Value, Variable
 from rulesheets.syntax.nodes import subtract
-from solver.facts import Beside, Conflict, NoValue, Unmet
+from solver.facts import Beside, Conflict, DoubleRoot, NoValue, Unmet
 from solver.kernel.block import BlockKernel, kernel_of
 from solver.leaves import Leaf, different
 from solver.path import Decide, Evaluate, Select, SolveBlock, Step
@@ -26,7 +26,7 @@ from solver.path.cases import EQUAL, activity, value_of_equality
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
 from solver.trace.folds import Unfolded
-from solver.trace.graph import NotCompilable, computed_from, operands
+from solver.trace.graph import Graph, NotCompilable, computed_from, operands
 from solver.trace.guards import Pattern, State
 from solver.trace.inverses import Inverses
 from solver.trace.newton import BlockNewton
@@ -172,7 +172,7 @@ class Recording(Inverses):
     def _steps(self, state: State, leaf: Leaf) -> State:
         """What the steps of a leaf have computed, and the conditions under which they are taken."""
         self.branch, self.sample, self.poles = leaf.branch, leaf.branch.values, set[str]()
-        if not all(isinstance(fact, Beside) for fact in self.branch.facts):
+        if not all(isinstance(fact, Beside | DoubleRoot) for fact in self.branch.facts):
             raise NotCompilable
         state.decided = dict(self.branch.assumed)
         for pair, sign in self.branch.signs.items():
@@ -190,6 +190,10 @@ class Recording(Inverses):
             if self._is_delicate:
                 self._correct(state, frozenset(state.values) - before)
         self._on(state)
+        doubles = (fact.unknowns for fact in self.branch.facts if isinstance(fact, DoubleRoot))
+        moving = (state.values.get(name, self.flow.true) for names in doubles for name in names)
+        if any(self.flow.value_of(node) != 0.0 for node in moving):
+            raise NotCompilable  # two answers part in the rows around, or end
         self._hold(state, (*self.branch.assumed, *sorted(state.used - state.decided.keys())))
         for fact in self.branch.inactive.values():
             # A case of fixed numbers alone has no value: those are the same in every row.
@@ -215,6 +219,9 @@ class Recording(Inverses):
                 self._require(node, outcome)
 
     def _step(self, state: State, step: Step) -> State:
+        if isinstance(step, SolveBlock) and any(self.sample.get(name) == 0.0 for name in step.unknowns):
+            with suppress(NotCompilable):
+                return self._vanishing(state.fork(), step)
         if isinstance(step, SolveBlock) and self._is_delicate:
             with suppress(NotCompilable):
                 return self._iterated(state.fork(), step)  # formulas lose digits that the solve has
@@ -277,6 +284,28 @@ class Recording(Inverses):
                 return self._iterated(state, step)
             case _:
                 raise NotCompilable
+
+    def _vanishing(self, state: State, step: SolveBlock) -> State:
+        """Unknowns of a block that are 0 whatever is known, of any multiplicity, and the others from them."""
+        self._use(self._on(state), step.equations)
+        zeros = [name for name in step.unknowns if self.sample.get(name) == 0.0]
+        state.values |= dict.fromkeys(zeros, self.flow.constant(0.0))
+        left = list(step.equations)
+        while left:
+            unknown = {index: set(self.model.equations[index].names) - state.values.keys() for index in left}
+            index = min(left, key=lambda one: len(unknown[one]))
+            left.remove(index)
+            match [*unknown[index]]:
+                case []:
+                    rule = self.model.equations[index]
+                    miss = self._expression(state, subtract(rule.left, rule.right))
+                    if not _is_zero(self.flow, miss):
+                        raise NotCompilable
+                case [name]:
+                    state = self._taken(state, name, self._values(state, index, name))
+                case _:
+                    raise NotCompilable
+        return state
 
     def _use(self, state: State, equations: Iterable[int]) -> None:
         """These rules are active at the sample, and have to be."""
@@ -516,6 +545,12 @@ class Recording(Inverses):
                 differ = flow.add("abs", flow.add("sub", one, two))
                 apart = flow.add("or", apart, flow.add("lt", limit, differ))
             flow.require(apart)
+
+
+def _is_zero(flow: Graph, node: int) -> bool:
+    """Whether a number is 0, whatever the inputs are."""
+    kind, *parts = flow.nodes[node]
+    return flow.value_of(node) == 0.0 or (kind in ("neg", "div") and _is_zero(flow, int(parts[0])))
 
 
 def _joined(one: Ending, other: Ending) -> Ending:

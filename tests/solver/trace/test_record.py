@@ -170,6 +170,38 @@ def test_a_record_is_made_where_unknowns_vanish_and_angles_turn(given: str, want
     assert any(row[0] == pytest.approx(state[wanted], rel=1e-12) for row in plan.all(state[given]))
 
 
+BEAM = "variables\n w = 3\n x = 2\n L\nrules\n w*L^4/8 = R*L^3/3\n R = w*x\n"
+CHANNEL = "variables\n v = 2\n Q\nrules\n A = 3*y\n P = 3 + 2*y\n R = A/P\n Q = 9*A*R^(2/3)\n Q = v*A\n"
+
+
+def depth(v: float) -> float:
+    return 3.0 * (v / 9.0) ** 1.5 / (3.0 - 2.0 * (v / 9.0) ** 1.5)
+
+
+@pytest.mark.parametrize(
+    "text, given, wanted, root",
+    [(BEAM, "x", "L", lambda x: 8.0 * x / 3.0), (CHANNEL, "v", "Q", lambda v: 3.0 * v * depth(v))],
+)
+def test_an_unknown_that_may_vanish_keeps_a_record(text: str, given: str, wanted: str, root: Any) -> None:
+    """A span of 0 is a triple root, and at a depth of 0 a slope is infinite: whatever the load or speed."""
+    plan = solver.prepare(rulesheets.loads(text), [given], [wanted])
+    for number in (2.0, 2.01, 1.9):
+        assert [row[0] for row in plan.all(number)] == pytest.approx([root(number), 0.0], rel=1e-12)
+    assert plan.records.programs
+
+
+def test_a_double_root_that_parts_leaves_no_record() -> None:
+    """At s = 0 both roots of x^2 cosh(x) = s are 0, beside it they are not, and below it there are none."""
+    model = rulesheets.loads("variables\n s = 0\n x\nrules\n x^2*cosh(x) = s\n")
+    plan = solver.prepare(model, ["s"], ["x"])
+    with pytest.raises(solver.Unsolved):
+        plan(0.0)
+    root = mpmath.findroot(lambda x: x * x * mpmath.cosh(x) - 0.25, 0.5)
+    assert sorted(row[0] for row in plan.all(0.25)) == pytest.approx([-root, root], rel=1e-12)
+    with pytest.raises(solver.Unsolved):
+        plan(-0.25)
+
+
 def test_the_brief_form_says_the_first_of_all_answers() -> None:
     model = rulesheets.loads("variables\n s\n p\n x\n y\nrules\n x + y = s\n x*y = p\n x^3 + y = z\n")
     plan = solver.prepare(model, ["s", "p"], ["x", "y", "z"])
