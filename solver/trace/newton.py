@@ -505,7 +505,7 @@ class BlockNewton:
         count = max(map(len, given), default=1)
         columns = np.array([np.broadcast_to(column, count) for column in given]).reshape(len(given), count)
         with np.errstate(all="ignore"):
-            return self._along(columns) if count > 3 and _in_line(columns) else self._reached(columns)
+            return self._along(columns) if given and _in_line(columns) else self._reached(columns)
 
     def _reached(self, columns: Array) -> Array:
         """The roots (unknowns, n) at known numbers (m, n), each from the record."""
@@ -529,7 +529,7 @@ class BlockNewton:
         after = np.clip(np.searchsorted(rows, np.arange(count)), 1, len(rows) - 1)
         lost = np.flatnonzero(~np.isfinite(found[0]) & (there[after] | there[after - 1]))
         if lost.size:
-            again = self._along if 3 < lost.size < count / 2 else self._reached
+            again = self._along if lost.size < count / 2 else self._reached
             found[:, lost] = again(columns[:, lost])
         return found
 

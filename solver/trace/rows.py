@@ -234,7 +234,7 @@ class AnswerKernel:
         rows = np.arange(start, end, 256)
         here = [column[rows] for column in columns]
         knows = self._columns(in_order=True)(here)[2]
-        if not knows.any() and PATIENT in self._made:
+        if not knows[:1].all() and PATIENT in self._made:
             knows = self._columns(in_order=True, quick=False)(here)[2]
         return int(rows[np.argmax(knows)]) if knows.any() else None
 
