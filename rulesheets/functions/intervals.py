@@ -87,6 +87,13 @@ def divide(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval
     return _hull(first, second, third, fourth, a_low, a_high, b_low, b_high)
 
 
+def both(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
+    """What lies in two intervals that enclose the same; the first where nothing is known of the second."""
+    if isnan(b_low) or isnan(b_high):
+        return a_low, a_high
+    return greatest(a_low, b_low), least(a_high, b_high)
+
+
 def _quotient(a: float, b: float) -> float:
     """a/b; infinite where b is a zero and a is not, with the sign that both make."""
     if b:

@@ -37,7 +37,7 @@ from rulesheets.syntax.nodes import (
     substitute,
 )
 from rulesheets.syntax.program import walk
-from solver.kernel.emitter import Emitter
+from solver.kernel.emitter import Emitter, times
 from solver.path import TARGET, Isolation, SolveBlock, Stage
 from solver.path.graph import ModelGraph
 
@@ -301,8 +301,8 @@ def _fraction(
             found = [_fraction(term, moving, known) for term in terms]
             divisors = [below for _, below in found if not is_number(below, 1.0)]
             common = tuple(dict.fromkeys(divisors))
-            total = [_times(above, *(d for d in common if d != below)) for above, below in found]
-            return add(*total), _times(*common)
+            total = [times(above, *(d for d in common if d != below)) for above, below in found]
+            return add(*total), times(*common)
         case Product(left, right):
             (above, below), (over, under) = (_fraction(part, moving, known) for part in (left, right))
             return _reduced((above, over), (below, under))
@@ -311,7 +311,7 @@ def _fraction(
             if moving.isdisjoint(nodes.names(under)):
                 return above * over / under, below
             if relational:
-                return _times(above, over), _times(below, under)
+                return times(above, over), times(below, under)
             return _reduced((above, over), (below, under))
         case Power(base, Number(exponent)) if exponent == exponent // 1 and exponent:
             above, below = _fraction(base, moving, known)
@@ -333,7 +333,7 @@ def _reduced(above: Sequence[Expression], below: Sequence[Expression]) -> tuple[
         if factor in over:
             over.remove(factor)
             under.remove(factor)
-    return _times(*over), _times(*under)
+    return times(*over), times(*under)
 
 
 def _factors(node: Expression) -> list[Expression]:
@@ -346,13 +346,6 @@ def _factors(node: Expression) -> list[Expression]:
             return 2 * _factors(base)
         case _:
             return [node]
-
-
-def _times(*factors: Expression) -> Expression:
-    product: Expression = ONE
-    for factor in factors:
-        product = product * factor
-    return product
 
 
 def _raised(base: Expression, exponent: float) -> Expression:

@@ -25,6 +25,7 @@ from rulesheets.functions.arrays import ARRAYS
 from rulesheets.functions.row import ROUNDED as ROUNDED_SLOPES
 from rulesheets.functions.row import Forms
 from rulesheets.syntax.nodes import (
+    ONE,
     ZERO,
     Call,
     Expression,
@@ -219,8 +220,57 @@ ROUNDED: Mapping[float, tuple[float, float]] = {
 
 
 ARITHMETIC = {
-    name: getattr(intervals, name) for name in ("add", "divide", "multiply", "power", "square", "scaled")
+    name: getattr(intervals, name)
+    for name in ("add", "both", "divide", "multiply", "power", "square", "scaled")
 }
+
+
+Side: TypeAlias = tuple[Expression, Expression]
+"""What a factor x is taken from, b and c of ``b*x + c``."""
+
+
+def shared_factors(node: Quotient) -> Iterator[tuple[Expression, Side, Side]]:
+    """Factors that some terms of the dividend and of the divisor share, with what they are taken from: a
+    quotient ``(a*x + d)/(b*x + c)`` is ``(a + d/x)/(b + c/x)``."""
+    above, below = ([_factors(term) for term in _terms(side)] for side in (node.left, node.right))
+    if len(below) == 1:
+        return
+    inside = [part for term in below for part in term]
+    for part in dict.fromkeys(part for term in above for part in term if part in inside):
+        if not isinstance(part, Number):
+            yield part, _split(part, above), _split(part, below)
+
+
+def _terms(side: Expression) -> Sequence[Expression]:
+    return side.terms if isinstance(side, Sum) else (side,)
+
+
+def _factors(node: Expression) -> list[Expression]:
+    match node:
+        case Product(left, right):
+            return _factors(left) + _factors(right)
+        case Negative(operand):
+            return [Number(-1.0), *_factors(operand)]
+        case _:
+            return [node]
+
+
+def times(*factors: Expression) -> Expression:
+    product: Expression = ONE
+    for factor in factors:
+        product = product * factor
+    return product
+
+
+def _split(part: Expression, terms: Sequence[list[Expression]]) -> Side:
+    """The terms that have a factor, without it, and the others."""
+    having, others = list[Expression](), list[Expression]()
+    for factors in terms:
+        left = list(factors)
+        if part in left:
+            left.remove(part)
+        (having if len(left) < len(factors) else others).append(times(*left))
+    return add(*having), add(*others)
 
 
 class IntervalEmitter(_Source[Pair]):
@@ -287,7 +337,17 @@ class IntervalEmitter(_Source[Pair]):
         return self.apply("multiply", left, right)
 
     def divided(self, node: Quotient, above: Pair, below: Pair) -> Pair:
-        return self.apply("divide", above, below)
+        """A quotient, also with both sides divided by a factor: it stands once less, and may be unbounded."""
+        found = self.apply("divide", above, below)
+        for part, *sides in shared_factors(node):
+            x = self.of(part)
+            if x[0] not in self._fixed:
+                over = [
+                    self.apply("add", self.of(having), self.apply("divide", self.of(others), x))
+                    for having, others in sides
+                ]
+                found = self.apply("both", found, self.apply("divide", *over))
+        return found
 
     def raised(self, node: Power, base: Pair, exponent: Pair) -> Pair:
         return self.apply("square", base) if is_square(node) else self.apply("power", base, exponent)

@@ -24,6 +24,7 @@ def _grown(inner: st.SearchStrategy[Expression]) -> st.SearchStrategy[Expression
         st.builds(lambda a, b: Sum((a, b)), inner, inner),
         st.builds(Product, inner, inner),
         st.builds(Quotient, inner, inner),
+        st.builds(lambda x, a, b: Quotient(Product(a, x), Sum((b, x))), inner, inner, inner),
         st.builds(Negative, inner),
         st.builds(lambda a: Product(a, a), inner),
         st.builds(lambda a, n: Power(a, Number(n)), inner, st.sampled_from([2.0, 3.0, 0.5])),
@@ -74,6 +75,13 @@ def test_as_tight_as_the_interpreted_ones(tree: Expression, x: Ends, y: Ends, k:
         size = 1e-12 * max(abs(below), abs(above)) + 1e-300
         assert low >= below - size
         assert high <= above + size
+
+
+@pytest.mark.parametrize("ends", [(1e3, 1e300), (-1e300, -1e3), (1e3, math.inf)])
+def test_what_saturates_has_its_limit(ends: Ends) -> None:
+    """x/(1 + 2x), a law of Monod or Langmuir, is next to 1/2 far out, however wide a box is."""
+    low, high = compiled(Quotient(X, Sum((Number(1.0), Product(Number(2.0), X)))), ends, (0.0, 0.0), 0.0)
+    assert 0.499 < low <= high < 0.501
 
 
 @pytest.mark.parametrize("factor", [-3.0, 0.0, 0.1, 1e-320])

@@ -350,7 +350,9 @@ def test_the_last_step_of_a_series_goes_on_like_those_before() -> None:
     of five steps, whose other root that is."""
     steps = cooling_tower(600)
     fine = steps.by_hand()[steps.names.index("t600")]
-    assert solver.solve(rulesheets.loads(cooling_tower(5).sheet))["t5"] == pytest.approx(fine, rel=1e-2)
+    result = solver.solve(rulesheets.loads(cooling_tower(5).sheet))
+    assert result["t5"] == pytest.approx(fine, rel=1e-2)
+    assert result.complete
 
 
 def test_water_flows_slowly_beyond_the_critical_depth() -> None:
