@@ -209,6 +209,18 @@ def slab(n: int) -> Network:
     return rules.network(f"slab {n} x {n}", T=350.0, q=0.0)
 
 
+def wall(n: int) -> Network:
+    """n x n lumps that conduct by a power of their temperature, heated below and radiating above."""
+    rules, links, m = Rules(), lattice(n), n * n
+    t, q, s = some("T", m), some("q", len(links)), some("s", m)
+    rules.add("{q} = 2*(({a} + {b})/600)^1.5*({a} - {b})", q=q, a=at(t, links, 0), b=at(t, links, 1))
+    rules.add("{s} = 5e-8*({t}^4 - 290^4)", s=s[:n], t=t[:n])
+    rules.add("{s} = 0.1*({t} - 300)", s=s[n:-n], t=t[n:-n])
+    rules.add("{s} = 5*({t} - 800)", s=s[-n:], t=t[-n:])
+    rules.balance(links, q, "{s}", s=s)
+    return rules.network(f"wall {n} x {n}", T=500.0, q=0.0, s=0.0)
+
+
 def evaporators(n: int) -> Network:
     """Effects in series: the vapour of each heats the next, and the boiling point rises."""
     rules = Rules(F=10.0, A=4.0 * n)
@@ -306,6 +318,34 @@ def arch(n: int) -> Network:
     rules.add("D*({a} - 2*{o} + {b})*{k} = {p} + A*{N}*({o} + {c})", a=m[:-2], o=m[1:-1], b=m[2:],
               k=float(n * n), p=[-17.0 * sin(pi * i / n) for i in range(1, n)], N=s[-1], c=bend)  # fmt: skip
     return rules.network(f"arch {n}", w=0.0, m=0.0, s=0.0)
+
+
+def dome(n: int) -> Network:
+    """Bars between the crown and three rings of n nodes, the outermost held, under a load on each node."""
+    rules, rings = Rules(E=1e7), [0, *(k for k in (1, 2, 3) for _ in range(n))]
+    turn = [2 * pi * (k - 1) / n for k in range(3 * n + 1)]
+    x, y = ([4.0 * r * f(t) for r, t in zip(rings, turn, strict=True)] for f in (cos, sin))
+    spots, held = {"u": x, "v": y, "w": [2.0 - 0.2 * r * r for r in rings]}, range(2 * n + 1, 3 * n + 1)
+    links = [(0, k) for k in range(1, n + 1)]
+    for inner in (1, n + 1):
+        beside = [(inner + k, inner + (k + 1) % n) for k in range(n)]
+        links += beside + [(a, a + n) for a, _ in beside] + [(a, b + n) for a, b in beside]
+    moves = {c: [0.0 if k in held else f"{c}{k}" for k in range(len(rings))] for c in spots}
+    apart = {c: [place[b] - place[a] for a, b in links] for c, place in spots.items()}
+    rest = [float(np.hypot(np.hypot(*two), one)) for *two, one in zip(*apart.values(), strict=True)]
+    length, force = some("L", len(links)), some("N", len(links))
+    ends = {f"{c}{side}": at(moves[c], links, side) for c in spots for side in (0, 1)}
+    ends |= {f"d{c}": apart[c] for c in spots}
+    squares = " + ".join(f"({{d{c}}} + {{{c}1}} - {{{c}0}})^2" for c in spots)
+    rules.add(f"{{L}} = sqrt({squares})", L=length, **ends)
+    rules.add("{N} = E*({L} - {r})/{r}", N=force, L=length, r=rest)
+    for c, load in (("u", 0.0), ("v", 0.0), ("w", 1000.0 / n)):
+        pulls = some(f"p{c}", len(links))
+        ends_of = {"d": apart[c], "a": ends[f"{c}0"], "b": ends[f"{c}1"]}
+        rules.add("{p} = {N}*({d} + {b} - {a})/{L}", p=pulls, N=force, L=length, **ends_of)
+        rules.balance(links, pulls, "{z}", held, z=load)
+    zero = dict.fromkeys(("u", "v", "w", "N", "pu", "pv", "pw"), 0.0)
+    return rules.network(f"dome {n}", L=rest, **zero)
 
 
 def minimal_surface(n: int) -> Network:
@@ -453,12 +493,14 @@ KINDS: dict[Callable[[int], Network], tuple[int, ...]] = {
     compressors: (20, 100),
     ventilation: (8, 60),
     slab: (6, 25),
+    wall: (6, 30),
     evaporators: (6, 20),
     absorber: (20, 100, 400),
     complexes: (10, 30),
     cable: (20, 100, 500),
     cable_net: (6, 20),
     arch: (40, 400),
+    dome: (14, 30),
     minimal_surface: (8, 30),
     screening: (10, 50),
     junction: (50, 1000),

@@ -24,6 +24,7 @@ from rulesheets.evaluate.number import Arithmetic
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import LATEST, MANY, gross, sides, size
 from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS, STEEP
 from solver.path.graph import Alike, Array, Family, alike
@@ -217,8 +218,7 @@ def evaluated(model: Model, equations: Sequence[Equation], values: Mapping[str, 
     """All rules at once; those of rare shapes, or out of the ordinary, one by one. Several ask of one answer:
     what is found stays known, and is to be read only."""
     known = alike(model, equations)
-    numbers = (v if isinstance(v := values.get(name), float) else math.nan for name in known.names)
-    point = np.fromiter(numbers, dtype=float, count=len(known.names))
+    point = _point(known, values)
     latest: dict[tuple[int, bytes], Evaluated] = model.__dict__.setdefault("_evaluated", {})
     key = id(known), point.tobytes()
     if not (found := latest.get(key)) or np.isnan(point).any():  # what is no number has no bytes of its own
@@ -227,6 +227,12 @@ def evaluated(model: Model, equations: Sequence[Equation], values: Mapping[str, 
             latest.pop(oldest, None)
         latest[key] = found
     return found
+
+
+def _point(known: Alike, values: Mapping[str, Value]) -> Array:
+    """The values of names; nan for those that are no numbers."""
+    numbers = (v if isinstance(v := values.get(name), float) else math.nan for name in known.names)
+    return np.fromiter(numbers, dtype=float, count=len(known.names))
 
 
 def _evaluated(
@@ -342,6 +348,37 @@ def accepted(
     scaled = np.abs(found.miss) / np.where(found.moves > 0.0, found.moves, 1.0)
     left = tuple([equations[place] for place in np.flatnonzero(~found.holds).tolist()])
     return float(np.max(scaled[found.holds], initial=0.0)), left
+
+
+def multiplied_out(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> Array:
+    """The sizes (n,) of rules' terms, their brackets multiplied out but for divisors and functions of theirs.
+    What can't be evaluated is nan, or does not count."""
+    known, found = alike(model, equations), np.zeros(len(equations))
+    point = _point(known, values)
+    for family in known.families:
+        columns = dict(zip(family.first.names, point[family.columns], strict=True))
+        rows = _Rows(columns, family.numbers, len(family.places))
+        with np.errstate(all="ignore"), suppress(Undefined):
+            for side in (family.first.left, family.first.right):
+                for term in side.terms if isinstance(side, Sum) else (side,):
+                    found[family.places] += rows.of(_spread(term))
+    return found
+
+
+def _spread(node: Expression) -> Expression:
+    """The sum of the sizes of the terms of an expression, its brackets multiplied out."""
+    match node:
+        case Sum(terms) if not any(isinstance(part, Call) for part in walk(node)):
+            return Sum(tuple(map(_spread, terms)))
+        case Negative(operand):
+            return _spread(operand)
+        case Product(left, right):
+            return Product(_spread(left), _spread(right))
+        case Quotient(left, right) if not any(isinstance(part, Sum) for part in walk(right)):
+            return Quotient(_spread(left), Call("abs", (right,)))
+        case Power(base, Number(exponent)) if exponent >= 1.0:
+            return Power(_spread(base), node.exponent)
+    return Call("abs", (node,))
 
 
 def sizes_of(

@@ -256,9 +256,6 @@ class BlockProblem:
 
 # --- how far rounding leaves a point open ---
 
-LOW_DEGREE = 9
-"""The degree up to which a rule that is a polynomial is not called steep."""
-
 
 class Uncertainty(NamedTuple):
     """``errors`` (n,) of the unknowns; ``steepness``: how far a rule moves with its variables, beside its
@@ -293,14 +290,15 @@ def uncertainty(problem: BlockProblem, point: Mapping[str, float]) -> Uncertaint
 
 def _sparse_uncertainty(problem: BlockProblem, sparse: Sparse, point: Mapping[str, float]) -> Uncertainty:
     """The same of a large block. An unknown near 0 is measured by what would move one of its rules by as much
-    as the terms of that are. Polynomials are not steep, however much cancels in their brackets: multiplied
-    out, their terms are as large as their moves, but for the degree."""
-    from solver.accuracy.alike import evaluated, sizes_of
+    as the terms of that are. A rule is not steep because much cancels in its brackets: multiplied out, its
+    terms are as large as its moves."""
+    from solver.accuracy.alike import evaluated, multiplied_out, sizes_of
     from solver.numerics.sparse_newton import SparseFactor
 
-    found = evaluated(problem.graph.model, problem.kernel.equations, {**problem.here, **point})
+    asked = problem.graph.model, problem.kernel.equations, {**problem.here, **point}
+    found = evaluated(*asked)
     moves, gross = (np.where(np.isnan(size), np.inf, size) for size in (found.moves, found.gross))
-    terms = np.where(problem.kernel.degrees <= LOW_DEGREE, np.maximum(moves, gross), gross)
+    terms = np.fmax(gross, multiplied_out(*asked))
     x = np.array(list(point.values()))
     entries = sparse[1](x)
     with np.errstate(all="ignore"):

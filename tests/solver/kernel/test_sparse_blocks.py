@@ -23,7 +23,7 @@ NETWORKS = [pipes(5), radiation(60), plate(7), plate(7, 0.02), plate(19), bratu(
 NETWORKS += [gas(3), gas(5), direct_current(15), direct_current(40), direct_current(600)]
 NETWORKS += [load_flow(5), load_flow(6), load_flow(30)]
 NETWORKS += [more.compressors(20), more.minimal_surface(8), more.cable_net(6), more.three_phases(20)]
-NETWORKS += [more.complexes(30)]
+NETWORKS += [more.complexes(30), more.wall(6), more.dome(14)]
 
 
 @pytest.mark.parametrize("network", NETWORKS, ids=lambda network: network.title)
