@@ -15,7 +15,7 @@ import numpy as np
 
 from solver.numerics.linear_algebra import Array, Triplets
 from solver.numerics.newton import stagnates
-from solver.numerics.tolerances import CONVERGED, DAMPING, FAST, LEAST, REFINABLE, STAGNATION
+from solver.numerics.tolerances import CONVERGED, DAMPING, EPS, FAST, LEAST, REFINABLE, ROUNDINGS, STAGNATION
 
 Map: TypeAlias = Callable[[Array], Array]
 ITERATIONS = 100
@@ -134,8 +134,9 @@ def sparse_newton(
         return SparseRoot(x, False, 0)
     share, before, last, alone = 1.0, math.inf, 0.0, 0.0
     for count in range(iterations):
+        slopes = jacobian(x)
         try:
-            factor = SparseFactor(jacobian(x), len(x))
+            factor = SparseFactor(slopes, len(x))
         except ArithmeticError:
             return SparseRoot(x, False, count)
         step = -factor.solve(f)
@@ -157,6 +158,7 @@ def sparse_newton(
             x, f, share = found
         if found is None or length <= CONVERGED or stagnates(length, before) or not f.any():
             converged = found is not None or length <= STAGNATION
+            converged = converged or length <= ROUNDINGS * _length(_noise(factor, slopes, x), weight)
             end = _refined(residual, factor, x, weight) if converged else x
             return SparseRoot(end, converged, count, alone)
         share, before, last = min(LONGER * share, 1.0), length, share
@@ -184,6 +186,13 @@ def _twice(
     f = residual(x)
     shorter = np.isfinite(f).all() and _length(factor.solve(f), weight) <= length / 2.0
     return (x, f, 1.0) if shorter else None
+
+
+def _noise(factor: SparseFactor, slopes: Triplets, x: Array) -> Array:
+    """What a step (n,) may be where the residual is but the rounding of the terms of its rules."""
+    data, rows, columns = slopes
+    gross = np.bincount(rows, np.abs(data * x[columns]), minlength=len(x))
+    return factor.solve(EPS * np.random.default_rng(0).choice([-1.0, 1.0], len(x)) * gross)
 
 
 def _refined(residual: Callable[[Array], Array], factor: SparseFactor, x: Array, weight: Array) -> Array:
