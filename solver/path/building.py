@@ -7,6 +7,8 @@ from dataclasses import replace
 from heapq import heappop, heappush
 
 from rulesheets.deadline import expect_time
+from rulesheets.syntax.nodes import subtract
+from rulesheets.syntax.program import degree
 from solver.path import (
     Assume,
     Check,
@@ -29,9 +31,10 @@ from solver.structure.decomposition import (
     dulmage_mendelsohn,
     maximum_matching,
 )
-from solver.structure.tearing import Tearing, tearings
+from solver.structure.tearing import EFFORT, Tearing, tearings
 
-TEARINGS = 2
+TEARINGS, LINEAR_EFFORT = 2, 200
+"""How many are kept of one block; and the effort that one is worth which is linear, and hardly ever torn."""
 MAX_TORN = 100
 """Unknowns of a block up to which it is torn; all of a larger one are iterated on at once."""
 
@@ -79,6 +82,7 @@ def _block_step(
         variable = graph.model.variables[name]
         finite = variable.low > float("-inf") and variable.high < float("inf")
         weights[unknown] = 0 if finite or graph.turn(name) else 1
+    linear = _is_linear(graph, equations, unknowns)
     first, *others = (
         SolveBlock(
             equations,
@@ -87,21 +91,29 @@ def _block_step(
             tuple(_evaluate(graph, rules[e], variables[u]) for e, u in tearing.order),
             tuple(rules[e] for e in tearing.residuals),
         )
-        for tearing in _tearings(graph, replace(part, resolvable=resolvable), weights)
+        for tearing in _tearings(graph, replace(part, resolvable=resolvable), weights, linear)
     )
     return first._replace(others=tuple(others)) if len(first.tears) == 1 else first
 
 
-def _tearings(graph: ModelGraph, part: Incidence, weights: Mapping[int, int]) -> Iterator[Tearing]:
+def _is_linear(graph: ModelGraph, equations: Iterable[int], unknowns: Iterable[str]) -> bool:
+    names, rules = frozenset(unknowns), map(graph.model.equations.__getitem__, equations)
+    return all(degree(subtract(rule.left, rule.right), names) <= 1.0 for rule in rules)
+
+
+def _tearings(
+    graph: ModelGraph, part: Incidence, weights: Mapping[int, int], linear: bool
+) -> Iterator[Tearing]:
     """The tearings of a block: blocks that differ in the numbering alone are torn alike, once."""
     equations, unknowns = part.block
     place = {unknown: k for k, unknown in enumerate(unknowns)}
     rows = tuple([tuple([place[u] for u in part.occurs[e]]) for e in equations])
     costs = tuple([tuple([(place[u], c) for u, c in part.resolvable[e].items()]) for e in equations])
-    key = rows, costs, tuple([weights[u] for u in unknowns])
+    key = rows, costs, tuple([weights[u] for u in unknowns]), linear
     if key not in graph.torn:
+        effort = LINEAR_EFFORT if linear else EFFORT
         alone = Incidence(rows, tuple(map(dict, costs)), len(unknowns))
-        graph.torn[key] = tearings(alone, dict(enumerate(key[2])), limit=TEARINGS)
+        graph.torn[key] = tearings(alone, dict(enumerate(key[2])), TEARINGS, effort)
     for tears, order, residuals in graph.torn[key]:
         yield Tearing(
             tuple([unknowns[u] for u in tears]),

@@ -295,19 +295,18 @@ class Ranking:
         self._suggestions = signs.suggestions[pattern]
         every, alike = (*self.read, *self.known), {signs.kinds.get(n) for n in known if n in signs.radii}
         positive = {n for n, multiplies in signs.radii.items() if multiplies and signs.kinds.get(n) in alike}
-        self._kinds = [
-            None if name in signs.differences | positive else signs.kinds.get(name) for name in every
-        ]
+        apart = signs.differences | positive
+        self._kinds = [None if name in apart else signs.kinds.get(name) for name in every]
         absolute = {k for n, k in zip(every, self._kinds, strict=True) if signs.floor(n) > -np.inf}
         self._groups = [(k, n * (k in absolute)) for n, k in zip(every, self._kinds, strict=True)]
         self._own_kinds = [None if name in positive else signs.kinds.get(name) for name in self.names]
         self._aside = [name in signs.aside for name in self.names]
         self.angles = [name in signs.angles for name in self.names]
-        self._series = [
-            own
-            for names in sorted(map(sorted, signs.series))
-            if len(own := [k for k, name in enumerate(self.names) if name in names]) >= LINKS
-        ]
+        place = {name: k for k, name in enumerate(self.names)}
+        series = (
+            sorted(place[n] for n in names if n in place) for names in sorted(map(sorted, signs.series))
+        )
+        self._series = [own for own in series if len(own) >= LINKS]
         self._right = [signs.angles.get(name, 0.0) / 4.0 for name in self.names]
         self._floors = [signs.floor(name) for name in self.names]
         places = {name: place for place, name in enumerate(every)}

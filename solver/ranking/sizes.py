@@ -14,7 +14,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import log10, pi
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +64,10 @@ _UNBOUNDED = frozenset({"exp", "sinh", "cosh"})
 _LOGARITHMS = frozenset({"ln", "log", "log10", "log2", "log1p"})
 
 
+Slopes: TypeAlias = list[tuple[int, float]]
+"""Those that are not 0 of one unknown, each with the place of its known number."""
+
+
 @dataclass(eq=False)
 class Suggestions:
     """Decades of unknowns of a model, by ``names``, at values of the ``known`` ones."""
@@ -71,9 +75,7 @@ class Suggestions:
     model: Model
     known: Sequence[str]
     names: Sequence[str]
-    _found: dict[tuple[bool, ...], tuple[list[list[float]], list[float], list[bool]]] = field(
-        default_factory=dict
-    )
+    _found: dict[tuple[bool, ...], tuple[list[Slopes], list[float], list[bool]]] = field(default_factory=dict)
 
     def over(
         self, on: Arithmetic, given: Sequence[Any], zero: tuple[bool, ...]
@@ -85,12 +87,12 @@ class Suggestions:
         slopes_of, constants, determined = self._found[zero]
         sizes = [on.decade(on.there(number, 1.0)) for number in given]
         decades = [
-            sum((slope * size for slope, size in zip(slopes, sizes, strict=True) if slope), constant)
+            sum((slope * sizes[place] for place, slope in slopes), constant)
             for slopes, constant in zip(slopes_of, constants, strict=True)
         ]
         return decades, determined
 
-    def _where(self, zero: tuple[bool, ...]) -> tuple[list[list[float]], list[float], list[bool]]:
+    def _where(self, zero: tuple[bool, ...]) -> tuple[list[Slopes], list[float], list[bool]]:
         """The decades as slopes times those of the known numbers plus constants, and which are determined;
         others are the nearest to 1 which the rules admit. Where a model is too large nothing is suggested.
 
@@ -100,7 +102,7 @@ class Suggestions:
         names, known = self.names, self.known
         unknowns = sorted(set(self.model.variables).difference(known))
         if len(unknowns) > MANY or not names:
-            return [[0.0] * len(known)] * len(names), [0.0] * len(names), [False] * len(names)
+            return [[]] * len(names), [0.0] * len(names), [False] * len(names)
         vanishing = {name for name, none in zip(known, zero, strict=True) if none}
         vanishing.update(
             *(
@@ -116,10 +118,14 @@ class Suggestions:
         places = [unknowns.index(name) for name in names]
         if a.shape[1] > LARGE and (found := least_squares(a, np.column_stack([k, c]))) is not None:
             decades = -found[places]
-            return decades[:, :-1].tolist(), decades[:, -1].tolist(), [True] * len(names)
+            return _sparse(decades[:, :-1]), decades[:, -1].tolist(), [True] * len(names)
         inverse = np.linalg.pinv(a, rcond=RANK)
         determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - FREE
-        return (-(inverse[places] @ k)).tolist(), (-(inverse[places] @ c)).tolist(), determined.tolist()
+        return _sparse(-(inverse[places] @ k)), (-(inverse[places] @ c)).tolist(), determined.tolist()
+
+
+def _sparse(matrix: Vector) -> list[Slopes]:
+    return [[(place, slope) for place, slope in enumerate(row) if slope] for row in matrix.tolist()]
 
 
 def nearly_balanced(

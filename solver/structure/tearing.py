@@ -47,20 +47,20 @@ class Tearing(NamedTuple):
 
 
 def tearings(
-    incidence: Incidence, weights: Mapping[int, int] | None = None, limit: int = 10
+    incidence: Incidence, weights: Mapping[int, int] | None = None, limit: int = 10, effort: int = EFFORT
 ) -> tuple[Tearing, ...]:
     """Up to ``limit`` tearings with equally many tears, at least one: least cost of the steps first, then
     least weight, then source order.
 
-    The number of tears is the minimum where all sets can be tried; else it is a heuristic's. Unknowns without
-    a weight weigh 0.
+    The number of tears is the minimum where all sets can be tried with an ``effort`` of sets times unknowns;
+    else it is a heuristic's. Unknowns without a weight weigh 0.
     """
     weight = weights or {}
 
     def rank(judged: tuple[Tears, _Order]) -> tuple[int, int, Tears]:
         return judged[1].cost, sum(weight.get(u, 0) for u in judged[0]), judged[0]
 
-    judged = sorted(_smallest_sets(incidence, weight), key=rank)[: max(SHORT_LIST, limit)]
+    judged = sorted(_smallest_sets(incidence, weight, effort), key=rank)[: max(SHORT_LIST, limit)]
     judged = [
         (tears, _searched(incidence, tears) or order if order.cost else order) for tears, order in judged
     ]
@@ -146,7 +146,9 @@ def _searched(incidence: Incidence, tears: Tears) -> _Order | None:
 # --- sets of tears --------------------------------------------------------------
 
 
-def _smallest_sets(incidence: Incidence, weights: Mapping[int, int]) -> list[tuple[Tears, _Order]]:
+def _smallest_sets(
+    incidence: Incidence, weights: Mapping[int, int], effort: int
+) -> list[tuple[Tears, _Order]]:
     """Sets of tears of one size with their steps: all of the least size, or the one of the heuristic."""
     unknowns = incidence.block.unknowns
     first = _order(incidence, ())
@@ -154,7 +156,7 @@ def _smallest_sets(incidence: Incidence, weights: Mapping[int, int]) -> list[tup
     never_given = len(set(unknowns) - given)
     complete = len(first.known) == len(unknowns)
     for size in range(0 if complete else max(never_given, first.fewest - 1, 1), len(unknowns) + 1):
-        if comb(len(unknowns), size) * len(unknowns) > EFFORT:
+        if comb(len(unknowns), size) * len(unknowns) > effort:
             break
         if sets := list(_complete(incidence, (), first, size, 0)):
             return sets
