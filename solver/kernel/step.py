@@ -13,6 +13,7 @@ from itertools import zip_longest
 from typing import NamedTuple
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
+from rulesheets.evaluate.digits import extended, in_many_digits
 from rulesheets.evaluate.number import enclose, number_text
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
@@ -247,9 +248,13 @@ class StepSolver:
 
     def _polished(self, number: float) -> float:
         """One or two Newton corrections in the equation as written, for the last digits of a long chain, or
-        of a root: floats have no 1/1.5.
+        of a root: floats have no 1/1.5. Of numbers alone, as ``10*sin(0.7*112)``, the value right to the last
+        digit: its rule has no other values that the rounding of its evaluation could be put down to.
         """
-        stages = self.isolation.stages
+        start, stages = self.isolation.start, self.isolation.stages
+        alone = self.isolation.identity and len(self.equation.names) == 1
+        if alone and not isinstance(start, Number) and in_many_digits(start):
+            return float(extended(start, {}))
         takes_root = any(stage.operation in ("power", "root") for stage in stages)
         if len(stages) < 2 and self.isolation.quadratic is None and not takes_root:
             return number

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import mpmath
 import pytest
 
 import rulesheets
@@ -25,6 +26,16 @@ def check(sheet: Sheet) -> solver.Result:
 @pytest.mark.parametrize("direction", [chain, backward_chain])
 def test_a_chain_of_2000_rules(direction: object) -> None:
     assert len(check(direction(2_000)).path.steps) == 2_000  # type: ignore[operator]
+
+
+def test_formulas_of_numbers_are_right_to_the_last_digit() -> None:
+    """A load of each of 1,100 hours, and their sum: too long a path to be followed in many digits."""
+    rows = [f"g{i} = 10*sin(0.7*{i}) + 1\ns{i} = max(s{i - 1} + g{i}, 0)\n" for i in range(1, 1101)]
+    result = solver.solve(rulesheets.loads("s0 = 25\n" + "".join(rows)))
+    assert str(result.status) == "solved"
+    with mpmath.workdps(40):
+        exact = {f"g{i}": float(10 * mpmath.sin(mpmath.mpf(0.7) * i) + 1) for i in range(1, 1101)}
+    assert {name: result[name] for name in exact} == exact
 
 
 def test_400_linear_blocks_of_five() -> None:
