@@ -21,7 +21,18 @@ from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
-from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    names,
+)
 from rulesheets.syntax.program import walk
 from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
@@ -315,8 +326,7 @@ def counted(problem: BlockProblem, candidates: Candidates) -> bool:
     if len(block.tears) != 1 or problem.turn(block.tears[0]) is not None or candidates.refused:
         return False
     forms = _explicit_forms(problem)
-    calls = (node.function for form in problem.kernel.forms for node in walk(form) if isinstance(node, Call))
-    if forms is None or not ALGEBRAIC.issuperset(calls):
+    if forms is None or not problem.kernel.once("algebraic", lambda: _is_algebraic(problem)):
         return False
     from rulesheets.algebra.polynomials import eliminant  # sympy waits until a search has left something open
 
@@ -327,6 +337,18 @@ def counted(problem: BlockProblem, candidates: Candidates) -> bool:
         return False
     roots = _clear_roots(simple_part(found.polynomial), *problem.domain(block.tears[0]))
     return roots is not None and all(_settled(problem, candidates, forms, root) for root in roots)
+
+
+def _is_algebraic(problem: BlockProblem) -> bool:
+    """Whether no function of an unknown rules it out that the block has an eliminant, nor an exponent."""
+    unknowns = frozenset(problem.unknowns)
+    for node in (part for form in problem.kernel.forms for part in walk(form)):
+        match node:
+            case Call(function) if function not in ALGEBRAIC:
+                return False
+            case Power(_, exponent) if not unknowns.isdisjoint(names(exponent)):
+                return False
+    return True
 
 
 def _may_be_free(problem: BlockProblem, factor: Coefficients) -> bool:

@@ -111,8 +111,9 @@ def may_be_polynomial(kernel: BlockKernel) -> bool:
 
 SEARCHES = frozenset({Method.RANGE, Method.SUBSTITUTION, Method.BOXES, Method.STARTS})
 """Methods that look for answers wherever they may be."""
-LONG = 20_000
-"""Boxes that searches of blocks of one pattern have taken, beyond which the start of sympy costs less."""
+LONG, BRIEF = 20_000, 2_000
+"""Boxes that searches of blocks of one pattern have taken, beyond which the start of sympy costs less; and
+those of one search that costs no more than an eliminant."""
 MAX_STRETCHES = 6
 """Intervals that a search left open, beyond which it is no use to settle them."""
 
@@ -292,7 +293,7 @@ class _Search:
         self.whole = countable and self._counted_first()
         if not self.whole:
             self.whole = any(search.run() for search in searches)
-            self._history["boxes"] += sum(search.boxes for search in searches)
+            self._history["boxes"] += sum(search.boxes for search in searches if search.boxes > BRIEF)
         if not self.whole and method is Method.RANGE:
             self.whole = countable and counted(problem, candidates)
             few = (s for s in searches if 0 < len(s.stretches) <= MAX_STRETCHES and not s.doubts)
