@@ -299,9 +299,10 @@ def _fraction(
             return -above, below
         case Sum(terms):
             found = [_fraction(term, moving, known) for term in terms]
-            divisors = [below for _, below in found if not is_number(below, 1.0)]
-            common = tuple(dict.fromkeys(divisors))
-            total = [times(above, *(d for d in common if d != below)) for above, below in found]
+            common = list[Expression]()
+            for _, below in found:
+                common += _without(_factors(below), common)
+            total = [above * times(*_without(common, _factors(below))) for above, below in found]
             return add(*total), times(*common)
         case Product(left, right):
             (above, below), (over, under) = (_fraction(part, moving, known) for part in (left, right))
@@ -329,11 +330,18 @@ def _reduced(above: Sequence[Expression], below: Sequence[Expression]) -> tuple[
     """Two products without the factors that they have in common."""
     over = [factor for part in above for factor in _factors(part)]
     under = [factor for part in below for factor in _factors(part)]
-    for factor in tuple(under):
-        if factor in over:
-            over.remove(factor)
-            under.remove(factor)
-    return times(*over), times(*under)
+    return times(*_without(over, under)), times(*_without(under, over))
+
+
+def _without(factors: Sequence[Expression], others: Sequence[Expression]) -> list[Expression]:
+    """Factors that others do not have, or not as often."""
+    left, found = list(others), list[Expression]()
+    for factor in factors:
+        if factor in left:
+            left.remove(factor)
+        else:
+            found.append(factor)
+    return found
 
 
 def _factors(node: Expression) -> list[Expression]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from scipy.optimize import brentq
 
 import rulesheets
 import solver
@@ -58,6 +59,27 @@ def test_poles_and_holes_are_no_gaps(
     found = solver.solve(rulesheets.loads(text), given)
     assert found.complete
     assert sorted(answer[unknown] for answer in found.solutions) == pytest.approx(values, rel=1e-6)
+
+
+def test_a_pole_of_several_denominators_is_no_gap() -> None:
+    """Backwater in a trapezoidal channel: the velocity head has A^2 below, friction A^2 R^(4/3). Their common
+    denominator tells that a depth of -b/z, where the area vanishes, is no answer. One depth is, by Brent's
+    method."""
+
+    def energy(y: float, sign: float) -> float:
+        area, wetted = y * (8.0 + 1.5 * y), 8.0 + 2.0 * math.sqrt(3.25) * y
+        slope = (0.02 * 25.0 / area) ** 2 / (area / wetted) ** (4 / 3)
+        return y + (25.0 / area) ** 2 / 19.62 + sign * 15.0 * slope
+
+    rules = ["y0 = 2.5", "E1 = E0 - 30*(0.0006 - (S1 + S0)/2)"]
+    for i in (0, 1):
+        rules += [f"A{i} = y{i}*(8 + 1.5*y{i})", f"P{i} = 8 + 2*sqrt(3.25)*y{i}"]
+        rules += [f"V{i} = 25/A{i}", f"R{i} = A{i}/P{i}", f"S{i} = (0.02*V{i})^2/R{i}^(4/3)"]
+        rules.append(f"E{i} = y{i} + V{i}^2/19.62")
+    found = solver.solve(rulesheets.loads("\n".join(rules)))
+    depth = brentq(lambda y: energy(y, -1.0) - energy(2.5, 1.0) + 0.018, 2.0, 3.0, xtol=1e-14)
+    assert found.complete
+    assert [answer["y1"] for answer in found.solutions] == pytest.approx([depth], rel=1e-12)
 
 
 def test_the_head_losses_of_three_pipes_have_one_answer() -> None:
