@@ -385,6 +385,34 @@ def habitat(n: int) -> Network:
     return chain("habitat", n, "u", (0.0, 0.0), start, cell, rules)
 
 
+def osmosis(n: int) -> Network:
+    """Membranes in series: the flux of each depends on the flow and the salt that the one before has left."""
+    area, lowers = 40.0 / n, 0.05 / n
+
+    def cell(before: Any, here: Any, after: Any) -> list[Any]:
+        (q0, c0, p0, _, _), (q, c, p, flux, salt) = before, here
+        mean = (c0 + c) / 2.0
+        driven = p0 - 0.75 * mean * np.exp(0.14 * n * flux / q0) + 0.75 * salt
+        passed = salt * (flux + 0.01 * area) - 0.01 * area * mean
+        lost = lowers * ((q0 + q) / 2.0) ** 1.7
+        return [
+            flux - 0.02 * area * driven,
+            passed,
+            q0 - q - flux,
+            q0 * c0 - q * c - flux * salt,
+            p0 - p - lost,
+        ]
+
+    rules = ["q0 = 10", "c0 = 35", "p0 = 60"]
+    polarised = f"(c{{h}} + c{{i}})/2*exp({0.14 * n!r}*J{{i}}/q{{h}})"
+    rules += [f"J{{i}} = 0.02*{area!r}*(p{{h}} - 0.75*{polarised} + 0.75*s{{i}})"]
+    rules += [f"s{{i}}*(J{{i}} + 0.01*{area!r}) = 0.01*{area!r}*(c{{h}} + c{{i}})/2", "q{i} = q{h} - J{i}"]
+    rules += ["q{i}*c{i} = q{h}*c{h} - J{i}*s{i}", f"p{{i}} = p{{h}} - {lowers!r}*((q{{h}} + q{{i}})/2)^1.7"]
+    along = np.arange(1, n + 1) / n
+    start = [10 - 6 * along, 35 + 50 * along, 60 - along, (12 - 10 * along) / n, 0.5 + 15 * along**2]
+    return chain("osmosis", n, "q c p J s", ((10.0, 35.0, 60.0, 0.0, 0.0), 0.0), start, cell, rules)
+
+
 def feeder(n: int) -> Network:
     """Three phases along a feeder with mutual impedances, constant power drawn from each at each node."""
     own, mutual, p, q = (0.06 / n, 0.12 / n), (0.02 / n, 0.05 / n), 3e5 / n, 1e5 / n
@@ -422,7 +450,7 @@ KINDS = (
     (mosfets, 60, 600), (queues, 200, 2000), (choices, 30, 300), (channels, 60, 600), (titration, 50, 500),
     (epidemic, 5, 50, 500), (populations, 5, 50, 500), (feeder, 5, 50, 300),
     (excitable, 60, 600), (friction, 5, 60, 600), (cooling_tower, 5, 60, 300), (states, 60, 600),
-    (fin, 30, 600), (habitat, 5, 30, 600),
+    (fin, 30, 600), (habitat, 5, 30, 600), (osmosis, 20, 400),
 )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
+from itertools import chain, islice
 from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace
@@ -228,7 +229,9 @@ class PathSearch:
             expected = answers * self.forked ** (self.alike if answers > 1 else 1)
             if expected > self._most_leaves or self._too_many_searches:
                 forked = answers * self.forked > 1 or not self.complete
-                one = self._as_one_block(pending[0].values, forked)
+                first = list(islice(forks, 1))
+                one = self._as_one_block((*first, pending)[0][0].values, forked)
+                stack[-1] = chain(first, forks), stack[-1][1]
                 stack = stack if one is None else [(iter([(one, None, 0)]), 1)]
 
     def _kind(self, step: Step) -> Kind:

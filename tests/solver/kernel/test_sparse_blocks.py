@@ -11,7 +11,7 @@ import pytest
 import rulesheets
 import solver
 from benchmarks import more_networks as more
-from benchmarks.chains import backwater, chemostats, epidemic, populations
+from benchmarks.chains import backwater, chemostats, epidemic, osmosis, populations
 from benchmarks.networks import Network, bratu, direct_current, gas, load_flow, pipes, plate, radiation
 from solver.kernel.block import BlockKernel
 from solver.kernel.problem import BlockProblem, uncertainty
@@ -202,12 +202,12 @@ def test_a_sweep_of_a_row_keeps_to_its_sensible_answer() -> None:
     assert np.allclose(table["x12"], expected, rtol=1e-9, atol=0.0)
 
 
-ROWS = [backwater(200), chemostats(110), epidemic(30), populations(50)]
+ROWS = [backwater(200), chemostats(110), epidemic(30), populations(50), osmosis(100)]
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.title)
 def test_a_row_of_blocks_has_the_answer_of_a_newton_by_hand_first(row: Network) -> None:
-    """Water flows quietly, not shooting; what could have died out lives."""
+    """Water flows quietly, not shooting; what could have died out lives; salt stays behind."""
     result = solver.solve(rulesheets.loads(row.sheet))
     assert str(result.status) == "solved"
     expected = row.by_hand()
