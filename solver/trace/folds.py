@@ -29,9 +29,9 @@ Box: TypeAlias = tuple[float, ...]
 """The ends of the tear, then those of the known numbers that have ranges."""
 Proof: TypeAlias = Callable[[Sequence[Ends]], bool]
 
-BOXES, FINEST = 500, 1.0 / 8.0
+BOXES, FINEST = 2500, 1.0 / 8.0
 """Of one proof: boxes in all, and the least share of a known number's range that one has."""
-SHARES = 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4
+SHARES = 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7
 """How far all sides are moved first, relative to where they are: the farthest that is proved."""
 GROWTH, SHRINKING, NEXT, NARROWEST = 3.0, 8.0, 1e-2, 1e-3
 """How much farther or less far a side is moved after that, how far next to a solve, and the least step."""

@@ -28,7 +28,7 @@ from solver.path.cases import activity
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
 from solver.trace.folds import Unfolded
-from solver.trace.graph import NotCompilable
+from solver.trace.graph import NotCompilable, computed_from
 from solver.trace.guards import CLEAR, Pattern, State
 from solver.trace.nearby import Nearby
 from solver.trace.newton import BlockNewton
@@ -121,6 +121,18 @@ class Refusal(Recording):
             target, *others = self._undone(state, stage, target)
             if others:
                 raise NotCompilable
+        return self._undefined(target)
+
+    def _undefined(self, target: int) -> int:
+        """That an operation on the way to a number has no value: a root or power of one clearly negative."""
+        flow = self.flow
+        for node in computed_from(flow, [target]):
+            kind, *parts = flow.nodes[node]
+            if kind in ("pow", "sqrt") and math.isnan(self._numbers(node)):
+                margin = ROUNDINGS * self._numbers.error(int(parts[0]))
+                negative = flow.add("lt", int(parts[0]), flow.constant(-margin))
+                if self._numbers(negative) is True:
+                    return negative
         raise NotCompilable
 
     def _expect_known(self, state: State, equation: int, unknown: str) -> None:

@@ -318,3 +318,17 @@ def test_a_block_that_comes_to_nothing_leaves_no_record_and_no_error() -> None:
     for area in (14.69, 14.7):
         square = [85.0 + sign * math.sqrt(4.0 * 49.0 * 36.0 - 16.0 * area**2) for sign in (-1.0, 1.0)]
         assert [a for (a,) in plan.all(area)] == pytest.approx([math.sqrt(s) for s in square], rel=1e-12)
+
+
+def test_answers_born_beside_a_record_are_not_missed() -> None:
+    """A moment determines a span by cubics, one for each sign of a force: two of its roots begin at 28.5."""
+    rules = "R = 6*x + M/x\n8*M*(x + 5) = -(12*x^3 + 2500)\nP = R^2/24\n"
+    model = rulesheets.loads(f"variables\n P = 28\n x\nrules\n{rules}")
+    plan = solver.prepare(model, ["P"], ["x"])
+    moments = np.linspace(28.1, 32.0, 41)
+    found = plan.sweep(moments)
+    for moment, count in zip(moments.tolist(), np.asarray(found["answers"]).tolist(), strict=True):
+        forces = (math.sqrt(24.0 * moment), -math.sqrt(24.0 * moment))
+        cubics = ([-36.0, 8.0 * force - 240.0, 40.0 * force, 2500.0] for force in forces)
+        roots = np.concatenate([np.roots(cubic) for cubic in cubics])
+        assert count == np.count_nonzero(np.abs(roots.imag) < 1e-9)

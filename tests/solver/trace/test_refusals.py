@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -148,3 +150,13 @@ def test_what_one_box_of_inputs_refuses_has_no_answer(u: float, v: float, w: flo
             with pytest.raises(solver.Unsolved) as refused:
                 plan(*row)
             assert refused.value.status is expected.status
+
+
+def test_a_branch_whose_power_gets_a_value_is_not_missed() -> None:
+    """From p = 9 down x = -sqrt(p) gives z, too."""
+    model = solver.loads("variables\n p = 9.5\n w = 4\n z\nrules\n x^2 = p\n w = z + (3 + x)^1.5\n")
+    plan = solver.prepare(model, ["p"], ["z"])
+    for p in (9.5, 9.2, 8.9, 8.5):
+        roots = [x for x in (math.sqrt(p), -math.sqrt(p)) if x >= -3.0]
+        wanted = sorted(4.0 - (3.0 + x) ** 1.5 for x in roots)
+        assert sorted(row[0] for row in plan.all(p)) == pytest.approx(wanted, rel=1e-12)
