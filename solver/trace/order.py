@@ -175,8 +175,15 @@ class Ranked(NamedTuple):
     given: tuple[int | None, ...]
 
 
-def order(flow: Flow, ranked: Ranked, numbers: Callable[[int], float], beforehand: bool) -> Order:
+def order(
+    flow: Flow,
+    ranked: Ranked,
+    numbers: Callable[[int], float],
+    beforehand: bool,
+    double: Sequence[bool],
+) -> Order:
     """What sorts answers, of which the sample is in order already; ``beforehand``: and where this is known.
+    Those at ``double`` roots come last.
 
     ``numbers`` tells what a node is at the sample. Raises NotCompilable where the rule does not tell the
     answers of the sample apart.
@@ -186,7 +193,8 @@ def order(flow: Flow, ranked: Ranked, numbers: Callable[[int], float], beforehan
     zero = tuple(node is not None and numbers(node) == 0.0 for node in given)
     there = [node for node, none in zip(given, zero, strict=True) if node is not None and not none]
     told = [flow.add("not", flow.add("eq", node, flow.constant(0.0))) for node in there]
-    keys = keys_as_nodes(flow, ranking, answers, given, zero)
+    found = zip(double, keys_as_nodes(flow, ranking, answers, given, zero), strict=True)
+    keys = [(flow.constant(float(last)), *key) for last, key in found]
     decides = 0
     for one, other in combinations(keys, 2):
         pairs = enumerate(zip(one, other, strict=True))

@@ -86,6 +86,8 @@ class Recording(Inverses):
         places = self._different()
         self.endings = [self.endings[place] for place in places]
         states = [states[place] for place in places]
+        facts = [self.leaves[place].branch.facts for place in places]
+        double = [any(isinstance(fact, DoubleRoot) for fact in some) for some in facts]
         ranked = None
         if len(states) > 1:
             answers = tuple(tuple(map(state.values.get, ranking.read)) for state in states)
@@ -97,8 +99,10 @@ class Recording(Inverses):
         alone = tuple(_joined(ending, self._guards) for ending in self.endings)
         endings = (alone[0], *self.endings[1:])
         iterated = len(self._iterates(endings[:1])) < len(self._iterates(endings))
-        order = order_of(self.flow, ranked, self._numbers, not iterated) if ranked else Order()
+        order = order_of(self.flow, ranked, self._numbers, not iterated, double) if ranked else Order()
         program = Program(self.flow, len(self.pattern.inputs), endings, symbols, order)
+        if any(double):  # the ranking alone does not tell which is the first
+            return lean(program)
         brief = None
         if iterated:
             bare = tuple(Ending(ending.results, (), ()) for ending in endings)

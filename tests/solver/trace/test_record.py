@@ -190,6 +190,15 @@ def test_an_unknown_that_may_vanish_keeps_a_record(text: str, given: str, wanted
     assert plan.records.programs
 
 
+def test_a_double_root_comes_last_in_records_too() -> None:
+    """The span is negative, so that the rule for sizes and signs alone would begin with 0."""
+    plan = solver.prepare(rulesheets.loads(BEAM.replace("x = 2", "x = -2")), ["x"], ["L"])
+    for number in (-2.0, -2.01, -1.9, -1.8, -1.7):
+        assert [row[0] for row in plan.all(number)] == pytest.approx([8.0 * number / 3.0, 0.0], rel=1e-12)
+        assert plan(number)[0] == pytest.approx(8.0 * number / 3.0, rel=1e-12)
+    assert plan.records.programs
+
+
 def test_a_double_root_that_parts_leaves_no_record() -> None:
     """At s = 0 both roots of x^2 cosh(x) = s are 0, beside it they are not, and below it there are none."""
     model = rulesheets.loads("variables\n s = 0\n x\nrules\n x^2*cosh(x) = s\n")
