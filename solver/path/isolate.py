@@ -375,6 +375,30 @@ def _trim(polynomial: list[Expression]) -> Polynomial:
 _TANGENTS = named(lambda row: row.half_turn)
 _DIRECTIONS = named(lambda row: row.direction)
 _ROUGH = frozenset({"sqrt", "abs", *_TANGENTS, *_DIRECTIONS})
+_LOGARITHMS = frozenset({"ln", "log", "log10"})
+
+
+def _single(form: Expression, functions: Collection[str]) -> tuple[Call, Expression, Expression] | None:
+    """The operation of some functions, with its factor and the rest, that is the single one which a form is
+    linear in."""
+    parts = [part for part in walk(form) if isinstance(part, Call) and part.function in functions]
+    linear = []
+    for part in dict.fromkeys(parts):
+        match polynomial_of(exchange(form, part, Name(PART)), ZERO, PART):
+            case (rest, factor), False:
+                linear.append((part, factor, rest))
+    return linear[0] if len(linear) == 1 else None
+
+
+def without_logarithm(form: Expression) -> Expression:
+    """What vanishes where a form does: of ``factor*ln(x) + rest`` it is ``x - exp(-rest/factor)``, which has
+    no pole. Other forms stay as they are."""
+    if (found := _single(form, _LOGARITHMS)) is None:
+        return form
+    logarithm, factor, rest = found
+    inverse = TABLE[logarithm.function].inverse
+    assert inverse is not None
+    return logarithm.arguments[0] - inverse.branches(-rest / factor)[0]
 
 
 def smooth(left: Expression, right: Expression) -> Expression:
@@ -383,15 +407,9 @@ def smooth(left: Expression, right: Expression) -> Expression:
     It is where the equation is ``factor*rough + rest = 0`` for a single rough operation, which is undone.
     """
     form = left - right
-    parts = [part for part in walk(form) if isinstance(part, Call) and part.function in _ROUGH]
-    linear = []
-    for part in dict.fromkeys(parts):
-        match polynomial_of(exchange(form, part, Name(PART)), ZERO, PART):
-            case (rest, factor), False:
-                linear.append((part, factor, rest))
-    if len(linear) != 1:
+    if (found := _single(form, _ROUGH)) is None:
         return form
-    rough, factor, rest = linear[0]
+    rough, factor, rest = found
     inside = rough.arguments
     if rough.function == "sqrt":
         return factor**2.0 * inside[0] - rest**2.0

@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property, partial, reduce
 from itertools import islice
@@ -25,9 +26,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, value
+from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, names
 from solver.kernel.block import BlockKernel
 from solver.kernel.chain import jumps
+from solver.path.isolate import without_logarithm
 from solver.trace.arrays import ArrayKernel
 from solver.trace.flow import Flow, Numbers
 from solver.trace.graph import Graph, NotCompilable, copied
@@ -142,6 +145,8 @@ FEWER = 32
 """Rows along a line of many that are followed one after another; the others start between these."""
 SPLITTER = 2.0**17 + 1.0
 """Multiplied by this and taken away again, a float is rounded to 36 binary digits (Dekker, 1971)."""
+BACK = 1e-13
+"""Relative distance within which Newton's method at the sample comes back to where it was, else not."""
 
 
 class BlockNewton:
@@ -161,22 +166,49 @@ class BlockNewton:
         self.known = tuple(name for name, _, varies in given if varies)
         self.sample = tuple(number for _, number, varies in given if varies)
         self.fixed = {name: number for name, number, varies in given if not varies}
-        least = 1e-6 * max(map(abs, self.start)) or 1.0
-        self.scale = tuple(max(abs(x), least) for x in self.start)
         self.tangent = np.zeros((len(self.start), len(self.sample)))
         self.bends: dict[tuple[int, ...], Array] = {}
         try:
-            self.slopes = [list(row) for row in kernel.jacobian(sample)(self.start)]
-            self.scale = tuple(map(max, self.scale, self._terms_of_zeros()))
-            self._write()
-            self._predict()
-            self.start = self.scalar(*self.sample)
+            self.start = self._settled()
             self.tangent = self._tangent()
             self._predict()
             self.bends = self._bends()
             self._predict()
         except (ArithmeticError, ValueError, NotDifferentiable):
             raise NotCompilable from None
+
+    def _settled(self) -> tuple[float, ...]:
+        """The root at the sample, by the rules as they are or, where these do not lead back to it, without
+        their logarithms: next to a pole of one a root cannot be rounded. Raises ValueError."""
+        rules = self.kernel.forms
+        others = list(map(without_logarithm, rules))
+        alike = all(one is other for one, other in zip(rules, others, strict=True))
+        ways = (rules,) if alike else (rules, others, rules)
+        for left, self.forms in enumerate(ways, 1 - len(ways)):
+            with suppress(ArithmeticError, ValueError, Undefined):
+                found = self._rounded()
+                off = np.linalg.norm(np.subtract(found, self.start) / self.scale)
+                if left == 0 or off <= BACK:
+                    return found
+        raise ValueError
+
+    def _rounded(self) -> tuple[float, ...]:
+        """The root at the sample by the forms that there are."""
+        unknowns, count = self.kernel.unknowns, len(self.start)
+        self.partials = [
+            differentiate(form, name) if name in names(form) else nodes.ZERO
+            for form in self.forms
+            for name in unknowns
+        ]
+        point = self._point()
+        slopes = [value(partial, point) for partial in self.partials]
+        self.slopes = [slopes[place : place + count] for place in range(0, count**2, count)]
+        least = 1e-6 * max(map(abs, self.start)) or 1.0
+        sizes = tuple(max(abs(x), least) for x in self.start)
+        self.scale = tuple(map(max, sizes, self._terms_of_zeros()))
+        self._write()
+        self._predict()
+        return self.scalar(*self.sample)
 
     def _write(self) -> None:
         """The operations of a step, of the correction of a root that was rounded (by the slopes of the step
@@ -191,8 +223,8 @@ class BlockNewton:
         slopes = self._slopes(flow, places)
         numbers = {(i, j): self.slopes[i][j] for i, j in slopes}
         inverse = eliminate(flow, dict(slopes), numbers, self.scale)
-        self.step = inverse.solve([flow.expression(form, places) for form in kernel.forms])
-        self.last = inverse.solve([flow.expression(form, {**places, **rounded}) for form in kernel.forms])
+        self.step = inverse.solve([flow.expression(form, places) for form in self.forms])
+        self.last = inverse.solve([flow.expression(form, {**places, **rounded}) for form in self.forms])
         self.moved = inverse.solve([*self._sizes(flow, places, slopes)])
         found = [inverse.upper[place] for place in inverse.pivots]
         self.pivots = [node for node in found if flow.value_of(node) is None]
@@ -212,8 +244,7 @@ class BlockNewton:
         """The nodes of the slopes that are not 0 throughout, by row and column."""
         count = len(self.kernel.unknowns)
         entries: Entries = {}
-        for place, slope in enumerate(self.kernel.partials):
-            assert slope is not None
+        for place, slope in enumerate(self.partials):
             node = flow.expression(slope, places)
             if flow.value_of(node) != 0.0:
                 entries[divmod(place, count)] = node
@@ -221,7 +252,7 @@ class BlockNewton:
 
     def _sizes(self, flow: Flow, places: dict[str, int], slopes: Entries) -> Iterator[int]:
         """Of each rule Σ|∂F/∂v · v| over all variables, every third with a minus."""
-        for row, form in enumerate(self.kernel.forms):
+        for row, form in enumerate(self.forms):
             total = flow.constant(0.0)
             for name in dict.fromkeys(names(form)):
                 column = self.kernel.unknowns.index(name) if name in self.kernel.unknowns else -1
@@ -244,7 +275,7 @@ class BlockNewton:
         """Of an unknown that is 0 to rounding a share of the terms that cancel in it; 0 of another."""
         point = self._point()
         sizes = []
-        for form in self.kernel.forms:
+        for form in self.forms:
             sizes.append(sum(abs((self._slope_at(form, name) or 0.0) * point[name]) for name in names(form)))
         for x, column in zip(self.start, zip(*self.slopes, strict=True), strict=True):
             shares = (size / abs(slope) for size, slope in zip(sizes, column, strict=True) if slope)
@@ -255,7 +286,7 @@ class BlockNewton:
         """How the root moves with each known number (unknowns, known)."""
         slopes = np.zeros(self.tangent.shape)
         for column, name in enumerate(self.known):
-            for row, form in enumerate(self.kernel.forms):
+            for row, form in enumerate(self.forms):
                 if name in names(form):
                     slopes[row, column] = self._slope_at(form, name) or 0.0
         return np.linalg.solve(np.array(self.slopes), -slopes)

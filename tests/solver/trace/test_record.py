@@ -341,3 +341,27 @@ def test_answers_born_beside_a_record_are_not_missed() -> None:
         cubics = ([-36.0, 8.0 * force - 240.0, 40.0 * force, 2500.0] for force in forces)
         roots = np.concatenate([np.roots(cubic) for cubic in cubics])
         assert count == np.count_nonzero(np.abs(roots.imag) < 1e-9)
+
+
+def test_a_root_next_to_the_pole_of_a_logarithm_is_followed() -> None:
+    """Of a pipe by its loss of head: the rule of Colebrook leaves 2e-17 of two numbers of 1e-4."""
+    rules = "1/sqrt(f) = -2*log10(1.35e-4 + 2.51e-5/(V*sqrt(f)))\nhf = (2500*f + 12)*V^2/19.62\n"
+    model = rulesheets.loads(rules)
+    kernel = kernel_of(planner(model).graph, SolveBlock((0, 1), ("V", "f"), ("f",)))
+
+    def root(hf: float) -> list[float]:
+        def miss(f: Any) -> Any:
+            return (
+                1.35e-4
+                - 2.51e-5 / (mpmath.sqrt(hf * 19.62 / (2500 * f + 12) * f))
+                - 10 ** (-0.5 / mpmath.sqrt(f))
+            )
+
+        f = mpmath.findroot(miss, 9e-4)
+        return [-float(mpmath.sqrt(hf * 19.62 / (2500 * f + 12))), float(f)]
+
+    with mpmath.workdps(50):
+        newton = BlockNewton(kernel, root(28.0), [28.0])
+        for hf in (28.0, 28.01, 27.5):
+            assert newton.scalar(hf) == pytest.approx(root(hf), rel=1e-12)
+            assert newton.array(hf)[:, 0] == pytest.approx(root(hf), rel=1e-12)
