@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from math import inf
@@ -195,6 +196,20 @@ class Isolation(NamedTuple):
         """Whether there are no other preimages: of a registered function its author says which there are."""
         rows = (TABLE.get(stage.operation) for stage in self.stages)
         return all(row is None or row.source is None for row in rows)
+
+    def renamed(self, names: Mapping[str, str]) -> Isolation:
+        """That of a rule which differs in these names alone."""
+        other = {name: Name(told) for name, told in names.items()}
+        stages = (
+            stage._replace(
+                forms=tuple([substitute(form, other) for form in stage.forms]),
+                divisor=None if stage.divisor is None else substitute(stage.divisor, other),
+            )
+            for stage in self.stages
+        )
+        quadratic = self.quadratic and Quadratic(*[substitute(part, other) for part in self.quadratic])
+        start, unknown = substitute(self.start, other), names[self.unknown]
+        return self._replace(unknown=unknown, start=start, stages=tuple(stages), quadratic=quadratic)
 
     def forms(self) -> tuple[Expression, ...]:
         """Explicit forms of the unknown, principal first; the quadratic by its formula."""

@@ -231,13 +231,15 @@ class ModelGraph:
         self._isolations: dict[tuple[int, int], Isolation | None] = {}
         self._occurring: dict[Shape, Counter[str]] = {}
         self._efforts: dict[tuple[Shape, int, tuple[float, ...]], Effort | None] = {}
+        self._isolated: dict[tuple[Shape, int, tuple[float, ...]], tuple[Isolation | None, Equation]] = {}
         self.kernels: dict[Any, Any] = {}
         self.torn: dict[Any, Any] = {}
 
     def __getstate__(self) -> dict[str, object]:
         """Kept without what paths alone are built by, and what blocks of one pattern share."""
         kernels = {key: kernel for key, kernel in self.kernels.items() if isinstance(key, SolveBlock)}
-        return {**self.__dict__, "_occurring": {}, "_efforts": {}, "kernels": kernels, "torn": {}}
+        emptied: dict[str, object] = {key: {} for key in ("_occurring", "_efforts", "_isolated", "torn")}
+        return {**self.__dict__, **emptied, "kernels": kernels}
 
     @cached_property
     def users(self) -> Mapping[str, Sequence[int]]:
@@ -250,12 +252,20 @@ class ModelGraph:
         return users
 
     def isolation(self, equation: int, variable: int) -> Isolation | None:
+        """Found once for rules that differ in their names alone."""
         key = (equation, variable)
         if key not in self._isolations:
             from solver.path.isolate import isolate  # most are kept from an earlier run
 
-            body = self.model.equations[equation]
-            self._isolations[key] = isolate(body.left, body.right, self.names[variable])
+            body, unknown = self.model.equations[equation], self.names[variable]
+            shape, numbers = shape_of(body)
+            alike = shape, body.names.index(unknown), tuple(numbers)
+            if alike not in self._isolated:
+                self._isolated[alike] = isolate(body.left, body.right, unknown), body
+            found, first = self._isolated[alike]
+            if found is not None and first is not body:
+                found = found.renamed(dict(zip(first.names, body.names, strict=True)))
+            self._isolations[key] = found
         return self._isolations[key]
 
     def effort(self, equation: int, variable: int) -> Effort | None:

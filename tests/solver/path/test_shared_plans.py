@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 import rulesheets
 from solver.path.graph import ModelGraph
+from solver.path.isolate import isolate
 from solver.path.planner import planner
 
 RULES = [
@@ -15,17 +18,23 @@ RULES = [
     "exp({n}*x) = y",
     "y/{n} = x",
     "{n}/y = x + {n}",
+    "y = x + {n}*x*(1 - x/50)",
+    "sin({n}*y)^2 + x^3 = y",
+    "x*abs(x)/y = {n}",
 ]
 
 
 @pytest.mark.parametrize("rule", RULES)
-def test_rules_of_one_shape_share_what_an_isolation_costs(rule: str) -> None:
+def test_rules_of_one_shape_share_isolations_and_what_these_cost(rule: str) -> None:
     numbers = ["2.5", "0", "1", "7", "0", "1", "3"]
-    model = rulesheets.loads("\n".join(rule.format(n=n) for n in numbers) + "\n")
+    alike = [rule.format(n=n) for n in numbers]
+    alike += [re.sub(r"\b[xy]\b", lambda name: {"x": "y2", "y": "x3"}[name[0]], rule) for rule in alike]
+    model = rulesheets.loads("\n".join(alike) + "\n")
     graph = ModelGraph(model)
     for equation in model.equations:
         for name in equation.names:
             found = graph.isolation(equation.index, graph.number[name])
+            assert found == isolate(equation.left, equation.right, name)
             told = graph.effort(equation.index, graph.number[name])
             assert told == (None if found is None else (found.cost, found.branches))
 
