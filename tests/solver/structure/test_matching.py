@@ -56,6 +56,36 @@ def test_blocks_in_layers_are_no_exponential_search() -> None:
     assert None not in maximum_matching(system(*rows)).unknown_of.values()
 
 
+def test_rows_are_read_a_few_times_each() -> None:
+    """Points on levels, each with its neighbours and one of the next level; the first level's own come last.
+
+    Nearly every equation starts with an unknown that another one needs, and a search in depth reads most of
+    them again for each of the last ones.
+    """
+    width, levels = 400, 5
+    near = [sorted({max(i - 1, 0), i, min(i + 1, width - 1)}) for i in range(width)]
+    rows = [
+        (*(width * level + j for j in near[i]), width * (level + 1) + i)
+        for level in range(levels - 1)
+        for i in range(width)
+    ]
+    net = system(*rows, *near)
+    counted = Counted(enumerate(net.occurs))
+    found = maximum_matching(Incidence(counted, net.resolvable, net.unknowns, net.block))
+    assert None not in found.unknown_of.values()
+    assert counted.reads < 20 * len(counted)
+
+
+class Counted(dict[int, tuple[int, ...]]):
+    """Rows that count how often one of them is read."""
+
+    reads = 0
+
+    def __getitem__(self, row: int) -> tuple[int, ...]:
+        self.reads += 1
+        return super().__getitem__(row)
+
+
 def test_single_nodes() -> None:
     found = maximum_matching(system((0,), (0,), unknowns=2))
     assert found.unknown_of == {0: 0, 1: None}
