@@ -303,9 +303,15 @@ class IntervalEmitter(_Source[Pair]):
     # --- the arithmetic ---
 
     def number(self, node: Number) -> Pair:
-        low, high = map(repr, ROUNDED.get(node.value, (node.value, node.value)))
-        self._fixed |= {low, high}
+        low, high = map(self._constant, ROUNDED.get(node.value, (node.value, node.value)))
         return low, high
+
+    def _constant(self, value: float) -> str:
+        """The token of a number: blocks that differ in numbers alone have the same code."""
+        token = self._tokens.setdefault(repr(value), f"n{len(self._tokens)}")
+        self.globals[token] = value
+        self._fixed.add(token)
+        return token
 
     def symbol(self, node: Symbol) -> Pair:
         return self.number(Number(nan))

@@ -109,3 +109,15 @@ def test_what_depends_on_points_alone_is_computed_once() -> None:
     on_box = emitter.function(emitter.apply("noted", emitter.of(K)))(2.0)
     assert [on_box(0.0, 1.0), on_box(1.0, 2.0)] == [(None, 2.0)] * 2
     assert calls == [2.0]
+
+
+def test_code_of_one_shape_keeps_its_own_numbers() -> None:
+    made = []
+    for slope, offset in ((2.0, -0.5), (3.0, 7.0), (-4.0, 0.0)):
+        emitter = IntervalEmitter(["x"], [])
+        tree = Sum((Product(Number(slope), X), Number(offset)))
+        made.append((slope, offset, emitter.function(emitter.of(tree))()))
+    for slope, offset, on_box in made:
+        low, high = on_box(1.0, 2.0)
+        assert low <= min(slope, 2 * slope) + offset and max(slope, 2 * slope) + offset <= high
+        assert high - low <= abs(slope) + 1e-14
