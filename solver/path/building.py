@@ -7,8 +7,6 @@ from dataclasses import replace
 from heapq import heappop, heappush
 
 from rulesheets.deadline import expect_time
-from rulesheets.syntax.nodes import subtract
-from rulesheets.syntax.program import degree
 from solver.path import (
     Assume,
     Check,
@@ -22,7 +20,7 @@ from solver.path import (
     given_by,
 )
 from solver.path.cases import activity, value_said
-from solver.path.graph import Effort, ModelGraph
+from solver.path.graph import Effort, ModelGraph, degree_of, shape_of
 from solver.structure.decomposition import (
     Block,
     Frontier,
@@ -98,7 +96,7 @@ def _block_step(
 
 def _is_linear(graph: ModelGraph, equations: Iterable[int], unknowns: Iterable[str]) -> bool:
     names, rules = frozenset(unknowns), map(graph.model.equations.__getitem__, equations)
-    return all(degree(subtract(rule.left, rule.right), names) <= 1.0 for rule in rules)
+    return all(degree_of(shape_of(r)[0], tuple([n in names for n in r.names])) <= 1.0 for r in rules)
 
 
 def _tearings(

@@ -31,8 +31,9 @@ from rulesheets.syntax.nodes import (
     children,
     map_leaves,
     rebuilt,
+    subtract,
 )
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.program import degree, walk
 from solver.path import Isolation, SolveBlock
 
 Array: TypeAlias = NDArray[np.float64]
@@ -200,6 +201,13 @@ def asked_shape(shape: Shape, unknown: tuple[bool, ...]) -> Shape:
 
     sides = map_leaves(shape.left, told), map_leaves(shape.right, told)
     return _INTERNED.setdefault(sides, Shape(*sides))
+
+
+@lru_cache(MOST)
+def degree_of(shape: Shape, unknown: tuple[bool, ...]) -> float:
+    """The degree of rules of a shape in the ``unknown`` ones of their names, in the order of these."""
+    unknowns = {f"#{k}" for k, new in enumerate(unknown) if new}
+    return degree(subtract(shape.left, shape.right), unknowns)
 
 
 class Effort(NamedTuple):
