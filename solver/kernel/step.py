@@ -21,7 +21,7 @@ from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quoti
 from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.numerics.tolerances import CANCELLED, DELICATE, EPS
-from solver.path import TARGET, Isolation, Quadratic, Stage
+from solver.path import TARGET, Quadratic, Stage
 from solver.path.graph import ModelGraph, within_half_turns
 
 OTHERWISE = "another value of"
@@ -112,15 +112,17 @@ class StepSolver:
         self,
         graph: ModelGraph,
         equation: int,
-        isolation: Isolation,
+        unknown: str,
         values: Mapping[str, Value],
         guess: float | None = None,
     ) -> None:
-        self.graph, self.index, self.isolation, self.guess = graph, equation, isolation, guess
-        self.equation, self.unknown = graph.model.equations[equation], isolation.unknown
-        self.values = {name: values[name] for name in self.equation.names if name in values}
-        self.floats: dict[str, Value] = self.values
-        self.variable = graph.model.variables[isolation.unknown]
+        self.graph, self.index, self.unknown, self.guess = graph, equation, unknown, guess
+        self.equation, self.variable = graph.model.equations[equation], graph.model.variables[unknown]
+        isolation, names = graph.isolated(equation, graph.number[unknown])
+        assert isolation is not None
+        self.isolation, own = isolation, self.equation.names
+        self.floats: dict[str, Value] = {name: values[name] for name in own if name in values}
+        self.values = {name: values[n] for name, n in zip(names, own, strict=True) if n in values}
         self.proven = self.complete = isolation.proven
         self.clamped = self.delicate = False
 
@@ -357,7 +359,7 @@ class StepSolver:
 
     def _size(self) -> float:
         """How large the numbers are that the start of the chain was made of."""
-        numbers = [abs(v) for n in self.equation.names if isinstance(v := self.values.get(n), float)]
+        numbers = [abs(v) for v in self.values.values() if isinstance(v, float)]
         largest = max([1.0, *numbers])
         return largest * largest  # a power would raise where it overflows
 
@@ -495,7 +497,7 @@ class StepSolver:
             self.complete = False
             return (next(filter(leads_inside, sorted(few, key=abs)), 0),)
         depth = len(self.isolation.stages) - len(rest)
-        box = {n: (float(v), float(v)) for n, v in self.values.items() if not isinstance(v, str)}
+        box = {n: (float(v), float(v)) for n, v in self.floats.items() if not isinstance(v, str)}
         from solver.path.isolate import operand
 
         left = operand(self.equation.left, self.equation.right, self.unknown, depth)

@@ -218,6 +218,7 @@ class Effort(NamedTuple):
 
 
 Ratio: TypeAlias = tuple[int, int]
+Isolated: TypeAlias = tuple[Isolation | None, tuple[str, ...]]
 
 MAX_FACTOR = 1e9
 MAX_TURNS = 12
@@ -236,10 +237,10 @@ class ModelGraph:
             tuple(self.number[name] for name in dict.fromkeys(nodes.names(condition)))
             for condition in model.conditions
         )
-        self._isolations: dict[tuple[int, int], Isolation | None] = {}
+        self._isolations: dict[tuple[int, int], Isolated] = {}
         self._occurring: dict[Shape, Counter[str]] = {}
         self._efforts: dict[tuple[Shape, int, tuple[float, ...]], Effort | None] = {}
-        self._isolated: dict[tuple[Shape, int, tuple[float, ...]], tuple[Isolation | None, Equation]] = {}
+        self._isolated: dict[tuple[Shape, int, tuple[float, ...]], Isolated] = {}
         self.kernels: dict[Any, Any] = {}
         self.torn: dict[Any, Any] = {}
 
@@ -260,7 +261,13 @@ class ModelGraph:
         return users
 
     def isolation(self, equation: int, variable: int) -> Isolation | None:
-        """Found once for rules that differ in their names alone."""
+        found, names = self.isolated(equation, variable)
+        own = self.model.equations[equation].names
+        return found if found is None or names == own else found.renamed(dict(zip(names, own, strict=True)))
+
+    def isolated(self, equation: int, variable: int) -> Isolated:
+        """The isolation of the first of the rules that differ from this one in their names alone, and the
+        names of that, in the order of those of this one."""
         key = (equation, variable)
         if key not in self._isolations:
             from solver.path.isolate import isolate  # most are kept from an earlier run
@@ -269,11 +276,8 @@ class ModelGraph:
             shape, numbers = shape_of(body)
             alike = shape, body.names.index(unknown), tuple(numbers)
             if alike not in self._isolated:
-                self._isolated[alike] = isolate(body.left, body.right, unknown), body
-            found, first = self._isolated[alike]
-            if found is not None and first is not body:
-                found = found.renamed(dict(zip(first.names, body.names, strict=True)))
-            self._isolations[key] = found
+                self._isolated[alike] = isolate(body.left, body.right, unknown), body.names
+            self._isolations[key] = self._isolated[alike]
         return self._isolations[key]
 
     def effort(self, equation: int, variable: int) -> Effort | None:
@@ -291,7 +295,7 @@ class ModelGraph:
             numbers = [number if number in FOLDING else math.inf for number in numbers]
         key = shape, place, tuple(numbers)
         if key not in self._efforts:
-            found = self.isolation(equation, variable)
+            found, _ = self.isolated(equation, variable)
             self._efforts[key] = None if found is None else Effort(found.cost, found.branches)
         return self._efforts[key]
 

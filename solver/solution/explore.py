@@ -41,7 +41,6 @@ from solver.path import (
     Check,
     Decide,
     Evaluate,
-    Isolation,
     Select,
     SolveBlock,
     Step,
@@ -322,9 +321,8 @@ class PathSearch:
                 near = {**dict(zip(names, last.get(kind, ()), strict=False)), **self.guesses}
                 found = self._near(step, branch, near, forked)
             elif isinstance(step, Evaluate) and not found:
-                isolation = self.graph.isolation(step.equation, self.graph.number[step.unknown])
-                assert isolation is not None
-                found = dict(zip(names, self._stepped(branch, step.equation, isolation).values, strict=False))
+                numbers = self._stepped(branch, step.equation, step.unknown).values
+                found = dict(zip(names, numbers, strict=False))
             if not found:
                 return {}
             branch.values.update(found)
@@ -430,10 +428,9 @@ class PathSearch:
 
     def _evaluate(self, branch: Branch, step: Step, equation: int, unknown: str) -> bool | Forks | None:
         """None: go on; True: plan anew; False: ended; else the forks, each to be followed by itself."""
-        isolation = self.graph.isolation(equation, self.graph.number[unknown])
-        assert isolation is not None
-        outcome = self._stepped(branch, equation, isolation)
-        cut = not outcome.complete and isolation.proven
+        isolation, _ = self.graph.isolated(equation, self.graph.number[unknown])
+        outcome = self._stepped(branch, equation, unknown)
+        cut = not outcome.complete and isolation is not None and isolation.proven
         listed = [{unknown: value} for value in outcome.values]
         self.note(outcome.complete, (equation,), (unknown,), listed, cut)
         self.delicate |= outcome.delicate
@@ -446,9 +443,9 @@ class PathSearch:
         double = () if outcome.double is None else (outcome.double,)
         return self._forks(branch, step, [(values, double) for values in listed])
 
-    def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
-        guess = self.guesses.get(isolation.unknown)
-        return StepSolver(self.graph, equation, isolation, branch.values, guess).outcome()
+    def _stepped(self, branch: Branch, equation: int, unknown: str) -> StepOutcome:
+        guess = self.guesses.get(unknown)
+        return StepSolver(self.graph, equation, unknown, branch.values, guess).outcome()
 
     def _forks(
         self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]]
@@ -499,13 +496,14 @@ class PathSearch:
         """
         decided = branch.conditions
         for name in self.model.equations[equation].names:
-            isolation, number = self.graph.isolation(equation, self.graph.number[name]), branch.values[name]
+            isolation, _ = self.graph.isolated(equation, self.graph.number[name])
+            number = branch.values[name]
             if name in self.inputs or isolation is None or isinstance(number, str):
                 continue
             others = {other: value for other, value in branch.values.items() if other != name}
             active = [e for i in self.graph.users[name] if activity(e := self.model.equations[i], decided)]
             readers = [e for e in active if all(other in branch.values for other in e.names)]
-            found = StepSolver(self.graph, equation, isolation, others).outcome().values
+            found = StepSolver(self.graph, equation, name, others).outcome().values
             for value in sorted((v for v in found if isinstance(v, float)), key=lambda v: abs(v - number)):
                 if all(check_rule(reader, {**others, name: value}).holds for reader in readers):
                     branch.values[name] = value
@@ -555,7 +553,7 @@ class PathSearch:
             for name in kernel.known:  # exact values: inputs, and numbers that a rule says
                 origin = branch.origins.get(name)
                 if isinstance(origin, Evaluate):
-                    said = self.graph.isolation(origin.equation, self.graph.number[name])
+                    said, _ = self.graph.isolated(origin.equation, self.graph.number[name])
                     origin = None if said and said.identity and isinstance(said.start, Number) else origin
                 if origin is None:
                     given.append(name)

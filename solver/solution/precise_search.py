@@ -32,7 +32,7 @@ from solver.kernel.step import Refused, StepOutcome, StepSolver
 from solver.leaves import Asked, Branch, CaseAnalysis, Exploration
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.tolerances import AGREEMENT, BACKWARD, CLOSE, DRIFT, MAX_UNKNOWNS, PRECISIONS, SPARE
-from solver.path import Evaluate, Isolation, SolveBlock, Stage, Step, equations_of
+from solver.path import Evaluate, SolveBlock, Stage, Step, equations_of
 from solver.path.graph import ModelGraph
 from solver.solution.explore import Numbers, PathSearch
 
@@ -97,19 +97,17 @@ class _PreciseSearch(PathSearch):
 
     # --- steps and blocks ---
 
-    def _stepped(self, branch: Branch, equation: int, isolation: Isolation) -> StepOutcome:
-        guess = self.guesses.get(isolation.unknown)
-        found = _PreciseStep(self.graph, equation, isolation, _known(branch), self.digits, guess).outcome()
+    def _stepped(self, branch: Branch, equation: int, unknown: str) -> StepOutcome:
+        guess = self.guesses.get(unknown)
+        found = _PreciseStep(self.graph, equation, unknown, _known(branch), self.digits, guess).outcome()
         vague = found.delicate and len(found.values) in (0, 2)
-        return self._touched(branch, equation, isolation, found) if vague else found
+        return self._touched(branch, equation, unknown, found) if vague else found
 
-    def _touched(
-        self, branch: Branch, equation: int, isolation: Isolation, found: StepOutcome
-    ) -> StepOutcome:
+    def _touched(self, branch: Branch, equation: int, unknown: str, found: StepOutcome) -> StepOutcome:
         """What a step found; or the double root that rules miss by no more than the last places of given
         numbers, as ``x^2 - 1.72*x + 0.7396 = 0`` does at 0.86."""
         rule = self.model.equations[equation]
-        step = StepSolver(self.graph, equation, isolation, branch.values)
+        step = StepSolver(self.graph, equation, unknown, branch.values)
         with suppress(Refused, Undefined):
             for start in step.preimages():
                 system = ManyDigits([rule], (step.unknown,), _known(branch), self.digits, self.work)
@@ -265,14 +263,14 @@ class _PreciseStep(StepSolver):
         self,
         graph: ModelGraph,
         equation: int,
-        isolation: Isolation,
+        unknown: str,
         values: Mapping[str, Any],
         digits: int,
         guess: float | None = None,
     ) -> None:
-        super().__init__(graph, equation, isolation, values, guess)
+        super().__init__(graph, equation, unknown, values, guess)
         self.digits, self.mp = digits, context(digits)
-        self.floats = {n: v if isinstance(v, str) else float(v) for n, v in self.values.items()}
+        self.floats = {n: v if isinstance(v, str) else float(v) for n, v in self.floats.items()}
 
     def evaluate(self, expression: Expression, values: Mapping[str, Value]) -> Any:
         return extended(expression, values, self.digits)
