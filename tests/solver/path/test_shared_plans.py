@@ -7,6 +7,7 @@ import re
 import pytest
 
 import rulesheets
+import solver
 from solver.path.graph import ModelGraph
 from solver.path.isolate import isolate
 from solver.path.planner import planner
@@ -45,3 +46,24 @@ def test_many_rules_of_one_shape_are_isolated_when_they_are_solved_only() -> Non
     made = planner(model)
     assert len(made.path(frozenset(), {}).steps) == 99
     assert len(made.graph._isolations) <= 4
+
+
+ALONE = [
+    "sind({x}) = {k}/4",
+    "{x}^2 - 5*{k}*{x} = -2",
+    "{k}^{x} = 0.5",
+    "cosd({x}) = {k}",
+    "sqrt({x}) = 1 - {k}",
+]
+
+
+@pytest.mark.parametrize("m", [0.6, 1.5])
+@pytest.mark.parametrize("rule", ALONE)
+def test_a_rule_is_solved_by_the_isolation_of_one_like_it_as_if_alone(rule: str, m: float) -> None:
+    first, second = rule.format(x="x", k="k"), rule.format(x="y", k="m")
+    ranges = "variables\n  x in [0, 1000]\n  y in [0, 700]\n\nrules\n"
+    both = solver.solve(rulesheets.loads(f"{ranges}  {first}\n  {second}\n"), {"k": 0.8, "m": m})
+    alone = solver.solve(rulesheets.loads(f"{ranges}  x = 0\n  {second}\n"), {"m": m})
+    assert {answer["y"] for answer in both.solutions} == {answer["y"] for answer in alone.solutions}
+    told = [[(d.message, d.variables) for d in found.diagnoses] for found in (both, alone)]
+    assert told[0] == told[1] and alone.status == both.status
