@@ -273,6 +273,8 @@ class ModelGraph:
             from solver.path.isolate import isolate  # most are kept from an earlier run
 
             body, unknown = self.model.equations[equation], self.names[variable]
+            if unknown not in body.names:
+                return None, body.names
             shape, numbers = shape_of(body)
             alike = shape, body.names.index(unknown), tuple(numbers)
             if alike not in self._isolated:

@@ -365,3 +365,13 @@ def test_a_root_next_to_the_pole_of_a_logarithm_is_followed() -> None:
         for hf in (28.0, 28.01, 27.5):
             assert newton.scalar(hf) == pytest.approx(root(hf), rel=1e-12)
             assert newton.array(hf)[:, 0] == pytest.approx(root(hf), rel=1e-12)
+
+
+def test_a_range_that_a_block_leaves_is_watched_though_its_first_rule_lacks_the_name() -> None:
+    model = rulesheets.load(MODELS / "slotted_link" / "model.tk")
+    state = solver.solve(model)
+    plan = solver.prepare(model, ["xD"], ["thetaOB"], {"thetaOB": None})
+    answers = solver.solve(model, {"xD": state["xD"], "thetaOB": None}, want=["thetaOB"])
+    angles = sorted({answer["thetaOB"] for answer in answers.solutions})
+    for _ in range(2):
+        assert sorted(angle for (angle,) in plan.all(state["xD"])) == pytest.approx(angles, rel=1e-9)
