@@ -507,6 +507,9 @@ PLANNED: frozenset[str] = frozenset({"sum", "prod", "count"})
 """Functions over lists, which the language does not have yet."""
 
 
+LOGARITHMS = frozenset({"ln", "log", "log10"})
+
+
 def named(trait: Callable[[Function], Any]) -> frozenset[str]:
     """The names of the built-in functions that have a trait."""
     return frozenset(row.name for row in _ROWS if trait(row))

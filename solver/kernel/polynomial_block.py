@@ -21,18 +21,8 @@ from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
-from rulesheets.syntax.nodes import (
-    Call,
-    Expression,
-    Name,
-    Negative,
-    Number,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-    names,
-)
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from rulesheets.syntax.program import walk
 from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
@@ -346,7 +336,7 @@ def _is_algebraic(problem: BlockProblem) -> bool:
         match node:
             case Call(function) if function not in ALGEBRAIC:
                 return False
-            case Power(_, exponent) if not unknowns.isdisjoint(names(exponent)):
+            case Power(_, exponent) if not unknowns.isdisjoint(nodes.names(exponent)):
                 return False
     return True
 

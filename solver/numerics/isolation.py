@@ -65,8 +65,6 @@ LOOKED_INTO = 24
 """Clusters left over that are looked into."""
 MANY = 50
 """Roots beyond which no others are looked for where boxes had to be left open."""
-IDLE = 2
-"""Levels after which a search that has dropped nothing leads nowhere."""
 IDLE_LEVELS = 2
 """Levels at first without a box that is dropped or settled, after which a search is not expected to end."""
 REMOTE_LEVELS = 6

@@ -14,7 +14,7 @@ from itertools import zip_longest
 from math import inf
 from typing import TypeAlias
 
-from rulesheets.functions import TABLE, named
+from rulesheets.functions import LOGARITHMS, TABLE, named
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     ONE,
@@ -375,7 +375,6 @@ def _trim(polynomial: list[Expression]) -> Polynomial:
 _TANGENTS = named(lambda row: row.half_turn)
 _DIRECTIONS = named(lambda row: row.direction)
 _ROUGH = frozenset({"sqrt", "abs", *_TANGENTS, *_DIRECTIONS})
-_LOGARITHMS = frozenset({"ln", "log", "log10"})
 
 
 def _single(form: Expression, functions: Collection[str]) -> tuple[Call, Expression, Expression] | None:
@@ -393,7 +392,7 @@ def _single(form: Expression, functions: Collection[str]) -> tuple[Call, Express
 def without_logarithm(form: Expression) -> Expression:
     """What vanishes where a form does: of ``factor*ln(x) + rest`` it is ``x - exp(-rest/factor)``, which has
     no pole. Other forms stay as they are."""
-    if (found := _single(form, _LOGARITHMS)) is None:
+    if (found := _single(form, LOGARITHMS)) is None:
         return form
     logarithm, factor, rest = found
     inverse = TABLE[logarithm.function].inverse

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.functions import TABLE, named
+from rulesheets.functions import LOGARITHMS, TABLE, named
 from rulesheets.model import Equation, Model
 from rulesheets.syntax.nodes import (
     Call,
@@ -61,7 +61,6 @@ FREE = 1e-6
 _ALIKE = frozenset({"abs", "min", "max", "round", "int", "frac", "mod", "hypot"})
 _DIRECTIONS = named(lambda row: row.direction)
 _UNBOUNDED = frozenset({"exp", "sinh", "cosh"})
-_LOGARITHMS = frozenset({"ln", "log", "log10", "log2", "log1p"})
 
 
 Slopes: TypeAlias = list[tuple[int, float]]
@@ -346,7 +345,7 @@ class _Rows:
         return self._any()
 
     def _call(self, function: str, arguments: Sequence[Expression]) -> _Term | None:
-        of_sum = function in _LOGARITHMS and isinstance(arguments[0], Sum)
+        of_sum = function in LOGARITHMS and isinstance(arguments[0], Sum)
         terms = [self._sum(a, numbers=False) if of_sum else self._term(a) for a in arguments]
         there = [term for term in terms if term is not None]
         if function == "sqrt":
@@ -358,7 +357,7 @@ class _Rows:
             return _ONE
         if not arguments:
             return _Term({}, log10(pi)) if function == "pi" else _ONE
-        if self.exact or function not in _LOGARITHMS:
+        if self.exact or function not in LOGARITHMS:
             self.rows += [(term, 1.0) for term in there]
         if self.exact or not (function in _UNBOUNDED or TABLE[function].turn):
             return _ONE
