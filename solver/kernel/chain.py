@@ -37,7 +37,7 @@ from rulesheets.syntax.nodes import (
     substitute,
 )
 from rulesheets.syntax.program import walk
-from solver.kernel.emitter import Emitter, times
+from solver.kernel.emitter import Emitter, factors, times, without
 from solver.path import TARGET, Isolation, SolveBlock, Stage
 from solver.path.graph import ModelGraph
 
@@ -301,8 +301,8 @@ def _fraction(
             found = [_fraction(term, moving, known) for term in terms]
             common = list[Expression]()
             for _, below in found:
-                common += _without(_factors(below), common)
-            total = [above * times(*_without(common, _factors(below))) for above, below in found]
+                common += without(factors(below), common)
+            total = [above * times(*without(common, factors(below))) for above, below in found]
             return add(*total), times(*common)
         case Product(left, right):
             (above, below), (over, under) = (_fraction(part, moving, known) for part in (left, right))
@@ -328,32 +328,9 @@ def _fraction(
 
 def _reduced(above: Sequence[Expression], below: Sequence[Expression]) -> tuple[Expression, Expression]:
     """Two products without the factors that they have in common."""
-    over = [factor for part in above for factor in _factors(part)]
-    under = [factor for part in below for factor in _factors(part)]
-    return times(*_without(over, under)), times(*_without(under, over))
-
-
-def _without(factors: Sequence[Expression], others: Sequence[Expression]) -> list[Expression]:
-    """Factors that others do not have, or not as often."""
-    left, found = list(others), list[Expression]()
-    for factor in factors:
-        if factor in left:
-            left.remove(factor)
-        else:
-            found.append(factor)
-    return found
-
-
-def _factors(node: Expression) -> list[Expression]:
-    match node:
-        case Product(left, right):
-            return _factors(left) + _factors(right)
-        case Negative(operand):
-            return [Number(-1.0), *_factors(operand)]
-        case Power(base, Number(2.0)):
-            return 2 * _factors(base)
-        case _:
-            return [node]
+    over = [factor for part in above for factor in factors(part)]
+    under = [factor for part in below for factor in factors(part)]
+    return times(*without(over, under)), times(*without(under, over))
 
 
 def _raised(base: Expression, exponent: float) -> Expression:

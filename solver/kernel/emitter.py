@@ -232,7 +232,7 @@ Side: TypeAlias = tuple[Expression, Expression]
 def shared_factors(node: Quotient) -> Iterator[tuple[Expression, Side, Side]]:
     """Factors that some terms of the dividend and of the divisor share, with what they are taken from: a
     quotient ``(a*x + d)/(b*x + c)`` is ``(a + d/x)/(b + c/x)``."""
-    above, below = ([_factors(term) for term in _terms(side)] for side in (node.left, node.right))
+    above, below = ([factors(term) for term in _terms(side)] for side in (node.left, node.right))
     if len(below) == 1:
         return
     inside = [part for term in below for part in term]
@@ -245,32 +245,41 @@ def _terms(side: Expression) -> Sequence[Expression]:
     return side.terms if isinstance(side, Sum) else (side,)
 
 
-def _factors(node: Expression) -> list[Expression]:
+def factors(node: Expression) -> list[Expression]:
+    """What a product multiplies, squares as two of the same."""
     match node:
         case Product(left, right):
-            return _factors(left) + _factors(right)
+            return factors(left) + factors(right)
         case Negative(operand):
-            return [Number(-1.0), *_factors(operand)]
+            return [Number(-1.0), *factors(operand)]
+        case Power(base, Number(2.0)):
+            return 2 * factors(base)
         case _:
             return [node]
 
 
-def times(*factors: Expression) -> Expression:
+def without(some: Sequence[Expression], others: Sequence[Expression]) -> list[Expression]:
+    """Factors that others do not have, or not as often."""
+    left, found = list(others), list[Expression]()
+    for factor in some:
+        if factor in left:
+            left.remove(factor)
+        else:
+            found.append(factor)
+    return found
+
+
+def times(*some: Expression) -> Expression:
     product: Expression = ONE
-    for factor in factors:
+    for factor in some:
         product = product * factor
     return product
 
 
 def _split(part: Expression, terms: Sequence[list[Expression]]) -> Side:
     """The terms that have a factor, without it, and the others."""
-    having, others = list[Expression](), list[Expression]()
-    for factors in terms:
-        left = list(factors)
-        if part in left:
-            left.remove(part)
-        (having if len(left) < len(factors) else others).append(times(*left))
-    return add(*having), add(*others)
+    having = [times(*without(some, [part])) for some in terms if part in some]
+    return add(*having), add(*(times(*some) for some in terms if part not in some))
 
 
 class IntervalEmitter(_Source[Pair]):
