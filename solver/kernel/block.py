@@ -167,15 +167,7 @@ class BlockKernel:
     @cached_property
     def partials(self) -> list[Expression | None]:
         """Slopes of every form by every unknown, row by row; None where one has no formula."""
-        found: list[Expression | None] = []
-        for form in self.forms:
-            read = frozenset(nodes.names(form))
-            for unknown in self.unknowns:
-                try:
-                    found.append(differentiate(form, unknown) if unknown in read else nodes.ZERO)
-                except NotDifferentiable:
-                    found.append(None)
-        return found
+        return partials_of(self.forms, self.unknowns)
 
     @cached_property
     def _residual(self) -> Callable[..., Sequence[float]]:
@@ -266,6 +258,19 @@ class BlockKernel:
         point = {**values, **dict.fromkeys(self.unknowns, 0.0)}
         swept = [derivatives(form, point) for form in self.forms]
         return [r for r, _ in swept], [[slopes.get(u, 0.0) for u in self.unknowns] for _, slopes in swept]
+
+
+def partials_of(forms: Sequence[Expression], unknowns: Sequence[str]) -> list[Expression | None]:
+    """Slopes of every form by every unknown, row by row; None where one has no formula."""
+    found: list[Expression | None] = []
+    for form in forms:
+        read = frozenset(nodes.names(form))
+        for unknown in unknowns:
+            try:
+                found.append(differentiate(form, unknown) if unknown in read else nodes.ZERO)
+            except NotDifferentiable:
+                found.append(None)
+    return found
 
 
 def kernel_of(graph: ModelGraph, block: SolveBlock) -> BlockKernel:

@@ -26,9 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, value
-from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, names
-from solver.kernel.block import BlockKernel
+from solver.kernel.block import BlockKernel, partials_of
 from solver.kernel.chain import jumps
 from solver.path.isolate import without_logarithm
 from solver.trace.arrays import ArrayKernel
@@ -180,35 +179,35 @@ class BlockNewton:
     def _settled(self) -> tuple[float, ...]:
         """The root at the sample, by the rules as they are or, where these do not lead back to it, without
         their logarithms: next to a pole of one a root cannot be rounded. Raises ValueError."""
-        rules = self.kernel.forms
-        others = list(map(without_logarithm, rules))
-        alike = all(one is other for one, other in zip(rules, others, strict=True))
-        ways = (rules,) if alike else (rules, others, rules)
-        for left, self.forms in enumerate(ways, 1 - len(ways)):
-            with suppress(ArithmeticError, ValueError, Undefined):
-                found = self._rounded()
-                off = np.linalg.norm(np.subtract(found, self.start) / self.scale)
-                if left == 0 or off <= BACK:
-                    return found
-        raise ValueError
+        kernel = self.kernel
+        found, near = self._led_to(kernel.forms, kernel.partials)
+        if not near:
+            forms = list(map(without_logarithm, kernel.forms))
+            if any(one is not other for one, other in zip(forms, kernel.forms, strict=True)):
+                other, near = self._led_to(forms, partials_of(forms, kernel.unknowns))
+                found = other if near else self._led_to(kernel.forms, kernel.partials)[0]
+        if found is None:
+            raise ValueError
+        return found
 
-    def _rounded(self) -> tuple[float, ...]:
-        """The root at the sample by the forms that there are."""
-        unknowns, count = self.kernel.unknowns, len(self.start)
-        self.partials = [
-            differentiate(form, name) if name in names(form) else nodes.ZERO
-            for form in self.forms
-            for name in unknowns
-        ]
-        point = self._point()
-        slopes = [value(partial, point) for partial in self.partials]
-        self.slopes = [slopes[place : place + count] for place in range(0, count**2, count)]
-        least = 1e-6 * max(map(abs, self.start)) or 1.0
-        sizes = tuple(max(abs(x), least) for x in self.start)
-        self.scale = tuple(map(max, sizes, self._terms_of_zeros()))
-        self._write()
-        self._predict()
-        return self.scalar(*self.sample)
+    def _led_to(
+        self, forms: Sequence[Expression], partials: Sequence[Expression | None]
+    ) -> tuple[tuple[float, ...] | None, bool]:
+        """The root that forms of the rules lead to at the sample, and whether it is that of the record."""
+        count, point = len(self.start), self._point()
+        self.forms, self.partials = forms, partials
+        with suppress(ArithmeticError, ValueError, Undefined):
+            slopes = [value(slope, point) for slope in partials if slope is not None]
+            self.slopes = [slopes[place : place + count] for place in range(0, count**2, count)]
+            least = 1e-6 * max(map(abs, self.start)) or 1.0
+            sizes = tuple(max(abs(x), least) for x in self.start)
+            self.scale = tuple(map(max, sizes, self._terms_of_zeros()))
+            self._write()
+            self._predict()
+            found = self.scalar(*self.sample)
+            off = np.subtract(found, self.start) / self.scale
+            return found, bool(np.linalg.norm(off) <= BACK)
+        return None, False
 
     def _write(self) -> None:
         """The operations of a step, of the correction of a root that was rounded (by the slopes of the step
@@ -245,6 +244,7 @@ class BlockNewton:
         count = len(self.kernel.unknowns)
         entries: Entries = {}
         for place, slope in enumerate(self.partials):
+            assert slope is not None
             node = flow.expression(slope, places)
             if flow.value_of(node) != 0.0:
                 entries[divmod(place, count)] = node
