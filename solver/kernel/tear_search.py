@@ -17,12 +17,14 @@ from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import partial
+from math import nan
 from typing import Any, TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context
 from rulesheets.evaluate.number import Inexact, exactly
+from rulesheets.functions.intervals import Interval
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name, Number, substitute, subtract
 from rulesheets.syntax.program import walk
@@ -122,7 +124,7 @@ class TearSearch:
         smooth, function = enclosure.smooth, self.kernel.chain_function(place)
         levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
         search = isolate_roots(
-            partial(enclosure.ranges, known=known),
+            partial(self._ranges, place, self._holes(place)),
             partial(enclosure.slopes_over, known=known) if smooth else None,
             lambda x: function(x, *known)[-1],
             *self.problem.domain(self.tear),
@@ -150,6 +152,21 @@ class TearSearch:
                 candidates.suspect(point)
         self.flat += [(place, *interval) for interval in search.flat]
         return search.complete and (smooth or not search.roots)
+
+    def _ranges(self, place: int, holes: Sequence[float], boxes: Sequence[Interval]) -> list[Interval]:
+        """The residual over each box; nan, nan also where it is 0/0 at a hole and nowhere else 0."""
+        found = self.kernel.enclosure(place).ranges(boxes, self.problem.known)
+        for number, (box, (below, above)) in enumerate(zip(boxes, found, strict=True)) if holes else ():
+            if below <= 0.0 <= above and box[0] < box[1] and self._is_monotone(place, holes, *box):
+                found[number] = nan, nan
+        return found
+
+    def _holes(self, place: int) -> list[float]:
+        """Where the residual is 0/0, of 0, 1 and the ends of the tear's domain."""
+        if self.kernel.enclosure(place).cleared is None:
+            return []
+        points = dict.fromkeys((0.0, 1.0, *filter(math.isfinite, self.problem.domain(self.tear))))
+        return [x for x in points if self._is_hole(place, x)]
 
     def _without_holes(self, place: int, search: RootSearch) -> RootSearch:
         """The search without boxes around exact points at which the residual is 0/0.
