@@ -66,3 +66,17 @@ def test_every_answer_on_either_side_of_a_gap_is_counted(a: float, answers: int)
     verdict, found = SINC.judged((a,))
     assert len(verdict.leaves if str(verdict.status) == "solved" else ()) == answers
     assert found.complete
+
+
+GEOMETRIC = rulesheets.loads("variables\n  a = 2\n  n = 10\n  r > 0\nrules\n  S = a*(1 - r^n)/(1 - r)\n")
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(3.0, 500.0).filter(lambda S: abs(S - 20.0) > 1e-3))
+def test_a_geometric_series_has_one_ratio_beside_its_gap(S: float) -> None:
+    """At r = 1, where S would be 20, its sum by formula is 0/0."""
+    result = solver.solve(GEOMETRIC, {"S": S})
+    exact = brentq(lambda r: 2.0 * sum(r**k for k in range(10)) - S, 1e-3, 5.0, xtol=1e-14)
+    (solution,) = result.solutions
+    assert result.complete
+    assert solution["r"] == pytest.approx(exact, rel=1e-9)
