@@ -135,6 +135,8 @@ class PathSearch:
             self._explore(start)
         except TimeIsUp:
             with grace(GRACE):
+                if start.forked:
+                    start.return_to(start.forked)
                 raise CutOff(self._found(), start.values) from None
         found = self._found()
         if not self.budget.cut or self.budget.every or not all(leaf.missing for leaf in found.leaves):
@@ -406,9 +408,11 @@ class PathSearch:
         """Take up blocks again that determined too little, and of which more is known now."""
         lost = {e: fact.free for e, fact in branch.inactive.items() if isinstance(fact, RankLoss)}
         again = [e for e, free in lost.items() if any(name in branch.values for name in free)]
+        if again:
+            branch.detach()
         for equation in again:
             del branch.inactive[equation]
-            branch.settled.discard(equation)
+            branch.settled.pop(equation, None)
         return bool(again)
 
     def _broken(self, branch: Branch) -> bool:
@@ -424,7 +428,7 @@ class PathSearch:
         branch.origins.update(dict.fromkeys(found, step))
         branch.steps.append(step)
         if not isinstance(step, Select):
-            branch.settled.update(equations_of(step))
+            branch.settled.update(dict.fromkeys(equations_of(step)))
 
     def _evaluate(self, branch: Branch, step: Step, equation: int, unknown: str) -> bool | Forks | None:
         """None: go on; True: plan anew; False: ended; else the forks, each to be followed by itself."""
@@ -460,13 +464,15 @@ class PathSearch:
         return None
 
     def _each(self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]]) -> Forks:
+        """The branch itself with one value after another: each is followed to its end before the next."""
+        mark = branch.mark()
         for values, facts in found:
+            branch.return_to(mark)
             if self._is_full(branch):
                 break
-            fork = branch.fork()
-            fork.facts = (*fork.facts, *facts)
-            self._learn(fork, step, values)
-            yield fork
+            branch.facts = (*branch.facts, *facts)
+            self._learn(branch, step, values)
+            yield branch
 
     def _select(self, branch: Branch, step: Select) -> bool | Forks | None:
         equations = self.model.equations
@@ -480,7 +486,7 @@ class PathSearch:
     def _check(self, branch: Branch, step: Step, equation: int) -> bool | None:
         if equation in branch.settled:
             return None
-        branch.settled.add(equation)
+        branch.settled[equation] = None
         branch.steps.append(step)
         check = check_rule(self.model.equations[equation], branch.values)
         if check.holds or self._agreed(branch, equation):
@@ -506,6 +512,7 @@ class PathSearch:
             found = StepSolver(self.graph, equation, name, others).outcome().values
             for value in sorted((v for v in found if isinstance(v, float)), key=lambda v: abs(v - number)):
                 if all(check_rule(reader, {**others, name: value}).holds for reader in readers):
+                    branch.detach()
                     branch.values[name] = value
                     branch.precise.pop(name, None)
                     return True
@@ -581,7 +588,7 @@ class PathSearch:
         failing = about(fact) if isinstance(fact, NoValue | NoRoot) else ()
         told = (indeterminacy(self.model.equations[e], branch.values) for e in failing)
         why = next(filter(None, told), fact)
-        branch.blank.update(unknowns)
+        branch.blank.update(dict.fromkeys(unknowns))
         for name in unknowns:
             for equation in self.graph.users[name]:
                 branch.inactive.setdefault(equation, why)
@@ -630,6 +637,7 @@ class PathSearch:
         """Every rule that is active at the end of a branch is asked of the independent rule check."""
         if branch.signs and self.analysis.contradicted(branch):
             return
+        branch = branch.fork()
         values = branch.values = self._settled(branch)
         decided = {**branch.assumed, **self.analysis.outcomes(range(len(self.model.conditions)), branch)}
         rules = list(known_rules(self.model, decided, values))
