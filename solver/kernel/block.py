@@ -14,8 +14,8 @@ from rulesheets.evaluate import NotDifferentiable, derivatives, differentiate
 from rulesheets.functions.arrays import ARRAYS
 from rulesheets.model import Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Expression, subtract
-from rulesheets.syntax.program import degree
+from rulesheets.syntax.nodes import Expression, Quotient, subtract
+from rulesheets.syntax.program import degree, walk
 from solver.kernel.emitter import Emitter, SparseSystem, compile_expressions, divisors
 from solver.numerics.linear_algebra import Array
 from solver.path import ClosedForm, SolveBlock
@@ -131,6 +131,16 @@ class BlockKernel:
         unknowns = frozenset(self.unknowns)
         found = dict.fromkeys(divisor for form in self.forms for divisor in divisors(form))
         return tuple(h for h in found if not unknowns.isdisjoint(nodes.names(h)))
+
+    @cached_property
+    def removable(self) -> list[Expression]:
+        """Divisors with unknowns at whose zeros a dividend of theirs is 0 as well."""
+        from solver.kernel.chain import is_removable
+
+        unknowns, parts = frozenset(self.unknowns), (part for form in self.forms for part in walk(form))
+        quotients = [p for p in parts if isinstance(p, Quotient) and unknowns & set(nodes.names(p.right))]
+        told = self.once("removable", lambda: [is_removable(quotient) for quotient in quotients])
+        return [q.right for q, removable in zip(quotients, told, strict=True) if removable]
 
     @cached_property
     def linear(self) -> bool:

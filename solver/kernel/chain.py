@@ -8,20 +8,23 @@ from __future__ import annotations
 
 import itertools
 import math
+import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from math import inf
 from typing import Any, NamedTuple
 
-from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
 from rulesheets.evaluate.digits import extended
 from rulesheets.evaluate.gradient import signed_root
-from rulesheets.evaluate.number import enclose
+from rulesheets.evaluate.number import enclose, value
 from rulesheets.functions import TABLE
 from rulesheets.model import Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     ONE,
+    ZERO,
     Call,
     Expression,
     Name,
@@ -40,6 +43,7 @@ from rulesheets.syntax.program import walk
 from solver.kernel.emitter import Emitter, factors, times, without
 from solver.path import TARGET, Isolation, SolveBlock, Stage
 from solver.path.graph import ModelGraph
+from solver.path.isolate import isolate
 
 MAX_CHAINS = 256
 SLACK = 1e-9
@@ -335,6 +339,41 @@ def _reduced(above: Sequence[Expression], below: Sequence[Expression]) -> tuple[
 
 def _raised(base: Expression, exponent: float) -> Expression:
     return base if exponent == 1.0 or is_number(base, 1.0) else Power(base, Number(exponent))
+
+
+TRIALS, SHOWN = 4, 2
+"""Places at which an identity is tried, and those that show it."""
+
+
+def is_removable(quotient: Quotient) -> bool:
+    """Whether the dividend is 0 wherever the divisor is, seen at places taken at random, in 50 digits."""
+    solved = ((n, isolate(quotient.right, ZERO, n)) for n in dict.fromkeys(nodes.names(quotient.right)))
+    unknown, forms = next(((n, isolation.forms()) for n, isolation in solved if isolation), ("", ()))
+    return bool(forms) and all(
+        _vanishes(quotient.left, unknown, forms, evaluate, noise)
+        for evaluate, noise in ((value, 1e-9), (extended, 1e-40))
+    )
+
+
+def _vanishes(
+    dividend: Expression,
+    unknown: str,
+    roots: Sequence[Expression],
+    evaluate: Callable[..., Any],
+    noise: float,
+) -> bool:
+    chance, shown = random.Random(0), 0
+    for _ in range(TRIALS):
+        values = {name: chance.uniform(0.5, 3.0) for form in (dividend, *roots) for name in nodes.names(form)}
+        with suppress(Undefined, OverflowError):
+            usual = abs(evaluate(dividend, values))
+            if any(
+                abs(evaluate(dividend, {**values, unknown: evaluate(root, values)})) > noise * usual
+                for root in roots
+            ):
+                return False
+            shown += 1
+    return shown >= SHOWN
 
 
 MOST_DIRECTIONS = 2

@@ -112,6 +112,11 @@ class Enclosure:
         ((least, most),) = self._of_numerator.slopes_over([(low, high)], known)
         return least > 0.0 or most < 0.0
 
+    def may_vanish(self, low: float, high: float, known: Sequence[float]) -> bool:
+        """Whether the numerator of the residual may be 0 somewhere in a box."""
+        ((least, most),) = self._of_numerator.ranges([(low, high)], known) if self._of_numerator else (EMPTY,)
+        return least <= 0.0 <= most
+
     @cached_property
     def _of_numerator(self) -> Enclosure | None:
         return None if self.cleared is None else Enclosure(self.cleared, self._known, self._ranged)
@@ -121,6 +126,12 @@ class Enclosure:
         on_box = self._code[1](*known)
         found = (on_box(*box) for box in boxes)
         return [LINE if isnan(below) or isnan(above) else (below, above) for below, above in found]
+
+    def along(self, number: int, expression: Expression) -> Enclosure:
+        """Bounds of an expression, the ``number``-th that is asked for, in place of the residual."""
+        last = Assignment(self._chain.residuals[0], expression)
+        chain = self._chain._replace(assignments=(*self._chain.assignments[:-1], last))
+        return Enclosure(chain, self._known, self._ranged, self._shared.setdefault(f"along {number}", {}))
 
     @cached_property
     def _sides(self) -> tuple[Enclosure, ...]:

@@ -13,7 +13,7 @@ in many digits, and what it misses by has to come of the last places of the numb
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import partial
@@ -40,6 +40,8 @@ from solver.path import Isolation, SolveBlock
 from solver.path.graph import ModelGraph
 from solver.path.isolate import isolate
 
+AROUND = 4, 64, 1024
+"""Distances in ulp from the zero of a divisor at which its sign is asked for."""
 DIGITS = 60
 """Decimal digits of a number next to 1."""
 STEP = 1e-20
@@ -153,20 +155,38 @@ class TearSearch:
         self.flat += [(place, *interval) for interval in search.flat]
         return search.complete and (smooth or not search.roots)
 
-    def _ranges(self, place: int, holes: Sequence[float], boxes: Sequence[Interval]) -> list[Interval]:
-        """The residual over each box; nan, nan also where it is 0/0 at a hole and nowhere else 0."""
+    def _ranges(self, place: int, holes: Sequence[Interval], boxes: Sequence[Interval]) -> list[Interval]:
+        """The residual over each box; nan, nan also where it is 0/0 in a hole and nowhere else 0."""
         found = self.kernel.enclosure(place).ranges(boxes, self.problem.known)
         for number, (box, (below, above)) in enumerate(zip(boxes, found, strict=True)) if holes else ():
             if below <= 0.0 <= above and box[0] < box[1] and self._is_monotone(place, holes, *box):
                 found[number] = nan, nan
         return found
 
-    def _holes(self, place: int) -> list[float]:
-        """Where the residual is 0/0, of 0, 1 and the ends of the tear's domain."""
+    def _holes(self, place: int) -> list[Interval]:
+        """Where the residual is 0/0: at 0, at 1, at the ends of the tear's domain, or within some floats."""
         if self.kernel.enclosure(place).cleared is None:
             return []
         points = dict.fromkeys((0.0, 1.0, *filter(math.isfinite, self.problem.domain(self.tear))))
-        return [x for x in points if self._is_hole(place, x)]
+        exact = [(x, x) for x in points if self._is_hole(place, x)]
+        divisors = enumerate(self.kernel.removable)
+        return exact + [hole for number, divisor in divisors for hole in self._around(place, number, divisor)]
+
+    def _around(self, place: int, number: int, divisor: Expression) -> Iterator[Interval]:
+        """Some floats around each zero of a divisor, in which the numerator of the residual may be 0, too."""
+        enclosure, known = self.kernel.enclosure(place), self.problem.known
+        along, (least, most) = enclosure.along(number, divisor), self.problem.domain(self.tear)
+        ranges, slopes = partial(along.ranges, known=known), partial(along.slopes_over, known=known)
+        limits = IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, SEARCH_LEVELS)
+        search = isolate_roots(ranges, slopes, lambda x: math.fsum(ranges([(x, x)])[0]), least, most, limits)
+        for root in search.roots:
+            for ulps in AROUND:
+                box = max(least, root - ulps * math.ulp(root)), min(most, root + ulps * math.ulp(root))
+                (a, b), (slope,) = ranges([(x, x) for x in box]), slopes([box])
+                changes = a[1] < 0.0 < b[0] or b[1] < 0.0 < a[0]
+                if changes and all(map(math.isfinite, slope)) and enclosure.may_vanish(*box, known):
+                    yield box
+                    break
 
     def _without_holes(self, place: int, search: RootSearch) -> RootSearch:
         """The search without boxes around exact points at which the residual is 0/0.
@@ -176,15 +196,15 @@ class TearSearch:
         """
         if search.complete or not search.unresolved or self.kernel.enclosure(place).cleared is None:
             return search
-        holes = [x for x in dict.fromkeys(map(_short, search.unresolved)) if self._is_hole(place, x)]
+        holes = [(x, x) for x in dict.fromkeys(map(_short, search.unresolved)) if self._is_hole(place, x)]
         left = tuple(box for box in search.unresolved if not self._is_monotone(place, holes, *box))
         touching = tuple((x, f) for x, f in search.touching if not self._is_monotone(place, holes, x, x))
         return search._replace(unresolved=left, touching=touching, complete=not left)
 
-    def _is_monotone(self, place: int, holes: Sequence[float], low: float, high: float) -> bool:
+    def _is_monotone(self, place: int, holes: Sequence[Interval], low: float, high: float) -> bool:
         """Whether the numerator of the residual rises or falls all the way from some hole over a box."""
         enclosure, known = self.kernel.enclosure(place), self.problem.known
-        return any(enclosure.rises_or_falls(min(low, x), max(high, x), known) for x in holes)
+        return any(enclosure.rises_or_falls(min(low, a), max(high, b), known) for a, b in holes)
 
     def _is_hole(self, place: int, x: float) -> bool:
         """Whether the numerator of the residual is exactly 0 at a point, and a rule has no value there, or

@@ -80,3 +80,24 @@ def test_a_geometric_series_has_one_ratio_beside_its_gap(S: float) -> None:
     (solution,) = result.solutions
     assert result.complete
     assert solution["r"] == pytest.approx(exact, rel=1e-9)
+
+
+EXCHANGER = rulesheets.loads(
+    "rules\n  Q = Ch*(Thi - Tho)\n  Q = Cc*(Tco - Tci)\n  dT1 = Thi - Tco\n  dT2 = Tho - Tci\n"
+    "  LMTD = (dT1 - dT2)/ln(dT1/dT2)\n  Q = UA*LMTD\n"
+)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(0.3, 3.0).filter(lambda ratio: abs(ratio - 1.0) > 1e-3), st.floats(0.2, 3.0))
+def test_a_flow_through_an_exchanger_is_the_only_one(ratio: float, units: float) -> None:
+    """Between equal differences of temperature their mean is 0/0. Effectiveness: Kays and London, 1984."""
+    hot, cold = 4000.0, 4000.0 / ratio
+    least, share = min(hot, cold), min(hot, cold) / max(hot, cold)
+    fade = math.exp(-units * (1.0 - share))
+    heat = least * 130.0 * (1.0 - fade) / (1.0 - share * fade)
+    given = {"Thi": 420.0, "Tci": 290.0, "Tho": 420.0 - heat / hot, "Cc": cold, "UA": units * least}
+    result = solver.solve(EXCHANGER, given)
+    (solution,) = result.solutions
+    assert result.complete
+    assert solution["Ch"] == pytest.approx(hot, rel=1e-6)
