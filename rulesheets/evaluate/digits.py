@@ -5,7 +5,7 @@ Each precision has a context of its own (in each thread), so nothing here touche
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cache, lru_cache, partial
 from threading import get_ident
 from typing import Any, NamedTuple, TypeAlias
@@ -92,14 +92,15 @@ def extended(expression: Expression, values: ExtendedValues, digits: int = 50) -
 
 
 def extended_derivatives(
-    expression: Expression, values: ExtendedValues, digits: int
+    expression: Expression, values: ExtendedValues, digits: int, along: Collection[str] | None = None
 ) -> tuple[Extended, dict[str, Extended]]:
-    """Value and partial derivatives by every variable in the expression, with ``digits`` decimal digits.
+    """Value and partial derivatives by every variable in the expression, or by those ``along`` which it is
+    asked, with ``digits`` decimal digits.
 
-    Raises Undefined where the expression or one of its slopes has no real value, KeyError for a variable
+    Raises Undefined where the expression or one of these slopes has no real value, KeyError for a variable
     without one.
     """
-    traced = TracedDigits(Digits(values, digits))
+    traced = TracedDigits(Digits(values, digits), along)
     part = traced.of(expression)
     return part.value, traced.gradient(part, context(digits).zero)[0]
 
@@ -158,10 +159,18 @@ class Digits(Arithmetic[Extended]):
 
 
 class TracedDigits(Traced[Extended]):
-    """Parts in many digits."""
+    """Parts in many digits; variables beside those ``along`` which slopes are asked are numbers."""
 
     numbers: Digits
     rounds = False
+
+    def __init__(self, numbers: Digits, along: Collection[str] | None) -> None:
+        super().__init__(numbers)
+        self.along = along
+
+    def name(self, node: Name) -> Part[Extended]:
+        part = super().name(node)
+        return part if self.along is None or node.name in self.along else Part(part.value, exact=True)
 
     def slope(self, template: Expression, arguments: Sequence[Part[Extended]], node: Expression) -> Extended:
         values = {str(place): part.value for place, part in enumerate(arguments)}

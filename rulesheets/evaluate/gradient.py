@@ -116,19 +116,20 @@ class Traced(Arithmetic[Part[T]]):
             if rounds:
                 rounded = rounded + abs(total)
         slopes: Any = tuple([(1.0, part) for part in parts if not part.exact])
-        return Part(total, "", slopes, rounded)
+        return Part(total, "", slopes, rounded, exact=not (slopes or rounds))
 
     def product(self, node: Product) -> Part[T]:
         parts = one, other = self.of(node.left), self.of(node.right)
         result = one.value * other.value  # type: ignore[operator]
         slopes = _varying((other.value, one), (one.value, other))
-        return Part(result, "", slopes, self.rounded(node, result, parts))
+        return Part(result, "", slopes, self.rounded(node, result, parts), not (slopes or self.rounds))
 
     def divided(self, node: Quotient, above: Part[T], below: Part[T]) -> Part[T]:
         result: Any = self.numbers.divided(node, above.value, below.value)
         divisor: Any = below.value
         slopes = _varying((1.0 / divisor, above), (-result / divisor, below))
-        return Part(result, "", slopes, self.rounded(node, result, (above, below)))
+        rounded = self.rounded(node, result, (above, below))
+        return Part(result, "", slopes, rounded, not (slopes or self.rounds))
 
     def raised(self, node: Power, base: Part[T], exponent: Part[T]) -> Part[T]:
         parts = base, exponent
@@ -138,7 +139,8 @@ class Traced(Arithmetic[Part[T]]):
             slopes.append((self.by_base(base, exponent, node), base))
         if not exponent.exact:
             slopes.append((self.slope(BY_EXPONENT, parts, node), exponent))
-        return Part(result, "", tuple(slopes), self.rounded(node, result, parts))
+        rounded = self.rounded(node, result, parts)
+        return Part(result, "", tuple(slopes), rounded, not (slopes or self.rounds))
 
     def applied(self, node: Call, arguments: list[Part[T]]) -> Part[T]:
         result = self.numbers.applied(node, [part.value for part in arguments])
@@ -148,7 +150,7 @@ class Traced(Arithmetic[Part[T]]):
             for template, part in zip(templates, arguments, strict=True)
             if not part.exact
         )
-        return Part(result, "", below, self.rounded(node, result, arguments))
+        return Part(result, "", below, self.rounded(node, result, arguments), not (below or self.rounds))
 
     def missing(self, node: Call) -> Any:
         """In place of a slope without a formula."""

@@ -6,14 +6,13 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from rulesheets.deadline import expect_time
-from rulesheets.evaluate import NotDifferentiable, Undefined, derivatives, differentiate
-from rulesheets.evaluate.digits import context, extended, extended_derivatives
+from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.evaluate.digits import context, extended_derivatives
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Expression, subtract
 from rulesheets.syntax.program import walk
@@ -48,7 +47,7 @@ def linearized(
 ) -> tuple[list[list[Any]], list[Any]]:
     """Jacobian (m, n) of as many forms along the unknowns, and their values (m,). Raises Undefined."""
     zero = context(digits).zero
-    swept = [extended_derivatives(form, values, digits) for form in forms]
+    swept = [extended_derivatives(form, values, digits, unknowns) for form in forms]
     return [[slopes.get(name, zero) for name in unknowns] for _, slopes in swept], [miss for miss, _ in swept]
 
 
@@ -75,7 +74,6 @@ class ManyDigits:
     def in_decimals(self) -> ManyDigits:
         """The same with given numbers, and those in the rules, as people write them."""
         system = copy(self)
-        system.__dict__.pop("_partials", None)
         system.forms, system.known = in_decimals(self.forms, self.known)
         return system
 
@@ -89,19 +87,7 @@ class ManyDigits:
         """
         values = {**self.known, **self.point(x)}
         self.work.spend(3 * self.size + len(x) ** 3)
-        try:
-            return linearized(self.forms, self.unknowns, values, self.digits)
-        except Undefined:  # perhaps the slope along a known number
-            rows = [[extended(d, values, self.digits) for d in row] for row in self._partials]
-            return rows, [extended(form, values, self.digits) for form in self.forms]
-
-    @cached_property
-    def _partials(self) -> list[list[Expression]]:
-        """Raises Undefined if a rule has no derivative in closed form."""
-        try:
-            return [[differentiate(form, name) for name in self.unknowns] for form in self.forms]
-        except NotDifferentiable:
-            raise Undefined("derivative", (), self.forms[0]) from None
+        return linearized(self.forms, self.unknowns, values, self.digits)
 
     def newton(self, start: Sequence[Any], sizes: Sequence[float] = ()) -> list[Any] | None:
         """The root that Newton's method reaches from ``start``; None if it reaches none.

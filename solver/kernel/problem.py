@@ -276,7 +276,7 @@ def uncertainty(problem: BlockProblem, point: Mapping[str, float]) -> Uncertaint
     try:
         jacobian = problem.jacobian(list(point.values()))
     except (ArithmeticError, ValueError):  # a slope is infinite there: nothing speaks for a multiple root
-        return Uncertainty([0.0] * len(point))
+        return Uncertainty([0.0] * len(point), math.inf)
     sizes = [(size(rule, everything), gross(rule, everything)) for rule in problem.kernel.equations]
     steepness = max((moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0)
     tolerances = [max(BACKWARD * moves, EPS * terms) for moves, terms in sizes]

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from enum import Enum, auto
 from typing import Any
 
@@ -26,7 +27,7 @@ from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import gross
 from solver.kernel.problem import BlockProblem, Uncertainty, is_beside_pole, uncertainty
 from solver.numerics.linear_algebra import eliminate
-from solver.numerics.tolerances import ASTRAY, EPS, ORDINARY, REFINED, SAFETY, SETTLED
+from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS, ORDINARY, REFINED, SAFETY, SETTLED
 
 
 def astray(problem: BlockProblem, point: Mapping[str, float]) -> bool:
@@ -115,13 +116,17 @@ def check_root(
         # a rule that is steep because differences cancel in it is none the worse
         beside = is_beside_pole(problem, there, found)
         return (RootCheck.BESIDE_POLE if beside else RootCheck.STANDS), there
-    bars = [min(bar, NEAR * size) for bar, size in zip(found.errors, problem.sizes_at(start), strict=True)]
-    try:
-        end = _solved_on(problem, start, bars)
-        if not end[0]:  # at the turn of a fold steps are long however near two roots are
-            end = _solved_on(problem, start, bars, NUDGE)
-    except (Undefined, ValueError, OverflowError):
-        return RootCheck.STANDS, dict(point)  # a rule has no slope there: nothing speaks against the point
+    limits = [NEAR * size for size in problem.sizes_at(start)]
+    bars = [*map(min, found.errors, limits)] if any(found.errors) else limits
+    end: tuple[list[float] | None, bool] = None, False
+    for nudge in (0.0, NUDGE, -NUDGE):  # at the turn of a fold steps are long however near two roots are
+        try:
+            end = _solved_on(problem, start, bars, nudge)
+        except (Undefined, ValueError, OverflowError):
+            if _vanishes(problem, start):
+                return RootCheck.STANDS, dict(point)  # a rule has no slope there, and needs none
+        if end[0]:
+            break
     root, settled = end
     if root is None:
         return RootCheck.NO_ROOT, dict(point)
@@ -132,6 +137,15 @@ def check_root(
     if not is_beside_pole(problem, there, Uncertainty(bars)):
         return RootCheck.STANDS, there
     return (RootCheck.BESIDE_POLE if settled else RootCheck.NO_ROOT), there
+
+
+def _vanishes(problem: BlockProblem, x: Sequence[float]) -> bool:
+    """Whether rules hold at the very point, and not only beside it, but for their rounding."""
+    here = {**problem.here, **problem.named(x)}
+    rules = zip(problem.kernel.forms, problem.kernel.equations, strict=True)
+    with suppress(Undefined):
+        return all(abs(extended(form, here, DIGITS)) <= BACKWARD * gross(rule, here) for form, rule in rules)
+    return False
 
 
 ROUNDS, CONTRACTION = 5, 0.1

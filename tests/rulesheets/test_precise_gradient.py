@@ -82,3 +82,12 @@ def test_where_there_is_no_slope_it_says_so(text: str) -> None:
 def test_what_does_not_vary_has_no_slope() -> None:
     (equation,) = rulesheets.loads("x*0 + sqrt(0) + 0^2 + x^0 = y").equations
     assert extended_derivatives(equation.left, {"x": 2.0}, DIGITS) == (1, {"x": 0})
+
+
+def test_slopes_along_some_variables_need_none_along_others() -> None:
+    """The slope along n of a power of a negative number has no value."""
+    left = rulesheets.loads("x^(2*n) = 1").equations[0].left
+    at = {"x": -1.5, "n": 2.0}
+    with pytest.raises(Undefined):
+        extended_derivatives(left, at, DIGITS)
+    assert extended_derivatives(left, at, DIGITS, ["x"]) == (1.5**4, {"x": 4 * (-1.5) ** 3})

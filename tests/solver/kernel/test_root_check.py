@@ -26,6 +26,11 @@ Q = mc*cpc*(Tco - Tci)
 A = Q/(U*LM)
 Q = U*A*(dT1 - dT2)/ln(dT1/dT2)
 """
+FIN = """\
+k*(Tw - Ts)/L = h*(Ts - Ta) + eps*5.67e-8*(Ts^4 - Ta^4)
+hr = eps*5.67e-8*(Ts^2 + Ta^2)*(Ts + Ta)
+m = sqrt(2*(h + hr)/(k*t))
+"""
 MOTION = "v = u + acc*t\ns = (v^2 - u^2)/(2*acc)\nmean = s/t"
 
 
@@ -48,6 +53,25 @@ def test_a_quotient_of_rounding_errors_is_no_exponent() -> None:
     result = solved(POLYTROPIC, {**GAS, "work": 487.702})
     assert [solution["g"] for solution in result.solutions] == pytest.approx([exponent(487.702)], rel=1e-14)
     assert result.complete
+
+
+def test_a_quotient_of_rounding_errors_below_a_root_is_no_conductivity() -> None:
+    """With k = 0 the root is of 0/0, and has no slope: hr = -h beside k = 1e-17 gives it any value."""
+    given = {"Tw": 400.0, "Ta": 300.0, "h": 15.0, "eps": 0.8, "L": 0.03, "t": 0.002}
+    forward = solved(FIN, {**given, "k": 45.0})
+    m = forward["m"]
+    assert isinstance(m, float)
+    result = solved(FIN, {**given, "m": m})
+    assert [solution["k"] for solution in result.solutions] == pytest.approx([45.0], rel=1e-13)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3])
+def test_answers_without_a_slope_stand(share: float) -> None:
+    """At an end of a domain, on either side of it, and where the slope of a root is infinite."""
+    edges = solved("cos(asin(x*y)) = 1e-9\nx = y", {})
+    assert sorted(solution["x"] for solution in edges.solutions) == [-1.0, 1.0]
+    roots = solved("sqrt(x - a) + y = 0\nx + y = a", {"a": share})
+    assert sorted(solution["x"] for solution in roots.solutions) == pytest.approx([share, share + 1.0])
 
 
 def test_prepared_calls_and_sweeps_refuse_it_too() -> None:
