@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, field, fields, replace
@@ -254,12 +254,10 @@ def excluded(leaf: Leaf) -> bool:
 def without_value(fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]]:
     """The equations that a fact says no value satisfies, and the unknowns of which they ask it, proven."""
     match fact:
-        case NoValue(equation=equation, unknown=unknown, pole=False):
-            return (equation,), (unknown,)
-        case OutOfRange(equation=equation, unknown=unknown):
-            return (equation,), (unknown,)
-        case NoRoot(equations=equations, unknowns=unknowns, proven=True):
-            return equations, unknowns
+        case NoValue(pole=False) | OutOfRange():
+            return (fact.equation,), (fact.unknown,)
+        case NoRoot(proven=True):
+            return fact.equations, fact.unknowns
         case _:
             return (), ()
 
@@ -462,12 +460,17 @@ def different(rows: Sequence[Sequence[Value]]) -> list[int]:
     """The places of the rows of values that differ from every row before by more than rounding."""
     places = list[int]()
     for place, row in enumerate(rows):
-        if not any(all(map(_alike, row, rows[other])) for other in places):
+        if not any(are_alike(row, rows[other], ALIKE) for other in places):
             places.append(place)
     return places
 
 
-def _alike(a: Value, b: Value) -> bool:
-    if isinstance(a, str) or isinstance(b, str) or a == b:
-        return a == b
-    return abs(a - b) <= ALIKE * max(abs(a), abs(b)) or (math.isnan(a) and math.isnan(b))
+def are_alike(row: Iterable[Any], other: Iterable[Any], tolerance: float) -> bool:
+    """Whether values are the same, numbers but for a share of the larger of each two."""
+
+    def near(a: Any, b: Any) -> bool:
+        if isinstance(a, str) or isinstance(b, str) or a == b:
+            return bool(a == b)
+        return abs(a - b) <= tolerance * max(abs(a), abs(b)) or (math.isnan(a) and math.isnan(b))
+
+    return all(map(near, row, other))

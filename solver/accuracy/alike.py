@@ -25,7 +25,7 @@ from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_check import LATEST, MANY, gross, sides, size
+from solver.accuracy.rule_check import LATEST, gross, sides, size
 from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS, STEEP
 from solver.path.graph import Alike, Array, Family, alike
 
@@ -341,9 +341,7 @@ def accepted(
     model: Model, equations: Sequence[Equation], values: Mapping[str, Value]
 ) -> tuple[float, tuple[Equation, ...]]:
     """Many rules checked at once: the largest scaled residual of those that hold, and the others, which are
-    left to the check of single rules; a few are all left to it."""
-    if len(equations) <= MANY:
-        return 0.0, tuple(equations)
+    left to the check of single rules."""
     found = evaluated(model, equations, values)
     scaled = np.abs(found.miss) / np.where(found.moves > 0.0, found.moves, 1.0)
     left = tuple([equations[place] for place in np.flatnonzero(~found.holds).tolist()])

@@ -192,16 +192,13 @@ class _Reduction:
 
     def touching(self) -> list[Any] | None:
         """The point at which two roots coincide to all the digits; None where they do not."""
-        t, curvature = self._extreme()
-        if t is None or not curvature or abs(t) > FOLD:
-            return None
-        return self.x if abs(self.at(t)[0]) <= self.tiny * abs(curvature) else None
+        extreme = self._extreme()
+        return self.x if extreme and abs(extreme[2]) <= self.tiny * abs(extreme[1]) else None
 
     def resolve(self) -> Fold | None:
-        t, curvature = self._extreme()
-        if t is None or not curvature or abs(t) > FOLD:
+        if (extreme := self._extreme()) is None:
             return None
-        height, _ = self.at(t)
+        t, curvature, height = extreme
         if abs(height) <= self.tiny * abs(curvature) + self._fuzz():
             return [], self.x
         if height / curvature > 0:
@@ -247,19 +244,21 @@ class _Reduction:
         rows = [dict(enumerate([*row, u])) for row, u in zip(jacobian, self.across, strict=True)]
         return eliminate_rows([*rows, dict(enumerate(self.along))], columns, self.tiny)
 
-    def _extreme(self) -> tuple[Any, Any]:
-        """Where the slope of μ vanishes, and the curvature there, by the secant method."""
+    def _extreme(self) -> tuple[Any, Any, Any] | None:
+        """Where the slope of μ vanishes, by the secant method, with the curvature and μ there."""
         a, b = self.mp.zero, self.mp.mpf(1e-9)
         at_a, at_b = self.at(a)[1], self.at(b)[1]
         curvature = self.mp.zero
         for _ in range(FOLD_ITERATIONS):
             if at_b == at_a:
-                return b, curvature
+                break
             curvature = (at_b - at_a) / (b - a)
             a, at_a, b = b, at_b, b - at_b / curvature
             if abs(b) > FOLD:
-                return None, None
+                return None
             if abs(b - a) <= self.tiny:
-                return b, curvature
+                break
             at_b = self.at(b)[1]
-        return None, None
+        else:
+            return None
+        return (b, curvature, self.at(b)[0]) if curvature else None

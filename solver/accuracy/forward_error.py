@@ -22,6 +22,7 @@ from rulesheets.evaluate import Undefined
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import subtract
 from solver.accuracy.rule_check import MANY, sides, uncertainty
+from solver.accuracy.rule_check import size as moved
 from solver.facts import DoubleRoot
 from solver.numerics.linear_algebra import Array, as_matrix, factorise, sparse_matrix
 from solver.numerics.tolerances import BACKWARD, CANCELLED, HALF, UNIT_ROUNDOFF
@@ -144,8 +145,7 @@ class _Propagation:
             return None
         size = noise + abs(left - right)
         if self.held:
-            moves = (abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float))
-            size = min(size, BACKWARD * sum(moves))
+            size = min(size, BACKWARD * moved(equation, self.values))
         if not self.rounds:
             size = uncertainty(subtract(equation.left, equation.right), self.values, {})
         off = size * _signs(equation.index) if size else NONE

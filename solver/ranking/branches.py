@@ -172,10 +172,8 @@ def found_again(answers: Answers, before: Points, turns: Points) -> list[int]:
     """Which answers of the first rows (k,) the numbers (v, k) are."""
     again = []
     for row, numbers in enumerate(before.T):
-        planes = answers.planes[: int(answers.counts[row])]
-        points = np.array([[column[row] for column in plane] for plane in planes] or [numbers])
-        apart = abs(wound(points - numbers, turns))
-        again.append(int((apart / np.maximum(apart.max(axis=0), 5e-324)).sum(axis=1).argmin()))
+        points = answers.points(np.array([row]), int(answers.counts[row]))
+        again.append(int(distances(numbers[:, None, None], points, turns).argmin()) if points.size else 0)
     return again
 
 

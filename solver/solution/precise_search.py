@@ -11,6 +11,7 @@ from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
+from itertools import chain
 from typing import Any
 
 from rulesheets.evaluate import Undefined, derivatives, holds
@@ -29,11 +30,10 @@ from solver.kernel.enclosure import Enclosure
 from solver.kernel.linear_block import undetermined
 from solver.kernel.problem import BlockProblem, InputErrors
 from solver.kernel.step import Refused, StepOutcome, StepSolver
-from solver.leaves import Asked, Branch, CaseAnalysis, Exploration
+from solver.leaves import Asked, Branch, CaseAnalysis, Exploration, are_alike
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.tolerances import AGREEMENT, BACKWARD, CLOSE, DRIFT, MAX_UNKNOWNS, PRECISIONS, SPARE
 from solver.path import Evaluate, SolveBlock, Stage, Step, equations_of
-from solver.path.graph import ModelGraph
 from solver.solution.explore import Numbers, PathSearch
 
 NUDGE = 2.0**-20
@@ -60,20 +60,16 @@ def explore_precisely(asked: Asked, floats: Exploration) -> Exploration | None:
 
 def _agree(rough: Exploration, fine: Exploration, judged: Sequence[str]) -> bool:
     """Whether twice the digits lead to the same answers."""
-    for some, others in (
-        (rough.leaves, fine.leaves),
-        (rough.contradicted, fine.contradicted),
-        (rough.open_cases, fine.open_cases),
-    ):
-        if len(some) != len(others):
+    some, others = ((found.leaves, found.contradicted, found.open_cases) for found in (rough, fine))
+    if [*map(len, some)] != [*map(len, others)]:
+        return False
+    for one, other in ((a.branch, b.branch) for a, b in zip(chain(*some), chain(*others), strict=True)):
+        if one.values.keys() != other.values.keys() or one.inactive.keys() != other.inactive.keys():
             return False
-        for one, other in ((a.branch, b.branch) for a, b in zip(some, others, strict=True)):
-            if one.values.keys() != other.values.keys() or one.inactive.keys() != other.inactive.keys():
+        for name in one.precise.keys() & other.precise.keys() & {*judged}:
+            exact = other.precise[name]
+            if not abs(one.precise[name] - exact) <= AGREEMENT * abs(exact):
                 return False
-            for name in one.precise.keys() & other.precise.keys() & {*judged}:
-                exact = other.precise[name]
-                if not abs(one.precise[name] - exact) <= AGREEMENT * abs(exact):
-                    return False
     return True
 
 
@@ -99,7 +95,7 @@ class _PreciseSearch(PathSearch):
 
     def _stepped(self, branch: Branch, equation: int, unknown: str) -> StepOutcome:
         guess = self.guesses.get(unknown)
-        found = _PreciseStep(self.graph, equation, unknown, _known(branch), self.digits, guess).outcome()
+        found = _PreciseStep(self.digits, self.graph, equation, unknown, _known(branch), guess).outcome()
         vague = found.delicate and len(found.values) in (0, 2)
         return self._touched(branch, equation, unknown, found) if vague else found
 
@@ -135,7 +131,8 @@ class _PreciseSearch(PathSearch):
 
     def _asked_before(self, step: SolveBlock, known: Numbers) -> Numbers:
         """Those of a search in floats that they differ from by rounding, which has decided nothing there."""
-        return next((other for other in self._before.get(step, ()) if _same(known, other)), known)
+        before = self._before.get(step, ())
+        return next((other for other in before if are_alike(known, other, BACKWARD)), known)
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
         """How far each number moves with the last places of the inputs, and of the numbers in the rules."""
@@ -259,16 +256,8 @@ class _PreciseStep(StepSolver):
     its preimages, and one just outside has none.
     """
 
-    def __init__(
-        self,
-        graph: ModelGraph,
-        equation: int,
-        unknown: str,
-        values: Mapping[str, Any],
-        digits: int,
-        guess: float | None = None,
-    ) -> None:
-        super().__init__(graph, equation, unknown, values, guess)
+    def __init__(self, digits: int, *asked: Any) -> None:
+        super().__init__(*asked)
         self.digits, self.mp = digits, context(digits)
         self.floats = {n: v if isinstance(v, str) else float(v) for n, v in self.floats.items()}
 
@@ -404,17 +393,6 @@ class _Block:
             block = self.problem.kernel.block
             return BlockOutcome(complete=complete, facts=(NoRoot(block.equations, block.unknowns, complete),))
         return self.floats
-
-
-def _same(known: Numbers, others: Numbers) -> bool:
-    """Whether floats are so near to others that a block has the same answers at both, but for rounding."""
-
-    def near(one: Value, other: Value) -> bool:
-        if isinstance(one, str) or isinstance(other, str):
-            return one == other
-        return abs(one - other) <= BACKWARD * abs(other)
-
-    return all(map(near, known, others))
 
 
 def _near(one: Sequence[Any], other: Sequence[Any], share: float, sizes: Sequence[Any]) -> bool:

@@ -29,6 +29,7 @@ from solver.leaves import (
     CutOff,
     Exploration,
     Leaf,
+    are_alike,
     blocked,
     leaf_errors,
     within_one_turn,
@@ -418,27 +419,18 @@ def _same_leaf(model: Model, leaf: Leaf, other: Leaf, varying: Sequence[str]) ->
     one, two = leaf.branch.values, other.branch.values
     if one.keys() != two.keys():
         return False
-    if _same(one, two, varying, NEIGHBOURS):
-        return True
-    if (leaf.branch.precise and other.branch.precise) or not _same(one, two, varying, SAME_ANSWER):
-        return False
+    near, nearly = (
+        are_alike(map(one.get, varying), map(two.get, varying), tolerance)
+        for tolerance in (NEIGHBOURS, SAME_ANSWER)
+    )
+    if near or not nearly or (leaf.branch.precise and other.branch.precise):
+        return near
     errors, others = leaf_errors(model, leaf).error, leaf_errors(model, other).error
     return not any(
         abs(number - at) > SAFETY * (errors[name] + others[name])
         for name, number in one.items()
         if isinstance(number, float) and isinstance(at := two[name], float)
     )
-
-
-def _same(
-    one: Mapping[str, Value], other: Mapping[str, Value], names: Sequence[str], tolerance: float
-) -> bool:
-    for a, b in ((one[name], other[name]) for name in names if name in one):
-        if a != b and (
-            isinstance(a, str) or isinstance(b, str) or not abs(a - b) <= tolerance * max(abs(a), abs(b))
-        ):
-            return False
-    return True
 
 
 def _ordered(asked: Asked, leaves: list[Leaf]) -> list[Leaf]:
