@@ -62,8 +62,9 @@ LIMIT = 0.2
 """The share of its size by which an unknown may move in a limited step."""
 BALANCED = 1e-9
 """Share of the factors of a sum that these may add up to in a difference."""
-HALF = 0.5
-"""The share of their sizes at which unknowns begin again: at these themselves differences may be 0."""
+HALF, LARGE = 0.5, 8.0
+"""The shares of their sizes at which unknowns begin again: at these themselves differences may be 0; and
+where one answer is that all is 0, Newton's method is drawn to it from below the other."""
 
 
 def search_sparsely(problem: BlockProblem, candidates: Candidates, every: bool = False) -> None:
@@ -221,6 +222,7 @@ def _sparse_starts(problem: BlockProblem) -> Iterator[Start]:
         whole = np.clip(np.where(turning, 0.0, alike), low, high)
         yield Start(whole, alike, positive=True)
         yield Start(whole, alike)
+        yield Start(np.clip(LARGE * inside, low, high), sizes, positive=True)
     yield Start(ones, sizes)
     yield Start(inside, sizes)
     utilities = _exponents(problem)

@@ -8,6 +8,7 @@ from itertools import pairwise, product, starmap
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import rulesheets
 import solver
@@ -385,3 +386,37 @@ def test_flows_of_a_tree_go_on_to_one_branch_for_the_most_part() -> None:
         lines.append(f"p{above[i]} - p{i} = {round(float(rng.uniform(0.01, 0.2)), 3)}*m{i}^2")
     result = _solved(lines)
     assert all(result[f"d{i}"] > 0.0 and 30.0 < result[f"R{i}"] < result[f"S{i}"] < 85.0 for i in range(1, n))
+
+
+@pytest.mark.parametrize("n", [40, 90])
+def test_age_classes_live(n: int) -> None:
+    """Births fall with the total: one child each where 0.4*exp(-total/1000)*(years of births) is 1."""
+    stay = [0.98 - 0.6 * (i / n) ** 4 for i in range(n - 1)]
+    lines = [f"N{i + 1} = {s!r}*N{i}" for i, s in enumerate(stay)]
+    lines.append("total = " + " + ".join(f"N{i}" for i in range(n)))
+    lines.append(f"N0 = 0.4*exp(-total/1000)*({' + '.join(f'N{i}' for i in range(n // 5, n // 2))})")
+    result = _solved(lines)
+    alive = np.cumprod([1.0, *stay])
+    total = 1000 * math.log(0.4 * alive[n // 5 : n // 2].sum())
+    found = np.array([result[f"N{i}"] for i in range(n)], dtype=float)
+    np.testing.assert_allclose(found, total * alive / alive.sum(), rtol=1e-9)
+
+
+def test_the_flow_of_a_heating_line_is_not_that_of_its_last_consumer() -> None:
+    """The flow at the head by shooting: none is left after the last consumer."""
+    n, lines = 20, ["T0 = 90", "M21 = 0"]
+    for i in range(1, n + 1):
+        lines += [f"T{i} = 10 + (T{i - 1} - 10)*exp(-0.015/M{i})", f"M{i} = M{i + 1} + m{i}"]
+        lines.append(f"{5 + i % 3} = 4.18*m{i}*(T{i} - 40)")
+
+    def left(head: float) -> float:
+        temperature = 90.0
+        for i in range(1, n + 1):
+            temperature = 10 + (temperature - 10) * math.exp(-0.015 / head)
+            head -= (5 + i % 3) / (4.18 * (temperature - 40))
+        return head
+
+    result = _solved(lines)
+    heads = np.linspace(2.0, 0.8, 1000)  # the largest root: below it the line would cool down
+    low = next(head for head in heads if left(head) < 0.0)
+    assert math.isclose(float(result["M1"]), brentq(left, low, low + 0.01), rel_tol=1e-9)
