@@ -214,22 +214,10 @@ def directions(expression: Expression) -> Iterator[Call]:
 
 
 def slope_chain(chain: Chain) -> Chain | None:
-    """The chain whose residual is the derivative of that of ``chain`` by its tear; None where it may jump."""
-    slopes = slopes_of(chain)
-    if slopes is None:
-        return None
-    added = (Assignment(name, expression) for name, expression in slopes)
-    return Chain(chain.tears, (*chain.assignments, *added), (slope_name(chain.residuals[0]),))
-
-
-def slope_name(name: str) -> str:
-    return f"d {name}"
-
-
-def slopes_of(chain: Chain) -> tuple[tuple[str, Expression], ...] | None:
-    """Forward accumulation: the slope of every assignment by the tear; None where a step may jump."""
+    """The chain whose residual is the derivative of that of ``chain`` by its tear: the slopes of all
+    assignments follow these (forward accumulation). None where a step may jump."""
     moving: dict[str, Expression] = {chain.tears[0]: Number(1.0)}
-    found: list[tuple[str, Expression]] = []
+    slopes: list[Assignment] = []
     for item in chain.assignments:
         used = [name for name in dict.fromkeys(nodes.names(item.expression)) if name in moving]
         if used and jumps(item.expression):
@@ -239,10 +227,11 @@ def slopes_of(chain: Chain) -> tuple[tuple[str, Expression], ...] | None:
                 terms = [differentiate(item.expression, name) * moving[name] for name in used]
             except NotDifferentiable:
                 return None
-            slope = slope_name(item.name)
-            found.append((slope, terms[0] if len(terms) == 1 else nodes.Sum(tuple(terms))))
-            moving[item.name] = Name(slope)
-    return tuple(found) if chain.residuals[0] in moving else None
+            slopes.append(Assignment(f"d {item.name}", add(*terms)))
+            moving[item.name] = Name(slopes[-1].name)
+    if chain.residuals[0] not in moving:
+        return None
+    return Chain(chain.tears, (*chain.assignments, *slopes), (slopes[-1].name,))
 
 
 # --- the residual with its denominators multiplied away ---

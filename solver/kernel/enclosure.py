@@ -12,8 +12,8 @@ from typing import Any, TypeAlias
 
 from rulesheets.functions.intervals import EMPTY, LINE, Interval, cut, divide, greatest
 from rulesheets.functions.intervals import least as smaller
-from rulesheets.syntax.nodes import Expression, Name, Number, Quotient
-from solver.kernel.chain import Assignment, Chain, cleared, directions, sides, slope_name, slopes_of
+from rulesheets.syntax.nodes import Name, Number, Quotient
+from solver.kernel.chain import Assignment, Chain, cleared, directions, sides, slope_chain
 from solver.kernel.emitter import IntervalEmitter, Pair
 
 # --- interval operations that compiled code calls ---
@@ -70,8 +70,8 @@ class Enclosure:
         self._shared = {} if shared is None else shared
 
     @cached_property
-    def slopes(self) -> tuple[tuple[str, Expression], ...] | None:
-        return slopes_of(self._chain)
+    def _slope(self) -> Chain | None:
+        return slope_chain(self._chain)
 
     @cached_property
     def cleared(self) -> Chain | None:
@@ -80,16 +80,18 @@ class Enclosure:
     @property
     def smooth(self) -> bool:
         """Whether the residual has a slope by formula."""
-        if "smooth" not in self._shared:
-            self._shared["smooth"] = self.slopes is not None
-        return bool(self._shared["smooth"])
+        return bool(self._once("smooth", lambda: self._slope is not None))
 
     @property
     def operations(self) -> int:
         """How many operations on all boxes one level of a search costs: range, sections and slope."""
-        if "operations" not in self._shared:
-            self._shared["operations"] = 3 * len(self._chain.assignments) + len(self.slopes or ())
-        return int(self._shared["operations"])
+        chains = self._chain, self._chain, self._slope or self._chain
+        return int(self._once("operations", lambda: sum(len(chain.assignments) for chain in chains)))
+
+    def _once(self, key: str, make: Callable[[], Any]) -> Any:
+        if key not in self._shared:
+            self._shared[key] = make()
+        return self._shared[key]
 
     def ranges(self, boxes: Sequence[tuple[float, ...]], known: Sequence[float]) -> list[Interval]:
         """The residual over each box; nan, nan where it is undefined all over it, or jumps across 0 there and
@@ -107,7 +109,7 @@ class Enclosure:
 
     def rises_or_falls(self, low: float, high: float, known: Sequence[float]) -> bool:
         """Whether the numerator of the residual is monotone on a box."""
-        if self._of_numerator is None or self._of_numerator.slopes is None:
+        if self._of_numerator is None or not self._of_numerator.smooth:
             return False
         ((least, most),) = self._of_numerator.slopes_over([(low, high)], known)
         return least > 0.0 or most < 0.0
@@ -139,9 +141,7 @@ class Enclosure:
 
     @property
     def _code(self) -> Code:
-        if "code" not in self._shared:
-            self._shared["code"] = self._made()
-        code: Code = self._shared["code"]
+        code: Code = self._once("code", self._made)
         return code
 
     def _made(self) -> Code:
@@ -158,12 +158,10 @@ class Enclosure:
             low, high = emitter.of(numerator.expression)
             emitter.line(f"if {low} > 0.0 or {high} < 0.0: return nan, nan")
         ranges = emitter.function(residual)
-        if self.slopes is None:
+        if self._slope is None:
             return (ranges,)
-        emitter = _followed(self._chain, self._known, self._ranged, smooth=True)
-        for name, expression in self.slopes:
-            emitter.assign(name, emitter.of(expression))
-        return ranges, emitter.function(emitter.of(Name(slope_name(self._chain.residuals[0]))))
+        emitter = _followed(self._slope, self._known, self._ranged, smooth=True)
+        return ranges, emitter.function(emitter.of(Name(self._slope.residuals[0])))
 
 
 def _followed(

@@ -34,7 +34,6 @@ from solver.numerics.newton import (
     newton,
     scipy_root,
     spread,
-    starting_points,
 )
 from solver.numerics.tolerances import FREE, MOVED, SAME_END
 
@@ -46,14 +45,13 @@ LIMITS, THOROUGH = (20_000, 2_000), (600_000, 400_000)
 
 def search_boxes(problem: BlockProblem, candidates: Candidates, thorough: bool = False) -> bool:
     """Refine every box that may hold a root. True where the roots are proven to be all."""
-    from solver.numerics.subdivision import SubdivisionLimits, branch_and_prune  # few blocks come to this
+    from solver.numerics.subdivision import branch_and_prune  # few blocks come to this
 
     kernel = problem.kernel
     ranges, n = [problem.domain(name) for name in problem.unknowns], len(problem.unknowns)
     residual = _bounds(kernel.forms, problem, (n,))
     jacobian = _bounds([slope for slope in kernel.partials if slope is not None], problem, (n, n))
-    limits = SubdivisionLimits(*(THOROUGH if thorough else LIMITS))
-    found = branch_and_prune(residual, jacobian, ranges, limits)
+    found = branch_and_prune(residual, jacobian, ranges, *(THOROUGH if thorough else LIMITS))
     for root in found.roots:
         candidates.refine(list(root))
     return found.complete
@@ -104,9 +102,10 @@ def search_from_starts(problem: BlockProblem, candidates: Candidates, budget: Bu
 
 
 def _guess_and_beside(problem: BlockProblem, count: int) -> Iterator[list[float]]:
-    """The guess, 1 for an unknown without one, and points that fill the ranges."""
-    guess = [problem.guesses.get(name, 1.0) for name in problem.unknowns]
-    return starting_points(guess, [*map(problem.domain, problem.unknowns)], problem.scale, count)
+    """The guess, moved into the ranges, 1 for an unknown without one; and points that fill these."""
+    ranges = {name: problem.domain(name) for name in problem.unknowns}
+    yield [min(max(problem.guesses.get(name, 1.0), low), high) for name, (low, high) in ranges.items()]
+    yield from spread([*ranges.values()], problem.scale, count)
 
 
 # --- hundreds of starts at once ---

@@ -69,7 +69,6 @@ IDLE_LEVELS = 2
 """Levels at first without a box that is dropped or settled, after which a search is not expected to end."""
 REMOTE_LEVELS = 6
 """Levels after which boxes beyond 1e±100 are given up."""
-STANDARD_LIMITS = IsolationLimits()
 
 
 class RootSearch(NamedTuple):
@@ -100,7 +99,7 @@ def isolate_roots(
     value: ScalarFunction,
     low: float,
     high: float,
-    limits: IsolationLimits = STANDARD_LIMITS,
+    limits: IsolationLimits,
 ) -> RootSearch:
     """Search the roots of f in [low, high], ends included; an infinite one stands for the largest float.
 

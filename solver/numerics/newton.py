@@ -484,14 +484,6 @@ DECADES = 3.0
 """An unbounded unknown is sought from 10⁻³ to 10³ times its size, on both sides."""
 
 
-def starting_points(
-    guess: Sequence[float], ranges: Sequence[Range], sizes: Sequence[float], count: int
-) -> Iterator[list[float]]:
-    """The guess, moved into the ranges, and ``count`` points that fill them."""
-    yield [min(max(g, low), high) for g, (low, high) in zip(guess, ranges, strict=True)]
-    yield from spread(ranges, sizes, count)
-
-
 def spread(
     ranges: Sequence[Range], sizes: Sequence[float], count: int, offset: int = 0
 ) -> Iterator[list[float]]:

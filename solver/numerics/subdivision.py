@@ -143,16 +143,6 @@ FRONT = 2_000
 """So many boxes, the last ones, are treated together."""
 
 
-class SubdivisionLimits(NamedTuple):
-    """``boxes`` in all, ``alive`` at once."""
-
-    boxes: int = 100_000
-    alive: int = 8_000
-
-
-STANDARD_LIMITS = SubdivisionLimits()
-
-
 class Subdivision(NamedTuple):
     """``proved``: boxes, as narrow as rounding allows, each with exactly one root, no two with the same.
 
@@ -173,33 +163,32 @@ def branch_and_prune(
     enclose: BoxFunction,
     enclose_jacobian: BoxFunction,
     box: Sequence[tuple[float, float]],
-    limits: SubdivisionLimits = STANDARD_LIMITS,
+    most_boxes: int,
+    most_alive: int,
 ) -> Subdivision:
-    """Search the roots of F: Rⁿ → Rⁿ in a finite box of n sides, given as (low, high), faces included.
+    """Search the roots of F: Rⁿ → Rⁿ in a finite box of n sides, given as (low, high), faces included, by
+    so many boxes in all, and at once.
 
     ``enclose(lo, hi)`` takes corners (k, n) and returns bounds (k, n) of F over each box, nan, nan for an
     equation undefined all over it; ``enclose_jacobian`` likewise bounds (k, n, n) of ∂F_i/∂x_j, infinite
     or nan on a box on which F may be undefined or discontinuous somewhere.
     """
-    search = _Search(enclose, enclose_jacobian, np.array(box, dtype=float).T[:, None, :], limits)
+    search = _Search(enclose, enclose_jacobian, np.array(box, dtype=float).T[:, None, :])
     with np.errstate(all="ignore"):
-        return search.run()
+        return search.run(most_boxes, most_alive)
 
 
 class _Search:
     """Boxes are arrays (2, k, n), their lower ends first."""
 
-    def __init__(
-        self, enclose: BoxFunction, enclose_jacobian: BoxFunction, whole: Array, limits: SubdivisionLimits
-    ) -> None:
-        self.enclose, self.enclose_jacobian = enclose, enclose_jacobian
-        self.whole, self.limits = whole, limits
+    def __init__(self, enclose: BoxFunction, enclose_jacobian: BoxFunction, whole: Array) -> None:
+        self.enclose, self.enclose_jacobian, self.whole = enclose, enclose_jacobian, whole
         self.proved: list[Array] = []
         self.unresolved = self.boxes = 0
 
-    def run(self) -> Subdivision:
+    def run(self, most_boxes: int, most_alive: int) -> Subdivision:
         waiting = self.whole
-        while 0 < waiting.shape[1] <= self.limits.alive and self.boxes <= self.limits.boxes:
+        while 0 < waiting.shape[1] <= most_alive and self.boxes <= most_boxes:
             expect_time()
             waiting = np.concatenate([waiting[:, :-FRONT], self._level(waiting[:, -FRONT:])], axis=1)
         self.unresolved += waiting.shape[1]

@@ -430,7 +430,7 @@ def _settled(
         if (slope := slope_chain(stretch.kernel.chains[stretch.place])) is None:
             return False
         enclosure = Enclosure(slope, tuple(numbers))
-        if enclosure.slopes is None:
+        if not enclosure.smooth:
             return False
         ((low, high),) = enclosure.slopes_over([(stretch.low, stretch.high)], list(numbers.values()))
         if not (low > 0.0 or high < 0.0):  # f'' is not proven not to vanish

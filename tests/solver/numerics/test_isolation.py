@@ -306,7 +306,8 @@ def test_a_jump_is_no_root() -> None:
         crossing = (lo < 0.7) & (hi >= 0.7)
         return numpy.where(crossing, -INF, 0.0), numpy.where(crossing, INF, 0.0)
 
-    found = isolate_roots(box_by_box(box), box_by_box(slope), lambda x: 1.0 if x < 0.7 else -1.0, -5, 5)
+    value, limits = lambda x: 1.0 if x < 0.7 else -1.0, IsolationLimits()
+    found = isolate_roots(box_by_box(box), box_by_box(slope), value, -5, 5, limits)
     assert found.roots == ()
 
 
@@ -322,9 +323,8 @@ def test_a_jump_that_the_slope_hides_loses_no_root() -> None:
     def slope(lo: Any, hi: Any) -> tuple[Any, Any]:
         return numpy.ones_like(lo), numpy.ones_like(lo)
 
-    found = isolate_roots(
-        box_by_box(box), box_by_box(slope), lambda x: x - 0.65 if x < 0.7 else x - 3.65, -5, 5
-    )
+    value, limits = lambda x: x - 0.65 if x < 0.7 else x - 3.65, IsolationLimits()
+    found = isolate_roots(box_by_box(box), box_by_box(slope), value, -5, 5, limits)
     assert found.roots == (0.65, 3.65)
 
 

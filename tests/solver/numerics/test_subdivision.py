@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver.numerics.subdivision import Subdivision, SubdivisionLimits, branch_and_prune, narrowed_by_rows
+from solver.numerics.subdivision import Subdivision, branch_and_prune, narrowed_by_rows
 from tests.solver.numerics.interval_arithmetic import Interval, cos, sin
 
 System = Callable[..., Sequence[Any]]
@@ -30,7 +30,7 @@ def bounds(expressions: Sequence[Any], count: int) -> tuple[Any, Any]:
 
 
 def search(
-    system: System, jacobian: System, box: Sequence[tuple[float, float]], **limits: Any
+    system: System, jacobian: System, box: Sequence[tuple[float, float]], boxes: int = 100_000
 ) -> Subdivision:
     n = len(box)
 
@@ -45,7 +45,7 @@ def search(
         below, above = bounds(flat, len(lo))
         return below.reshape(-1, n, n), above.reshape(-1, n, n)
 
-    return branch_and_prune(enclose, enclose_jacobian, box, SubdivisionLimits(**limits))
+    return branch_and_prune(enclose, enclose_jacobian, box, boxes, 8_000)
 
 
 def circle_and_hyperbola(x: Any, y: Any) -> Sequence[Any]:
