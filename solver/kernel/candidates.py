@@ -310,21 +310,18 @@ class Candidates:
                     return False
         return True
 
-    def _null_direction(self, x: list[float]) -> tuple[float, ...]:
-        sparse = self.problem.sparse if len(x) > DENSE else None
-        if sparse is None:
-            return null_direction(self.problem.jacobian(x), x)
-        from solver.numerics.sparse_newton import SparseFactor  # of large blocks alone
-
-        sizes = np.array([abs(v) or 1.0 for v in x])
-        return SparseFactor(sparse[1](np.array(x)), len(x)).null_direction(sizes)
-
     def _double(self, point: dict[str, float]) -> DoubleRoot:
-        numbers = list(point.values())
+        x, sparse = list(point.values()), self.problem.sparse if len(point) > DENSE else None
         try:
-            direction = self._null_direction(numbers)
+            if sparse is None:
+                direction = null_direction(self.problem.jacobian(x), x)
+            else:
+                from solver.numerics.sparse_newton import SparseFactor  # of large blocks alone
+
+                sizes = np.array([abs(v) or 1.0 for v in x])
+                direction = SparseFactor(sparse[1](np.array(x)), len(x)).null_direction(sizes)
         except (ArithmeticError, ValueError):
-            direction = tuple(1.0 for _ in numbers)
+            direction = (1.0,) * len(x)
         moving = {n: d for n, d in zip(point, direction, strict=True) if abs(d) > 1e-6}
         return DoubleRoot(self.problem.equations, tuple(moving), moving)
 

@@ -83,11 +83,11 @@ class _Source(Arithmetic[T]):
     def line(self, text: str) -> None:
         self.lines.append(text)
 
-    def temporary(self, text: str, form: str = "t{0}") -> str:
-        """The names, made by ``form`` from a number, of what the text computes."""
+    def temporary(self, text: str) -> str:
+        """The name of what the text computes."""
         token = self._tokens.get(text)
         if token is None:
-            token = self._tokens[text] = form.format(len(self._tokens))
+            token = self._tokens[text] = f"t{len(self._tokens)}"
             self.lines.append(f"{token} = {text}")
         return token
 
@@ -374,7 +374,8 @@ class IntervalEmitter(_Source[Pair]):
     def _assigned(self, text: str, *operands: Pair) -> Pair:
         token = self._tokens.get(text)
         if token is None:
-            token = self._tokens[text] = "a{0}, b{0}".format(len(self._tokens))
+            number = len(self._tokens)
+            token = self._tokens[text] = f"a{number}, b{number}"
             fixed = all(pair[0] in self._fixed for pair in operands)
             (self._once if fixed else self.lines).append(f"{token} = {text}")
             self._fixed |= set(token.split(", ") if fixed else ())
@@ -499,15 +500,15 @@ class _Shape:
         self.form = subtract(*self.sides)
         alone = {k: _read(side) for k, side in enumerate(self.sides) if isinstance(side, Name)}
         self.told = {k: read[0] for k, read in alone.items() if read}
-        self._compile(n)
+        self.compile(n)
 
-    def _compile(self, n: int) -> None:
+    def compile(self, n: int) -> None:
+        """Functions of the form and of its slopes by the names that are among n unknowns."""
         places = self.places
-        self.arguments = [f"#{k}" for k in range(len(places))]
-        self.arguments += [f"#.{k}" for k in range(len(self.numbers))]
+        arguments = [f"#{k}" for k in range(len(places))] + [f"#.{k}" for k in range(len(self.numbers))]
         self.moving = [(k, places[k] < n) for k in range(len(places)) if (places[k] < n).any()]
         self._all_move = [bool(m.all()) for _, m in self.moving]
-        self.compiled = partial(compile_expressions, arguments=self.arguments, arrays=True)
+        self.compiled = partial(compile_expressions, arguments=arguments, arrays=True)
         ones = {f"#.{k}" for k, column in enumerate(self.numbers) if (column == 1.0).all()}
         exact = with_expm1(self.form, ones) if ones else self.form
         self.cancels = exact != self.form
@@ -522,7 +523,7 @@ class _Shape:
         other = copy(self)
         other.__dict__.pop("divisors", None)
         other.form, other.rows, other.places, other.told = form, rows, places, {}
-        other._compile(n)
+        other.compile(n)
         return other
 
     def residual(self, everything: Array) -> Any:

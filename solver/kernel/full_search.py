@@ -21,7 +21,7 @@ from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import BlockOutcome, Candidates
 from solver.kernel.emitter import IntervalEmitter
 from solver.kernel.linear_block import left_free
-from solver.kernel.problem import BlockProblem, Budget
+from solver.kernel.problem import BlockProblem
 from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import (
     GAUSS_NEWTON,
@@ -79,7 +79,7 @@ START_LIMITS = NewtonLimits(iterations=40, escapes=2)
 MAX_BATCH_UNKNOWNS = 60
 
 
-def search_from_starts(problem: BlockProblem, candidates: Candidates, budget: Budget) -> None:
+def search_from_starts(problem: BlockProblem, candidates: Candidates) -> None:
     """Find roots from the guess and from starts spread over the ranges; nothing is proven of others."""
     kernel = problem.kernel
     batches = kernel.smooth and len(kernel.unknowns) <= MAX_BATCH_UNKNOWNS
@@ -96,7 +96,7 @@ def search_from_starts(problem: BlockProblem, candidates: Candidates, budget: Bu
                 break
     if batches:
         try:
-            _in_batches(problem, candidates, budget)
+            _in_batches(problem, candidates)
         except ZeroDivisionError:  # between numbers of the rules themselves, whatever the unknowns are
             return
 
@@ -119,7 +119,7 @@ NEAR_ZERO = 1e-6
 """Share of its size below which an unknown is on its way to 0."""
 
 
-def _in_batches(problem: BlockProblem, candidates: Candidates, budget: Budget) -> None:
+def _in_batches(problem: BlockProblem, candidates: Candidates) -> None:
     """Refine what the starts lead to, round after round, until a round brings nothing new."""
     scale = problem.sizes
     found: list[Array] = []
@@ -139,7 +139,7 @@ def _in_batches(problem: BlockProblem, candidates: Candidates, budget: Budget) -
                 misses = abs(problem.kernel.arrays.residual(problem.known, starts)).max(axis=1)
             if np.isfinite(misses).any():
                 candidates.note(problem.named(starts[np.nanargmin(misses)].tolist()))
-        if (turn and not new) or not budget.another_round():
+        if (turn and not new) or not problem.budget.another_round():
             break
         found += new
 

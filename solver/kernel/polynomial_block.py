@@ -190,11 +190,14 @@ class _OnePolynomial(NamedTuple):
 
     def has_neighbours(self, roots: Sequence[float]) -> bool:
         """Whether it is so flat at one of these roots that others, real or not, must be near."""
-        for x in map(Fraction, roots):
-            terms = [k * c * x**k for k, c in enumerate(self.simple)]
-            if abs(sum(terms, Fraction(0))) <= FLAT * sum(map(abs, terms), Fraction(0)):
-                return True
-        return False
+        return any(
+            _cancels([k * c * x**k for k, c in enumerate(self.simple)], FLAT) for x in map(Fraction, roots)
+        )
+
+
+def _cancels(terms: Sequence[Fraction], share: Fraction) -> bool:
+    """Whether no more than so large a share of the terms is left of their sum."""
+    return abs(sum(terms, Fraction(0))) <= share * sum(map(abs, terms), Fraction(0))
 
 
 def _decimal(number: float) -> Fraction:
@@ -289,11 +292,8 @@ def _clear_roots(
     extrema = real_roots(simple_part(slope)) if len(simple) > 2 else ()
     if extrema is None:
         return None
-    for x in map(Fraction, extrema):
-        terms = [c * x**k for k, c in enumerate(simple)]
-        if abs(sum(terms, Fraction(0))) <= TOUCHING * sum(map(abs, terms), Fraction(0)):
-            return None
-    return roots
+    touches = (_cancels([c * x**k for k, c in enumerate(simple)], TOUCHING) for x in map(Fraction, extrema))
+    return None if any(touches) else roots
 
 
 def _point_at(problem: BlockProblem, forms: Forms, tears: Mapping[str, float]) -> dict[str, float] | None:
@@ -417,8 +417,7 @@ def _misses(polynomial: Polynomial, at: Mapping[str, float]) -> bool:
         c * math.prod(Fraction(at[name]) ** exponent for name, exponent in monomial)
         for monomial, c in polynomial.items()
     ]
-    none = Fraction(0)
-    return abs(sum(terms, none)) > TOUCHING * HIGHEST_DEGREE * sum(map(abs, terms), none)
+    return not _cancels(terms, TOUCHING * HIGHEST_DEGREE)
 
 
 def _refined(problem: BlockProblem, trial: Candidates, forms: Forms, tears: dict[str, float]) -> bool:

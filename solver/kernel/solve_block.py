@@ -285,7 +285,7 @@ class _Search:
         problem, candidates = self.problem, self.candidates
         known = candidates.sensible is not None  # then others count only where they are proven to be all
         tried = kernels[: 1 if known else None]
-        every = [TearSearch(problem, candidates, kernel, self.budget) for kernel in tried]
+        every = [TearSearch(problem, candidates, kernel) for kernel in tried]
         if (freedom := every[0].freedom()) is not None:
             return freedom
         searches = [search for search in every if search.kernel.exhaustive]
@@ -323,14 +323,14 @@ class _Search:
         problem, candidates = self.problem, self.candidates
         from solver.kernel.full_search import search_from_starts
 
-        search_from_starts(problem, candidates, self.budget)
+        search_from_starts(problem, candidates)
         if len(self.kernel.block.tears) > FEW_TEARS:
             self._sparsely(every=True)
         candidates.tried(Method.STARTS)
         if self.torn_once and not candidates.answers and not self.kernel.exhaustive:
             from solver.kernel.tear_search import TearSearch
 
-            TearSearch(problem, candidates, self.kernel, self.budget).run()
+            TearSearch(problem, candidates, self.kernel).run()
 
     def _outcome(self) -> BlockOutcome:
         """What the answers so far come to: the sensible one alone, where there are too many others."""

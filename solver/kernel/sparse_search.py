@@ -18,12 +18,10 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.evaluate import slopes_by_name
 from rulesheets.model import Equation
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     ONE,
-    ZERO,
     Call,
     Expression,
     Name,
@@ -43,7 +41,7 @@ from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import MANY
 from solver.kernel.block import FEW
 from solver.kernel.candidates import Answer, Candidates
-from solver.kernel.emitter import SparseSystem, compile_expressions, divisors
+from solver.kernel.emitter import SparseSystem, divisors
 from solver.kernel.problem import BlockProblem
 from solver.numerics.linear_algebra import Array, Triplets
 from solver.numerics.sparse_newton import (
@@ -338,13 +336,15 @@ TOUCHING = 1e-6
 class Tangents:
     """The ``system`` with tangents; ``follow`` moves their points to a point of the unknowns.
 
-    ``some``: whether there is an exponential with unknowns in it.
+    ``some``: whether there is an exponential with unknowns in it. ``cancels``: whether 1 is taken from
+    exponentials that may be next to it.
     """
 
     def __init__(self, system: SparseSystem, known: Sequence[float]) -> None:
         self.known = np.array(known, dtype=float)
         self.system = copy(system)
         self.system.shapes = [copy(shape) for shape in system.shapes]
+        self.cancels = any(shape.cancels for shape in system.shapes)
         self._arguments = []
         for shape in self.system.shapes:
             moving = {f"#{k}" for k, _ in shape.moving}
@@ -355,24 +355,14 @@ class Tangents:
             )
             if not calls:
                 continue
-            count, arguments = len(shape.numbers), list(shape.arguments)
-            inside = [call.arguments[0] for call in calls]
+            count, inside = len(shape.numbers), [call.arguments[0] for call in calls]
             self._arguments.append((shape, shape.compiled(inside), count))
             for number, (call, argument) in enumerate(zip(calls, inside, strict=True)):
                 point = Name(f"#.{count + number}")
-                arguments.append(point.name)
                 tangent = multiply(Call("exp", (point,)), nodes.add(ONE, argument, negative(point)))
                 shape.form = exchange(shape.form, call, tangent)
             shape.numbers = np.concatenate([shape.numbers, np.zeros((len(inside), len(shape.rows)))])
-            shape.compiled = partial(compile_expressions, arguments=arguments, arrays=True)
-            slopes = slopes_by_name(shape.form, moving)
-            shape._residual = shape.compiled([shape.form])
-            shape._partials = shape.compiled([slopes.get(f"#{k}", ZERO) for k, _ in shape.moving])
-
-    @property
-    def cancels(self) -> bool:
-        """Whether 1 is taken from exponentials that may be next to it."""
-        return any(shape.cancels for shape in self.system.shapes)
+            shape.compile(system.n)
 
     @property
     def some(self) -> bool:

@@ -33,7 +33,7 @@ from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import BlockOutcome, Candidates, Stretch
 from solver.kernel.chain import RESIDUAL, Assignment, Chain, assigned, followed, through
 from solver.kernel.linear_block import left_free
-from solver.kernel.problem import BlockProblem, Budget
+from solver.kernel.problem import BlockProblem
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
 from solver.numerics.tolerances import BACKWARD, NOTHING
 from solver.path import Isolation, SolveBlock
@@ -91,11 +91,9 @@ MOST_CHAINS = 64
 class TearSearch:
     """The search over one tear; ``kernel`` is that of the block, or of another tearing of it."""
 
-    def __init__(
-        self, problem: BlockProblem, candidates: Candidates, kernel: BlockKernel, budget: Budget
-    ) -> None:
+    def __init__(self, problem: BlockProblem, candidates: Candidates, kernel: BlockKernel) -> None:
         self.problem, self.candidates = problem, candidates
-        self.kernel, self.budget = kernel, budget
+        self.kernel, self.budget = kernel, problem.budget
         self.tear = self.kernel.block.tears[0]
         self.flat: list[tuple[int, float, float]] = []
         self.stretches: list[Stretch] = []
