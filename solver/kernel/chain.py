@@ -311,7 +311,10 @@ def _fraction(
             above, below = _fraction(base, moving, known)
             if exponent < 0:
                 above, below = below, above
-            return _raised(above, abs(exponent)), _raised(below, abs(exponent))
+            above, below = (
+                part if is_number(part, 1.0) else part ** abs(exponent) for part in (above, below)
+            )
+            return above, below
         case Call("tand" | "tan" as function, arguments):
             sine, cosine = ("sind", "cosd") if function == "tand" else ("sin", "cos")
             return Call(sine, arguments), Call(cosine, arguments)
@@ -324,10 +327,6 @@ def _reduced(above: Sequence[Expression], below: Sequence[Expression]) -> tuple[
     over = [factor for part in above for factor in factors(part)]
     under = [factor for part in below for factor in factors(part)]
     return times(*without(over, under)), times(*without(under, over))
-
-
-def _raised(base: Expression, exponent: float) -> Expression:
-    return base if exponent == 1.0 or is_number(base, 1.0) else Power(base, Number(exponent))
 
 
 TRIALS, SHOWN = 4, 2

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import marshal
 import math
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from functools import cached_property, lru_cache, partial
@@ -260,13 +261,7 @@ def factors(node: Expression) -> list[Expression]:
 
 def without(some: Sequence[Expression], others: Sequence[Expression]) -> list[Expression]:
     """Factors that others do not have, or not as often."""
-    left, found = list(others), list[Expression]()
-    for factor in some:
-        if factor in left:
-            left.remove(factor)
-        else:
-            found.append(factor)
-    return found
+    return list((Counter(some) - Counter(others)).elements())
 
 
 def times(*some: Expression) -> Expression:

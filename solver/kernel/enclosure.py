@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 from rulesheets.functions.intervals import EMPTY, LINE, Interval, cut, divide, greatest
 from rulesheets.functions.intervals import least as smaller
-from rulesheets.syntax.nodes import Name, Number, Quotient
+from rulesheets.syntax.nodes import Expression, Name, Number, Quotient
 from solver.kernel.chain import Assignment, Chain, cleared, directions, sides, slope_chain
 from solver.kernel.emitter import IntervalEmitter, Pair
 
@@ -38,13 +38,6 @@ def quotient(
     if relational and a_low <= 0.0 <= a_high and b_low <= 0.0 <= b_high:
         return -inf, inf
     return divide(a_low, a_high, b_low, b_high)
-
-
-FORMS: dict[str, Callable[..., Any]] = {
-    "cut": cut,
-    "bounded": bounded,
-    "quotient": quotient,
-}
 
 
 # --- a chain over boxes ---
@@ -171,7 +164,7 @@ def _followed(
 
     ``smooth``: -inf, inf at once where some value may, or may jump.
     """
-    emitter = IntervalEmitter((*chain.tears, *ranged), known, **FORMS)
+    emitter = IntervalEmitter((*chain.tears, *ranged), known, cut=cut, bounded=bounded, quotient=quotient)
     otherwise = "return -inf, inf" if smooth else "return nan, nan"
     for item in chain.assignments:
         for direction in directions(item.expression) if smooth else ():

@@ -122,10 +122,7 @@ class BlockProblem:
         self.equations = kernel.block.equations
         self.symbolic = any(isinstance(values[name], str) for name in kernel.known)
         self.known = [v for name in kernel.known if isinstance(v := values[name], float)]
-
-    @cached_property
-    def residual(self) -> Callable[[Sequence[float]], Sequence[float]]:
-        return self.kernel.residual(self.known)
+        self.residual = kernel.residual(self.known)
 
     @cached_property
     def jacobian(self) -> Callable[[Sequence[float]], list[Sequence[float]]]:

@@ -50,9 +50,6 @@ class Outcome(Enum):
     LIMIT = "The limit on iterations was reached before the residual vanished."
     DOMAIN = "The residual or its Jacobian is undefined at the start or at the point approached."
 
-    def __str__(self) -> str:
-        return self.value
-
     @property
     def found(self) -> bool:
         """Whether the residual vanishes to rounding at the point returned."""
