@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rulesheets.evaluate.number import TOLERANCE
 from rulesheets.functions.arrays import ARRAYS
 from solver.trace.flow import Flow
-from solver.trace.graph import DEGREE, LEAVES, LOGICAL, RADIAN, Graph, Schedule, copied, operands, schedule
+from solver.trace.graph import DEGREE, LEAVES, RADIAN, Graph, Schedule, copied, operands, schedule
 
 Array: TypeAlias = NDArray[Any]
 Take: TypeAlias = Callable[[int, int], None]
@@ -240,14 +240,11 @@ class _Writer:
         if node in self.outputs:
             name = f"r{self.outputs[node]}"
         else:
-            operation, *rest = self.flow.nodes[node]
-            selected = self.flow.nodes[int(rest[1])][0] if operation == "where" else operation
-            kind = "m" if selected in LOGICAL else "b"
-            if self.free[kind]:
-                name = self.free[kind].pop()
-            else:
-                name = f"{kind}{self.taken[kind]}"
+            kind = "m" if self.flow.logical(node) else "b"
+            if not self.free[kind]:
+                self.free[kind].append(f"{kind}{self.taken[kind]}")
                 self.taken[kind] += 1
+            name = self.free[kind].pop()
         self.names[node] = name
         return name
 

@@ -24,9 +24,9 @@ from solver.trace.graph import (
     Node,
     NotCompilable,
     Operand,
+    computed_from,
     not_negative,
     operands,
-    schedule,
 )
 
 LIBRARY = 4.0
@@ -90,13 +90,10 @@ class Flow(Graph):
         """Require a divisor not to be 0, and no sum in it to be what rounding of its terms leaves."""
         sums = [(factor, terms) for factor in self._factors(divisor) if (terms := self._cancelling(factor))]
         for factor, terms in sums:
-            size = self.constant(0.0)
-            for term in terms:
-                size = self.add("add", size, self._reach(term))
-            limit = self.add("mul", self.constant(BACKWARD), size)
+            limit = self.add("mul", BACKWARD, self.over("add", map(self._reach, terms)))
             self.require(self.add("lt", limit, self.add("abs", factor)))
         if [divisor] != [factor for factor, _ in sums]:
-            self.require(self.add("not", self.add("eq", divisor, self.constant(0.0))))
+            self.require(self.add("not", self.is_zero(divisor)))
 
     def _reach(self, term: int) -> int:
         """How large a term is, at most; a number for a sine, which saves operations."""
@@ -136,7 +133,7 @@ class Flow(Graph):
                 return self.add("mul", self.add("mul", base, base), base)
             case Number(-1.0):
                 self._divisor(base)
-                return self.add("div", self.constant(1.0), base)
+                return self.add("div", 1.0, base)
             case Number(0.5):
                 return self.add("sqrt", base)
             case _:
@@ -167,11 +164,9 @@ class Flow(Graph):
             if node not in self._directions:
                 y, x = arguments
                 square = self.add("add", self.add("mul", x, x), self.add("mul", y, y))
-                self._directions[node] = Direction(
-                    y, x, function.removeprefix("atan2"), self.add("sqrt", square)
-                )
-            at_zero = [self.add("eq", argument, self.constant(0.0)) for argument in arguments]
-            self.require(self.add("not", self.add("and", *at_zero)))
+                length = self.add("sqrt", square)
+                self._directions[node] = Direction(y, x, function.removeprefix("atan2"), length)
+            self.require(self.add("not", self.over("and", map(self.is_zero, arguments))))
             return node
         return self.node("call", function, *arguments)
 
@@ -235,7 +230,7 @@ class Flow(Graph):
             if quarters % 2 == 0:
                 return tangent
             self._divisor(tangent)
-            return self.add("neg", self.add("div", self.constant(1.0), tangent))
+            return self.add("neg", self.add("div", 1.0, tangent))
         names = ("cosd", "sind") if kind == "cos" else ("sind", "cosd")
         found = self._circular(names[quarters % 2], angle)
         minus = quarters in ((1, 2) if kind == "cos" else (2, 3))
@@ -260,9 +255,8 @@ class Flow(Graph):
                 return self.false
             if number in (0.0, 180.0):
                 # Neither to the right nor to the left of the origin: away from the axis, for certain.
-                axis = self.add("mul", self.constant(NEAR), self.add("abs", known.x))
-                away = self.add("lt", axis, self.add("abs", known.y))
-                self.require(away)
+                axis = self.add("mul", NEAR, self.add("abs", known.x))
+                self.require(self.add("lt", axis, self.add("abs", known.y)))
                 return self.false
         near = self.add("near", left, right)
         # Whether numbers that differ by a hair are the same is told by more digits than floats have.
@@ -284,20 +278,19 @@ class Numbers:
     def error(self, node: int) -> float:
         """How far rounding may move the number of a node, to first order: running error analysis (Higham,
         Accuracy and Stability of Numerical Algorithms, 2002, section 3.3)."""
-        for one in schedule(self.flow, [node]).order:
-            if one not in self._errors:
-                self._errors[one] = self._error(one)
-        return self._errors.get(node, 0.0)
+        for one in sorted(computed_from(self.flow, [node], self._errors)):
+            self._errors[one] = self._error(one)
+        return self._errors[node]
 
     def _error(self, node: int) -> float:
         operation, *rest = self.flow.nodes[node]
-        if operation in LOGICAL or operation == "root":
+        if operation in LOGICAL | LEAVES or operation == "root":
             return 0.0
         result, parts = self(node), operands(self.flow, node)
         total = 0.0 if operation in _EXACT else LIBRARY * EPS * abs(result)
         numbers = [self(part) for part in parts] if operation != "item" else []
         for place, number in enumerate(numbers):
-            off = WIDE * self._errors.get(parts[place], 0.0)  # what is moved farther is not rounded away
+            off = WIDE * self._errors[parts[place]]  # what is moved farther is not rounded away
             with suppress(ArithmeticError, ValueError):
                 moved = [*numbers[:place], number + off, *numbers[place + 1 :]] if off else numbers
                 total += abs(self._result(operation, rest, moved) - result) / WIDE
@@ -305,17 +298,8 @@ class Numbers:
 
     def __call__(self, node: int) -> float | bool:
         """The number of a node; nan where an operation has none."""
-        waiting = [node]
-        while waiting:
-            one = waiting[-1]
-            missing = (
-                [] if one in self.found else [o for o in operands(self.flow, one) if o not in self.found]
-            )
-            if not missing:
-                waiting.pop()
-                if one not in self.found:
-                    self.found[one] = self._value(one)
-            waiting += missing
+        for one in sorted(computed_from(self.flow, [node], self.found)):
+            self.found[one] = self._value(one)
         return self.found[node]
 
     def _value(self, node: int) -> float | bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import reduce
+from functools import partial, reduce
 from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.evaluate.number import equal
@@ -104,29 +104,45 @@ class Graph:
         kind = self.nodes[node]
         return kind[1] if kind[0] == "const" else None  # type: ignore[return-value]
 
-    def add(self, operation: str, *operands: int) -> int:
-        """The node of an operation, simplified."""
-        values = [self.value_of(operand) for operand in operands]
+    def add(self, operation: str, *operands: int | float) -> int:
+        """The node of an operation, simplified; floats among the operands are constants."""
+        nodes = [self.constant(part) if isinstance(part, float) else part for part in operands]
+        values = [self.value_of(node) for node in nodes]
         if None not in values:
             try:
                 return self.constant(FOLD[operation](*values))
             except (ArithmeticError, ValueError):
                 raise NotCompilable from None
         simple = SIMPLIFY.get(operation)
-        if simple is not None:
-            found = simple(self, *operands)
-            if found is not None:
-                return found
-        return self.node(operation, *operands)
+        found = simple and simple(self, *nodes)
+        return self.node(operation, *nodes) if found is None else found
+
+    def over(self, operation: str, nodes: Iterable[int]) -> int:
+        """The sum of some nodes, or whether all of them hold (``and``), or any (``or``)."""
+        neutral = {"add": self.constant(0.0), "and": self.true, "or": self.false}[operation]
+        return reduce(partial(self.add, operation), nodes, neutral)
+
+    def is_zero(self, node: int) -> int:
+        """The condition that a number is 0."""
+        return self.add("eq", node, 0.0)
+
+    def alike(self, some: Iterable[int], others: Iterable[int]) -> int:
+        """The condition that numbers are equal to others, one by one."""
+        return self.over("and", (self.add("eq", *pair) for pair in zip(some, others, strict=True)))
+
+    def logical(self, node: int) -> bool:
+        """Whether a node is true or false, not a number."""
+        kind, *parts = self.nodes[node]
+        if kind == "const":
+            return isinstance(parts[0], bool)
+        return kind in LOGICAL or (kind == "where" and self.logical(int(parts[1])))
 
     def node(self, *node: Operand) -> int:
         """The number of an operation as it is, unsimplified."""
         key = (node[0], type(node[1]).__name__, *map(repr, node[1:])) if node[0] == "const" else node
-        number = self._numbers.get(key)
-        if number is None:
-            number = len(self.nodes)
+        number = self._numbers.setdefault(key, len(self.nodes))
+        if number == len(self.nodes):
             self.nodes.append(node)
-            self._numbers[key] = number
         return number
 
     def factor(self, node: int) -> tuple[float, int] | None:
@@ -189,7 +205,7 @@ class Graph:
 class Schedule(NamedTuple):
     """``order`` lists the nodes to compute; ``last`` is the place in it after which a node is not read."""
 
-    order: tuple[int, ...]
+    order: list[int]
     last: dict[int, int]
 
 
@@ -203,31 +219,17 @@ def operands(flow: Graph, node: int) -> tuple[int, ...]:
 
 def schedule(flow: Graph, wanted: Sequence[int]) -> Schedule:
     """Depth first from the wanted nodes, so that what is computed is soon read."""
-    order: list[int] = []
-    placed: set[int] = set()
-
-    def place(node: int) -> None:
-        stack = [(node, False)]
-        while stack:
-            at, ready = stack.pop()
-            if at in placed or flow.nodes[at][0] in LEAVES:
-                continue
-            if ready:
-                placed.add(at)
-                order.append(at)
-                continue
-            stack.append((at, True))
-            stack.extend((o, False) for o in reversed(operands(flow, at)))
-
-    for node in wanted:
-        place(node)
-    last = {node: place for place, node in enumerate(order)}
-    for at, node in enumerate(order):
-        for operand in operands(flow, node):
-            last[operand] = at
-    for node in wanted:
-        last[node] = len(order)
-    return Schedule(tuple(order), last)
+    placed: dict[int, None] = {}
+    stack = [(node, False) for node in reversed(wanted)]
+    while stack:
+        at, ready = stack.pop()
+        if ready:
+            placed[at] = None
+        elif at not in placed and flow.nodes[at][0] not in LEAVES:
+            stack += [(at, True), *((o, False) for o in reversed(operands(flow, at)))]
+    order = list(placed)
+    last = {part: at for at, node in enumerate(order) for part in (node, *operands(flow, node))}
+    return Schedule(order, last | dict.fromkeys(wanted, len(order)))
 
 
 def computed_from(flow: Graph, wanted: Iterable[int], known: Container[int] = ()) -> set[int]:
@@ -238,7 +240,7 @@ def computed_from(flow: Graph, wanted: Iterable[int], known: Container[int] = ()
         node = waiting.pop()
         if node not in found and node not in known:
             found.add(node)
-            waiting.extend(operands(flow, node))
+            waiting += operands(flow, node)
     return found
 
 
@@ -286,25 +288,23 @@ def _negative(flow: Graph, a: int) -> int | None:
     if kind == "neg":
         return int(parts[0])
     number = flow.factor(a)
-    return None if number is None else flow.add("mul", flow.constant(-number[0]), number[1])
+    return None if number is None else flow.add("mul", -number[0], number[1])
+
+
+def _opposite(flow: Graph, a: int) -> int | None:
+    """What a node is the negative of, by its sign or that of a number."""
+    number, value = flow.factor(a), flow.value_of(a)
+    if flow.nodes[a][0] == "neg" or (number and number[0] < 0.0):
+        return _negative(flow, a)
+    return flow.constant(-value) if isinstance(value, float) and value < 0.0 else None
 
 
 def _add(flow: Graph, a: int, b: int) -> int | None:
-    if flow.value_of(a) == 0.0:
-        return b
-    if flow.value_of(b) == 0.0:
-        return a
-    if flow.nodes[b][0] == "neg":
-        return flow.add("sub", a, int(flow.nodes[b][1]))
-    if flow.nodes[a][0] == "neg":
-        return flow.add("sub", b, int(flow.nodes[a][1]))
     for one, other in ((a, b), (b, a)):
-        number = flow.factor(other)
-        if number is not None and number[0] < 0.0:
-            return flow.add("sub", one, flow.add("mul", flow.constant(-number[0]), number[1]))
-        value = flow.value_of(other)
-        if isinstance(value, float) and value < 0.0:
-            return flow.add("sub", one, flow.constant(-value))
+        if flow.value_of(other) == 0.0:
+            return one
+        if (opposite := _opposite(flow, other)) is not None:
+            return flow.add("sub", one, opposite)
         kind, *parts = flow.nodes[one]
         if kind == "sub" and parts[1] == other and not (flow.plain or flow.reported):
             return int(parts[0])
@@ -318,11 +318,8 @@ def _subtract(flow: Graph, a: int, b: int) -> int | None:
         return a
     if flow.value_of(a) == 0.0:
         return flow.add("neg", b)
-    if flow.nodes[b][0] == "neg":
-        return flow.add("add", a, int(flow.nodes[b][1]))
-    number = flow.factor(b)
-    if number is not None and number[0] < 0.0:
-        return flow.add("add", a, flow.add("mul", flow.constant(-number[0]), number[1]))
+    if (opposite := _opposite(flow, b)) is not None:
+        return flow.add("add", a, opposite)
     if (left := _cancelled(flow, a, b)) is not None:
         return left
     if flow.value_of(a) == 1.0 and (growth := _growth(flow, b)) is not None:
@@ -384,12 +381,9 @@ def _multiply(flow: Graph, a: int, b: int) -> int | None:
     for one, other in ((a, b), (b, a)):
         number, value = flow.factor(other), flow.value_of(one)
         if number is not None and isinstance(value, float):
-            whole = flow.add("mul", flow.constant(value), flow.constant(number[0]))
-            return flow.add("mul", whole, number[1])
-    if a == b:
-        square = _square(flow, a)
-        if square is not None:
-            return square
+            return flow.add("mul", flow.add("mul", value, number[0]), number[1])
+    if a == b and (square := _square(flow, a)) is not None:
+        return square
     if flow.nodes[a][0] == "neg":
         return flow.add("neg", flow.add("mul", int(flow.nodes[a][1]), b))
     if flow.nodes[b][0] == "neg":
@@ -411,14 +405,13 @@ def _square(flow: Graph, a: int) -> int | None:
         return None
     if kind == "sqrt":
         inside = int(parts[0])
-        flow.require(flow.add("le", flow.constant(0.0), inside))
+        flow.require(flow.add("le", 0.0, inside))
         return inside
     if kind == "mul":
         for one, other in ((int(parts[0]), int(parts[1])), (int(parts[1]), int(parts[0]))):
             size = _size(flow, one)
             if size is not None and flow.nodes[other][0] == "sqrt":
-                square = flow.add("mul", flow.constant(size), flow.constant(size))
-                return flow.add("mul", square, flow.add("mul", other, other))
+                return flow.add("mul", flow.add("mul", size, size), flow.add("mul", other, other))
     return None
 
 
@@ -441,7 +434,7 @@ def _divide(flow: Graph, a: int, b: int) -> int | None:
         return flow.add("neg", flow.add("div", a, int(flow.nodes[b][1])))
     number = flow.value_of(b)
     if isinstance(number, float) and math.frexp(number)[0] in (0.5, -0.5) and 1e-100 < abs(number) < 1e100:
-        return flow.add("mul", flow.constant(1.0 / number), a)  # a power of two: nothing is rounded
+        return flow.add("mul", 1.0 / number, a)  # a power of two: nothing is rounded
     below = flow.nodes[b]
     if below[0] == "div" and flow.value_of(int(below[1])) == 1.0:
         return flow.add("mul", a, int(below[2]))
@@ -468,12 +461,8 @@ def _where(flow: Graph, c: int, a: int, b: int) -> int | None:
 
 
 def _absolute(flow: Graph, a: int) -> int | None:
-    node = flow.nodes[a]
-    if node[0] == "neg":
-        return flow.add("abs", int(node[1]))
-    number = flow.factor(a)
-    if number is not None and number[0] < 0.0:
-        return flow.add("abs", flow.add("mul", flow.constant(-number[0]), number[1]))
+    if (opposite := _opposite(flow, a)) is not None:
+        return flow.add("abs", opposite)
     return a if not_negative(flow, a) else None
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial, reduce
 from typing import NamedTuple
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
@@ -125,7 +124,7 @@ class Guards:
                 known = [node for node in found if node is not None]
                 if len(known) < len(found) and (missing is None or missing is (join == "and") or not known):
                     return None
-                return reduce(partial(self.flow.add, join), known)
+                return self.flow.over(join, known)
             case Not(term):
                 inside = self._condition(state, term)
                 return None if inside is None else self.flow.add("not", inside)
@@ -135,37 +134,33 @@ class Guards:
 
     def _active(self, state: State, guard: Sequence[Premise]) -> int | None:
         """The node of a guard; None where it is not known."""
-        total = self.flow.true
+        nodes = list[int]()
         for premise in guard:
             node = self._condition(state, self.model.conditions[premise.condition])
             if node is None:
                 return None
-            total = self.flow.add("and", total, node if premise.holds else self.flow.add("not", node))
-        return total
+            nodes.append(node if premise.holds else self.flow.add("not", node))
+        return self.flow.over("and", nodes)
 
     # --- ranges ---
 
     def _in_range(self, variable: Variable, node: int) -> int:
         """Whether a number lies in a declared range, and rounding does not make it so."""
-        flow, inside = self.flow, self.flow.true
-        if variable.low > -math.inf:
-            inside = flow.add("and", inside, self._above(node, variable.low, variable.low_open))
-        if variable.high < math.inf:
-            inside = flow.add("and", inside, self._below(node, variable.high, variable.high_open))
-        return inside
+        above = self._above(node, variable.low, variable.low_open)
+        return self.flow.add("and", above, self._below(node, variable.high, variable.high_open))
 
     def _above(self, node: int, edge: float, strict: bool) -> int:
-        flow = self.flow
-        return flow.add("lt" if strict else "le", flow.constant(edge), self._shifted("sub", node))
+        """Whether a number lies above an edge by more than rounding makes of it at the sample."""
+        if edge == -math.inf:
+            return self.flow.true
+        moved = self.flow.add("sub", node, 4.0 * self._numbers.error(node))
+        return self.flow.add("lt" if strict else "le", float(edge), moved)
 
     def _below(self, node: int, edge: float, strict: bool) -> int:
-        flow = self.flow
-        return flow.add("lt" if strict else "le", self._shifted("add", node), flow.constant(edge))
-
-    def _shifted(self, operation: str, node: int) -> int:
-        """A number moved towards an edge by more than rounding makes of it at the sample."""
-        error = 4.0 * self._numbers.error(node)
-        return self.flow.add(operation, node, self.flow.constant(error)) if error else node
+        if edge == math.inf:
+            return self.flow.true
+        moved = self.flow.add("add", node, 4.0 * self._numbers.error(node))
+        return self.flow.add("lt" if strict else "le", moved, float(edge))
 
     # --- rules ---
 
@@ -200,40 +195,42 @@ class Guards:
         finally:
             flow.reported = False
         apart = flow.add("abs", miss)
-        share = flow.constant(BACKWARD)
-        met = flow.add("le", apart, flow.add("mul", share, size))
+        met = flow.add("le", apart, flow.add("mul", BACKWARD, size))
         if quick in (size, flow.constant(0.0)):
             flow.bound(size)
             return met
-        whole = flow.add("and", flow.add("lt", size, flow.constant(LARGEST)), met)
+        whole = flow.add("and", flow.add("lt", size, LARGEST), met)
         if not ENOUGH * self._numbers(size) <= self._numbers(quick):
             return whole
         flow.bound(quick)  # terms that are there already may be enough
-        return flow.node("sooner", flow.add("le", apart, flow.add("mul", share, quick)), whole)
+        return flow.node("sooner", flow.add("le", apart, flow.add("mul", BACKWARD, quick)), whole)
 
     def _broken(self, state: State, equation: Equation) -> int:
         """Whether an equation is missed by far."""
         flow = self.flow
         sides = [self._expression(state, side) for side in (equation.left, equation.right)]
         apart = flow.add("abs", flow.add("sub", *sides))
-        limit = flow.add("mul", flow.constant(STRANGE), self._sizes(state, equation)[0])
+        limit = flow.add("mul", STRANGE, self._sizes(state, equation)[0])
         flow.bound(apart)
         return flow.add("lt", limit, apart)
 
     def _sizes(self, state: State, equation: Equation) -> tuple[int, int]:
         """Σ|∂F/∂v · v| over all variables, and over those whose slope is a number."""
-        flow = self.flow
-        form = subtract(equation.left, equation.right)
-        size = quick = flow.constant(0.0)
+        flow, form = self.flow, subtract(equation.left, equation.right)
+        terms, quick = list[int](), list[int]()
         for name in equation.names:
-            slope = self._slope(state, form, name)
+            slope, term = self._term(state, form, name)
             if math.isnan(self._numbers(slope)):  # by the whole exponent of a negative base
                 continue
-            term = flow.add("abs", flow.add("mul", slope, state.values[name]))
-            size = flow.add("add", size, term)
+            terms.append(term)
             if flow.value_of(slope) is not None:
-                quick = flow.add("add", quick, term)
-        return size, quick
+                quick.append(term)
+        return flow.over("add", terms), flow.over("add", quick)
+
+    def _term(self, state: State, form: Expression, name: str) -> tuple[int, int]:
+        """∂F/∂v and |∂F/∂v · v|."""
+        slope = self._slope(state, form, name)
+        return slope, self.flow.add("abs", self.flow.add("mul", slope, state.values[name]))
 
     def _slope(self, state: State, form: Expression, name: str) -> int:
         try:
@@ -250,12 +247,9 @@ class Guards:
             at = self._expression(state, height)
             apart = at if function in ("sgn", "step") else flow.add("sub", at, flow.add("rint", at))
             if function == "round":
-                apart = flow.add("sub", flow.add("abs", apart), flow.constant(0.5))
-            reach = flow.constant(0.0)
-            for name in dict.fromkeys(nodes.names(height)):
-                slope = self._slope(state, height, name)
-                reach = flow.add("add", reach, flow.add("abs", flow.add("mul", slope, state.values[name])))
-            reach = flow.add("mul", flow.constant(2.0 * BACKWARD), reach)
+                apart = flow.add("sub", flow.add("abs", apart), 0.5)
+            terms = [self._term(state, height, name)[1] for name in dict.fromkeys(nodes.names(height))]
+            reach = flow.add("mul", 2.0 * BACKWARD, flow.over("add", terms))
             yield flow.add("lt", reach, flow.add("abs", apart))
 
     # --- requirements ---

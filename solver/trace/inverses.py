@@ -108,10 +108,8 @@ class Inverses(Guards):
     def _undone(self, state: State, stage: Stage, target: int) -> list[int]:
         flow = self.flow
         several = len(stage.forms) > 1
-        if stage.low > -math.inf:
-            flow.require(self._above(target, stage.low, stage.low_open or several))
-        if stage.high < math.inf:
-            flow.require(self._below(target, stage.high, stage.high_open or several))
+        flow.require(self._above(target, stage.low, stage.low_open or several))
+        flow.require(self._below(target, stage.high, stage.high_open or several))
         here = {**state.values, TARGET.name: target}
         if stage.divisor is not None:
             divisor = flow.expression(stage.divisor, here)
@@ -122,12 +120,12 @@ class Inverses(Guards):
         found = [flow.expression(form, here) for form in stage.forms]
         if stage.divisor == TARGET:  # what is found is what the rule divides by
             for node in found:
-                flow.require(flow.add("not", flow.add("eq", node, flow.constant(0.0))))
+                flow.require(flow.add("not", flow.is_zero(node)))
         return found
 
     def _same_parity(self, exponent: int) -> None:
         """An exponent stays even, or not: only even powers of two opposite bases are equal."""
-        half = self.flow.add("div", exponent, self.flow.constant(2.0))
+        half = self.flow.add("div", exponent, 2.0)
         even = self.flow.add("eq", self.flow.add("rint", half), half)
         self._require(even, bool(self._numbers(even)))
 
@@ -171,7 +169,7 @@ class Inverses(Guards):
         size, guess = flow.add("abs", flow.add("sub", top, foot)), self.pattern.guesses.get(unknown)
         low = flow.constant(0.5 - SAME_TURN)
         if guess is not None:
-            low = flow.add("sub", flow.add("div", flow.constant(guess), size), flow.constant(SAME_TURN))
+            low = flow.add("sub", flow.add("div", guess, size), SAME_TURN)
         counts = [flow.add("rint", flow.add("sub", flow.add("div", node, size), low)) for node in found]
         moved = zip(found, counts, strict=True)
         return [flow.add("sub", node, flow.add("mul", size, count)) for node, count in moved]
@@ -179,12 +177,10 @@ class Inverses(Guards):
     def _wrapped(self, node: int, turn: float) -> int:
         """The angle in the turn around 0, its upper end included, also where rounding moved it past that."""
         flow = self.flow
-        edge = flow.constant(LIBRARY * EPS * turn - turn / 2)
-        half, whole = flow.constant(turn / 2), flow.constant(turn)
-        count = flow.add("rint", flow.add("div", node, whole))
-        moved = flow.add("sub", node, flow.add("mul", whole, count))
-        outside = flow.add("lt", half, flow.add("abs", node))
-        wrapped = flow.add("where", outside, moved, node)
+        half, edge = turn / 2, LIBRARY * EPS * turn - turn / 2
+        count = flow.add("rint", flow.add("div", node, turn))
+        moved = flow.add("sub", node, flow.add("mul", turn, count))
+        wrapped = flow.add("where", flow.add("lt", half, flow.add("abs", node)), moved, node)
         found = flow.add("where", flow.add("le", wrapped, edge), half, wrapped)
         self.wrapped.add(found)
         return found
@@ -209,7 +205,7 @@ class Inverses(Guards):
         if last - first > MAX_TURNS:
             raise NotCompilable
         counts = sorted(range(first, last + 1), key=lambda k: (abs(k), k < 0))
-        return [self.flow.add("add", node, self.flow.constant(k * period)) for k in counts]
+        return [self.flow.add("add", node, k * period) for k in counts]
 
     # --- two roots ---
 
@@ -217,10 +213,10 @@ class Inverses(Guards):
         """Both roots of ``a x² + b x + c`` without cancellation, required to be apart."""
         flow = self.flow
         root = self._root(*self._discriminant(a, b, c))
-        signed = flow.add("where", flow.add("lt", b, flow.constant(0.0)), flow.add("neg", root), root)
-        q = flow.add("mul", flow.constant(-0.5), flow.add("add", b, signed))
+        signed = flow.add("where", flow.add("lt", b, 0.0), flow.add("neg", root), root)
+        q = flow.add("mul", -0.5, flow.add("add", b, signed))
         flow.apart_from_zero(a)
-        flow.require(flow.add("not", flow.add("eq", q, flow.constant(0.0))))
+        flow.require(flow.add("not", flow.is_zero(q)))
         for divisor in (a, q):
             flow.bound(divisor)
         return flow.add("div", q, a), flow.add("div", c, q)
@@ -228,15 +224,14 @@ class Inverses(Guards):
     def _discriminant(self, a: int, b: int, c: int) -> tuple[int, int]:
         """``b²`` and ``4 a c``."""
         flow = self.flow
-        return flow.add("mul", b, b), flow.add("mul", flow.constant(4.0), flow.add("mul", a, c))
+        return flow.add("mul", b, b), flow.add("mul", 4.0, flow.add("mul", a, c))
 
     def _root(self, one: int, other: int) -> int:
         """The root of a difference, of which something is left beside its terms."""
         flow = self.flow
         difference = flow.add("sub", one, other)
         size = flow.add("add", flow.add("abs", one), flow.add("abs", other))
-        limit = flow.add("mul", flow.constant(LEFT), size)
-        flow.require(flow.add("lt", limit, difference))
+        flow.require(flow.add("lt", flow.add("mul", LEFT, size), difference))
         return flow.add("sqrt", difference)
 
     # --- closed forms ---
@@ -282,15 +277,14 @@ class Inverses(Guards):
                 flow.bound(node)
             else:
                 self._apart(node, size, STRANGE)
-                flow.require(flow.add("le", flow.constant(0.0), node))
+                flow.require(flow.add("le", 0.0, node))
         return node
 
     def _apart(self, node: int, size: int, share: float) -> None:
         """Require a number to be apart from zero."""
         flow = self.flow
         if flow.value_of(node) is None:
-            limit = flow.add("mul", flow.constant(share), size)
-            flow.require(flow.add("lt", limit, flow.add("abs", node)))
+            flow.require(flow.add("lt", flow.add("mul", share, size), flow.add("abs", node)))
 
     def _coefficients(self, generators: Mapping[str, int], *coefficients: Coefficient) -> list[int]:
         return [self.flow.expression(coefficient.expression, generators) for coefficient in coefficients]
@@ -299,7 +293,7 @@ class Inverses(Guards):
         flow = self.flow
         length = flow.add("add", flow.add("mul", a, a), flow.add("mul", b, b))
         root = self._root(*self._reach(a, b, k, square))
-        flow.require(flow.add("not", flow.add("eq", length, flow.constant(0.0))))
+        flow.require(flow.add("not", flow.is_zero(length)))
         flow.bound(length)
         for sign in ("sub", "add"):
             opposite = "add" if sign == "sub" else "sub"

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from rulesheets import store
 from solver.trace.arrays import FORMS, Builder, Take
 from solver.trace.flow import Flow
-from solver.trace.graph import DEGREE, LOGICAL, Graph, NotCompilable, copied, operands, schedule
+from solver.trace.graph import DEGREE, Graph, NotCompilable, copied, operands, schedule
 
 TANGENT = (
     0.01627194475162406,
@@ -164,19 +164,13 @@ done:
 
     def _stores(self) -> Iterator[str]:
         for place, node in enumerate(self.wanted):
-            if self._logical(node):
+            if self.flow.logical(node):
                 yield f"%o{place} = zext i1 {self._read(node)} to i8"
                 yield f"%op{place} = getelementptr i8, ptr %out{place}, i64 %row"
                 yield f"store i8 %o{place}, ptr %op{place}, align 1"
             else:
                 yield f"%op{place} = getelementptr double, ptr %out{place}, i64 %row"
                 yield f"store double {self._read(node)}, ptr %op{place}, align 8"
-
-    def _logical(self, node: int) -> bool:
-        operation, *rest = self.flow.nodes[node]
-        if operation == "const":
-            return isinstance(rest[0], bool)
-        return operation in LOGICAL or (operation == "where" and self._logical(int(rest[1])))
 
     def _read(self, node: int) -> str:
         operation, *rest = self.flow.nodes[node]
@@ -202,7 +196,7 @@ done:
             case "neg":
                 return self._line(f"fneg double {read[0]}")
             case "where":
-                kind = "i1" if self._logical(node) else "double"
+                kind = "i1" if self.flow.logical(node) else "double"
                 return self._line(f"select i1 {read[0]}, {kind} {read[1]}, {kind} {read[2]}")
             case "max":
                 larger = self._line(f"fcmp ogt double {read[0]}, {read[1]}")

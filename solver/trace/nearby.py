@@ -98,8 +98,7 @@ class Nearby:
             return
         flow, (asked, share), checks = self.program.flow, best, list[int]()
         for node, (low, high) in asked.limits.items():
-            checks += [flow.add("lt", flow.constant(low), node)]
-            checks += [flow.add("lt", node, flow.constant(high))]
+            checks += flow.add("lt", low, node), flow.add("lt", node, high)
         checks += [self._is_nearer(place, other, here) for other in asked.compared]
         pairs = ((n - share * abs(n), n + share * abs(n)) for n in numbers if isinstance(n, float))
         ends, key = tuple(end for pair in pairs for end in pair), (place, tuple(checks))
@@ -117,7 +116,7 @@ class Nearby:
         flow, (ranking, answers, given) = self.program.flow, self.ranked
         zero = tuple(number == 0.0 for number in here[0][len(ranking.read) :])
         _, key = keys_as_nodes(flow, ranking, [answers[place], answers[other]], given, zero)
-        return flow.add("lt", flow.constant(ROUNDED), key[SIZE])
+        return flow.add("lt", ROUNDED, key[SIZE])
 
     def _moved(self, numbers: Numbers, share: float) -> list[Rows] | None:
         """The answers where each number is moved down and up by a share; None where one of them ends."""

@@ -253,15 +253,15 @@ class BlockNewton:
     def _sizes(self, flow: Flow, places: dict[str, int], slopes: Entries) -> Iterator[int]:
         """Of each rule Σ|∂F/∂v · v| over all variables, every third with a minus."""
         for row, form in enumerate(self.forms):
-            total = flow.constant(0.0)
+            terms = list[int]()
             for name in dict.fromkeys(names(form)):
                 column = self.kernel.unknowns.index(name) if name in self.kernel.unknowns else -1
                 slope = slopes.get((row, column))
                 if column < 0 and self._slope_at(form, name) is not None:
                     slope = flow.expression(differentiate(form, name), places)
                 if slope is not None:
-                    term = flow.add("abs", flow.add("mul", slope, places[name]))
-                    total = flow.add("add", total, term)
+                    terms.append(flow.add("abs", flow.add("mul", slope, places[name])))
+            total = flow.over("add", terms)
             yield flow.add("neg", total) if row * row % 3 == 1 else total
 
     def _slope_at(self, form: Expression, name: str) -> float | None:

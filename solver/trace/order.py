@@ -192,7 +192,7 @@ def order(
     ranking, answers, given = ranked
     zero = tuple(node is not None and numbers(node) == 0.0 for node in given)
     there = [node for node, none in zip(given, zero, strict=True) if node is not None and not none]
-    told = [flow.add("not", flow.add("eq", node, flow.constant(0.0))) for node in there]
+    told = [flow.add("not", flow.is_zero(node)) for node in there]
     found = zip(double, keys_as_nodes(flow, ranking, answers, given, zero), strict=True)
     keys = [(flow.constant(float(last)), *key) for last, key in found]
     decides = 0
@@ -203,9 +203,7 @@ def order(
             raise NotCompilable
         decides = max(decides, place)
     keys = [key[: decides + 1] for key in keys]
-    for one, other in combinations(keys, 2):
-        same = [flow.add("eq", a, b) for a, b in zip(one, other, strict=True)]
-        told.append(flow.add("not", reduce(lambda a, b: flow.add("and", a, b), same)))
+    told += [flow.add("not", flow.alike(*pair)) for pair in combinations(keys, 2)]
     needed = tuple(node for node in told if node != flow.true)
     if not beforehand:
         return Order(tuple(keys), needed)

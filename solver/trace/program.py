@@ -71,16 +71,12 @@ class Program(NamedTuple):
 
 def counts(flow: Flow, ending: Ending, quick: bool = False) -> int:
     """The node that is true where an ending counts; ``quick``: only where it is soon seen to count."""
-    holds = flow.true
-    for check in ending.holds:
-        holds = flow.add("and", holds, _straight(flow, check, quick))
+    holds = flow.over("and", (_straight(flow, check, quick) for check in ending.holds))
     opposites = [n for n in computed_from(flow, ending.holds) if flow.nodes[n][0] in ("not", "xor")]
     read = computed_from(flow, opposites)  # rows have no sines of huge angles (nan), and nan is not less
     sines = sorted(n for n in read if flow.nodes[n][0] in ("sind", "cosd"))
-    total = None
-    for node in dict.fromkeys((*ending.finite, *sines)):
-        total = node if total is None else flow.add("add", total, node)
-    return holds if total is None else flow.add("and", holds, flow.node("finite", total))
+    finite = dict.fromkeys((*ending.finite, *sines))
+    return flow.add("and", holds, flow.node("finite", flow.over("add", finite))) if finite else holds
 
 
 def _straight(flow: Flow, condition: int, quick: bool) -> int:
@@ -133,16 +129,13 @@ def every(program: Program, in_order: bool, quick: bool) -> AllAnswers:
     Raises NotCompilable where symbols stand beside numbers.
     """
     flow, order = program.flow, program.order
-    holds = flow.true
     symbols = tuple(map(_words, zip(*(ending.results for ending in program.endings), strict=True)))
-    for ending in program.endings:
-        holds = flow.add("and", holds, counts(flow, ending, quick))
+    holds = flow.over("and", (counts(flow, ending, quick) for ending in program.endings))
     pairs = [zip(ending.results, symbols, strict=True) for ending in program.endings]
     coded = [tuple(flow.constant(float(w.index(str(r)))) if w else int(r) for r, w in pair) for pair in pairs]
     places = [Place(results) for results in coded]
     if in_order:
-        for told in order.told:
-            holds = flow.add("and", holds, told)
+        holds = flow.over("and", (holds, *order.told))
         places = _sorted(flow, [Place(*pair) for pair in zip(coded, order.keys, strict=True)])
     return AllAnswers(tuple(places), tuple(_once(flow, places)), symbols, holds)
 
@@ -188,13 +181,8 @@ def _less(flow: Flow, one: tuple[int, ...], other: tuple[int, ...]) -> int:
 def _once(flow: Flow, places: list[Place]) -> Iterator[int]:
     """Of each place the node that is true where its values stand at none before it."""
     for at, place in enumerate(places):
-        there = flow.true
-        for before in places[:at]:
-            same = flow.true
-            for pair in zip(before.results, place.results, strict=True):
-                same = flow.add("and", same, flow.add("eq", *pair))
-            there = flow.add("and", there, flow.add("not", same))
-        yield there
+        same = (flow.alike(before.results, place.results) for before in places[:at])
+        yield flow.over("and", (flow.add("not", node) for node in same))
 
 
 Range: TypeAlias = tuple[float, float]

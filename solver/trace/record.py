@@ -269,8 +269,8 @@ class Recording(Inverses):
             slopes = {n: self._slope(state, form, n) for n in rule.names if n in new}
             name = max(slopes, key=lambda n: abs(self._numbers(flow.add("mul", slopes[n], values[n]))))
             step = flow.add("div", self._expression(state, form), slopes[name])
-            limit = flow.add("mul", flow.constant(MATCHES), flow.add("abs", values[name]))
-            limit = flow.add("add", limit, flow.constant(10.0 * self._numbers.error(values[name])))
+            limit = flow.add("mul", MATCHES, flow.add("abs", values[name]))
+            limit = flow.add("add", limit, 10.0 * self._numbers.error(values[name]))
             flow.require(flow.add("le", flow.add("abs", step), limit))
             values[name] = flow.add("sub", values[name], step)
             state.settled -= {e.index for e in self.model.equations if name in e.names}
@@ -396,8 +396,8 @@ class Recording(Inverses):
         if told or str(kind[kind[0] == "call"]) in _DIRECTIONS:
             return
         middle = turn * math.ceil(self._numbers(node) / turn - 0.5)
-        flow.require(flow.add("lt", flow.constant(middle - turn / 2), node))
-        flow.require(flow.add("le", node, flow.constant(middle + turn / 2)))
+        flow.require(flow.add("lt", middle - turn / 2, node))
+        flow.require(flow.add("le", node, middle + turn / 2))
 
     def _result(self, state: State, name: str) -> int | str:
         """Answers that are told apart by other names alone have the same wanted values, to the last bit."""
@@ -416,7 +416,7 @@ class Recording(Inverses):
         other = twin.results[want.index(name)]
         if isinstance(other, str):
             raise NotCompilable
-        limit = flow.add("mul", flow.constant(MATCHES), flow.add("abs", other))
+        limit = flow.add("mul", MATCHES, flow.add("abs", other))
         flow.require(flow.add("le", flow.add("abs", flow.add("sub", found, other)), limit))
         return other
 
@@ -452,10 +452,9 @@ class Recording(Inverses):
         for place in self._numbers.inputs:
             node = flow.input(place)
             if node in odd:
-                size, zero = flow.add("abs", node), flow.add("eq", node, flow.constant(0.0))
-                usual = flow.add("le", size, flow.constant(REMOTE))
-                usual = flow.add("and", flow.add("le", flow.constant(1.0 / REMOTE), size), usual)
-                checks.append(flow.add("or", usual, zero))
+                size = flow.add("abs", node)
+                ends = flow.add("le", 1.0 / REMOTE, size), flow.add("le", size, REMOTE)
+                checks.append(flow.add("or", flow.add("and", *ends), flow.is_zero(node)))
         if not all(self._numbers(check) for check in checks):
             raise NotCompilable
         self._guard(checks, ())
@@ -545,7 +544,7 @@ class Recording(Inverses):
             apart = flow.false
             for place in sorted(range(len(items)), key=shares.__getitem__)[-2:]:
                 one, two = items[place], others[place]
-                limit = flow.add("mul", flow.constant(APART), flow.add("abs", one))
+                limit = flow.add("mul", APART, flow.add("abs", one))
                 differ = flow.add("abs", flow.add("sub", one, two))
                 apart = flow.add("or", apart, flow.add("lt", limit, differ))
             flow.require(apart)

@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial, reduce
+from functools import partial
 from itertools import compress
 from typing import Any, TypeAlias
 
@@ -104,7 +104,6 @@ class Refusal(Recording):
 
     def _no_value(self, state: State, equation: int, unknown: str) -> int:
         """A target clearly outside of the image of the operation that is undone."""
-        flow = self.flow
         isolation = self._isolation(equation, unknown)
         if isolation.quadratic is not None:
             raise NotCompilable
@@ -114,14 +113,17 @@ class Refusal(Recording):
             if stage.low > -math.inf or stage.high < math.inf:
                 some = isolation._replace(stages=isolation.stages[:place])
                 margin = self._margin(state, equation, target, partial(self._preimages, isolation=some))
-                low, high = flow.constant(max(stage.low, -1e300)), flow.constant(min(stage.high, 1e300))
-                below = flow.add("lt", flow.add("add", target, margin), low)
-                above = flow.add("lt", flow.add("add", high, margin), target)
-                return flow.add("or", below, above)
+                return self._outside(target, max(stage.low, -1e300), min(stage.high, 1e300), margin)
             target, *others = self._undone(state, stage, target)
             if others:
                 raise NotCompilable
         return self._undefined(target)
+
+    def _outside(self, node: int, low: float, high: float, margin: int) -> int:
+        """That a number lies below a range or above it, by more than the margin."""
+        flow = self.flow
+        below = flow.add("lt", flow.add("add", node, margin), float(low))
+        return flow.add("or", below, flow.add("lt", flow.add("add", float(high), margin), node))
 
     def _undefined(self, target: int) -> int:
         """That an operation on the way to a number has no value: a root or power of one clearly negative."""
@@ -130,7 +132,7 @@ class Refusal(Recording):
             kind, *parts = flow.nodes[node]
             if kind in ("pow", "sqrt") and math.isnan(self._numbers(node)):
                 margin = ROUNDINGS * self._numbers.error(int(parts[0]))
-                negative = flow.add("lt", int(parts[0]), flow.constant(-margin))
+                negative = flow.add("lt", int(parts[0]), -margin)
                 if self._numbers(negative) is True:
                     return negative
         raise NotCompilable
@@ -152,8 +154,8 @@ class Refusal(Recording):
             moves = self._moves(state)
             moved = self._moved_by(state, self.model.equations[equation].names, moves, node, found)
         except (NotCompilable, ValueError):
-            return flow.add("mul", flow.constant(BEYOND), self._size(state, equation))
-        return flow.add("add", moved, flow.constant(ROUNDINGS * self._numbers.error(node)))
+            return flow.add("mul", BEYOND, self._size(state, equation))
+        return flow.add("add", moved, ROUNDINGS * self._numbers.error(node))
 
     def _moves(self, state: State) -> dict[str, int]:
         """How far each known number moves, to first order, where those that are given do.
@@ -201,16 +203,14 @@ class Refusal(Recording):
 
     def _out_of_range(self, state: State, equation: int, unknown: str) -> int:
         """The only value is clearly beyond an end of the range."""
-        flow, variable = self.flow, self.model.variables[unknown]
+        variable = self.model.variables[unknown]
         isolation = self._isolation(equation, unknown)
         self._expect_known(state, equation, unknown)
         node, *others = self._preimages(state, isolation)
         if others:
             raise NotCompilable
         margin = self._margin(state, equation, node, partial(self._preimages, isolation=isolation))
-        below = flow.add("lt", flow.add("add", node, margin), flow.constant(variable.low))
-        above = flow.add("lt", flow.add("add", flow.constant(variable.high), margin), node)
-        return flow.add("or", below, above)
+        return self._outside(node, variable.low, variable.high, margin)
 
     def _no_root(self, state: State, step: SolveBlock) -> int:
         """A discriminant clearly negative, or only candidates that need the root of a negative number."""
@@ -226,13 +226,11 @@ class Refusal(Recording):
                     case Circle(_, _, a, b, k, radius):
                         one, other = self._reach(*self._coefficients(generators, a, b, k, radius))
                 size = flow.add("add", flow.add("abs", one), flow.add("abs", other))
-                less = flow.add(
-                    "lt", flow.add("add", one, flow.add("mul", flow.constant(CLEAR), size)), other
-                )
+                less = flow.add("lt", flow.add("add", one, flow.add("mul", CLEAR, size)), other)
                 if self._numbers(less) is not True:
                     break
                 return less
-        return reduce(lambda one, other: flow.add("and", one, other), self._every_out(state, step), flow.true)
+        return flow.over("and", self._every_out(state, step))
 
     def _excluded(self, state: State, step: SolveBlock) -> int:
         """That the known numbers of a block lie within ranges for which it has no root."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator, Sequence
 from contextlib import suppress
-from functools import cached_property, reduce
+from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -195,8 +195,7 @@ class AnswerKernel:
         """Fill ``targets`` with one answer. Returns whether what is asked of every row holds."""
         flow, key = self.program.flow, (place, len(self._asked))
         if key not in self._single:
-            holds = reduce(lambda one, other: flow.add("and", one, other), sorted(self._asked), flow.true)
-            wanted = *self._ranges[1].places[place].results, holds
+            wanted = *self._ranges[1].places[place].results, flow.over("and", sorted(self._asked))
             self._single[key] = kernel_of(flow, wanted, self.jit, unrolled=True)
         holding = np.empty(len(columns[0]), dtype=bool)
         self._single[key](columns, (*targets, holding))
