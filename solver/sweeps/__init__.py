@@ -24,7 +24,7 @@ from rulesheets.inputs import (
     symbol_name,
     variables_named,
 )
-from rulesheets.model import Model, Value, Variable, expect_model
+from rulesheets.model import Model, Value, expect_model
 from solver.facts import OutOfTime, Status, Unsolved
 from solver.files.tables import CODES, Column, Table, column_of, free_name, one_length
 from solver.leaves import Asked, Exploration, blocked, different
@@ -260,10 +260,9 @@ class Plan:
         at all. What floats leave vague is solved again in extended precision. Where the time is up the row
         is failed.
         """
-        if any(isinstance(number, float) and math.isinf(number) for number in numbers):
-            return Verdict(Status.PARTIAL, ()), Exploration((), False, ())
-        if self._outside(numbers) is not None:
-            return Verdict(Status.INFEASIBLE, ()), Exploration((), True, ())
+        if (refused := self._refused(numbers)) is not None:
+            status, _ = refused
+            return Verdict(status, ()), Exploration((), status is Status.INFEASIBLE, ())
         try:
             with time_limit(self.timeout):
                 values, limits = self._values(numbers), self.model.limits
@@ -272,14 +271,17 @@ class Plan:
         except TimeIsUp:
             return Verdict(Status.FAILED, (), (OutOfTime(()),)), Exploration((), False, ())
 
-    def _outside(self, numbers: tuple[Value, ...]) -> tuple[float, Variable] | None:
-        """The first number that lies outside the range that the sheet declares."""
-        for name, number in zip(self.inputs, numbers, strict=True):
-            variable = self.model.variables[name]
-            if isinstance(number, str) or not math.isfinite(number):
-                continue
-            if not variable.admits(float(number)):
-                return float(number), variable
+    def _refused(self, numbers: tuple[Value, ...]) -> tuple[Status, Diagnosis] | None:
+        """The status of a row with an infinite number, or one outside the range that the sheet declares, and
+        what is said of it; None for a row that can be asked."""
+        pairs = zip(numbers, (self.model.variables[name] for name in self.inputs), strict=True)
+        given = [(float(v), variable) for v, variable in pairs if not isinstance(v, str)]
+        for number, variable in given:
+            if math.isinf(number):
+                return Status.PARTIAL, not_finite_number(number, variable)
+        for number, variable in given:
+            if not math.isnan(number) and not variable.admits(number):
+                return Status.INFEASIBLE, outside_range(number, variable, None)
         return None
 
     def _values(self, numbers: tuple[Value, ...]) -> dict[str, Value]:
@@ -288,11 +290,8 @@ class Plan:
         return {**self.given, **{n: v for n, v in row.items() if isinstance(v, str) or math.isfinite(v)}}
 
     def _explained(self, numbers: tuple[Value, ...], verdict: Verdict) -> tuple[Diagnosis, ...]:
-        for name, number in zip(self.inputs, numbers, strict=True):
-            if isinstance(number, float) and math.isinf(number):
-                return (not_finite_number(number, self.model.variables[name]),)
-        if (outside := self._outside(numbers)) is not None:
-            return (outside_range(*outside, None),)
+        if (refused := self._refused(numbers)) is not None:
+            return refused[1:]
         return explain(Asked(self.model, self._values(numbers), None, {}, self.want), verdict)
 
 

@@ -55,9 +55,6 @@ _INTRINSIC = {
     "call log": "log10",
     "call log10": "log10",
 }
-_LIBRARY = ("expm1", "log1p")
-"""Functions of the mathematical library that LLVM has no name of its own for."""
-_INTRINSICS = ("sqrt", "fabs", "rint", "sin", "cos", "exp", "log", "log10")
 _HALF_PI = 1.5707963267948966
 _INFINITE = "0x7FF0000000000000"
 
@@ -113,39 +110,16 @@ class _Writer:
         self.flow, self.inputs = Flow(flow.plain), inputs
         self.flow.finders = flow.finders  # roots of blocks stay what no loop can hold
         self.wanted = wanted = copied(flow, self.flow, wanted, forms=_ANGLES)
-        self.lines: list[str] = []
-        self.values: dict[int, str] = {}
-        self.count = 0
-        for place in inputs:
-            self.values[self.flow.input(place)] = f"%x{place}"
+        self.lines, self.declared = list[str](), set[str]()
+        self.values = {self.flow.input(place): f"%x{place}" for place in inputs}
         for node in schedule(self.flow, wanted).order:
             self.values[node] = self._emit(node)
 
     def module(self) -> str:
-        loads = [
-            line
-            for i in self.inputs
-            for line in (
-                f"%xp{i} = getelementptr double, ptr %in{i}, i64 %row",
-                f"%x{i} = load double, ptr %xp{i}, align 8",
-            )
-        ]
-        body = "\n  ".join([*loads, *self.lines, *self._stores()])
-        arguments = ", ".join(
-            [
-                "i64 %start",
-                "i64 %end",
-                *(f"ptr noalias %in{i}" for i in self.inputs),
-                *(f"ptr noalias %out{i}" for i in range(len(self.wanted))),
-            ]
-        )
-        declarations = "\n".join(
-            [
-                *(f"declare double @llvm.{name}.f64(double)" for name in _INTRINSICS),
-                *(f"declare double @llvm.{name}.f64(double, double)" for name in ("pow", "copysign")),
-                *(f"declare double @{name}(double)" for name in _LIBRARY),
-            ]
-        )
+        body = "\n  ".join([*self._loads(), *self.lines, *self._stores()])
+        arrays = [f"in{i}" for i in self.inputs] + [f"out{i}" for i in range(len(self.wanted))]
+        arguments = ", ".join(["i64 %start", "i64 %end", *(f"ptr noalias %{name}" for name in arrays)])
+        declarations = "\n".join(sorted(self.declared))
         return f"""{declarations}
 define void @rows({arguments}) "prefer-vector-width"="512" {{
 entry:
@@ -161,6 +135,11 @@ done:
   ret void
 }}
 """
+
+    def _loads(self) -> Iterator[str]:
+        for place in self.inputs:
+            yield f"%xp{place} = getelementptr double, ptr %in{place}, i64 %row"
+            yield f"%x{place} = load double, ptr %xp{place}, align 8"
 
     def _stores(self) -> Iterator[str]:
         for place, node in enumerate(self.wanted):
@@ -187,7 +166,7 @@ done:
         if name in _COMPARE:
             return self._line(f"fcmp {_COMPARE[name]} double {read[0]}, {read[1]}")
         if name in _INTRINSIC:
-            return self._call(_INTRINSIC[name], *read)
+            return self._call(f"llvm.{_INTRINSIC[name]}.f64", *read)
         match name:
             case "and" | "or" | "xor":
                 return self._line(f"{name} i1 {read[0]}, {read[1]}")
@@ -202,19 +181,19 @@ done:
                 larger = self._line(f"fcmp ogt double {read[0]}, {read[1]}")
                 return self._line(f"select i1 {larger}, double {read[0]}, double {read[1]}")
             case "finite":
-                return self._line(f"fcmp one double {self._call('fabs', *read)}, {_INFINITE}")
-            case "expm1" | "log1p":
-                return self._line(f"call double @{name}(double {read[0]})")
+                return self._line(f"fcmp one double {self._call('llvm.fabs.f64', *read)}, {_INFINITE}")
+            case "expm1" | "log1p":  # of the mathematical library: LLVM has no name of its own for them
+                return self._call(name, *read)
         raise NotCompilable
 
     def _line(self, text: str) -> str:
-        self.count += 1
-        self.lines.append(f"%v{self.count} = {text}")
-        return f"%v{self.count}"
+        name = f"%v{len(self.lines)}"
+        self.lines.append(f"{name} = {text}")
+        return name
 
     def _call(self, name: str, *arguments: str) -> str:
-        texts = ", ".join(f"double {text}" for text in arguments)
-        return self._line(f"call double @llvm.{name}.f64({texts})")
+        self.declared.add(f"declare double @{name}({', '.join('double' for _ in arguments)})")
+        return self._line(f"call double @{name}({', '.join(f'double {text}' for text in arguments)})")
 
 
 def _constant(value: float) -> str:

@@ -93,7 +93,7 @@ def _operator(operation: str, swapped: bool = False) -> Any:
 
 
 class Number:
-    """A node of a program, with the operators of numbers; a ``logical`` one counts as 0 or 1."""
+    """A node of a program, with the operators of numbers; a condition counts as 0 or 1."""
 
     __add__, __radd__ = _operator("add"), _operator("add")
     __sub__, __rsub__ = _operator("sub"), _operator("sub", swapped=True)
@@ -104,40 +104,38 @@ class Number:
     __ne__, __and__ = _operator("ne"), _operator("and")
     __hash__ = None  # type: ignore[assignment]
 
-    def __init__(self, flow: Flow, node: int, logical: bool = False) -> None:
-        self.flow, self.node, self.logical = flow, node, logical
+    def __init__(self, flow: Flow, node: int) -> None:
+        self.flow, self.node, self.logical = flow, node, flow.logical(node)
 
     @property
     def number(self) -> int:
         """The node as a number."""
-        flow = self.flow
-        ends = flow.constant(1.0), flow.constant(0.0)
-        return flow.add("where", self.node, *ends) if self.logical else self.node
+        return self.flow.add("where", self.node, 1.0, 0.0) if self.logical else self.node
 
     def applied(self, operation: str, one: Any, other: Any) -> Any:
         flow = self.flow
         if operation == "mul":
             return self._times(other)
         if operation == "and":
-            return Number(flow, flow.add("and", one.node, other.node), True)
+            return Number(flow, flow.add("and", one.node, other.node))
         if operation == "sub" and one is not self and self.logical and one == 1.0:
-            return Number(flow, flow.add("not", self.node), True)
+            return Number(flow, flow.add("not", self.node))
         nodes = _node(flow, one), _node(flow, other)
         if operation == "ne":
-            return Number(flow, flow.add("not", flow.add("eq", *nodes)), True)
-        return Number(flow, flow.add(operation, *nodes), operation in ("lt", "le"))
+            return Number(flow, flow.add("not", flow.add("eq", *nodes)))
+        return Number(flow, flow.add(operation, *nodes))
 
     def _times(self, other: Any) -> Any:
         flow = self.flow
         if not isinstance(other, Number):
             if abs(other) < NOISE or other == 1.0:
                 return self if other == 1.0 else 0.0
-            return Number(flow, flow.add("mul", self.number, flow.constant(other)))
+            return Number(flow, flow.add("mul", self.number, float(other)))
         if self.logical and other.logical:
             return self & other
         if self.logical or other.logical:
             chosen, number = (self, other) if self.logical else (other, self)
-            return Number(flow, flow.add("where", chosen.node, number.node, flow.constant(0.0)))
+            return Number(flow, flow.add("where", chosen.node, number.node, 0.0))
         return Number(flow, flow.add("mul", self.node, other.node))
 
     def __abs__(self) -> Number:
@@ -161,6 +159,11 @@ class Order(NamedTuple):
     told: tuple[int, ...] = ()
     usual: Ends = ()
     first: Ends = ()
+
+    @property
+    def nodes(self) -> tuple[int, ...]:
+        """Every node that is read to sort the answers."""
+        return (*self.told, *(n for key in self.keys for n in key), *(n for n, _, _ in self.usual))
 
 
 UNORDERED = Order()
@@ -301,7 +304,7 @@ def _arithmetic(flow: Flow) -> Arithmetic:
             return max(one, other)
         logical = [isinstance(n, Number) and n.logical for n in (one, other)]
         if all(logical):
-            return Number(flow, flow.add("or", one.node, other.node), True)
+            return Number(flow, flow.add("or", one.node, other.node))
         if any(logical) and 0.0 in (one, other):
             return one if logical[0] else other
         return Number(flow, flow.add("max", _node(flow, one), _node(flow, other)))

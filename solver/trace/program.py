@@ -232,14 +232,13 @@ class _Lean:
         old, order = self.old, self.order
         holds = [list(each_of(self.flow, ending.holds)) for ending in old.endings]
         checks = dict.fromkeys(check for some in holds for check in some)
-        told = (*order.told, *(n for n, _, _ in order.usual), *(n for key in order.keys for n in key))
         kept: dict[int, int] = {}
         for check in checks:
             self._meet([check])
             if self.nodes[check] != self.flow.true:
                 kept[check] = self.nodes[check]
                 self._assume(check, True)
-        self._meet((*old.wanted, *told))
+        self._meet((*old.wanted, *order.nodes))
         heads = self._heads()
         endings = tuple(
             Ending(

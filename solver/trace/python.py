@@ -355,9 +355,8 @@ class _Writer:
 
 def reads(program: Program) -> Counter[int]:
     """How often each node that matters is read, or stands in a text that reads it."""
-    order = program.order
-    nodes = [*program.wanted, *program._replace(endings=program.alone).wanted, *order.told]
-    nodes += [node for key in order.keys for node in key] + [node for node, _, _ in order.usual]
+    alone = program._replace(endings=program.alone)
+    nodes = *program.wanted, *alone.wanted, *program.order.nodes
     count = Counter(nodes)
     for node in computed_from(program.flow, nodes):
         for operand in operands(program.flow, node):

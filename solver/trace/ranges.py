@@ -21,7 +21,7 @@ from rulesheets.functions import TABLE
 from rulesheets.functions.arrays import ARRAYS
 from rulesheets.functions.intervals import SLACK, ULPS, Monotone, Wave
 from solver.trace.flow import Flow
-from solver.trace.graph import DEGREE, LEAVES, operands, schedule
+from solver.trace.graph import DEGREE, operands, schedule
 
 Pair: TypeAlias = tuple[Any, Any]
 """The least and the largest number (spans,); of a condition where it surely holds and where it surely does
@@ -38,21 +38,19 @@ class Ranges:
 
     def __init__(self, flow: Flow, wanted: Sequence[int]) -> None:
         self.wanted = wanted
-        order = [node for node in schedule(flow, wanted).order if flow.nodes[node][0] not in LEAVES]
-        leaves = {part for node in order for part in operands(flow, node)} - set(order)
+        order, last = schedule(flow, wanted)
         self._inputs, self._known = dict[int, int](), dict[int, Pair]()
-        for node in leaves.union(wanted).difference(order):
+        for node in last.keys() - set(order):
             kind, value, *_ = flow.nodes[node]
             if kind == "input":
                 self._inputs[node] = int(value)
             else:
                 true = np.bool_(value), np.bool_(not value)
                 self._known[node] = true if isinstance(value, bool) else (np.float64(value),) * 2
-        last = {part: at for at, node in enumerate(order) for part in operands(flow, node)}
         self._steps = []
         for at, node in enumerate(order):
             parts = operands(flow, node)
-            done = [p for p in dict.fromkeys(parts) if last[p] == at and p not in wanted]
+            done = [part for part in dict.fromkeys(parts) if last[part] == at]
             self._steps.append((node, _form(flow, node), parts, done))
 
     @np.errstate(all="ignore")

@@ -96,7 +96,7 @@ class AnswerKernel:
     infinite.
     """
 
-    def __init__(self, program: Program, jit: bool = False, turns: Array | None = None) -> None:
+    def __init__(self, program: Program, jit: bool, turns: Array) -> None:
         if program.symbols:
             raise NotCompilable
         self.program, self.jit, self.turns = program, jit, turns
@@ -117,9 +117,8 @@ class AnswerKernel:
             known = [node for _, some in within for node in some]
             wanted = (*nodes, *found.there, found.holds, *known)
             kernel = kernel_of(self.program.flow, wanted, self.jit, quick)
-            self._made[in_order, quick] = _Columns(
-                kernel, len(nodes), len(found.there), found.symbols, [(f, len(some)) for f, some in within]
-            )
+            asked = [(finder, len(some)) for finder, some in within]
+            self._made[in_order, quick] = _Columns(kernel, len(nodes), len(found.there), asked)
         return self._made[in_order, quick]
 
     def __call__(
@@ -129,14 +128,14 @@ class AnswerKernel:
         ``rows`` (n,) are the places in it, where some are left out.
         """
         several = steady and len(self.program.endings) > 1 and not any(self.symbols)
-        found, spans, within = self._columns().watched(columns, several and self.turns is not None)
+        found, spans, within = self._columns().watched(columns, several)
         planes, there, holds = found
         if np.count_nonzero(left := within & ~holds) > MANY:
             self._columns(quick=False).replace(found, columns, np.flatnonzero(left))
             if spans is not None:
                 spans.take_all()
         runs: list[tuple[int, int]] = []
-        if spans is not None and self.turns is not None:
+        if spans is not None:
             most = 2 * np.count_nonzero(there & holds, axis=1) > np.count_nonzero(holds)
             order = np.argsort(~most, kind="stable")
             each = int(np.count_nonzero(most))
@@ -175,7 +174,7 @@ class AnswerKernel:
         ends = np.empty((len(pairs) - len(conditions), 2, len(inputs[0][0])))
         for target, pair in zip(ends, pairs, strict=False):
             target[0], target[1] = pair
-        clear = far_apart(ends.reshape(len(found.places), -1, *ends.shape[1:]), np.asarray(self.turns))
+        clear = far_apart(ends.reshape(len(found.places), -1, *ends.shape[1:]), self.turns)
         sure = {node: pair[0] for node, pair in zip(conditions, pairs[len(ends) :], strict=True)}
         ranged = (node for node, spans in sure.items() if not spans.any())
         self._asked.update(node for node in ranged if self.program.flow.nodes[node][0] != "unfolded")
@@ -189,7 +188,7 @@ class AnswerKernel:
         planes, there, holds = self.quick([column[rows.ravel()] for column in columns])
         numbers: Array = np.array(planes).reshape(len(planes), -1, *rows.shape)
         ends = np.stack((numbers.min(axis=-1), numbers.max(axis=-1)), axis=2)
-        return bool(there.all() and holds.all() and far_apart(ends, np.asarray(self.turns)).all())
+        return bool(there.all() and holds.all() and far_apart(ends, self.turns).all())
 
     def one(self, place: int, columns: Sequence[Array], targets: Sequence[Array]) -> bool:
         """Fill ``targets`` with one answer. Returns whether what is asked of every row holds."""
@@ -221,9 +220,8 @@ class AnswerKernel:
         seconds = [_row(planes, there, start + 1) for start, _ in told]
         self._sort_rows(found, columns, np.flatnonzero(alone))
         for (start, end), second in zip(told, seconds, strict=True):
-            order = continued(_row(planes, there, start + 1), second, np.asarray(self.turns))[0][
-                :, 0
-            ].tolist()
+            nearest, _ = continued(_row(planes, there, start + 1), second, self.turns)
+            order = nearest[:, 0].tolist()
             if order != sorted(order):
                 _exchange(planes, [*order, *range(len(order), len(planes))], start + 2, end)
         return told
@@ -280,12 +278,11 @@ _Found: TypeAlias = tuple[list[list[Array]], Array, Array]
 
 
 class _Columns(NamedTuple):
-    """A kernel, how many numbers and places of answers it has results of, and the symbols of columns."""
+    """A kernel, and how many numbers and places of answers it has results of."""
 
     kernel: Callable[..., None]
     numbers: int
     places: int
-    symbols: tuple[tuple[str, ...] | None, ...]
     within: Sequence[tuple[Any, int]]
     """What tells whether numbers lie in ranges, and how many it takes."""
 
@@ -462,21 +459,19 @@ class AnswerSweeper:
         return found
 
     def _kept(self, program: Program, made: Callable[[], Any]) -> Any:
+        """What is made of a program once; None where that cannot be."""
         if id(program.flow) not in self._kernels:
-            kernel = None
+            self._kernels[id(program.flow)] = program, None
             with suppress(NotCompilable):
-                kernel = made()
-            self._kernels[id(program.flow)] = program, kernel
+                self._kernels[id(program.flow)] = program, made()
         return self._kernels[id(program.flow)][1]
 
     def _not_refused(self, program: Program, columns: Sequence[Array], left: Array, keep: Keep) -> Array:
         """The rows that are still left after a refusal had its turn."""
         if program.symbols or not len(left):
             return left
-        holds_in = self._kept(
-            program,
-            lambda: kernel_of(program.flow, [counts(program.flow, program.endings[0])], self.jit),
-        )
+        flow, ending = program.flow, program.endings[0]
+        holds_in = self._kept(program, lambda: kernel_of(flow, [counts(flow, ending)], self.jit))
         if holds_in is None:
             return left
         holds = np.empty(len(left), dtype=bool)

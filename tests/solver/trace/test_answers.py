@@ -49,7 +49,7 @@ def test_arrays_list_what_straight_line_code_lists(program: Program, data: st.Da
     row = st.lists(FEW, min_size=program.inputs, max_size=program.inputs)
     rows = data.draw(st.lists(row, min_size=1, max_size=8))
     expected = [compile_scalar(program, all_answers=True)(*numbers) for numbers in rows]
-    answers, settled = AnswerKernel(program)(list(np.array(rows).T))
+    answers, settled = AnswerKernel(program, False, np.full(len(rows[0]), np.inf))(list(np.array(rows).T))
     found = list(zip(*(column.tolist() for column in answers.listed()), strict=True))
     ends = np.cumsum(np.maximum(answers.counts, 1)).tolist()
     listed = [found[end - n : end] for end, n in zip(ends, answers.counts.tolist(), strict=True)]
@@ -64,7 +64,7 @@ def test_a_symbol_beside_a_number_is_left_to_straight_line_code() -> None:
     endings = tuple(Ending((result,), (), (number,)) for result in (number, "open"))
     assert compile_scalar(Program(flow, 1, endings), all_answers=True)(2.0) == [(2.0,), ("open",)]
     with pytest.raises(NotCompilable):
-        AnswerKernel(Program(flow, 1, endings))
+        AnswerKernel(Program(flow, 1, endings), False, np.array([np.inf]))
 
 
 @pytest.mark.parametrize("jit", [False, True])

@@ -221,7 +221,9 @@ def test_floats_arrays_machine_code_and_steps_agree_to_four_ulp_on_every_model(n
         rows = np.concatenate([rows, rng.uniform(-180.0, 180.0, 2)])
     assert plan.records.programs
     program, scalar = plan.records.programs[0], plan.records.every[0]
-    (arrays, holds), (native, also) = (AnswerKernel(program, jit=jit)([rows]) for jit in (False, True))
+    (arrays, holds), (native, also) = (
+        AnswerKernel(program, jit, np.array([np.inf]))([rows]) for jit in (False, True)
+    )
     assert (holds == also).all() and holds[0]
     assert (arrays.counts == native.counts).all()
     for row in np.flatnonzero(holds):
@@ -247,7 +249,7 @@ def test_rows_beside_the_record_take_as_many_steps_as_they_need() -> None:
     plan.all(speed)
     (program,) = plan.records.programs
     column = np.linspace(0.99 * speed, 1.01 * speed, 1000)
-    planes, there, holds = AnswerKernel(program).quick([column])
+    planes, there, holds = AnswerKernel(program, False, np.array([np.inf])).quick([column])
     assert there.all() and holds.all()
     found = np.array(planes)[:, 0]
     for row in (0, 500, 999):
