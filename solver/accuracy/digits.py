@@ -42,6 +42,12 @@ class Work:
             raise Unresolved
 
 
+def linearising(equations: Sequence[Equation]) -> int:
+    """The operations of a residual and its square Jacobian."""
+    sides = (side for equation in equations for side in (equation.left, equation.right))
+    return 3 * sum(1 for side in sides for _ in walk(side)) + len(equations) ** 3
+
+
 def linearized(
     forms: Sequence[Expression], unknowns: Sequence[str], values: Mapping[str, Any], digits: int
 ) -> tuple[list[list[Any]], list[Any]]:
@@ -67,7 +73,7 @@ class ManyDigits:
         names = {name for equation in equations for name in equation.names} - set(unknowns)
         self.known = {name: known[name] for name in names}
         self.digits, self.work, self.mp = digits, work, context(digits)
-        self.size = sum(1 for form in self.forms for _ in walk(form))
+        self.cost = linearising(equations)
         self.tiny = self.mp.mpf(10) ** (SPARE - digits)
         self.small = self.mp.mpf(10) ** (-7 * digits // 10)
 
@@ -86,7 +92,7 @@ class ManyDigits:
         Raises Undefined outside the domain, and if a slope has no value.
         """
         values = {**self.known, **self.point(x)}
-        self.work.spend(3 * self.size + len(x) ** 3)
+        self.work.spend(self.cost)
         return linearized(self.forms, self.unknowns, values, self.digits)
 
     def newton(self, start: Sequence[Any], sizes: Sequence[float] = ()) -> list[Any] | None:

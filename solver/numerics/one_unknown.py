@@ -7,6 +7,7 @@ import struct
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from functools import reduce
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -21,6 +22,8 @@ from rulesheets.deadline import expect_time
 Coefficients: TypeAlias = Sequence[Fraction]
 LARGEST = 0x7FEF_FFFF_FFFF_FFFF
 """The place of the largest float."""
+GROWTH = 4
+"""By how much each step towards the other side of a root is longer than the one before."""
 
 
 def simple_part(polynomial: Coefficients) -> list[Fraction]:
@@ -117,16 +120,24 @@ def _isolated(sequence: list[list[int]], first: int, last: int) -> Iterator[tupl
 
 
 def _nearest(whole: list[int], first: int, last: int) -> float:
-    """The float nearest to the only root between two places, by bisection."""
+    """The float nearest to the only root between two places, by bisection: it begins beside the root in
+    floats, in steps that grow until the other side is met."""
     end = _sign(whole, last)
     if not end:
         return _float(last)
+    largest = max(map(abs, whole))
+    scaled = [c / largest for c in reversed(whole)]
+    guess = bracketed_root(
+        lambda x: reduce(lambda total, c: total * x + c, scaled), _float(first), _float(last)
+    )
+    near, reach = _place(guess), 1
     while last - first > 1:
-        middle = (first + last) // 2
+        middle = near if first < near < last else (first + last) // 2
         side = _sign(whole, middle) * end  # of the place less the root
         if not side:
             return _float(middle)
-        first, last = (middle, last) if side < 0 else (first, middle)
+        first, last, near = (middle, last, middle + reach) if side < 0 else (first, middle, middle - reach)
+        reach *= GROWTH
     middle_of_both = (Fraction(_float(first)) + Fraction(_float(last))) / 2
     value = sum((c * middle_of_both**k for k, c in enumerate(whole)), Fraction(0)) * end
     return _float(first) if value > 0 else _float(last)

@@ -19,7 +19,15 @@ from rulesheets.evaluate.digits import context, extended
 from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import Comparison, Condition, Expression
-from solver.accuracy.digits import ManyDigits, Unresolved, Work, null_vectors, resolve_fold
+from solver.accuracy.digits import (
+    MAX_WORK,
+    ManyDigits,
+    Unresolved,
+    Work,
+    linearising,
+    null_vectors,
+    resolve_fold,
+)
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import check_rule, gross, half_unit, sides
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
@@ -34,8 +42,11 @@ from solver.leaves import Asked, Branch, CaseAnalysis, Exploration, are_alike
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.tolerances import AGREEMENT, BACKWARD, CLOSE, DRIFT, MAX_UNKNOWNS, PRECISIONS, SPARE
 from solver.path import Evaluate, SolveBlock, Stage, Step, equations_of
+from solver.path.planner import planner
 from solver.solution.explore import Numbers, PathSearch
 
+LINEARISED = 3
+"""Points at least at which a block is linearised for an answer."""
 NUDGE = 2.0**-20
 """Relative change of a number by which a second derivative is estimated."""
 INVERSE = math.exp(-1.0)
@@ -44,6 +55,8 @@ INVERSE = math.exp(-1.0)
 
 def explore_precisely(asked: Asked, floats: Exploration) -> Exploration | None:
     """The exploration on which two precisions agree; None if none do. ``floats`` is the one in floats."""
+    if _least_work(asked, floats) > MAX_WORK:
+        return None
     rough: Exploration | None = None
     for digits in PRECISIONS:
         fine: Exploration | None = None
@@ -56,6 +69,17 @@ def explore_precisely(asked: Asked, floats: Exploration) -> Exploration | None:
             return fine
         rough = fine
     return None
+
+
+def _least_work(asked: Asked, floats: Exploration) -> int:
+    """The operations without which answers of blocks are not refined: after a look for a fold, Newton's
+    method takes two steps from floats to the least precision."""
+    graph, total = planner(asked.model).graph, 0
+    for (step, _), found in floats.outcomes.items():
+        if not (kernel_of(graph, step).linear or found.free):
+            rules = [asked.model.equations[index] for index in step.equations]
+            total += LINEARISED * len(found.answers) * linearising(rules)
+    return total
 
 
 def _agree(rough: Exploration, fine: Exploration, judged: Sequence[str]) -> bool:
