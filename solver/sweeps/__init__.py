@@ -83,6 +83,12 @@ def _value(model: Model, name: str, given: Any) -> Value:
 Array: TypeAlias = NDArray[Any]
 
 
+def turns_of(model: Model, names: Iterable[str]) -> Array:
+    """The whole turns of angles (v,), infinite for all else."""
+    turn = planner(model).graph.turn
+    return np.array([turn(name) or np.inf for name in names])
+
+
 class Plan:
     """What ``prepare`` returns. Numbers come in the order of ``inputs`` and go in that of ``want``.
 
@@ -222,9 +228,7 @@ class Plan:
 
     @cached_property
     def turns(self) -> Array:
-        """The whole turns of wanted angles (v,), infinite for all else."""
-        turn = planner(self.model).graph.turn
-        return np.array([turn(name) or np.inf for name in self.want])
+        return turns_of(self.model, self.want)
 
     def sweeper(self, jit: bool) -> AnswerSweeper:
         """What solves rows by the records that there are."""

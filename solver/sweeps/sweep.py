@@ -40,7 +40,6 @@ from solver.files.tables import (
     pieces,
     stacked,
 )
-from solver.path.planner import planner
 from solver.solution.solving import SPREADS, Result, Samples
 from solver.sweeps import Plan, prepare
 from solver.sweeps.work import ENDLESS, Every, Primary, Rows, Work
@@ -147,7 +146,7 @@ def followed(work: Work, pieces: Iterator[Rows]) -> Iterator[Table]:
     """The pieces as tables, with branches kept: in the numbers of answers where all are asked for, else in
     the first.
     """
-    tabled = (Every if work.every else Primary)(work, planner(work.model).graph.turn)
+    tabled = (Every if work.every else Primary)(work)
     try:
         yield from map(tabled, pieces)
     except Interrupted as reached:
@@ -386,13 +385,9 @@ class Outcome(NamedTuple):
             return "no rows"
         pairs = zip(self.counts, WORDS, strict=True)
         parts = ", ".join(f"{count:,} {status}" for count, status in pairs if count)
-        told = f"{self.rows:,} {'row' if self.rows == 1 else 'rows'}: {parts}"
-        if not self.several:
-            return told
-        have = "has" if self.several == 1 else "have"
-        rows = "row" if self.rows == 1 else "rows"
-        first = "several answers; the first of each is shown"
-        return f"{told}\n{self.several:,} of {self.rows:,} {rows} {have} {first}"
+        rows, have = f"{self.rows:,} row{'s' * (self.rows > 1)}", "has" if self.several == 1 else "have"
+        first = f"\n{self.several:,} of {rows} {have} several answers; the first of each is shown"
+        return f"{rows}: {parts}{first if self.several else ''}"
 
 
 def run(

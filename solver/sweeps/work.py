@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from time import time
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ from rulesheets.registered import run_python
 from solver.facts import Status
 from solver.files.tables import CODES, Array, Table, free_name, stacked
 from solver.ranking.branches import ROOM, Answers, Points, distances, kept, numbers_of, together, wound
-from solver.sweeps import Plan, one_answer, sweep_answers
+from solver.sweeps import Plan, one_answer, sweep_answers, turns_of
 
 
 def refusals(columns: Sequence[Array], inputs: Sequence[Variable]) -> NDArray[np.int8]:
@@ -159,8 +159,8 @@ class Primary:
     A row begins anew where the rows of a line are full: where an outer input of a grid changes.
     """
 
-    def __init__(self, work: Work, turn: Callable[[str], float | None]) -> None:
-        self.work, self.turns = work, np.array([turn(name) or np.inf for name in work.want])
+    def __init__(self, work: Work) -> None:
+        self.work, self.turns = work, turns_of(work.model, work.want)
         self._done = 0
         self._before: tuple[Rows, list[int]] | None = None
 
@@ -192,10 +192,10 @@ class Every:
     A row of inputs without an answer keeps one row, numbered 0.
     """
 
-    def __init__(self, work: Work, turn: Callable[[str], float | None]) -> None:
+    def __init__(self, work: Work) -> None:
         self.work = work
         self._number, *self._wanted = work.names[len(work.inputs) :]
-        self._follow = Follower([turn(name) or np.inf for name in self._wanted], work.line)
+        self._follow = Follower(turns_of(work.model, self._wanted), work.line)
 
     def __call__(self, rows: Rows) -> Table:
         work, counts = self.work, rows.answers.counts
@@ -219,8 +219,8 @@ class Follower:
     rows: where an outer input of a grid changes. The order of the answers within a row stays.
     """
 
-    def __init__(self, turns: Sequence[float], line: int) -> None:
-        self._turns, self._line = np.array(turns), line
+    def __init__(self, turns: Array, line: int) -> None:
+        self._turns, self._line = turns, line
         self._row, self._in_order = 0, False
         # the branches of the last row: their numbers, where they are (v, k), and their steps to there
         self._labels: list[int] = []

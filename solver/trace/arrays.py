@@ -66,37 +66,18 @@ FAR = 1e15
 LARGEST = 2.0**1023
 
 
-class Builder:
-    """Writes operations of a graph as they are; numbers among the operands are constants."""
-
-    def __init__(self, flow: Graph) -> None:
-        self.flow = flow
-
-    def __call__(self, operation: str, *parts: int | float) -> int:
-        """The node of an operation; floats are constants, whole numbers nodes."""
-        nodes = [self.flow.constant(part) if isinstance(part, float) else part for part in parts]
-        return self.flow.node(operation, *nodes)
-
-    def horner(self, coefficients: Sequence[float], x: int) -> int:
-        """The value of a polynomial, the highest power first."""
-        total: int | float = coefficients[0]
-        for coefficient in coefficients[1:]:
-            total = self("add", self("mul", total, x), coefficient)
-        return int(total)
-
-
 def circular(flow: Graph, degrees: int) -> tuple[int, int]:
     """Sine and cosine, by the angle to the nearest right one. Angles beyond ``FAR`` have none (nan)."""
-    op = Builder(flow)
+    op = flow.raw
     quarters = op("rint", op("mul", degrees, 1.0 / 90.0))
     rest = op("mul", op("sub", degrees, op("mul", quarters, 90.0)), RADIAN)
     square = op("mul", rest, rest)
-    s = op("add", rest, op("mul", op("mul", op.horner(SINE, square), square), rest))
-    c = op("mul", op.horner(COSINE, square), op("mul", square, square))
+    s = op("add", rest, op("mul", op("mul", flow.horner(SINE, square), square), rest))
+    c = op("mul", flow.horner(COSINE, square), op("mul", square, square))
     c = op("add", op("sub", c, op("mul", square, 0.5)), 1.0)
     # The turn by m right angles, m from -2 to 2: cosine 1 - |m|, sine m (2 - |m|).
     turn = op("sub", quarters, op("mul", op("rint", op("mul", quarters, 0.25)), 4.0))
-    size = op("add", op("abs", turn), _nothing(op, degrees))
+    size = op("add", op("abs", turn), _nothing(flow, degrees))
     sine, cosine = op("mul", turn, op("sub", 2.0, size)), op("sub", 1.0, size)
     return (
         op("add", op("mul", s, cosine), op("mul", c, sine)),
@@ -104,15 +85,15 @@ def circular(flow: Graph, degrees: int) -> tuple[int, int]:
     )
 
 
-def _nothing(op: Builder, number: int) -> int:
+def _nothing(flow: Graph, number: int) -> int:
     """0, or nan beyond ``FAR``: what overflows leaves no difference."""
-    large = op("mul", number, LARGEST / FAR * 2.0)
-    return op("sub", large, large)
+    large = flow.raw("mul", number, LARGEST / FAR * 2.0)
+    return flow.raw("sub", large, large)
 
 
 def near(flow: Graph, a: int, b: int) -> int:
     """Whether two numbers are the same to rounding."""
-    op = Builder(flow)
+    op = flow.raw
     larger = op("max", op("abs", a), op("abs", b))
     return op("le", op("abs", op("sub", a, b)), op("mul", larger, TOLERANCE))
 
@@ -121,7 +102,7 @@ FORMS: dict[str, Callable[..., int]] = {
     "sind": lambda flow, degrees: circular(flow, degrees)[0],
     "cosd": lambda flow, degrees: circular(flow, degrees)[1],
     "near": near,
-    "directiond": lambda flow, y, x: Builder(flow)("mul", flow.node("direction", y, x), DEGREE),
+    "directiond": lambda flow, y, x: flow.raw("mul", flow.raw("direction", y, x), DEGREE),
 }
 """What is written as other operations."""
 

@@ -64,14 +64,11 @@ class Unfolded:
         self._shares = dict[tuple[int, bool], float]()
         """How far each side is moved next."""
         proofs = _proofs(kernel, sample, varying, margins or [0.0] * len(sample))
-        self._proves = next((proves for proves in proofs if proves(self.ranges)), None)
+        found = next((proves for proves in proofs if proves(self.ranges)), None)
+        self._proves, self.proved = found or (lambda _: False), found is not None
         if not self.proved:
             self.ranges = [(_moved(v, -BEYOND), _moved(v, BEYOND)) if v else (v, v) for v in sample]
         self.ends = self._ends()
-
-    @property
-    def proved(self) -> bool:
-        return self._proves is not None
 
     def _ends(self) -> tuple[float, ...]:
         return tuple(end for place in self.places for end in self.ranges[place])
@@ -82,7 +79,7 @@ class Unfolded:
             wider = self.ranges.copy()
             for place in self.places:
                 wider[place] = _moved(wider[place][0], -share), _moved(wider[place][1], share)
-            if self._proves is not None and self._proves(wider):
+            if self._proves(wider):
                 self.ranges = wider
                 break
         self._shares = {(place, up): GROWTH * share for place in self.places for up in (False, True)}
@@ -114,7 +111,7 @@ class Unfolded:
                 there = _moved(end, share if up else -share, size)
                 passed = self.ranges.copy()
                 passed[place] = (end, there) if up else (there, end)
-                proved = self._proves is not None and self._proves(passed)
+                proved = self._proves(passed)
                 self._shares[place, up] = GROWTH * share if proved else share / SHRINKING
                 there = there if proved else end
             self.ranges[place] = min(low, there), max(high, there)

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial, reduce
+from itertools import dropwhile
 from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.evaluate.number import equal
@@ -106,7 +107,7 @@ class Graph:
 
     def add(self, operation: str, *operands: int | float) -> int:
         """The node of an operation, simplified; floats among the operands are constants."""
-        nodes = [self.constant(part) if isinstance(part, float) else part for part in operands]
+        nodes = self._nodes(operands)
         values = [self.value_of(node) for node in nodes]
         if None not in values:
             try:
@@ -116,6 +117,13 @@ class Graph:
         simple = SIMPLIFY.get(operation)
         found = simple and simple(self, *nodes)
         return self.node(operation, *nodes) if found is None else found
+
+    def raw(self, operation: str, *operands: int | float) -> int:
+        """The node of an operation as it is, unsimplified; floats among the operands are constants."""
+        return self.node(operation, *self._nodes(operands))
+
+    def _nodes(self, operands: Iterable[int | float]) -> list[int]:
+        return [self.constant(part) if isinstance(part, float) else part for part in operands]
 
     def over(self, operation: str, nodes: Iterable[int]) -> int:
         """The sum of some nodes, or whether all of them hold (``and``), or any (``or``)."""
@@ -138,7 +146,7 @@ class Graph:
         return kind in LOGICAL or (kind == "where" and self.logical(int(parts[1])))
 
     def node(self, *node: Operand) -> int:
-        """The number of an operation as it is, unsimplified."""
+        """The number of an operation, which is made where it is not there yet."""
         key = (node[0], type(node[1]).__name__, *map(repr, node[1:])) if node[0] == "const" else node
         number = self._numbers.setdefault(key, len(self.nodes))
         if number == len(self.nodes):
@@ -155,9 +163,18 @@ class Graph:
                     return value, int(parts[other])
         return None
 
-    def total(self, nodes: Sequence[int]) -> int:
+    def total(self, nodes: Iterable[int]) -> int:
         """The sum of some nodes as it is, unsimplified."""
-        return reduce(lambda one, other: self.node("add", one, other), nodes)
+        return reduce(partial(self.raw, "add"), nodes)
+
+    def horner(self, coefficients: Iterable[float], x: int) -> int:
+        """The value of a polynomial, the highest power first; zeros cost nothing."""
+        first, *others = [*dropwhile(lambda number: not number, coefficients)] or [0.0]
+        total = self.constant(first)
+        for number in others:
+            total = self.raw("mul", total, x)
+            total = self.raw("add", total, number) if number else total
+        return total
 
     def require(self, condition: int) -> None:
         """A condition that must hold for the results to count."""

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets import store
-from solver.trace.arrays import FORMS, Builder, Take
+from solver.trace.arrays import FORMS, Take
 from solver.trace.flow import Flow
 from solver.trace.graph import DEGREE, Graph, NotCompilable, copied, operands, schedule
 
@@ -61,14 +61,14 @@ _INFINITE = "0x7FF0000000000000"
 
 def _direction(flow: Graph, y: int, x: int, right: float, scale: float) -> int:
     """The direction of (x, y): ``right`` is a right angle, ``scale`` turns radians into its unit."""
-    op = Builder(flow)
+    op = flow.raw
     ay, ax = op("abs", y), op("abs", x)
     steep = op("lt", ax, ay)
     t = op("div", op("where", steep, ax, ay), op("where", steep, ay, ax))
     far = op("lt", EIGHTH, t)
     u = op("where", far, op("div", op("sub", t, 1.0), op("add", t, 1.0)), t)
     z = op("mul", u, u)
-    angle = op("add", u, op("mul", u, op("mul", z, op.horner(TANGENT, z))))
+    angle = op("add", u, op("mul", u, op("mul", z, flow.horner(TANGENT, z))))
     if scale != 1.0:
         angle = op("mul", angle, scale)
     angle = op("add", angle, op("where", far, right / 2, 0.0))
@@ -79,7 +79,7 @@ def _direction(flow: Graph, y: int, x: int, right: float, scale: float) -> int:
 
 def _arc(flow: Graph, x: int, cosine: bool, right: float, scale: float) -> int:
     """Arc sine and cosine by the direction of (sqrt(1 - x²), x)."""
-    op = Builder(flow)
+    op = flow.raw
     other = op("sqrt", op("mul", op("sub", 1.0, x), op("add", 1.0, x)))
     return _direction(flow, *((other, x) if cosine else (x, other)), right, scale)
 

@@ -332,21 +332,20 @@ class BlockNewton:
 
     def _predicted(self, flow: Graph, known: Sequence[int]) -> list[int]:
         """Where the root is by the tangent and the bends."""
-        add, found = flow.node, []
-        pairs = zip(known, self.sample, strict=True)
-        moves = [add("sub", node, flow.constant(number)) for node, number in pairs]
+        found, pairs = [], zip(known, self.sample, strict=True)
+        moves = [flow.raw("sub", node, number) for node, number in pairs]
         for i, x in enumerate(self.start):
             terms = [flow.constant(x)]
             for j, move in enumerate(moves):
-                slope = [float(self.tangent[i, j])]
+                slope = float(self.tangent[i, j])
                 bent = [(float(c[i]), at) for at, c in self.bends.items() if at[0] == j]
                 if len(moves) == 1:
-                    share = _power_series(flow, [*slope, *(c for c, _ in bent)], move)
+                    share = flow.horner([*(c for c, _ in bent[::-1]), slope], move)
                 else:
-                    curved = [add("mul", flow.constant(c), moves[at[1]]) for c, at in bent if c]
-                    share = flow.total([flow.constant(*slope), *curved])
+                    curved = [flow.raw("mul", c, moves[at[1]]) for c, at in bent if c]
+                    share = flow.total([flow.constant(slope), *curved])
                 if flow.value_of(share) != 0.0:
-                    terms.append(add("mul", share, move))
+                    terms.append(flow.raw("mul", share, move))
             found.append(flow.total(terms))
         return found
 
@@ -412,7 +411,7 @@ class BlockNewton:
         x = self._predicted(flow, known)
         step = copied(self.flow, flow, self.step, [*x, *known])
         for _ in range(1, self._enough):
-            x = [flow.node("sub", a, d) for a, d in zip(x, step, strict=True)]
+            x = [flow.raw("sub", a, d) for a, d in zip(x, step, strict=True)]
             step = copied(self.flow, flow, self.step, [*x, *known])
         return self._corrected(flow, x, known, step, alike=self._alike)
 
@@ -428,11 +427,10 @@ class BlockNewton:
         """The root that a last step leads next to, rounded and corrected; nan where that goes far, or where
         rounding may. With ``alike``, pivots like those of the record tell that it does not.
         """
-        scale, add, split = self.scale, flow.node, flow.constant(SPLITTER)
-        rounded = []
+        scale, add, rounded = self.scale, flow.raw, []
         for a, d in zip(x, step, strict=True):
             root = add("sub", a, d)
-            large = add("mul", root, split)
+            large = add("mul", root, SPLITTER)
             rounded.append(add("sub", large, add("sub", large, root)))
         more = self.pivots if alike else self.moved
         found = copied(self.flow, flow, (*self.last, *more), [*x, *known, *rounded])
@@ -440,16 +438,16 @@ class BlockNewton:
         within, limited = [], [(step, CONVERGED), (last, LAST)]
         if alike:
             for node, size in zip(more, self.sizes, strict=True):
-                share = add("sub", add("mul", node, flow.constant(1.0 / size)), flow.constant(1.25))
-                within.append(add("le", add("abs", share), flow.constant(0.75)))
+                share = add("sub", add("mul", node, 1.0 / size), 1.25)
+                within.append(add("le", add("abs", share), 0.75))
         else:
             limited.append((more, CONDITION))
         for some, limit in limited:
-            shares = [add("mul", d, flow.constant(1.0 / s)) for d, s in zip(some, scale, strict=True)]
-            length = flow.total([add("mul", share, share) for share in shares])
-            within.append(add("le", length, flow.constant(limit**2)))
-        good, nothing = reduce(partial(add, "and"), within), flow.constant(math.nan)
-        return [add("where", good, add("sub", z, d), nothing) for z, d in zip(rounded, last, strict=True)]
+            shares = [add("mul", d, 1.0 / s) for d, s in zip(some, scale, strict=True)]
+            length = flow.total(add("mul", share, share) for share in shares)
+            within.append(add("le", length, limit**2))
+        good, pairs = reduce(partial(add, "and"), within), zip(rounded, last, strict=True)
+        return [add("where", good, add("sub", z, d), math.nan) for z, d in pairs]
 
     def _beside(self) -> Iterator[list[float]]:
         """Known numbers a little farther from the sample than the bends of the root were fitted."""
@@ -632,18 +630,6 @@ def _between(at: Array, rows: Array, roots: Array) -> Array:
         others = (other for other in near if other is not there)
         found += roots[:, first + k] * math.prod((at - other) / (there - other) for other in others)
     return found
-
-
-def _power_series(flow: Graph, coefficients: Sequence[float], at: int) -> int:
-    """By Horner's rule; zeros at the end cost nothing."""
-    some = list(coefficients)
-    while some and not some[-1]:
-        some.pop()
-    total = flow.constant(some[-1] if some else 0.0)
-    for coefficient in some[-2::-1]:
-        total = flow.node("mul", total, at)
-        total = flow.node("add", flow.constant(coefficient), total) if coefficient else total
-    return total
 
 
 def _names(places: int) -> list[str]:

@@ -187,15 +187,14 @@ class _Writer:
         arguments = [f"a{i}" for i in range(program.inputs)]
         self.indent = " " * 12
         self._inputs()
-        if len(program.endings) == 1 and not program.order.usual:
-            self._conditions(program.endings)
+        self._conditions(program.endings)
+        if len(program.endings) > 1 or program.order.usual:
+            self._sorted(program.endings)
+        else:
             row = self._row(program.endings[0])
             if program.box is not None:
                 self._line("box.told += 1")
             self._line(f"return [{row}]" if self.all_answers else f"return {row}")
-        else:
-            self._conditions(program.endings)
-            self._sorted(program.endings)
         body = "\n".join(self.lines)
         given = ", ".join([*arguments, "*more", "**named"])
         taken = ", ".join([*(f"{name}=None" for name in arguments), "*more", "**named"])

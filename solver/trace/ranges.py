@@ -10,7 +10,7 @@ ends are nan, nan goes on to all that is computed from it, and nothing that comp
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import partial, reduce
 from math import isfinite
 from typing import Any, TypeAlias
 
@@ -112,9 +112,7 @@ def _monotone(function: Callable[..., Any], a: Pair) -> Pair:
 
 
 def _hull(*corners: Any) -> Pair:
-    one, other, third, fourth = corners
-    low = np.minimum(np.minimum(one, other), np.minimum(third, fourth))
-    return low, np.maximum(np.maximum(one, other), np.maximum(third, fourth))
+    return reduce(np.minimum, corners), reduce(np.maximum, corners)
 
 
 def _product(a: Pair, b: Pair) -> Pair:

@@ -284,7 +284,7 @@ def test_branches_that_cross_are_followed(orders: list[list[int]], seed: int) ->
     lines = starts + np.outer(np.arange(40), draw.uniform(-6, 6, 3))
     wound = (lines + 180) % 360 - 180
     shuffled = np.array([row[order] for row, order in zip(wound, orders, strict=True)])
-    points, counts, follow = shuffled.reshape(1, -1), np.full(40, 3), Follower([360.0], 10**9)
+    points, counts, follow = shuffled.reshape(1, -1), np.full(40, 3), Follower(np.array([360.0]), 10**9)
     numbers = [follow(points[:, :33], counts[:11]), follow(points[:, 33:], counts[11:])]
     labels = {line: place + 1 for place, line in enumerate(orders[0])}
     expected = [labels[line] for order in orders for line in order]
@@ -300,7 +300,7 @@ def test_branches_in_the_order_of_their_values_are_followed_through_crossings(se
     lines = starts + np.outer(np.arange(250), draw.uniform(-1, 1, 3))
     orders = np.argsort(lines, axis=1)
     points, counts = np.sort(lines, axis=1).reshape(1, -1), np.full(250, 3)
-    follow, cut = Follower([np.inf], 10**9), cut // 3
+    follow, cut = Follower(np.array([np.inf]), 10**9), cut // 3
     numbers = [
         follow(points[:, : 3 * cut], counts[:cut]),
         follow(points[:, 3 * cut :], counts[cut:]),
@@ -311,7 +311,7 @@ def test_branches_in_the_order_of_their_values_are_followed_through_crossings(se
 def test_numbers_start_anew_on_each_line_and_after_a_gap() -> None:
     points, counts = np.array([[0.0, 9, 9, 0, 0, 9, 0]]), np.array([2, 2, 0, 2])
     for line, expected in ((100, [1, 2, 2, 1, 0, 1, 2]), (1, [1, 2, 1, 2, 0, 1, 2])):
-        assert Follower([np.inf], line)(points, counts).tolist() == expected
+        assert Follower(np.array([np.inf]), line)(points, counts).tolist() == expected
 
 
 def test_every_answer_of_a_grid_on_the_command_line(run: Run, sheet: str) -> None:
