@@ -62,7 +62,6 @@ class Expansion:
         self.requirements: list[Requirement] = []
         self.names: dict[str, None] = {}
         self._called: list[Iterator[tuple[nodes.RuleBody, Context]]] = []
-        self._rules: dict[int, list[tuple[nodes.RuleBody, Span]]] = {}
         # calls found in a rule are pushed and come before the next rule
         stack = [self._bodies(program.sheet, Scope("", {}, {}), ())]
         while stack:
@@ -87,11 +86,8 @@ class Expansion:
         self, owner: nodes.RuleSheet | nodes.Function, scope: Scope, guard: tuple[Premise, ...]
     ) -> Iterator[tuple[nodes.RuleBody, Context]]:
         """The rules of a sheet or a function with where each stands."""
-        if id(owner) not in self._rules:
-            self._rules[id(owner)] = [
-                (rule.body, rule.span or rule.body.span or _NOWHERE) for rule in rules_of(owner)
-            ]
-        return ((body, Context(scope, guard, rule)) for body, rule in self._rules[id(owner)])
+        for rule in rules_of(owner):
+            yield rule.body, Context(scope, guard, rule.span or rule.body.span or _NOWHERE)
 
     def _expand(self, body: nodes.RuleBody, context: Context) -> None:
         """One rule; a stack holds the arms to come, so that long ``else if`` chains don't recurse."""
@@ -117,11 +113,11 @@ class Expansion:
                             result, value = results[0], nodes.Call(called.lower(), arguments, span)
                             self._equate(self._bind(result, context), self._bind(value, context), context)
                     case nodes.Inequality(comparisons):
-                        bound = (self._bind_condition(comparison, context) for comparison in comparisons)
+                        bound = (_exact(self._bind(comparison, context), rule) for comparison in comparisons)
                         self.requirements += (Requirement(one, guard, rule, scope.prefix) for one in bound)
                     case nodes.IfRule(condition, then, otherwise):
                         index = len(self.conditions)
-                        self.conditions.append(self._bind_condition(condition, context))
+                        self.conditions.append(_exact(self._bind(condition, context), rule))
                         for arm, holds in ((otherwise, False), (then, True)):
                             if arm is not None:
                                 stack.append((arm, Context(scope, (*guard, Premise(index, holds)), rule)))
@@ -161,39 +157,27 @@ class Expansion:
         left, right = (_exact(side, rule) for side in (left, right))
         self.equations.append(Equation(len(self.equations), left, right, guard, rule, scope.prefix))
 
-    def _bind(self, node: nodes.Expression, context: Context) -> nodes.Expression:
-        """The expression under full names, calls of rule functions replaced by their results."""
+    def _bind(self, node: Any, context: Context) -> Any:
+        """A node under full names, with calls of rule functions replaced by their results."""
         if not self.functions:
             return node
-        if isinstance(node, nodes.Name):
+        if isinstance(node, nodes.Name | nodes.Given):
             full = context.scope.full_name(node.name)
-            return node if full == node.name else nodes.Name(full, node.span)
+            return node if full == node.name else type(node)(full, node.span)
         if isinstance(node, nodes.Call) and node.function in self.functions:
             result = self._call(self.functions[node.function], node.arguments, None, context)
             self.names.setdefault(result)
             return nodes.Name(result, node.span)
         parts = children(node)
-        bound: list[nodes.Expression] = []
+        bound = []
         for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
             bound.append(self._bind(part, context))
         if all(new is old for new, old in zip(bound, parts, strict=True)):
             return node
         return rebuilt(node, tuple(bound))
 
-    def _bind_condition(self, node: nodes.Condition, context: Context) -> Any:
-        match node:
-            case nodes.Comparison(operator, left, right, span):
-                left, right = (_exact(self._bind(side, context), context.rule) for side in (left, right))
-                return nodes.Comparison(operator, left, right, span)
-            case nodes.And(terms, span) | nodes.Or(terms, span):
-                return type(node)(tuple(self._bind_condition(term, context) for term in terms), span)
-            case nodes.Not(term, span):
-                return nodes.Not(self._bind_condition(term, context), span)
-            case nodes.Given(name, span):
-                return nodes.Given(context.scope.full_name(name), span)
 
-
-def _exact(side: nodes.Expression, rule: Span) -> nodes.Expression:
-    """A side of a rule with what its constants are exactly put in: the text tells where there may be any."""
+def _exact(part: Any, rule: Span) -> Any:
+    """A part of a rule with what its constants are exactly put in: the text tells where there may be any."""
     text = (rule.text or "sin pi").lower()
-    return with_round_values(side) if "pi" in text and any(f in text for f in ("sin", "cos", "tan")) else side
+    return with_round_values(part) if "pi" in text and any(f in text for f in ("sin", "cos", "tan")) else part

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, wraps
 from importlib import import_module
@@ -102,12 +102,10 @@ class Equation:
     scope: str = ""
 
     @classmethod
-    def of(
-        cls, index: int, body: nodes.RuleBody, guard: tuple[Premise, ...], rule: Span, scope: str = ""
-    ) -> Equation:
+    def of(cls, index: int, body: nodes.RuleBody, guard: tuple[Premise, ...], rule: Span) -> Equation:
         """That of a rule which is like others: its sides are taken when they are first asked for."""
         made = cls.__new__(cls)
-        made.__dict__.update(index=index, guard=guard, rule=rule, scope=scope, body=body)
+        made.__dict__.update(index=index, guard=guard, rule=rule, body=body)
         return made
 
     def __getattr__(self, name: str) -> nodes.Expression:
@@ -177,6 +175,10 @@ class Model:
     files: tuple[str, ...] = field(default=(), compare=False, repr=False)
     python: tuple[str, ...] = field(default=(), compare=False, repr=False)
     units: Library = field(default=library(), compare=False, repr=False)
+
+    def outcomes(self, guard: Iterable[Premise]) -> list[tuple[nodes.Condition, bool]]:
+        """The conditions of a guard, each with how it must come out."""
+        return [(self.conditions[premise.condition], premise.holds) for premise in guard]
 
     def __repr__(self) -> str:
         size = plural(len(self.variables), "variable"), plural(len(self.equations), "equation")

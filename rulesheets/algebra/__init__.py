@@ -21,7 +21,7 @@ from sympy.printing.latex import LatexPrinter
 from rulesheets.format import format_condition, format_expression
 from rulesheets.functions import TABLE
 from rulesheets.functions.row import Forms, Function
-from rulesheets.model import Equation, Model, Premise, Requirement, Variable
+from rulesheets.model import Equation, Model, Requirement, Variable
 from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import (
     And,
@@ -40,6 +40,7 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     Symbol,
+    conjunction,
 )
 
 Form: TypeAlias = Callable[..., Any]
@@ -146,15 +147,6 @@ class Conversion(NamedTuple):
             case Given(name):
                 return sympy.Symbol(f"given('{name})")
 
-    def guard(self, guard: tuple[Premise, ...], model: Model) -> Any:
-        """The premises joined by ``and``; true where there is none."""
-        parts = [
-            condition if premise.holds else sympy.Not(condition, evaluate=False)
-            for premise in guard
-            for condition in (self.condition(model.conditions[premise.condition]),)
-        ]
-        return parts[0] if len(parts) == 1 else sympy.And(*parts, evaluate=not parts)
-
     def equation(self, equation: Equation) -> Any:
         left, right = self.expression(equation.left), self.expression(equation.right)
         return sympy.Eq(left, right, evaluate=False)
@@ -181,11 +173,11 @@ class SympyEquation(NamedTuple):
 
 def sympy_equations(model: Model) -> tuple[SympyEquation, ...]:
     """Every equation of a model in sympy with its guard and its place in the text, in the model's order."""
+    told = AS_MATHEMATICS.condition
+    guards = (told(conjunction(model.outcomes(e.guard))) if e.guard else sympy.true for e in model.equations)
     return tuple(
-        SympyEquation(
-            AS_MATHEMATICS.equation(equation), AS_MATHEMATICS.guard(equation.guard, model), equation.rule
-        )
-        for equation in model.equations
+        SympyEquation(AS_MATHEMATICS.equation(equation), guard, equation.rule)
+        for equation, guard in zip(model.equations, guards, strict=True)
     )
 
 
@@ -273,7 +265,8 @@ def _text_row(rule: Equation | Requirement, model: Model) -> str:
         row = format_condition(rule.comparison)
     else:
         row = f"{format_expression(rule.left)} = {format_expression(rule.right)}"
-    return f"{row}   if {format_condition(_joined(rule.guard, model))}" if rule.guard else row
+    guard = conjunction(model.outcomes(rule.guard), _not) if rule.guard else None
+    return f"{row}   if {format_condition(guard)}" if guard else row
 
 
 def _latex_row(rule: Equation | Requirement, model: Model) -> str:
@@ -282,15 +275,8 @@ def _latex_row(rule: Equation | Requirement, model: Model) -> str:
     else:
         row = f"  {expression_latex(rule.left)} &= {expression_latex(rule.right)}"
     if rule.guard:
-        row += rf" && \text{{if }} {condition_latex(_joined(rule.guard, model))}"
+        row += rf" && \text{{if }} {condition_latex(conjunction(model.outcomes(rule.guard), _not))}"
     return f"  % {_place(rule)}\n{row}"
-
-
-def _joined(guard: tuple[Premise, ...], model: Model) -> Condition:
-    """All premises joined by ``and``."""
-    premises = ((model.conditions[premise.condition], premise.holds) for premise in guard)
-    conditions = tuple(condition if holds else _not(condition) for condition, holds in premises)
-    return conditions[0] if len(conditions) == 1 else And(conditions)
 
 
 def expression_latex(expression: Expression) -> str:

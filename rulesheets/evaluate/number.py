@@ -481,12 +481,13 @@ def _root(number: int) -> int:
 # exactly a float is put in for it as a sheet is expanded. Poles stay as they are written.
 
 
-def with_round_values(expression: Expression) -> Expression:
-    """The expression with every sine, cosine and tangent of a part of π that is 0, ±1/2 or ±1 put in."""
+def with_round_values(expression: Any) -> Any:
+    """An expression or a condition with every sine, cosine and tangent of a part of π that is 0, ±1/2 or ±1
+    put in."""
     parts = children(expression)
     if not parts:
         return expression
-    found: list[Expression] = []
+    found = []
     for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
         found.append(with_round_values(part))
     if any(new is not old for new, old in zip(found, parts, strict=True)):

@@ -94,7 +94,8 @@ class Like(NamedTuple):
                 return Name(next(names), span)
             if isinstance(node, Number):
                 return Number(next(numbers), span)
-            return rebuilt(node, tuple(map(made, children(node))), span)
+            whole: Expression = rebuilt(node, tuple(map(made, children(node))), span)
+            return whole
 
         left, right = self.form.sides
         return tuple(map(made, left)), tuple(map(made, right))

@@ -7,7 +7,7 @@ once names are bound, as the mathematics that the solver works on.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from operator import attrgetter
 from typing import Any, ClassVar, Self, TypeAlias, TypeVar, dataclass_transform, overload
 
@@ -127,23 +127,18 @@ def _tree(operand: Operand) -> Expression:
     return Number(operand) if isinstance(operand, float | int) else operand
 
 
+def _swapped(operation: Callable[[Operand, Operand], Expression]) -> Callable[[Any, float], Expression]:
+    return lambda right, left: operation(left, right)
+
+
 class Operators(Node):
     """``+ - * / **`` of expressions and numbers; terms 0 and factors 1 fold away."""
 
     __neg__, __add__, __sub__, __mul__, __truediv__ = negative, add, subtract, multiply, divide
     __pow__ = power
 
-    def __radd__(self: Any, other: float) -> Expression:
-        return add(other, self)
-
-    def __rsub__(self: Any, other: float) -> Expression:
-        return subtract(other, self)
-
-    def __rmul__(self: Any, other: float) -> Expression:
-        return multiply(other, self)
-
-    def __rtruediv__(self: Any, other: float) -> Expression:
-        return divide(other, self)
+    __radd__, __rsub__ = _swapped(add), _swapped(subtract)
+    __rmul__, __rtruediv__ = _swapped(multiply), _swapped(divide)
 
 
 # --- expressions ----------------------------------------------------------------
@@ -221,6 +216,7 @@ class Call(Operators):
 Expression: TypeAlias = Number | Symbol | Name | Negative | Sum | Product | Quotient | Power | Call
 Operand: TypeAlias = Expression | float
 _Leaf = TypeVar("_Leaf", Name, Number)
+_Tree = TypeVar("_Tree", bound="Expression | Condition")
 
 # --- conditions -----------------------------------------------------------------
 
@@ -261,6 +257,7 @@ class Given(Node):
 
 
 Condition: TypeAlias = Comparison | And | Or | Not | Given
+_Opposite: TypeAlias = Callable[[Condition], Condition]
 
 # --- rules ----------------------------------------------------------------------
 
@@ -472,20 +469,26 @@ def children(node: Any) -> Any:
     return node.parts
 
 
-def rebuilt(node: Expression, parts: tuple[Expression, ...], span: Span | None = None) -> Expression:
-    """The expression with other direct parts: the inverse of :func:`children`; elsewhere, with a span."""
-    span = span or node.span
+def rebuilt(node: _Tree, parts: tuple[Any, ...], span: Span | None = None) -> _Tree:
+    """The node with other direct parts: the inverse of :func:`children`; elsewhere, with a span."""
+    kind: Any = type(node)
+    found, span = node, span or node.span
     match node:
-        case Sum():
-            return Sum(parts, span)
+        case Sum() | And() | Or():
+            found = kind(parts, span)
         case Call():
-            return Call(node.function, parts, span)
-        case Negative():
-            return Negative(parts[0], span)
-        case Product() | Quotient() | Power():
-            return type(node)(parts[0], parts[1], span)
-        case _:
-            return node
+            found = kind(node.function, parts, span)
+        case Comparison():
+            found = kind(node.operator, *parts, span)
+        case Negative() | Not() | Product() | Quotient() | Power():
+            found = kind(*parts, span)
+    return found
+
+
+def conjunction(outcomes: Iterable[tuple[Condition, bool]], opposite: _Opposite = Not) -> Condition:
+    """The conditions that hold, and the opposites of those that do not, joined by ``and``."""
+    terms = tuple(condition if holds else opposite(condition) for condition, holds in outcomes)
+    return terms[0] if len(terms) == 1 else And(terms)
 
 
 def names(node: Expression | Condition) -> Iterator[str]:

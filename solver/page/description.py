@@ -71,8 +71,7 @@ def typeset(model: Model) -> list[list[str]]:
     def line(equation: Equation) -> str:
         body = f"{notation.expression(equation.left)} = {notation.expression(equation.right)}"
         if equation.guard:
-            outcomes = [(model.conditions[premise.condition], premise.holds) for premise in equation.guard]
-            body += rf"\quad \text{{if }} {notation.conditions(outcomes)}"
+            body += rf"\quad \text{{if }} {notation.conditions(model.outcomes(equation.guard))}"
         return _SCOPE.sub("", body)
 
     return [list(map(line, group)) for group in Places(model).groups.values()]

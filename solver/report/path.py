@@ -11,7 +11,7 @@ from rulesheets.format import format_condition, format_expression
 from rulesheets.inputs import DIGITS, readable
 from rulesheets.model import Equation, Model, Premise, Requirement, Value
 from rulesheets.syntax import Span, escaped, nodes
-from rulesheets.syntax.nodes import Condition, Expression, names, substitute
+from rulesheets.syntax.nodes import Condition, Expression, conjunction, names, substitute
 from solver.facts import Method, Status
 from solver.kernel.block import kernel_of
 from solver.kernel.solve_block import first_methods
@@ -27,8 +27,8 @@ _FIRST = re.compile(r"(^|\(|, )\((-[^()]*)\)(?!\^)")
 class Plain:
     """As in a rule sheet, numbers below zero in parentheses wherever a sign would precede them."""
 
-    def expression(self, node: Expression) -> str:
-        return format_expression(node)
+    expression = staticmethod(format_expression)
+    value = staticmethod(readable)
 
     def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
         """The expression with numbers for its names."""
@@ -36,12 +36,9 @@ class Plain:
         numbers = {n: nodes.Name(f"({text})" if text[0] == "-" else text) for n, text in texts.items()}
         return _FIRST.sub(r"\1\2", format_expression(substitute(node, numbers)))
 
-    def value(self, value: Value) -> str:
-        return readable(value)
-
     def conditions(self, outcomes: Iterable[tuple[Condition, bool]]) -> str:
         """The conditions that hold, and that the others do not, joined by ``and``."""
-        return format_condition(_joined(outcomes))
+        return format_condition(conjunction(outcomes))
 
 
 class Tex:
@@ -61,16 +58,11 @@ class Tex:
     def conditions(self, outcomes: Iterable[tuple[Condition, bool]]) -> str:
         from rulesheets.algebra import condition_latex
 
-        return condition_latex(_joined(outcomes))
+        return condition_latex(conjunction(outcomes))
 
 
 Notation: TypeAlias = Plain | Tex
 """How mathematics is written."""
-
-
-def _joined(outcomes: Iterable[tuple[Condition, bool]]) -> Condition:
-    terms = tuple(condition if holds else nodes.Not(condition) for condition, holds in outcomes)
-    return terms[0] if len(terms) == 1 else nodes.And(terms)
 
 
 def _rounded(value: Value) -> Expression:
@@ -243,8 +235,7 @@ def unreached(path: Path, wanted: Iterable[str]) -> tuple[str, ...]:
 def _parts(
     model: Model, tree: PathTree, wanted: Sequence[str], outcomes: tuple[Premise, ...], first: int
 ) -> Iterator[str]:
-    read = ((model.conditions[premise.condition], premise.holds) for premise in outcomes)
-    lines = [f"Where {Plain().conditions(read)}:"] if outcomes else []
+    lines = [f"Where {Plain().conditions(model.outcomes(outcomes))}:"] if outcomes else []
     if tree.path.steps:
         lines.append(path_table(model, tree.path, first))
     else:
