@@ -65,16 +65,12 @@ def preconditioned(
     jacobian: Sequence[Sequence[Ball]], centre: Sequence[Sequence[Ball]], residual: Sequence[Ball]
 ) -> tuple[list[list[Ball]], list[Ball]] | None:
     """I − Y J and Y F, for Y next to the inverse of the middle of ``centre``; None where that is singular."""
-    n = len(residual)
     try:
-        inverse = arb_mat([[a.mid() for a in row] for row in centre]).inv()
+        rough = arb_mat(centre).mid().inv().mid()
     except ZeroDivisionError:
         return None
-    rough = arb_mat([[inverse[i, j].mid() for j in range(n)] for i in range(n)])
-    product = rough * arb_mat([list(row) for row in jacobian])
-    shift = rough * arb_mat([[f] for f in residual])
-    rest = [[(1 if i == j else 0) - product[i, j] for j in range(n)] for i in range(n)]
-    return rest, [shift[i, 0] for i in range(n)]
+    rest, shift = 1 - rough * arb_mat(jacobian), rough * arb_mat([[f] for f in residual])
+    return rest.tolist(), shift.entries()
 
 
 def solved(matrix: Sequence[Sequence[Ball]], rhs: Sequence[Ball]) -> list[Ball]:
@@ -82,8 +78,8 @@ def solved(matrix: Sequence[Sequence[Ball]], rhs: Sequence[Ball]) -> list[Ball]:
 
     Raises ZeroDivisionError where an A may be singular.
     """
-    found = arb_mat([list(row) for row in matrix]).solve(arb_mat([[b] for b in rhs]))
-    return [found[i, 0] for i in range(len(rhs))]
+    found: list[Ball] = arb_mat(matrix).solve(arb_mat([[b] for b in rhs])).entries()
+    return found
 
 
 def _form(row: Function) -> Callable[..., Ball]:

@@ -49,14 +49,14 @@ _jumping = partial(_row, smooth=False, jumps=True)
 
 def _extreme(choose: Callable[[tuple[Any, ...]], Any], word: str, example: str) -> Function:
     """The row of ``min`` or ``max``, which ``choose`` is in Python."""
-    name = choose.__name__
+    name, chosen = choose.__name__, getattr(intervals, word)
     return _row(
         *(name, f"{word} of its arguments", example),
         arguments="a, b, …",
         value=lambda *numbers: choose(numbers),
         array=f"{word}_of",
         slopes=getattr(row, word),
-        interval=getattr(intervals, f"{word}_of"),
+        interval=lambda *ends: (reduce(chosen, ends[::2]), reduce(chosen, ends[1::2])),
         digits=lambda mp, *numbers: choose(numbers),
         ball=lambda arb, *numbers: reduce(lambda a, b: getattr(a, name)(b), numbers),
         sympy=name.title(),

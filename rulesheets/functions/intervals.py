@@ -9,7 +9,6 @@ Kearfott, M. J. Cloud, *Introduction to Interval Analysis*, 2009.)
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import reduce
 from math import atan2 as radians_of
 from math import ceil, copysign, floor, fmod, inf, isinf, isnan, nan, nextafter, pi
 from math import tan as tangent
@@ -363,14 +362,6 @@ def step(x_low: float, x_high: float, a_low: float, a_high: float) -> Interval:
     if isnan(x_low) or isnan(a_low):
         return EMPTY
     return 1.0 if x_low >= a_high else 0.0, 0.0 if x_high < a_low else 1.0
-
-
-def least_of(*ends: float) -> Interval:
-    return reduce(least, ends[::2]), reduce(least, ends[1::2])
-
-
-def greatest_of(*ends: float) -> Interval:
-    return reduce(greatest, ends[::2]), reduce(greatest, ends[1::2])
 
 
 def frac(low: float, high: float) -> Interval:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from math import inf
 from typing import Any, NamedTuple, TypeAlias
 
@@ -160,15 +160,10 @@ class Forms(Mapping[str, Callable[..., Any]]):
     """One facet of every row of a table, by name; ``make`` turns a row into it when it is first asked for."""
 
     def __init__(self, table: Mapping[str, Function], make: Callable[[Function], Callable[..., Any]]) -> None:
-        self._table, self._make = table, make
-        self._made: dict[str, tuple[Function, Callable[..., Any]]] = {}
+        self._table, self._made = table, cache(make)
 
     def __getitem__(self, name: str) -> Callable[..., Any]:
-        row = self._table[name]
-        made = self._made.get(name)
-        if made is None or made[0] is not row:
-            made = self._made[name] = row, self._make(row)
-        return made[1]
+        return self._made(self._table[name])
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._table)
