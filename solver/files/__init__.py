@@ -5,27 +5,35 @@ Here are output files, and what is said about files of rows.
 
 from __future__ import annotations
 
+import csv
 import errno
 import os
 import stat
-from collections.abc import Callable, Iterable
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from io import RawIOBase
 from mmap import mmap
 from types import TracebackType
 from typing import Any, BinaryIO, Self, TextIO
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, said
-from rulesheets.files import unwritable
+from rulesheets.files import expect_regular, unwritable
 from rulesheets.syntax import Source, Span
 
 with suppress(ImportError):  # a system without refuses to remove open files by itself
     import fcntl
 
 
-def unreadable_rows(path: str, reason: str) -> Diagnosis:
-    notes = ("rows come from a CSV file with a heading of names, or from a Parquet file",)
-    return error("E440", f"{path} cannot be read as rows: {reason}", notes=notes)
+@contextmanager
+def readable_rows(path: str) -> Iterator[None]:
+    """Raise RuleSheetError (E304, E440) where the file cannot be read within the context."""
+    expect_regular(path)
+    try:
+        yield
+    except (OSError, ValueError, csv.Error) as failure:
+        reason = getattr(failure, "strerror", None) or str(failure)
+        note = "rows come from a CSV file with a heading of names, or from a Parquet file"
+        raise RuleSheetError(said("E440", f"{path} cannot be read as rows: {reason}", None, note)) from None
 
 
 def wrong_cell(path: str, line: int, text: str, name: str, *, number: bool = False) -> Diagnosis:

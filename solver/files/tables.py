@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.diagnosis import RuleSheetError, error
-from rulesheets.files import expect_regular, unwritable
+from rulesheets.files import unwritable
 from rulesheets.inputs import decimal_point, delimiter, exact, parse_value, symbol_name
 from solver.facts import Status, UnknownName
 from solver.files import (
@@ -24,7 +24,7 @@ from solver.files import (
     Replacement,
     expect_no_input,
     missing_extra,
-    unreadable_rows,
+    readable_rows,
     wrong_cell,
 )
 from solver.path import Shown
@@ -298,9 +298,8 @@ def parquet_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Sequence[i
 
     Raises RuleSheetError (E440, E441).
     """
-    file = _opened(path)
-    try:
-        for batch in file.iter_batches(columns=list(names)):
+    with readable_rows(path):
+        for batch in _pyarrow()[1].ParquetFile(path).iter_batches(columns=list(names)):
             columns = []
             for column in map(batch.column, names):
                 if str(column.type) in ("double", "float"):
@@ -308,18 +307,6 @@ def parquet_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Sequence[i
                 else:
                     columns.append(column.to_pylist())
             yield range(batch.num_rows), columns
-    except (OSError, ValueError) as failure:
-        raise RuleSheetError(unreadable_rows(path, str(failure))) from None
-
-
-def _opened(path: str) -> Any:
-    _, parquet = _pyarrow()
-    expect_regular(path)
-    try:
-        return parquet.ParquetFile(path)
-    except (OSError, ValueError) as failure:
-        reason = getattr(failure, "strerror", None) or str(failure)
-        raise RuleSheetError(unreadable_rows(path, reason)) from None
 
 
 def _pyarrow() -> tuple[Any, Any]:
@@ -397,12 +384,13 @@ def heading(path: str) -> tuple[tuple[str, ...], int | None]:
 
     Raises RuleSheetError (E440, E441) for a file that is missing, unreadable, or has no heading.
     """
-    if path.lower().endswith(PARQUET):
-        file = _opened(path)
-        return tuple(file.schema_arrow.names), file.metadata.num_rows
-    for _, cells in _lines(path):
-        return tuple(cell.strip() for cell in cells), None
-    raise RuleSheetError(unreadable_rows(path, "it is empty"))
+    with readable_rows(path):
+        if path.lower().endswith(PARQUET):
+            file = _pyarrow()[1].ParquetFile(path)
+            return tuple(file.schema_arrow.names), file.metadata.num_rows
+        for _, cells in _lines(path):
+            return tuple(cell.strip() for cell in cells), None
+        raise ValueError("it is empty")
 
 
 def pieces(
@@ -435,19 +423,13 @@ def _csv_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Sequence[int]
 
 def _lines(path: str) -> Iterator[tuple[int, list[str]]]:
     """The lines that are not blank, with their numbers."""
-    expect_regular(path)
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            first = file.readline()
-            file.seek(0)
-            separator = delimiter(first)
-            reader = csv.reader(file, delimiter=separator, strict=True)
-            for cells in reader:
-                if cells:
-                    yield reader.line_num, cells if separator == "," else list(map(decimal_point, cells))
-    except (OSError, ValueError, csv.Error) as failure:
-        reason = getattr(failure, "strerror", None) or str(failure)
-        raise RuleSheetError(unreadable_rows(path, reason)) from None
+    with readable_rows(path), open(path, encoding="utf-8-sig", newline="") as file:
+        separator = delimiter(file.readline())
+        file.seek(0)
+        reader = csv.reader(file, delimiter=separator, strict=True)
+        for cells in reader:
+            if cells:
+                yield reader.line_num, cells if separator == "," else list(map(decimal_point, cells))
 
 
 def _column(cells: Sequence[Any], path: str, name: str, lines: Sequence[int], number: bool) -> Array:
