@@ -21,7 +21,6 @@ from rulesheets.checks.marks import PLACES, marks_of, parts
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import Figure
 from solver.derivatives import Sensitivities
-from solver.facts import Unsolved
 from solver.path import equations_of
 from solver.path.cases import outcomes
 from solver.path.planner import planner
@@ -327,25 +326,23 @@ def _limits(plan: Plan, name: str, rows: list[Row], closed: bool) -> tuple[float
 def _extreme(plan: Plan, name: str, row: Row, sign: float, ends: list[float]) -> Row:
     """The row of the least value (of the greatest for ``sign`` -1) between two values of the parameter."""
 
+    def answer(at: float) -> Row:
+        return nearest(plan, at, plan.outcome((at,))[1], row)
+
     def size(at: float) -> float:
-        near = nearest(plan, at, row)
-        return inf if near is None else sign * float(near[name])
+        return sign * float(answer(at).get(name, sign * inf))
 
     share, (low, high) = (sqrt(5.0) - 1.0) / 2.0, ends  # golden section (Kiefer 1953)
     while high - low > 1e-9 * (abs(low) + abs(high) + 1e-9):
         left, right = high - share * (high - low), low + share * (high - low)
         low, high = (low, right) if size(left) <= size(right) else (left, high)
-    return nearest(plan, (low + high) / 2.0, row) or row
+    return answer((low + high) / 2.0) or row
 
 
-def nearest(plan: Plan, at: float, like: Row) -> Row | None:
-    """The answer of a plan with one input that is nearest to given values."""
-    try:
-        answers = plan.all(at)
-    except Unsolved:
-        return None
-    rows = [{**plan.given, plan.inputs[0]: at, **dict(zip(plan.want, one, strict=True))} for one in answers]
-    return min(rows, key=lambda row: apart(plan.model, row, like), default=None)
+def nearest(plan: Plan, at: float, answers: Iterable[Sequence[Value]], like: Row) -> Row:
+    """Of the answers of a plan at its one input, all values of the one nearest to given ones."""
+    rows = ({**plan.given, plan.inputs[0]: at, **dict(zip(plan.want, one, strict=True))} for one in answers)
+    return min(rows, key=lambda row: apart(plan.model, row, like), default={})
 
 
 def extents(model: Model, curve: Rail) -> list[list[float] | None]:

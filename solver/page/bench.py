@@ -29,7 +29,7 @@ from rulesheets.model import Model, Value
 from rulesheets.units import converted, parted
 from rulesheets.units.check import check_units
 from solver.facts import Status
-from solver.page import apart, extents, geometry, handles, needed, rail, turn
+from solver.page import extents, geometry, handles, nearest, needed, rail, turn
 from solver.page.description import answered, complaint, derived, described, typeset
 from solver.report.derivation import why, why_text
 from solver.report.sheet import finite
@@ -216,10 +216,7 @@ class Bench:
         status, answers = outcome((value,))
         if status is not Status.SOLVED:
             return {"status": str(status), "value": value}
-        rows = [dict(zip(plan.want, answer, strict=True)) for answer in answers]
-        near = question.get("near") or {}
-        row = min(rows, key=lambda one: apart(plan.model, one, near)) if near else rows[0]
-        values = {**plan.given, name: value, **row}
+        values = nearest(plan, value, answers, question.get("near") or {})
         drawn = geometry(plan.model, values)
         return {"status": "solved", "value": value, "values": finite(values), "figures": drawn}
 
