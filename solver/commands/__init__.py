@@ -50,10 +50,7 @@ def command_of(module: str, name: str) -> Command:
 
 
 def run(name: str, commands: Mapping[str, tuple[str, str]], words: list[str]) -> int:
-    """Parse the words of a command and run it; what argparse refuses ends with exit code 2.
-
-    Diagnoses are rendered for people on stderr, and as an object on stdout where JSON is asked for.
-    """
+    """Parse the words of a command and run it; what argparse refuses ends with exit code 2."""
     module, about = commands[name]
     command = command_of(module, name)
     form = partial(HelpFormatter, width=(screen_of(sys.stdout).width or 80) - 2)  # else it brings shutil
@@ -68,9 +65,17 @@ def run(name: str, commands: Mapping[str, tuple[str, str]], words: list[str]) ->
         return int(end.code or 0)
     if getattr(arguments, "no_cache", False):
         os.environ["BACKSOLVE_CACHE"] = ""
+    return answered(command.run, arguments)
+
+
+def answered(command: Callable[[Namespace], int], arguments: Namespace) -> int:
+    """Run a command, within its time.
+
+    Diagnoses are rendered for people on stderr, and as an object on stdout where JSON is asked for.
+    """
     try:
         with time_limit(getattr(arguments, "timeout", None)), shown_on(sys.stdout):
-            return command.run(arguments)
+            return command(arguments)
     except TimeIsUp:
         print("error[S553]: the time was up", file=sys.stderr)
         return UNSOLVED

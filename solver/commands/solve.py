@@ -12,7 +12,6 @@ from contextvars import Context
 from dataclasses import replace
 from typing import Any
 
-from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.diagnosis import RuleSheetError, plural, render
 from rulesheets.files import find_sheet, parsed, read_source
 from rulesheets.format import format_sheet
@@ -26,12 +25,12 @@ from solver.commands import (
     Request,
     add_input_options,
     add_sheet_options,
+    answered,
     load_sheet,
     read_request,
 )
 from solver.path.planner import path_tree, planner
 from solver.ranking.ranking import signs_of
-from solver.report import shown_on
 from solver.report.sheet import diagnosis_json, result_csv, result_json, result_text
 from solver.solution.solving import Result, posted, solve
 
@@ -171,14 +170,9 @@ def _watch(arguments: Namespace) -> int:
 
 def _round(arguments: Namespace) -> set[str]:
     """Solve once and print; the files that the sheet was read from."""
-    try:
-        with time_limit(arguments.timeout), shown_on(sys.stdout):
-            _solve(arguments)
-            return set(load(arguments.sheet, within=arguments.within).files)
-    except TimeIsUp:
-        print("error[S553]: the time was up", file=sys.stderr)
-    except RuleSheetError as wrong:
-        print("\n\n".join(map(render, wrong.diagnoses)), file=sys.stderr)
+    answered(_solve, arguments)
+    with suppress(RuleSheetError):
+        return set(load(arguments.sheet, within=arguments.within, allow_python=arguments.allow_python).files)
     return set()
 
 
