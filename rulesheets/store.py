@@ -53,7 +53,7 @@ def save(kind: str, key: bytes, data: bytes) -> None:
         return
     content = _head(kind, key) + data
     with suppress(OSError):
-        write_beside(path, _MAGIC + _sum(content) + content, 0o600)
+        _write_beside(path, _MAGIC + _sum(content) + content)
         if crc32(content) % EVICTING == 0:
             _evict(os.path.dirname(path))
 
@@ -162,7 +162,7 @@ def _evict(base: str) -> None:
                 os.unlink(path)
 
 
-def write_beside(target: str, data: bytes, mode: int) -> None:
+def _write_beside(target: str, data: bytes) -> None:
     """Write to a file of a name of its own in the same folder, then give it the name of ``target``.
 
     Raises OSError, and leaves nothing behind then.
@@ -173,7 +173,6 @@ def write_beside(target: str, data: bytes, mode: int) -> None:
     try:
         with open(handle, "wb") as file:
             file.write(data)
-        os.chmod(temporary, mode)
         os.replace(temporary, target)
     except BaseException:
         os.unlink(temporary)

@@ -44,8 +44,7 @@ def _complaints(program: Program, each: bool) -> Iterator[Diagnosis]:
         yield from check_names(scope)
         yield from check_shapes(scope)
         yield from check_nodes(scope)
-        for call, _ in scope.calls:
-            function = program.functions.get(call.function.lower())
+        for call, function, _ in scope.calls:
             if function is not None:
                 yield from _check_rule_function(call, function, scope)
             else:
@@ -116,17 +115,15 @@ class Scope:
         return dict.fromkeys((*self.declared, *self.places))
 
     @cached_property
-    def calls(self) -> list[tuple[nodes.Call | nodes.CallRule, int]]:
-        """Calls with results beside them (``call f(a; x)``, ``x = f(a)``), then those in expressions."""
-        rules = [(part, count) for part, count in self.parts if isinstance(part, nodes.CallRule)]
-        return [*rules, *((node, count) for node, count in self.every if isinstance(node, nodes.Call))]
+    def calls(self) -> list[tuple[nodes.Call | nodes.CallRule, nodes.Function | None, int]]:
+        """Calls with results beside them (``call f(a; x)``, ``x = f(a)``), then those in expressions.
 
-    def callees(self) -> Iterator[tuple[nodes.Call | nodes.CallRule, nodes.Function, int]]:
-        """Every call of a rule function that exists, with that function, and how many there are like it."""
-        for call, count in self.calls:
-            function = self.program.functions.get(call.function.lower())
-            if function is not None:
-                yield call, function, count
+        Each comes with its rule function, if it is of one, and how many there are like it."""
+        return [
+            (call, self.program.functions.get(call.function.lower()), count)
+            for call, count in (*self.parts, *self.every)
+            if isinstance(call, nodes.Call | nodes.CallRule)
+        ]
 
 
 # --- places ---------------------------------------------------------------------
@@ -241,8 +238,9 @@ def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diag
     scopes = {**functions, "": sheet}
     calls: dict[str, dict[str, list[tuple[nodes.Call | nodes.CallRule, int]]]] = {n: {} for n in scopes}
     for name, scope in scopes.items():
-        for call, function, count in scope.callees():
-            calls[name].setdefault(function.name.lower(), []).append((call, count))
+        for call, function, count in scope.calls:
+            if function is not None:
+                calls[name].setdefault(function.name.lower(), []).append((call, count))
     try:
         inner_first = tuple(TopologicalSorter(calls).static_order())
     except CycleError as found:
@@ -269,7 +267,7 @@ def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diag
         reason = f"the model has more than {MAX_EQUATIONS:,} equations"
     else:
         return
-    place = next((call.span for call, *_ in sheet.callees()), None)
+    place = next((call.span for call, function, _ in sheet.calls if function), None)
     yield said("E216", reason, place, "call fewer functions in functions", label="called here")
 
 

@@ -19,12 +19,12 @@ from rulesheets import store
 from rulesheets.diagnosis import RuleSheetError, catalogue, error, suggestion
 from rulesheets.files import find_sheet, shipped_models
 from solver.commands import Command, command_of
-from solver.report import columns
+from solver.report import table
 
 
 def _models(arguments: Namespace) -> int:
     """One line a model: its name, and the comment that its sheet opens with."""
-    print(columns((name, title(find_sheet(name))) for name in shipped_models()))
+    print(table((), ((name, title(find_sheet(name))) for name in shipped_models())))
     return 0
 
 
@@ -43,7 +43,7 @@ def _codes_arguments(parser: ArgumentParser) -> None:
 def _codes(arguments: Namespace) -> int:
     """One code with its cause and its cure, or a line for each."""
     if arguments.code is None:
-        print(columns((code, entry.title) for code, entry in catalogue().items()))
+        print(table((), ((code, entry.title) for code, entry in catalogue().items())))
         return 0
     code = arguments.code.strip("[]").upper()
     if code not in catalogue():

@@ -98,11 +98,6 @@ def table(
     return "\n".join(body)
 
 
-def columns(rows: Iterable[Sequence[str]]) -> str:
-    """Like :func:`table`, without a header."""
-    return table((), rows)
-
-
 def fits(header: Sequence[str], rows: Iterable[Sequence[str]]) -> bool:
     """Whether a table whose last column may be cut fits the screen."""
     room = SCREEN.get().width

@@ -20,7 +20,7 @@ from rulesheets.units import shown
 from solver.path import Evaluate, Isolation, Select, Shown, SolveBlock, Step, equations_of
 from solver.path.cases import outcomes, solved_by
 from solver.path.isolate import isolate
-from solver.report import SCREEN, columns
+from solver.report import SCREEN, table
 from solver.report.path import Notation, Places, Plain, Tex
 from solver.solution.solving import Result
 
@@ -332,7 +332,7 @@ class Page:
     def _table(self, names: Iterable[str]) -> str:
         rows = [(self.known(name), self.model.variables[name].comment) for name in names]
         if not self.markdown:
-            return columns((MARGIN + known, comment) for known, comment in rows)
+            return table((), ((MARGIN + known, comment) for known, comment in rows))
         return "\n".join(f"- {known}" + f": {self._plain(said)}" * bool(said) for known, said in rows)
 
     def _steps(self, links: Sequence[Link]) -> Iterator[str]:

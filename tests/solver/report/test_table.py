@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from solver.report import columns, table, width
+from solver.report import table, width
 
 
 def test_columns_are_as_wide_as_their_widest_cell() -> None:
@@ -26,9 +26,9 @@ def test_a_table_without_rows_is_its_header() -> None:
 def test_wide_and_combining_characters_take_their_cells() -> None:
     assert width("角度") == 4
     assert width("e\u0301") == 1
-    lines = columns([("角", "x"), ("ab", "y")]).split("\n")
+    lines = table((), [("角", "x"), ("ab", "y")]).split("\n")
     assert [width(line) for line in lines] == [5, 5]
 
 
 def test_a_cell_cannot_move_the_cursor() -> None:
-    assert columns([("a\x1b[31m\nb", "c")]) == "a [31m b  c"
+    assert table((), [("a\x1b[31m\nb", "c")]) == "a [31m b  c"
