@@ -13,8 +13,9 @@ from math import inf
 from threading import current_thread, main_thread
 from time import monotonic
 from types import FrameType, TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
+T = TypeVar("T")
 _END: ContextVar[float] = ContextVar("_END", default=inf)
 
 
@@ -23,12 +24,13 @@ class TimeIsUp(Exception):
 
 
 @contextmanager
-def _until(end: float) -> Iterator[None]:
-    before = _END.set(end)
+def setting(variable: ContextVar[T], value: T) -> Iterator[None]:
+    """A variable has this value within the context."""
+    before = variable.set(value)
     try:
         yield
     finally:
-        _END.reset(before)
+        variable.reset(before)
 
 
 def time_limit(seconds: float | None) -> AbstractContextManager[None]:
@@ -38,12 +40,12 @@ def time_limit(seconds: float | None) -> AbstractContextManager[None]:
     """
     if seconds is not None and not seconds > 0.0:
         raise ValueError(f"a limit in time is a positive number of seconds, and this is {seconds}")
-    return _until(min(monotonic() + (inf if seconds is None else seconds), _END.get()))
+    return setting(_END, min(monotonic() + (inf if seconds is None else seconds), _END.get()))
 
 
 def grace(seconds: float) -> AbstractContextManager[None]:
     """So much time in any case: for what is to be said of a solve whose time is up."""
-    return _until(monotonic() + seconds if limited() else inf)
+    return setting(_END, monotonic() + seconds if limited() else inf)
 
 
 def limited() -> bool:

@@ -12,6 +12,7 @@ from contextvars import ContextVar
 from math import inf
 from typing import Any
 
+from rulesheets.deadline import setting
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.functions import PLANNED, TABLE
 from rulesheets.functions.row import Function, Inverse
@@ -241,11 +242,9 @@ def in_memory(expressions: Iterable[Expression]) -> bool:
 
 def run_python(path: str) -> None:
     """Run a Python file that registers functions. Raises RuleSheetError (E314) where it fails."""
-    registering = _source.set(os.path.realpath(path))
     try:
-        runpy.run_path(path)
+        with setting(_source, os.path.realpath(path)):
+            runpy.run_path(path)
     except (Exception, SystemExit) as wrong:
         notes = (f"{type(wrong).__name__}: {wrong}", *_line_of(wrong))
         raise RuleSheetError(error("E314", f"{path} failed", notes=notes)) from wrong
-    finally:
-        _source.reset(registering)

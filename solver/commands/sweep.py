@@ -11,7 +11,7 @@ from math import inf
 from time import monotonic
 from typing import TextIO
 
-from rulesheets.deadline import WATCH, expired
+from rulesheets.deadline import WATCH, expired, setting
 from rulesheets.diagnosis import RuleSheetError, error, plural
 from rulesheets.inputs import symbolic
 from rulesheets.model import Variable
@@ -177,11 +177,10 @@ def _run(arguments: Namespace) -> int:
         sinks.append(PlotSink(arguments.plot, work, swept))
     sinks = sinks or [CsvFile(Printed(sys.stdout, progress.end), names)]
     pieces = solved_pieces(work, chunks, swept.total, arguments.jobs, arguments.scheduler)
-    watching = WATCH.set(progress.within)
     try:
-        outcome = streamed(chain(before, followed(work, pieces)), sinks, progress, work.model, work.every)
+        with setting(WATCH, progress.within):
+            outcome = streamed(chain(before, followed(work, pieces)), sinks, progress, work.model, work.every)
     finally:
-        WATCH.reset(watching)
         progress.end()
     if expired():
         print("the time was up: rows that were not solved by then are failed", file=sys.stderr)

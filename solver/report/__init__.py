@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import os
 import unicodedata
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Collection, Iterable, Sequence
+from contextlib import AbstractContextManager
 from contextvars import ContextVar
 from typing import NamedTuple, TextIO
+
+from rulesheets.deadline import setting
 
 
 class Screen(NamedTuple):
@@ -24,14 +26,9 @@ PLAIN = Screen()
 SCREEN: ContextVar[Screen] = ContextVar("SCREEN", default=PLAIN)
 
 
-@contextmanager
-def shown_on(stream: TextIO) -> Iterator[None]:
+def shown_on(stream: TextIO) -> AbstractContextManager[None]:
     """Reports are made for this stream within the context."""
-    before = SCREEN.set(screen_of(stream))
-    try:
-        yield
-    finally:
-        SCREEN.reset(before)
+    return setting(SCREEN, screen_of(stream))
 
 
 def screen_of(stream: TextIO) -> Screen:
