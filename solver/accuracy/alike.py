@@ -25,8 +25,8 @@ from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_check import LATEST, gross, sides, size
-from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS, STEEP
+from solver.accuracy.rule_check import LATEST, gross, leads_to_zero, sides, size
+from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS
 from solver.path.graph import Alike, Array, Family, alike
 
 FEWEST = 8
@@ -296,11 +296,8 @@ class _Sides:
 
     def holds(self, family: Family) -> Any:
         """Where the check of single rules accepts a rule by its slopes: the same criterion, on arrays."""
-        bound, limit, off = BACKWARD * self.moves, STEEP * self.size, np.abs(self.miss) + self.noise
-        within = off <= bound
-        reaches = [BACKWARD * move for move in self.terms]
-        steady = sum(np.where(reach <= limit, reach, 0.0) for reach in reaches)
-        gentle = (np.abs(self.miss) <= BACKWARD * self.size) & ((bound <= limit) | (off <= steady))
+        bound, off = BACKWARD * self.moves, np.abs(self.miss) + self.noise
+        within, gentle = off <= bound, leads_to_zero(np.abs(self.miss), off, self.terms, self.size)
         accepted = within & gentle
         if (within & ~gentle).any():
             share = 2 * np.maximum(np.abs(self.miss) / np.where(self.moves > 0.0, self.moves, 1.0), EPS)

@@ -12,7 +12,7 @@ Every decision that a rule is satisfied is made here, and nowhere else.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
@@ -146,9 +146,7 @@ def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
     total = sum(moves)
     bound, scaled = BACKWARD * total, abs(miss) / total if total else math.inf
     if off <= bound < math.inf:
-        gentle = sum(reach for move in moves if (reach := BACKWARD * move) <= STEEP * both)
-        near = abs(miss) <= BACKWARD * both  # else slopes must show that they lead to 0
-        if near and (bound <= STEEP * both or off <= gentle):
+        if leads_to_zero(abs(miss), off, moves, both):
             return RuleCheck(True, miss, scaled)
         with suppress(Undefined):
             slight = bound <= STEEP * gross(equation, values)
@@ -157,6 +155,14 @@ def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
     if abs(miss) > bound + ROUNDINGS * noise:
         return RuleCheck(False, miss, scaled)
     return _look_again(equation, values, noise)
+
+
+def leads_to_zero(miss: Any, off: Any, moves: Sequence[Any], size: Any) -> Any:
+    """Whether slopes alone show that F, which is ``off`` at most, is 0 for values that differ by a share
+    BACKWARD: by ``moves`` that change it by no more than a share STEEP of the ``size`` of its sides."""
+    reaches = [BACKWARD * move for move in moves]
+    gentle = sum(reach * (reach <= STEEP * size) for reach in reaches)
+    return (miss <= BACKWARD * size) & ((sum(reaches) <= STEEP * size) | (off <= gentle))
 
 
 def size(equation: Equation, values: Mapping[str, Value]) -> float:
@@ -360,15 +366,11 @@ class _Rule:
         shown = number if math.isfinite(number := float(miss)) else None
         try:
             gross = sum(abs(extended(side, self.values, digits)) for side in self.sides)
-            limit = STEEP * gross
-            moves = self.moves(digits, limit / BACKWARD)
-            total = sum(map(abs, moves.values()))
-            scaled = abs(miss) / total if total else math.inf
-            some = sum(abs(move) for move in moves.values() if BACKWARD * abs(move) <= limit)
-            near = BACKWARD * total <= limit or abs(miss) <= BACKWARD * some
-            gentle = abs(miss) <= BACKWARD * gross and near
+            moves = self.moves(digits, STEEP * gross / BACKWARD)
+            sizes = [*map(abs, moves.values())]
+            scaled = abs(miss) / sum(sizes) if any(sizes) else math.inf
             reaches = scaled <= BACKWARD and (
-                gentle
+                leads_to_zero(abs(miss), abs(miss), sizes, gross)
                 or any(self.straddles(moves, 2 * t, digits) for t in (scaled, BACKWARD, BACKWARD / 1e3))
             )
         except Undefined:

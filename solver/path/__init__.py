@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from math import inf
+from math import inf, prod
 from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.functions import TABLE
@@ -118,11 +118,7 @@ class Path(Shown):
     @property
     def branches(self) -> int:
         """How many answers the direct steps can fork into."""
-        product = 1
-        for step in self.steps:
-            if isinstance(step, Evaluate | Select):
-                product *= step.branches
-        return product
+        return prod(step.branches for step in self.steps if isinstance(step, Evaluate | Select))
 
 
 # --- one rule solved for an unknown, and a block by formula ---

@@ -210,6 +210,12 @@ def degree_of(shape: Shape, unknown: tuple[bool, ...]) -> float:
     return degree(subtract(shape.left, shape.right), unknowns)
 
 
+@lru_cache(MOST)
+def _counts(shape: Shape) -> Counter[str]:
+    """How often each name occurs in rules of a shape."""
+    return Counter((*nodes.names(shape.left), *nodes.names(shape.right)))
+
+
 class Effort(NamedTuple):
     """What it costs to solve a rule for an unknown, as ``Isolation`` has it, and into how many branches."""
 
@@ -238,7 +244,6 @@ class ModelGraph:
             for condition in model.conditions
         )
         self._isolations: dict[tuple[int, int], Isolated] = {}
-        self._occurring: dict[Shape, Counter[str]] = {}
         self._efforts: dict[tuple[Shape, int, tuple[float, ...]], Effort | None] = {}
         self._isolated: dict[tuple[Shape, int, tuple[float, ...]], Isolated] = {}
         self.kernels: dict[Any, Any] = {}
@@ -247,7 +252,7 @@ class ModelGraph:
     def __getstate__(self) -> dict[str, object]:
         """Kept without what paths alone are built by, and what blocks of one pattern share."""
         kernels = {key: kernel for key, kernel in self.kernels.items() if isinstance(key, SolveBlock)}
-        emptied: dict[str, object] = {key: {} for key in ("_occurring", "_efforts", "_isolated", "torn")}
+        emptied: dict[str, object] = {key: {} for key in ("_efforts", "_isolated", "torn")}
         return {**self.__dict__, **emptied, "kernels": kernels}
 
     @cached_property
@@ -290,10 +295,8 @@ class ModelGraph:
         """
         body = self.model.equations[equation]
         shape, numbers = shape_of(body)
-        if shape not in self._occurring:
-            self._occurring[shape] = Counter((*nodes.names(shape.left), *nodes.names(shape.right)))
         place = body.names.index(self.names[variable])
-        if self._occurring[shape][f"#{place}"] == 1:
+        if _counts(shape)[f"#{place}"] == 1:
             numbers = [number if number in FOLDING else math.inf for number in numbers]
         key = shape, place, tuple(numbers)
         if key not in self._efforts:

@@ -8,10 +8,10 @@ rule, the operation and the value: ``cosd = 1.08``.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from functools import reduce
 from itertools import zip_longest
-from math import inf
+from math import inf, prod
 from typing import TypeAlias
 
 from rulesheets.functions import LOGARITHMS, TABLE, named
@@ -32,16 +32,11 @@ from rulesheets.syntax.nodes import (
     call,
     exchange,
     is_number,
-    multiply,
     negative,
 )
 from rulesheets.syntax.program import walk
 from solver.path import TARGET, Isolation, Quadratic, Stage
 from solver.path.polynomial import NoForm
-
-
-def _free(expression: Expression, unknowns: Collection[str]) -> bool:
-    return not any(name in unknowns for name in nodes.names(expression))
 
 
 def isolate(left: Expression, right: Expression, unknown: str) -> Isolation | None:
@@ -238,12 +233,12 @@ def _signed_square(node: Expression, unknown: str) -> list[Stage] | None:
     """What undoes ``x*abs(x)``, the square with the sign of x, as in the head loss of a pipe."""
     factors, divisors = _factors(node)
     held = [factor for factor in factors if unknown in nodes.names(factor)]
-    if len(held) != 2 or not all(_free(divisor, (unknown,)) for divisor in divisors):
+    if len(held) != 2 or any(unknown in nodes.names(divisor) for divisor in divisors):
         return None
     one, other = held if held[1] == Call("abs", (held[0],)) else held[::-1]
     if other != Call("abs", (one,)) or (rest := _stages(one, unknown)) is None:
         return None
-    factor = _product(part for part in factors if part not in held) / _product(divisors)
+    factor = prod((part for part in factors if part not in held), start=ONE) / prod(divisors, start=ONE)
     root = call("sgn", TARGET) * call("sqrt", call("abs", TARGET))
     return [Stage("product", (TARGET / factor,), divisor=factor), Stage("root", (root,)), *rest]
 
@@ -255,11 +250,11 @@ def _powers(left: Expression, right: Expression, unknown: str) -> Isolation | No
     bases: list[Expression] = []
     exponents: set[Expression] = set()
     for parts in (above + over, below + under):
-        held = [part for part in parts if not _free(part, (unknown,))]
+        held = [part for part in parts if unknown in nodes.names(part)]
         exponents.update(part.exponent if isinstance(part, Power) else part for part in held)
-        bases.append(_product(part.base if isinstance(part, Power) else part for part in held))
-        free.append(_product(part for part in parts if part not in held))
-    if len(exponents) != 1 or not all(_free(base, (unknown,)) for base in bases):
+        bases.append(prod((part.base if isinstance(part, Power) else part for part in held), start=ONE))
+        free.append(prod((part for part in parts if part not in held), start=ONE))
+    if len(exponents) != 1 or any(unknown in nodes.names(base) for base in bases):
         return None
     rest = _stages(exponents.pop(), unknown)
     if rest is None or any(stage.period for stage in rest):
@@ -280,11 +275,6 @@ def _factors(node: Expression) -> tuple[list[Expression], list[Expression]]:
             return [Number(-1.0), *above], below
         case _:
             return [node], []
-
-
-def _product(factors: Iterable[Expression]) -> Expression:
-    one: Expression = ONE
-    return reduce(multiply, factors, one)
 
 
 # --- rules as quotients of polynomials in one unknown, and without roots and jumps ---

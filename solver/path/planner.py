@@ -152,13 +152,10 @@ class _Ahead:
         if not open_:
             return (Case((), self.tree(known, decided, told, depth)),)
         first, rest = open_[0], open_[1:]
-        match value_said(self.model.conditions[first]):
-            case str(name), str():
-                said = {name}
-            case _:
-                said = set()
+        said = value_said(self.model.conditions[first])
+        named = {said[0]} if said and isinstance(said[1], str) else set()
         found = [
-            self._cases(known | said if outcome else known, {**decided, first: outcome}, told, rest, depth)
+            self._cases(known | named if outcome else known, {**decided, first: outcome}, told, rest, depth)
             for outcome in self._outcomes(decided, first)
         ]
         if found[0] == found[-1]:

@@ -89,8 +89,7 @@ def derivation(
 ) -> tuple[list[int], list[str]]:
     """Every rule and input that the values in ``equations``, and those of what is ``read``, come from."""
     model, inputs = asked.model, asked.inputs
-    rules = dict.fromkeys(equations)
-    given: dict[str, None] = {}
+    rules = set(equations)
     names = [*read, *(name for e in equations for name in _reads(model, e))]
     seen: set[str] = set()
     while names:
@@ -98,13 +97,11 @@ def derivation(
         if name in seen:
             continue
         seen.add(name)
-        if name in inputs:
-            given[name] = None
         step = leaf.branch.origins.get(name)
         for equation in () if step is None else equations_of(step):
-            rules[equation] = None
+            rules.add(equation)
             names.extend(_reads(model, equation))
-    return sorted(rules), [name for name in inputs if name in given]
+    return sorted(rules), [name for name in inputs if name in seen]
 
 
 def _reads(model: Model, equation: int) -> Iterator[str]:
