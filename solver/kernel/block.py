@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from rulesheets.evaluate import NotDifferentiable, derivatives, differentiate
-from rulesheets.functions.arrays import ARRAYS
-from rulesheets.model import Value
+from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Quotient, subtract
 from rulesheets.syntax.program import degree, walk
-from solver.kernel.emitter import Emitter, SparseSystem, compile_expressions, divisors
+from solver.kernel.emitter import SparseSystem, compile_expressions, divisors
 from solver.numerics.linear_algebra import Array
 from solver.path import ClosedForm, SolveBlock
 from solver.path.graph import Alike, ModelGraph, alike, same_columns, shape_of
@@ -260,15 +257,6 @@ class BlockKernel:
 
         return rows if self.smooth else differences
 
-    def at_zero(self, values: Mapping[str, Value]) -> tuple[list[float], list[list[float]]]:
-        """Residual and Jacobian where every unknown is 0, by one sweep of each equation, uncompiled.
-
-        Raises ArithmeticError where they are undefined.
-        """
-        point = {**values, **dict.fromkeys(self.unknowns, 0.0)}
-        swept = [derivatives(form, point) for form in self.forms]
-        return [r for r, _ in swept], [[slopes.get(u, 0.0) for u in self.unknowns] for _, slopes in swept]
-
 
 def partials_of(forms: Sequence[Expression], unknowns: Sequence[str]) -> list[Expression | None]:
     """Slopes of every form by every unknown, row by row; None where one has no formula."""
@@ -298,30 +286,28 @@ class BlockArrays:
     """The smooth forms of a block on points (k, n), its chains on tears (k, t); compiled once."""
 
     def __init__(self, kernel: BlockKernel) -> None:
+        from solver.kernel.chain import compile_chain
         from solver.path.isolate import smooth
 
-        self.kernel = kernel
-        self.n = len(kernel.unknowns)
-        self.names = (*kernel.unknowns, *kernel.known)
+        unknowns, names = kernel.unknowns, (*kernel.unknowns, *kernel.known)
+        self.n = len(unknowns)
         forms = [smooth(e.left, e.right) for e in kernel.equations]
-        places = itertools.product(enumerate(forms), enumerate(kernel.unknowns))
         partials = {  # that are not 0 everywhere, by row and column; raises NotDifferentiable
             (i, j): differentiate(form, unknown)
-            for (i, form), (j, unknown) in places
+            for i, form in enumerate(forms)
+            for j, unknown in enumerate(unknowns)
             if unknown in nodes.names(form)
         }
         self.places = list(partials)
-        self._forms = compile_expressions(forms, self.names, arrays=True)
-        self._partials = compile_expressions(list(partials.values()), self.names, arrays=True)
-        self.scalings = Scalings(kernel.equations, self.names)
+        self._forms = compile_expressions(forms, names, arrays=True)
+        self._partials = compile_expressions(list(partials.values()), names, arrays=True)
+        self.scalings = Scalings(kernel.equations, names)
         every = kernel.chains
         self.chains: list[Callable[..., Sequence[Any]]] = []
         for chain in every[:: -(-len(every) // MAX_CHAINS)]:
-            emitter = Emitter((*chain.tears, *kernel.known), ARRAYS, np.power)
-            for item in chain.assignments[: len(chain.assignments) - len(chain.residuals)]:
-                emitter.assign(item.name, emitter.of(item.expression))
-                emitter.clamp(item.name, item.low, item.high)
-            self.chains.append(emitter.function(emitter.names[name] for name in kernel.unknowns))
+            steps = chain.assignments[: len(chain.assignments) - len(chain.residuals)]
+            torn = chain._replace(assignments=steps)
+            self.chains.append(compile_chain(torn, kernel.known, unknowns, arrays=True))
 
     def residual(self, known: Sequence[float], x: Array) -> Array:
         return self._stacked(self._forms(*x.T, *known), len(x))

@@ -176,12 +176,15 @@ def _out_of_range(stages: tuple[Stage, ...], forms: tuple[Expression, ...], vari
     return high < variable.low or low > variable.high
 
 
-def compile_chain(chain: Chain, known: tuple[str, ...], results: tuple[str, ...]) -> Callable[..., Any]:
-    """``f(*tears, *known)`` returns the values called ``results``; raises outside the domain."""
-    emitter = Emitter((*chain.tears, *known))
+def compile_chain(
+    chain: Chain, known: tuple[str, ...], results: tuple[str, ...], arrays: bool = False
+) -> Callable[..., Any]:
+    """``f(*tears, *known)`` returns the values called ``results``; outside the domain it raises, or holds
+    ``arrays`` at the edge."""
+    emitter = Emitter((*chain.tears, *known), arrays)
     for item in chain.assignments:
         emitter.assign(item.name, emitter.of(item.expression))
-        emitter.require(item.name, item.low, item.high, item.low_open, item.high_open)
+        emitter.bound(item.name, item.low, item.high, item.low_open, item.high_open)
     return emitter.function(emitter.names[name] for name in results)
 
 

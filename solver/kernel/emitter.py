@@ -128,31 +128,21 @@ def made_again(code: bytes) -> Callable[..., Any]:
 
 
 class Emitter(_Source[str]):
-    """Code for expressions of named numbers."""
+    """Code for expressions of named numbers, or of ``arrays`` of them."""
 
-    def __init__(
-        self,
-        arguments: Sequence[str],
-        functions: Mapping[str, Callable[..., Any]] = VALUES,
-        power: Callable[..., Any] = _power,
-    ) -> None:
-        self._functions, self._power = functions, power
-        names = {name: f"a{i}" for i, name in enumerate(arguments)}
-        super().__init__([*names.values()], names, __builtins__={"ValueError": ValueError}, nan=nan)
+    def __init__(self, arguments: Sequence[str], arrays: bool = False) -> None:
+        self._arrays, self._functions = arrays, ARRAYS if arrays else VALUES
+        names, builtins = {name: f"a{i}" for i, name in enumerate(arguments)}, {"ValueError": ValueError}
+        super().__init__([*names.values()], names, __builtins__=builtins, nan=nan, inf=inf, clip=np.clip)
 
-    def require(self, name: str, low: float, high: float, low_open: bool, high_open: bool) -> None:
-        """Raise ValueError where the value called ``name`` lies outside the range."""
+    def bound(self, name: str, low: float, high: float, low_open: bool, high_open: bool) -> None:
+        """Raise ValueError where the value called ``name`` lies outside the range, or move arrays into it."""
         sides = ((low, "<=" if low_open else "<"), (high, ">=" if high_open else ">"))
         tests = [f"{self.names[name]} {sign} {end!r}" for end, sign in sides if math.isfinite(end)]
-        if tests:
+        if tests and self._arrays:
+            self.names[name] = self.temporary(f"clip({self.names[name]}, {low!r}, {high!r})")
+        elif tests:
             self.line(f"if {' or '.join(tests)}: raise ValueError")
-
-    def clamp(self, name: str, low: float, high: float) -> None:
-        """Move the value called ``name`` into the range (on arrays)."""
-        ends = [repr(end) if math.isfinite(end) else None for end in (low, high)]
-        if ends != [None, None]:
-            self.globals["clip"] = np.clip
-            self.names[name] = self.temporary(f"clip({self.names[name]}, {ends[0]}, {ends[1]})")
 
     # --- the arithmetic ---
 
@@ -188,13 +178,13 @@ class Emitter(_Source[str]):
 
     def called(self, name: str) -> str:
         """The token of a function that the code calls."""
-        own = {POWER: self._power, EXPM1: np.expm1}
+        own = {POWER: np.power if self._arrays else _power, EXPM1: np.expm1}
         self.globals[CALLED + name] = own.get(name) or self._functions[name]
         return CALLED + name
 
     def made(self, code: CodeType) -> Callable[..., Any]:
         made = super().made(code)
-        if self._functions is VALUES:
+        if not self._arrays:
             made.__dict__["again"] = made_again  # what ``rulesheets.loading`` keeps it by
         return made
 
@@ -206,7 +196,7 @@ def compile_expressions(
 
     With floats it raises what Python arithmetic raises outside the domain (ArithmeticError, ValueError).
     """
-    emitter = Emitter(arguments, ARRAYS, np.power) if arrays else Emitter(arguments)
+    emitter = Emitter(arguments, arrays)
     return emitter.function([emitter.of(expression) for expression in expressions])
 
 

@@ -221,8 +221,9 @@ def solve_linear_block(problem: BlockProblem, off: InputErrors) -> BlockOutcome 
 
     ``off`` tells how far the known numbers may be.
     """
-    try:
-        residual, matrix = problem.kernel.at_zero(problem.here)
+    try:  # where every unknown is 0, by one sweep of each equation, uncompiled
+        at_zero = {**problem.here, **dict.fromkeys(problem.unknowns, 0.0)}
+        matrix, residual = _linearized(problem.kernel.forms, problem.unknowns, at_zero)
     except ArithmeticError:
         return None
     rhs = [-r for r in residual]
@@ -252,6 +253,14 @@ def solve_linear_block(problem: BlockProblem, off: InputErrors) -> BlockOutcome 
     if near or found is None:
         found = _free_to_witness(problem, matrix, rhs, off, found)
     return found._replace(doubtful=True) if near and found is not None else found
+
+
+def _linearized(
+    forms: Sequence[Expression], names: Sequence[str], values: Mapping[str, Value]
+) -> tuple[list[list[float]], list[float]]:
+    """Slopes (m, n) of as many forms by the names, and their values (m,). Raises Undefined."""
+    swept = [derivatives(form, values) for form in forms]
+    return [[slopes.get(name, 0.0) for name in names] for _, slopes in swept], [miss for miss, _ in swept]
 
 
 def _rounded(problem: BlockProblem, facts: LinearOutcome) -> bool:
@@ -311,23 +320,22 @@ def stays_deficient(problem: BlockProblem, point: Mapping[str, float]) -> bool:
         return True
 
     def linearized(z: Array) -> tuple[Array, Array]:
-        """Residual (m,) and Jacobian (m, k) over unknowns and known values (k,)."""
+        """Jacobian (m, k) over unknowns and known values (k,), and residual (m,)."""
         at = dict(zip(names, z.tolist(), strict=True))
-        swept = [derivatives(form, at) for form in problem.kernel.forms]
-        rows = [[slopes.get(name, 0.0) for name in names] for _, slopes in swept]
-        return np.array([miss for miss, _ in swept]), np.array(rows)
+        rows, misses = _linearized(problem.kernel.forms, names, at)
+        return np.array(rows), np.array(misses)
 
     def size(z: Array) -> Array:
         return np.where(z, np.abs(z), 1.0)
 
-    rank, right = _rank(linearized(z)[1] * size(z), 1e-6)
+    rank, right = _rank(linearized(z)[0] * size(z), 1e-6)
     for seed in range(3):
         mix = [math.cos((k + 1) * (1.7 + seed)) for k in range(len(z) - rank)]
         moved = z + STEP_ALONG * size(z) * (mix @ right[rank:])
         for _ in range(12):
-            miss, jacobian = linearized(moved)
+            jacobian, miss = linearized(moved)
             moved = moved - np.linalg.lstsq(jacobian, miss, rcond=1e-10)[0]
-        miss, jacobian = linearized(moved)
+        jacobian, miss = linearized(moved)
         settled = np.abs(miss).max() <= 1e-9 * max(1.0, np.abs(moved).max() ** 2)
         if settled and _rank((jacobian * size(moved))[:, :n], 1e-5)[0] == n:
             return False
