@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 
 from solver.numerics.tolerances import CONSISTENT, EPS, INDEPENDENT, MOVES
 
-WELL_CONDITIONED = 1e-8
-"""The least reciprocal condition of normal equations that are solved."""
 LARGE = 16
 """Unknowns from which on LU is much faster than singular values, and worth loading ``scipy.linalg``."""
 MOST_DENSE = 600
@@ -159,20 +157,13 @@ def any_rank(matrix: Any, column_weights: Any) -> Factor:
     )
 
 
-def least_squares(a: Array, rhs: Array) -> Array | None:
-    """The x (n, k) for which |a x - rhs| is least; None where a (m, n) is not well-conditioned.
+def least_squares(a: Array, rhs: Array, share: float) -> Array | None:
+    """The x (n, k) for which |a x - rhs| is least; None where columns of a (m, n) depend on one another, to
+    within such a share of its size. By QR with column pivoting."""
+    from scipy.linalg import lstsq
 
-    By the normal equations, corrected once (Å. Björck, *Stability analysis of the method of seminormal
-    equations for linear least squares problems*, 1987).
-    """
-    from scipy.linalg import lapack
-
-    normal = a.T @ a
-    factor, failed = lapack.dpotrf(normal)
-    if failed or lapack.dpocon(factor, np.linalg.norm(normal, 1))[0] < WELL_CONDITIONED:
-        return None
-    x = lapack.dpotrs(factor, a.T @ rhs)[0]
-    return np.asarray(x + lapack.dpotrs(factor, a.T @ (rhs - a @ x))[0])
+    x, _, rank, _ = lstsq(a, rhs, cond=share, lapack_driver="gelsy")
+    return np.asarray(x) if rank == a.shape[1] else None
 
 
 def row_sizes(matrix: Any, column_weights: Any) -> Array:

@@ -53,7 +53,7 @@ CANCELLING = 0.01
 MANY = 200
 """Unknowns of a model beyond which no sizes are suggested."""
 LARGE = 100
-"""Columns of a matrix from which on normal equations are much faster than singular values."""
+"""Columns of a matrix from which on QR with pivoting is much faster than singular values."""
 RANK = 1e-9
 FREE = 1e-6
 """Share of an unknown that may move without any rule, below which it is determined."""
@@ -115,7 +115,7 @@ class Suggestions:
             rows.read(equation)
         a, k, c = rows.parts(len(unknowns))
         places = [unknowns.index(name) for name in names]
-        if a.shape[1] > LARGE and (found := least_squares(a, np.column_stack([k, c]))) is not None:
+        if a.shape[1] > LARGE and (found := least_squares(a, np.column_stack([k, c]), RANK)) is not None:
             decades = -found[places]
             return _sparse(decades[:, :-1]), decades[:, -1].tolist(), [True] * len(names)
         inverse = np.linalg.pinv(a, rcond=RANK)
