@@ -11,39 +11,13 @@ from numpy.typing import NDArray
 from rulesheets.evaluate.number import TOLERANCE
 from rulesheets.functions.arrays import ARRAYS
 from solver.trace.flow import Flow
-from solver.trace.graph import DEGREE, LEAVES, RADIAN, Graph, Schedule, copied, operands, schedule
+from solver.trace.graph import DEGREE, LEAVES, OPERATIONS, RADIAN, Graph, Schedule, copied, operands, schedule
 
 Array: TypeAlias = NDArray[Any]
 Take: TypeAlias = Callable[[int, int], None]
 
 BLOCK = 16384
 """Rows of a block: a few dozen buffers of them fit into the second- or third-level cache."""
-
-_UFUNCS = {
-    "add": np.add,
-    "sub": np.subtract,
-    "mul": np.multiply,
-    "div": np.divide,
-    "neg": np.negative,
-    "sqrt": np.sqrt,
-    "abs": np.absolute,
-    "rint": np.rint,
-    "max": lambda a, b, out: np.maximum(a, b, out=out),
-    "pow": np.power,
-    "expm1": np.expm1,
-    "log1p": np.log1p,
-    "sin": np.sin,
-    "cos": np.cos,
-    "lt": np.less,
-    "le": np.less_equal,
-    "eq": np.equal,
-    "and": np.logical_and,
-    "or": np.logical_or,
-    "not": np.logical_not,
-    "xor": np.not_equal,
-    "finite": np.isfinite,
-    "direction": np.arctan2,
-}
 
 SINE = (
     1.591805913698281e-10,
@@ -161,7 +135,7 @@ class _Writer:
         self.names: dict[int, str] = {}
         self.free: dict[str, list[str]] = {"b": [], "m": []}
         self.taken = {"b": 0, "m": 0}
-        self.namespace: dict[str, Any] = {f"{name}_": f for name, f in _UFUNCS.items()}
+        self.namespace: dict[str, Any] = {f"{name}_": row.array for name, row in OPERATIONS.items()}
         self.namespace.update(inf=np.inf, nan=np.nan)  # constants that have overflowed
         self.namespace.update(copy_=np.copyto)
         self.lines: list[str] = []

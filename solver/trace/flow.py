@@ -17,9 +17,9 @@ from rulesheets.functions import TABLE
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from solver.numerics.tolerances import BACKWARD, EPS
 from solver.trace.graph import (
-    FOLD,
     LEAVES,
     LOGICAL,
+    OPERATIONS,
     Graph,
     Node,
     NotCompilable,
@@ -314,6 +314,5 @@ class Numbers:
     def _result(
         self, operation: Operand, rest: Sequence[Operand], numbers: list[float | bool]
     ) -> float | bool:
-        name = str(rest[0] if operation == "call" else operation)
-        function = None if operation == "call" else FOLD.get(name)
-        return (function or TABLE[name.replace("direction", "atan2")].value)(*numbers)
+        row = TABLE[str(rest[0])] if operation == "call" else OPERATIONS[str(operation)]
+        return row.value(*numbers)

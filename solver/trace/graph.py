@@ -7,13 +7,17 @@ that was computed comes with a bound on its error.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial, reduce
 from itertools import dropwhile
 from typing import Any, NamedTuple, TypeAlias
 
+import numpy as np
+
 from rulesheets.evaluate.number import equal
+from rulesheets.functions import TABLE
 
 Operand: TypeAlias = int | float | str
 Node: TypeAlias = tuple[Operand, ...]
@@ -36,35 +40,59 @@ SELECTORS = frozenset({"call", "root", "item", "unfolded"})
 """Operations whose first operand is no node."""
 
 
-FOLD: dict[str, Callable[..., float | bool]] = {
-    "neg": lambda a: -a,
-    "add": lambda a, b: a + b,
-    "sub": lambda a, b: a - b,
-    "mul": lambda a, b: a * b,
-    "div": lambda a, b: a / b,
-    "sqrt": math.sqrt,
-    "abs": abs,
-    "rint": lambda a: float(round(a)),
-    "pow": math.pow,
-    "expm1": math.expm1,
-    "log1p": math.log1p,
-    "lt": lambda a, b: a < b,
-    "le": lambda a, b: a <= b,
-    "eq": lambda a, b: a == b,
-    "near": equal,
-    "and": lambda a, b: a and b,
-    "or": lambda a, b: a or b,
-    "not": lambda a: not a,
-    "xor": lambda a, b: a is not b,
-    "where": lambda c, a, b: a if c else b,
-    "max": max,
-    "sooner": lambda sooner, whole: whole,
-    "finite": math.isfinite,
-    "root": lambda *_: math.nan,
-    "unfolded": lambda *_: True,
-    "item": lambda *_: math.nan,
+class Operation(NamedTuple):
+    """An operation on floats, on arrays, as Python source (empty for a call by its name), and as one of LLVM.
+
+    An array or LLVM form is absent where it is written as other operations.
+    """
+
+    value: Callable[..., float | bool]
+    array: Callable[..., Any] | None = None
+    source: str = ""
+    native: str = ""
+
+
+def intrinsic(name: str) -> str:
+    """A function of one number that LLVM has."""
+    return f"call double @llvm.{name}.f64(double {{0}})"
+
+
+OPERATIONS = {
+    "neg": Operation(operator.neg, np.negative, "(-{0})", "fneg double {0}"),
+    "add": Operation(operator.add, np.add, "({0} + {1})", "fadd double {0}, {1}"),
+    "sub": Operation(operator.sub, np.subtract, "({0} - {1})", "fsub double {0}, {1}"),
+    "mul": Operation(operator.mul, np.multiply, "({0} * {1})", "fmul double {0}, {1}"),
+    "div": Operation(operator.truediv, np.divide, "({0} / {1})", "fdiv double {0}, {1}"),
+    "sqrt": Operation(math.sqrt, np.sqrt, native=intrinsic("sqrt")),
+    "abs": Operation(abs, np.absolute, native=intrinsic("fabs")),
+    "rint": Operation(lambda a: float(round(a)), np.rint, native=intrinsic("rint")),
+    "pow": Operation(math.pow, np.power, native="call double @llvm.pow.f64(double {0}, double {1})"),
+    "expm1": Operation(math.expm1, np.expm1, native="call double @expm1(double {0})"),
+    "log1p": Operation(math.log1p, np.log1p, native="call double @log1p(double {0})"),
+    "sin": Operation(TABLE["sin"].value, np.sin, native=intrinsic("sin")),
+    "cos": Operation(TABLE["cos"].value, np.cos, native=intrinsic("cos")),
+    "sind": Operation(TABLE["sind"].value),
+    "cosd": Operation(TABLE["cosd"].value),
+    "direction": Operation(TABLE["atan2"].value, np.arctan2),
+    "directiond": Operation(TABLE["atan2d"].value),
+    "copysign": Operation(math.copysign, native="call double @llvm.copysign.f64(double {0}, double {1})"),
+    "max": Operation(max, lambda a, b, out: np.maximum(a, b, out=out), "({0} if {0} > {1} else {1})"),
+    "lt": Operation(operator.lt, np.less, "({0} < {1})", "fcmp olt double {0}, {1}"),
+    "le": Operation(operator.le, np.less_equal, "({0} <= {1})", "fcmp ole double {0}, {1}"),
+    "eq": Operation(operator.eq, np.equal, "({0} == {1})", "fcmp oeq double {0}, {1}"),
+    "near": Operation(equal),
+    "and": Operation(lambda a, b: a and b, np.logical_and, "({0} and {1})", "and i1 {0}, {1}"),
+    "or": Operation(lambda a, b: a or b, np.logical_or, "({0} or {1})", "or i1 {0}, {1}"),
+    "xor": Operation(operator.ne, np.not_equal, "({0} != {1})", "xor i1 {0}, {1}"),
+    "not": Operation(operator.not_, np.logical_not, "(not {0})", "xor i1 {0}, true"),
+    "where": Operation(lambda c, a, b: a if c else b, source="({1} if {0} else {2})"),
+    "sooner": Operation(lambda sooner, whole: whole, source="({0} or {1})"),
+    "finite": Operation(math.isfinite, np.isfinite),
+    "root": Operation(lambda *_: math.nan),
+    "unfolded": Operation(lambda *_: True),
+    "item": Operation(lambda *_: math.nan),
 }
-"""Numbers of operations; those of blocks are found elsewhere."""
+"""Those of blocks have their numbers from elsewhere."""
 
 
 class Graph:
@@ -111,7 +139,7 @@ class Graph:
         values = [self.value_of(node) for node in nodes]
         if None not in values:
             try:
-                return self.constant(FOLD[operation](*values))
+                return self.constant(OPERATIONS[operation].value(*values))
             except (ArithmeticError, ValueError):
                 raise NotCompilable from None
         simple = SIMPLIFY.get(operation)

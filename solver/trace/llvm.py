@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import re
 import struct
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from rulesheets import store
 from solver.trace.arrays import FORMS, Take
 from solver.trace.flow import Flow
-from solver.trace.graph import DEGREE, Graph, NotCompilable, copied, operands, schedule
+from solver.trace.graph import DEGREE, OPERATIONS, Graph, NotCompilable, copied, intrinsic, operands, schedule
 
 TANGENT = (
     0.01627194475162406,
@@ -40,23 +41,11 @@ TANGENT = (
 EIGHTH = 0.41421356237309503
 """The tangent of 22.5 degrees."""
 
-_BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
-_COMPARE = {"lt": "olt", "le": "ole", "eq": "oeq"}
-_INTRINSIC = {
-    "sqrt": "sqrt",
-    "abs": "fabs",
-    "rint": "rint",
-    "sin": "sin",
-    "cos": "cos",
-    "pow": "pow",
-    "copysign": "copysign",
-    "call exp": "exp",
-    "call ln": "log",
-    "call log": "log10",
-    "call log10": "log10",
-}
+_NAMED = {"exp": "exp", "ln": "log", "log": "log10", "log10": "log10"}
+"""Functions of the language by their names in LLVM."""
 _HALF_PI = 1.5707963267948966
 _INFINITE = "0x7FF0000000000000"
+_CALL = re.compile(r"call (.*)")
 
 
 def _direction(flow: Graph, y: int, x: int, right: float, scale: float) -> int:
@@ -110,7 +99,7 @@ class _Writer:
         self.flow, self.inputs = Flow(flow.plain), inputs
         self.flow.finders = flow.finders  # roots of blocks stay what no loop can hold
         self.wanted = wanted = copied(flow, self.flow, wanted, forms=_ANGLES)
-        self.lines, self.declared = list[str](), set[str]()
+        self.lines = list[str]()
         self.values = {self.flow.input(place): f"%x{place}" for place in inputs}
         for node in schedule(self.flow, wanted).order:
             self.values[node] = self._emit(node)
@@ -119,7 +108,8 @@ class _Writer:
         body = "\n  ".join([*self._loads(), *self.lines, *self._stores()])
         arrays = [f"in{i}" for i in self.inputs] + [f"out{i}" for i in range(len(self.wanted))]
         arguments = ", ".join(["i64 %start", "i64 %end", *(f"ptr noalias %{name}" for name in arrays)])
-        declarations = "\n".join(sorted(self.declared))
+        called = {re.sub(r" (%|0x)\w+", "", call) for call in _CALL.findall("\n".join(self.lines))}
+        declarations = "\n".join(f"declare {one}" for one in sorted(called))
         return f"""{declarations}
 define void @rows({arguments}) "prefer-vector-width"="512" {{
 entry:
@@ -160,20 +150,9 @@ done:
     def _emit(self, node: int) -> str:
         operation, *rest = self.flow.nodes[node]
         read = [self._read(o) for o in operands(self.flow, node)]
-        name = f"call {rest[0]}" if operation == "call" else str(operation)
-        if name in _BINARY:
-            return self._line(f"{_BINARY[name]} double {read[0]}, {read[1]}")
-        if name in _COMPARE:
-            return self._line(f"fcmp {_COMPARE[name]} double {read[0]}, {read[1]}")
-        if name in _INTRINSIC:
-            return self._call(f"llvm.{_INTRINSIC[name]}.f64", *read)
-        match name:
-            case "and" | "or" | "xor":
-                return self._line(f"{name} i1 {read[0]}, {read[1]}")
-            case "not":
-                return self._line(f"xor i1 {read[0]}, true")
-            case "neg":
-                return self._line(f"fneg double {read[0]}")
+        match operation:
+            case "call" if rest[0] in _NAMED:
+                return self._line(intrinsic(_NAMED[str(rest[0])]).format(*read))
             case "where":
                 kind = "i1" if self.flow.logical(node) else "double"
                 return self._line(f"select i1 {read[0]}, {kind} {read[1]}, {kind} {read[2]}")
@@ -181,19 +160,17 @@ done:
                 larger = self._line(f"fcmp ogt double {read[0]}, {read[1]}")
                 return self._line(f"select i1 {larger}, double {read[0]}, double {read[1]}")
             case "finite":
-                return self._line(f"fcmp one double {self._call('llvm.fabs.f64', *read)}, {_INFINITE}")
-            case "expm1" | "log1p":  # of the mathematical library: LLVM has no name of its own for them
-                return self._call(name, *read)
-        raise NotCompilable
+                size = self._line(intrinsic("fabs").format(*read))
+                return self._line(f"fcmp one double {size}, {_INFINITE}")
+        native = OPERATIONS[str(operation)].native if operation in OPERATIONS else ""
+        if not native:
+            raise NotCompilable
+        return self._line(native.format(*read))
 
     def _line(self, text: str) -> str:
         name = f"%v{len(self.lines)}"
         self.lines.append(f"{name} = {text}")
         return name
-
-    def _call(self, name: str, *arguments: str) -> str:
-        self.declared.add(f"declare double @{name}({', '.join('double' for _ in arguments)})")
-        return self._line(f"call double @{name}({', '.join(f'double {text}' for text in arguments)})")
 
 
 def _constant(value: float) -> str:

@@ -17,7 +17,7 @@ from itertools import product
 from typing import NamedTuple, TypeAlias
 
 from solver.trace.flow import Flow
-from solver.trace.graph import FOLD, LOGICAL, NotCompilable, computed_from, operands
+from solver.trace.graph import LOGICAL, OPERATIONS, NotCompilable, computed_from, operands
 from solver.trace.order import UNORDERED, Order, Ranked
 
 
@@ -294,7 +294,8 @@ class _Lean:
         return joined(filter(None, (self._ends(str(kind), pair) for pair in pairs)))
 
     def _ends(self, kind: str, pieces: Iterable[Range]) -> Range | None:
-        ends = [FOLD[kind](*corner) for corner in product(*pieces) if kind != "sqrt" or corner[0] >= 0.0]
+        corners = (corner for corner in product(*pieces) if kind != "sqrt" or corner[0] >= 0.0)
+        ends = [OPERATIONS[kind].value(*corner) for corner in corners]
         numbers = [float(end) for end in ends if end == end]
         return (min(numbers), max(numbers)) if numbers else None
 

@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
 from solver.trace.flow import Flow
-from solver.trace.graph import DEGREE, FOLD, RADIAN, Operand, computed_from, operands
+from solver.trace.graph import DEGREE, OPERATIONS, RADIAN, Operand, computed_from, operands
 from solver.trace.program import Ending, Program
 
 NEAR = 45.0
@@ -70,19 +70,6 @@ Row: TypeAlias = tuple[Value, ...]
 
 DEEP = 30
 """Operations that are nested in one expression of the source."""
-_BINARY = {
-    "add": "+",
-    "sub": "-",
-    "mul": "*",
-    "div": "/",
-    "lt": "<",
-    "le": "<=",
-    "eq": "==",
-    "and": "and",
-    "or": "or",
-    "xor": "!=",
-    "sooner": "or",
-}
 _TWICE = frozenset({"max", "sind", "cosd", "unfolded"})
 """Operations whose text has an operand more than once."""
 
@@ -99,16 +86,10 @@ def float_of(given: object) -> float:
 
 
 _FUNCTIONS: dict[str, object] = {
+    **{name: row.value for name, row in OPERATIONS.items() if not row.source},
     **NAMES,
-    "sqrt": math.sqrt,
-    "abs": abs,
-    "pow": math.pow,
-    "expm1": math.expm1,
-    "log1p": math.log1p,
     "float": float,
     "number": float_of,
-    "direction": TABLE["atan2"].value,
-    "rint": lambda x: float(round(x)),
     "sorted": sorted,
     "min": min,
     "list": list,
@@ -132,7 +113,7 @@ def compile_scalar(program: Program, all_answers: bool = False) -> Callable[...,
 def _namespace(program: Program) -> dict[str, Any]:
     """What the statements of a program call."""
     names = {node[1] for node in program.flow.nodes if node[0] == "call"}
-    namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS, "near": FOLD["near"]}
+    namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS}
     namespace["otherwise"] = lambda *numbers, **named: None
     namespace["box"] = program.box
     namespace.update(inf=math.inf, nan=math.nan)  # constants that have overflowed
@@ -328,8 +309,6 @@ class _Writer:
         self._line(f"{names}, = f_{finder}({', '.join(known)})")
 
     def _source(self, operation: str, parts: Sequence[Any], read: Sequence[str]) -> str:
-        if operation in _BINARY:
-            return f"({read[0]} {_BINARY[operation]} {read[1]})"
         match operation:
             case "call":
                 return f"f_{parts[0]}({', '.join(read)})"
@@ -337,19 +316,10 @@ class _Writer:
                 ends, asked = f"f_{parts[0]}.__self__.ends", f"f_{parts[0]}({', '.join(read)})"
                 within = [f"{ends}[{2 * k}] <= {x} <= {ends}[{2 * k + 1}]" for k, x in enumerate(read)]
                 return f"({' and '.join(within)} or {asked})"
-            case "max":
-                return f"({read[0]} if {read[0]} > {read[1]} else {read[1]})"
-            case "neg":
-                below, *others = self.flow.nodes[parts[0]]
-                if below == "sub" and read[0] != f"t{parts[0]}":
-                    return f"({' - '.join(self.texts[int(other)] for other in others[::-1])})"
-                return f"(-{read[0]})"
-            case "not":
-                return f"(not {read[0]})"
-            case "where":
-                return f"({read[1]} if {read[0]} else {read[2]})"
-            case _:
-                return f"{operation}({', '.join(read)})"
+            case "neg" if self.flow.nodes[parts[0]][0] == "sub" and read[0] != f"t{parts[0]}":
+                return f"({' - '.join(self.texts[part] for part in operands(self.flow, parts[0])[::-1])})"
+        source = OPERATIONS[operation].source
+        return source.format(*read) if source else f"{operation}({', '.join(read)})"
 
 
 def reads(program: Program) -> Counter[int]:
