@@ -404,10 +404,9 @@ class CaseAnalysis:
             return True
         for name in {name for pair in branch.signs for side in pair for name in nodes.names(side)}:
             variable = self.model.variables[name]
-            if variable.low > -math.inf:
-                signs.append(((nodes.Name(name), nodes.Number(variable.low)), AT_LEAST))
-            if variable.high < math.inf:
-                signs.append(((nodes.Name(name), nodes.Number(variable.high)), AT_MOST))
+            for limit, sign in ((variable.low, AT_LEAST), (variable.high, AT_MOST)):
+                if math.isfinite(limit):
+                    signs.append(((nodes.Name(name), nodes.Number(limit)), sign))
         return not possible(signs, branch.values)
 
     def told(self, branch: Branch) -> tuple[nodes.Comparison, ...]:

@@ -25,7 +25,7 @@ from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_check import LATEST, gross, leads_to_zero, sides, size
+from solver.accuracy.rule_check import LATEST, gross, leads_to_zero, sides, size, terms
 from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS
 from solver.path.graph import Alike, Array, Family, alike
 
@@ -281,9 +281,9 @@ class _Sides:
         self.gross: Any = 0.0
         parts = []
         for side in (rule.left, rule.right):
-            terms = [traced.of(term) for term in (side.terms if isinstance(side, Sum) else (side,))]
-            self.gross = self.gross + sum(np.abs(term.value) for term in terms)
-            parts.append(traced.total(side.terms, terms) if isinstance(side, Sum) else terms[0])
+            added = [traced.of(term) for term in terms(side)]
+            self.gross = self.gross + sum(np.abs(term.value) for term in added)
+            parts.append(traced.total(side.terms, added) if isinstance(side, Sum) else added[0])
         (self.slopes, noise), (others, more) = map(traced.gradient, parts)
         for name, slope in others.items():
             self.slopes[name] = self.slopes.get(name, 0.0) - slope
@@ -354,9 +354,8 @@ def multiplied_out(model: Model, equations: Sequence[Equation], values: Mapping[
         columns = dict(zip(family.first.names, point[family.columns], strict=True))
         rows = _Rows(columns, family.numbers, len(family.places))
         with np.errstate(all="ignore"), suppress(Undefined):
-            for side in (family.first.left, family.first.right):
-                for term in side.terms if isinstance(side, Sum) else (side,):
-                    found[family.places] += rows.of(_spread(term))
+            for term in terms(family.first.left, family.first.right):
+                found[family.places] += rows.of(_spread(term))
     return found
 
 

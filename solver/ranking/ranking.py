@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from rulesheets.library import ANGLE
-from rulesheets.model import Equation, Model, Value, once
+from rulesheets.model import Model, Value, once
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
@@ -121,7 +121,8 @@ class Signs:
                 if isinstance(side, Name) and isinstance(other, Sum):
                     negative = sum(isinstance(term, Negative) for term in other.terms)
                     if 0 < negative < len(other.terms):
-                        found.update(*_in_each(rules, {side.name}))
+                        place = rules[0].names.index(side.name)
+                        found.update(rule.names[place] for rule in rules)
         return frozenset(found)
 
     @cached_property
@@ -202,12 +203,6 @@ def _angles(model: Model) -> dict[str, float]:
             if turn := next((found[name] for name in sorted(names) if name in found), None):
                 found |= {name: turn for name in names if name not in found}
     return found
-
-
-def _in_each(rules: Sequence[Equation], names: Collection[str]) -> list[set[str]]:
-    """What stands in each of the rules of a shape where these names stand in the first."""
-    places = [rules[0].names.index(name) for name in names]
-    return [{rule.names[place] for place in places} for rule in rules] if places else []
 
 
 def _terms(*sides: Expression) -> set[str]:

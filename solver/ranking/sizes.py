@@ -36,6 +36,7 @@ from rulesheets.syntax.nodes import (
     names,
     subtract,
 )
+from rulesheets.syntax.program import walk
 from solver.numerics.linear_algebra import least_squares
 from solver.path.graph import Alike, same_columns, shape_of
 
@@ -103,13 +104,8 @@ class Suggestions:
         if len(unknowns) > MANY or not names:
             return [[]] * len(names), [0.0] * len(names), [False] * len(names)
         vanishing = {name for name, none in zip(known, zero, strict=True) if none}
-        vanishing.update(
-            *(
-                rule.names
-                for rule in self.model.equations
-                if is_number(rule.right, 0.0) and isinstance(rule.left, Name)
-            )
-        )
+        given = ((rule.left, rule.right) for rule in self.model.equations)
+        vanishing |= {left.name for left, right in given if isinstance(left, Name) and is_number(right, 0.0)}
         rows = _Rows((*unknowns, *known), vanishing, nodes=_nodes(self.model.equations))
         for equation in self.model.equations:
             rows.read(equation)
@@ -370,11 +366,8 @@ class _Rows:
 def _nodes(equations: Sequence[Equation]) -> frozenset[str]:
     """The names of which differences with several others are taken: the levels of a network."""
     neighbours = defaultdict[str, set[str]](set)
-    waiting: list[Expression] = [side for equation in equations for side in (equation.left, equation.right)]
-    while waiting:
-        node = waiting.pop()
-        waiting += children(node)
-        if _is_balance(added(node)):
+    for node in walk(*(side for equation in equations for side in (equation.left, equation.right))):
+        if isinstance(node, Sum) and _is_balance(added(node)):
             met = set(names(node))
             for name in met:
                 neighbours[name] |= met - {name}
