@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property, partial, reduce
@@ -25,7 +25,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, value
+from rulesheets.evaluate import NotDifferentiable, Undefined, derivatives, differentiate
 from rulesheets.syntax.nodes import Expression, names
 from solver.kernel.block import BlockKernel, partials_of
 from solver.kernel.chain import jumps
@@ -165,11 +165,13 @@ class BlockNewton:
         self.known = tuple(name for name, _, varies in given if varies)
         self.sample = tuple(number for _, number, varies in given if varies)
         self.fixed = {name: number for name, number, varies in given if not varies}
-        self.tangent = np.zeros((len(self.start), len(self.sample)))
+        self.tangent: Array = np.zeros((len(self.start), len(self.sample)))
+        """How the root moves with each known number (unknowns, known)."""
         self.bends: dict[tuple[int, ...], Array] = {}
         try:
             self.start = self._settled()
-            self.tangent = self._tangent()
+            slopes = [[some.get(name, 0.0) for name in self.known] for some in self.gradients]
+            self.tangent = -np.linalg.solve(self.slopes, slopes)
             self._predict()
             self.bends = self._bends()
             self._predict()
@@ -194,19 +196,26 @@ class BlockNewton:
         self, forms: Sequence[Expression], partials: Sequence[Expression | None]
     ) -> tuple[tuple[float, ...] | None, bool]:
         """The root that forms of the rules lead to at the sample, and whether it is that of the record."""
-        count, point = len(self.start), self._point()
+        every, unknowns = (*self.kernel.unknowns, *self.known), self.kernel.unknowns
+        point = {**dict(zip(every, (*self.start, *self.sample), strict=True)), **self.fixed}
         self.forms, self.partials = forms, partials
         with suppress(ArithmeticError, ValueError, Undefined):
-            slopes = [value(slope, point) for slope in partials if slope is not None]
-            self.slopes = [slopes[place : place + count] for place in range(0, count**2, count)]
+            found = [derivatives(form, point)[1] for form in forms]
+            self.slopes = [[some.get(name, 0.0) for name in unknowns] for some in found]
+            if not np.isfinite(self.slopes).all():
+                raise ValueError
+            # by a whole exponent of a negative base there is no slope
+            self.gradients = [
+                {n: slope for n, slope in some.items() if math.isfinite(slope)} for some in found
+            ]
             least = 1e-6 * max(map(abs, self.start)) or 1.0
             sizes = tuple(max(abs(x), least) for x in self.start)
-            self.scale = tuple(map(max, sizes, self._terms_of_zeros()))
+            self.scale = tuple(map(max, sizes, self._terms_of_zeros(point)))
             self._write()
             self._predict()
-            found = self.scalar(*self.sample)
-            off = np.subtract(found, self.start) / self.scale
-            return found, bool(np.linalg.norm(off) <= BACK)
+            root = self.scalar(*self.sample)
+            off = np.subtract(root, self.start) / self.scale
+            return root, bool(np.linalg.norm(off) <= BACK)
         return None, False
 
     def _write(self) -> None:
@@ -257,44 +266,20 @@ class BlockNewton:
             for name in dict.fromkeys(names(form)):
                 column = self.kernel.unknowns.index(name) if name in self.kernel.unknowns else -1
                 slope = slopes.get((row, column))
-                if column < 0 and self._slope_at(form, name) is not None:
+                if column < 0 and name in self.gradients[row]:
                     slope = flow.expression(differentiate(form, name), places)
                 if slope is not None:
                     terms.append(flow.add("abs", flow.add("mul", slope, places[name])))
             total = flow.over("add", terms)
             yield flow.add("neg", total) if row * row % 3 == 1 else total
 
-    def _slope_at(self, form: Expression, name: str) -> float | None:
-        """A slope at the sample; None where there is none (by the whole exponent of a negative base)."""
-        try:
-            return value(differentiate(form, name), self._point())
-        except Undefined:
-            return None
-
-    def _terms_of_zeros(self) -> Iterator[float]:
+    def _terms_of_zeros(self, point: Mapping[str, float]) -> Iterator[float]:
         """Of an unknown that is 0 to rounding a share of the terms that cancel in it; 0 of another."""
-        point = self._point()
-        sizes = []
-        for form in self.forms:
-            sizes.append(sum(abs((self._slope_at(form, name) or 0.0) * point[name]) for name in names(form)))
+        sizes = [sum(abs(slope * point[name]) for name, slope in some.items()) for some in self.gradients]
         for x, column in zip(self.start, zip(*self.slopes, strict=True), strict=True):
             shares = (size / abs(slope) for size, slope in zip(sizes, column, strict=True) if slope)
             terms = min(shares, default=0.0)
             yield CANCELLED * terms if abs(x) <= ZERO * terms else 0.0
-
-    def _tangent(self) -> Array:
-        """How the root moves with each known number (unknowns, known)."""
-        slopes = np.zeros(self.tangent.shape)
-        for column, name in enumerate(self.known):
-            for row, form in enumerate(self.forms):
-                if name in names(form):
-                    slopes[row, column] = self._slope_at(form, name) or 0.0
-        return np.linalg.solve(np.array(self.slopes), -slopes)
-
-    def _point(self) -> dict[str, float]:
-        """The numbers of the sample."""
-        every = (*self.kernel.unknowns, *self.known)
-        return {**dict(zip(every, (*self.start, *self.sample), strict=True)), **self.fixed}
 
     def _bends(self) -> dict[tuple[int, ...], Array]:
         """What further powers of moves of the known numbers add to that, (unknowns,) each: (j, k) of d_j d_k.
