@@ -38,6 +38,8 @@ class _Explanation:
         self.asked, self.verdict, self.patience = asked._replace(want=None, guesses={}), verdict, patience
         self.model, self.inputs, self.judged = asked.model, asked.inputs, asked.judged
         self.leaf: Leaf | None = verdict.leaves[0] if verdict.leaves else None
+        everything = {variable.name for variable in self.model.variables.values() if variable.posted}
+        self.no_help = set() if everything.issubset(self.judged) else {*self.judged}
 
     def diagnoses(self) -> Iterator[Diagnosis]:
         verdict = self.verdict
@@ -262,19 +264,15 @@ class _Explanation:
 
     def _undetermined(self) -> Diagnosis:
         assert self.leaf is not None
-        branch = self.leaf.branch
         missing = self.verdict.structural
-        ways = givings(self.asked, branch.conditions, missing)
-        # to give what is all that is missing, or what was asked for itself, is no help
-        enough = [
-            way.names for way in ways if way.enough and way.names != missing and self._giving(way.names)
-        ]
-        if enough and len(enough[0]) == 1:
-            note = f"give {listed([names[0] for names in enough], 'or')}"
-        elif enough:
-            note = "give " + ", or ".join(listed(names) for names in enough[:MAX_NAMED])
-        elif ways and not ways[0].enough:
-            note = f"more than one input is missing; {ways[0].names[0]} would determine most"
+        sets, most = givings(self.asked, self.leaf.branch, {*missing}, self.no_help)
+        helpful = [names for names in sets if names != missing]  # to give all that is missing is no help
+        if helpful and len(helpful[0]) == 1:
+            note = f"give {listed([names[0] for names in helpful], 'or')}"
+        elif helpful:
+            note = "give " + ", or ".join(listed(names) for names in helpful[:MAX_NAMED])
+        elif most:
+            note = f"more than one input is missing; {most} would determine most"
         else:
             note = f"no other variable determines {listed(missing)}: add a rule that does"
         message = f"the inputs do not determine {listed(missing)}"
@@ -282,9 +280,7 @@ class _Explanation:
 
     def _giving(self, names: Sequence[str]) -> tuple[str, ...]:
         """The advice to give one of these; none of it to give what was asked for itself."""
-        judged = {*self.judged}
-        everything = all(v.name in judged for v in self.model.variables.values() if v.posted)
-        helpful = [name for name in names if everything or name not in judged]
+        helpful = [name for name in names if name not in self.no_help]
         return (f"give {listed(helpful, 'or')}",) if helpful else ()
 
     def _clash(self) -> Diagnosis:

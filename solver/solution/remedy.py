@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import replace
-from itertools import combinations, islice
+from itertools import chain, combinations, islice
 from typing import NamedTuple
 
 from rulesheets.model import Model, Value
 from rulesheets.syntax import nodes
 from solver.facts import Conflict
-from solver.leaves import Asked, Leaf, Patience
+from solver.leaves import Asked, Branch, Leaf, Patience
 from solver.path import equations_of
+from solver.path.cases import activity, comparisons, outcomes, value_said
 from solver.path.planner import planner
 from solver.solution.explore import explore
+from solver.structure.decomposition import Incidence, undetermined
 
-MAX_CANDIDATES = 200
-MAX_SETS = 400
+MAX_SIZE, MAX_SETS = 4, 400
+"""Inputs of a set that may be missing, and how many sets are tried at most."""
+MAX_READ = 300_000
+"""Occurrences of variables in rules that are read for it: fewer sets of a large sheet are tried."""
 MAX_FILTER = 60
 MAX_TRIALS = 26
 ROUGH = 1e-6
@@ -34,34 +38,83 @@ BEYOND = (0.25, 0.5, 0.75, 0.99)
 # --- under-determined: what to give ------------------------------------------------------
 
 
-class Giving(NamedTuple):
-    """Giving ``names`` determines ``determines`` further variables; ``enough`` if nothing stays unknown."""
+class Givings(NamedTuple):
+    """The smallest ``sets`` of inputs that each determine all that is missing, in the order of the sheet;
+    where none is small, the single input that determines ``most``; neither where no inputs are enough."""
 
-    names: tuple[str, ...]
-    determines: int
-    enough: bool
+    sets: tuple[tuple[str, ...], ...] = ()
+    most: str | None = None
 
 
-def givings(asked: Asked, decided: Mapping[int, bool], missing: Sequence[str]) -> tuple[Giving, ...]:
-    """The smallest sets of further inputs that would determine ``missing``, the most determining first.
+def givings(asked: Asked, branch: Branch, missing: Set[str], useless: Set[str]) -> Givings:
+    """Which further inputs, ``useless`` ones aside, would determine ``missing``, by the rules' structure.
 
-    Single variables first; pairs and triples only where no single one is enough.
+    At least as many are needed as of ``missing`` itself, and these are among what that determines. All but
+    one of a set given, whatever a missing variable determines completes the set (but for what guards read,
+    which does not follow from the rules that they guard).
     """
-    variables, plan, start = asked.model.variables, planner(asked.model), frozenset(asked.inputs)
-    unknown = plan.path(start, decided).undetermined
-    posted = [name for name in unknown if variables[name].posted] or unknown
-    candidates = posted[:MAX_CANDIDATES]
-    best: list[Giving] = []
-    sets = (names for size in range(1, 5) for names in combinations(candidates, size))
-    for names in islice(sets, MAX_SETS):
-        if len(names) > 1 and any(giving.enough and len(giving.names) < len(names) for giving in best):
+    names, system = _undetermined_part(asked, branch)
+    guarded = any(len(system.occurs[e]) > len(system.resolvable[e]) for e in system.block.equations)
+    lacking = [u for u, name in enumerate(names) if name in missing]
+    posted = [u for u, name in enumerate(names) if asked.model.variables[name].posted] or range(len(names))
+    useful = [u for u in posted if names[u] not in useless]
+    if not useful or not undetermined(system, {*useful}).isdisjoint(lacking):
+        return Givings()
+    basis, left = tuple[int, ...](), undetermined(system, ())
+    while (more := [u for u in lacking if u in left]) and len(basis) <= MAX_SIZE:
+        basis = *basis, more[0]
+        left = undetermined(system, basis)
+    candidates, found = sorted(useful, key=left.__contains__), list[tuple[int, ...]]()
+    sizes = range(len(basis) or MAX_SIZE + 1, MAX_SIZE + 1)
+    starts = chain.from_iterable(combinations(range(len(candidates)), size - 1) for size in sizes)
+    trials = min(MAX_SETS, MAX_READ // (system.edges + 1) + 1)
+    for places in islice(starts, trials):
+        if found and (len(found[0]) <= len(places) or len(found) > MAX_SETS):
             break
-        left = plan.path(start.union(names), decided).undetermined
-        enough = not set(left).intersection(missing)
-        if enough or len(names) == 1:
-            best.append(Giving(names, len(unknown) - len(left) - len(names), enough))
-    best.sort(key=lambda giving: (not giving.enough, len(giving.names), -giving.determines))
-    return tuple(best)
+        start = tuple([candidates[k] for k in places])
+        before = undetermined(system, start)
+        more = [u for u in lacking if u in before]
+        left = undetermined(system, (*start, more[0]))
+        if left.isdisjoint(more):
+            rest = candidates[places[-1] + 1 :] if places else candidates
+            sets = [(*start, u) for u in rest if u in before and u not in left]
+            if guarded:
+                sets = [one for one in sets[:trials] if undetermined(system, one).isdisjoint(more)]
+            found += sets
+    if not found:
+        most = min(useful[:trials], key=lambda u: len(undetermined(system, (u,))))
+        return Givings((), names[most])
+    return Givings(tuple(tuple([names[u] for u in one]) for one in found))
+
+
+def _undetermined_part(asked: Asked, branch: Branch) -> tuple[tuple[str, ...], Incidence]:
+    """The variables that the inputs do not determine, and the rules for them, with what guards read.
+
+    Conditions that await such a variable come out as they do at arbitrary values.
+    """
+    model, plan, decided = asked.model, planner(asked.model), branch.conditions
+    names = plan.path(frozenset(asked.inputs), decided).undetermined
+    place = {plan.graph.number[name]: u for u, name in enumerate(names)}
+    case = {**outcomes(model, {**_arbitrary(model), **branch.values}, asked.inputs), **decided}
+    rows, own = list[tuple[int, ...]](), list[dict[int, int]]()
+    for equation in model.equations:
+        if activity(equation, case):
+            body = plan.graph.occurs[equation.index]
+            awaited = (premise.condition for premise in equation.guard if premise.condition not in decided)
+            read = {v for condition in awaited for v in plan.graph.condition_occurs[condition]}
+            rows.append(tuple(sorted(place[v] for v in read.union(body) if v in place)))
+            own.append({place[v]: 0 for v in body if v in place})
+    return names, Incidence(tuple(rows), tuple(own), len(names))
+
+
+def _arbitrary(model: Model) -> dict[str, Value]:
+    """Different numbers for all variables, and symbols for those that are compared with some."""
+    values: dict[str, Value] = {name: 1.0 + 1.0 / (2 + k) for k, name in enumerate(model.variables)}
+    for comparison in chain.from_iterable(map(comparisons, model.conditions)):
+        match value_said(comparison):
+            case str(name), str(symbol):
+                values[name] = symbol
+    return values
 
 
 # --- inconsistent: the smallest conflicting set --------------------------------------------

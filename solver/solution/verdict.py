@@ -296,7 +296,7 @@ def _fixed(model: Model, leaf: Leaf) -> tuple[Leaf, tuple[facts.Unfixed, ...]]:
 def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -> Verdict:
     """Wanted variables are missing: because of values (inactive rules), or of the inputs' pattern."""
     leaf = leaves[0]
-    undetermined = planner(model).path(frozenset(inputs), leaf.branch.conditions).undetermined
+    undetermined = {*planner(model).path(frozenset(inputs), leaf.branch.conditions).undetermined}
     structural = tuple(name for name in leaf.missing if name in undetermined)  # however the values come out
     # what stands in the way of the missing names; all there is, where none of it is on their path
     every = leaf.branch.reasons

@@ -20,8 +20,8 @@ issue 26147), as rules do, and loading ``scipy.sparse`` takes longer than most s
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from graphlib import TopologicalSorter
 from heapq import heapify, heappop, heappush
@@ -251,6 +251,18 @@ def dulmage_mendelsohn(incidence: Incidence, matching: Matching | None = None) -
         tuple(u for u in incidence.block.unknowns if u not in over_unknowns and u not in under),
     )
     return Parts(Block.of(over, over_unknowns), square, Block.of(under_equations, under))
+
+
+def undetermined(incidence: Incidence, given: Collection[int]) -> frozenset[int]:
+    """The unknowns that stay undetermined where some are given.
+
+    An equation determines one that it can be solved for, once all others that occur in it are determined.
+    """
+    equations, unknowns = incidence.block
+    part = incidence.restrict(Block(equations, tuple([u for u in unknowns if u not in given])))
+    bodies = {equation: tuple(sorted(part.resolvable[equation])) for equation in equations}
+    matching = maximum_matching(replace(part, occurs=bodies))
+    return frozenset(reached(matching.single_unknowns, part.users, matching.unknown_of))
 
 
 def strong_components(successors: Sequence[Sequence[int]]) -> Iterator[list[int]]:
