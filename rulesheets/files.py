@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, said, suggestion
 from rulesheets.parse import parse
@@ -164,8 +166,14 @@ def _models_folder() -> str:
     return installed if os.path.isdir(installed) else os.path.join(os.path.dirname(package), "models")
 
 
-def unwritable(path: str, failure: OSError) -> Diagnosis:
-    return error("E416", f"{path} cannot be written: {failure.strerror}", notes=("choose another place",))
+@contextmanager
+def writing(path: str) -> Iterator[None]:
+    """Raise RuleSheetError (E416) where the system fails to write the file within the context."""
+    try:
+        yield
+    except OSError as failure:
+        message = f"{path} cannot be written: {failure.strerror}"
+        raise RuleSheetError(said("E416", message, None, "choose another place")) from None
 
 
 def expect_regular(name: str) -> None:

@@ -17,7 +17,7 @@ from types import TracebackType
 from typing import Any, BinaryIO, Self, TextIO
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, said
-from rulesheets.files import expect_regular, unwritable
+from rulesheets.files import expect_regular, writing
 from rulesheets.syntax import Source, Span
 
 with suppress(ImportError):  # a system without refuses to remove open files by itself
@@ -38,12 +38,9 @@ def readable_rows(path: str) -> Iterator[None]:
 
 def wrong_cell(path: str, line: int, text: str, name: str, *, number: bool = False) -> Diagnosis:
     kinds = "a number" if number else "a number, a symbol ('open)"
-    place, note = (
-        Span(Source(f"{path}, line {line}", text), 0, len(text)),
-        "or blank where the row has no value",
-    )
-    message = f"line {line} of {path}: this is no value for {name}"
-    return said("E440", message, place, f"a cell is {kinds}, {note}")
+    place = Span(Source(f"{path}, line {line}", text), 0, len(text))
+    note = f"a cell is {kinds}, or blank where the row has no value"
+    return said("E440", f"line {line} of {path}: this is no value for {name}", place, note)
 
 
 def missing_extra(purpose: str, package: str, extra: str) -> Diagnosis:
@@ -76,14 +73,9 @@ def expect_no_input(path: str, inputs: Iterable[str]) -> None:
     Devices and pipes can be read and written.
     """
     for read in inputs:
-        if os.path.realpath(path) == os.path.realpath(read):
-            same = not os.path.exists(path) or os.path.isfile(path)
-        else:
-            try:
-                there, here = os.stat(path), os.stat(read)
-            except (OSError, ValueError):
-                continue
-            same = stat.S_ISREG(there.st_mode) and os.path.samestat(there, here)
+        same = False
+        with suppress(OSError, ValueError):
+            same = os.path.isfile(path) and os.path.samefile(path, read)
         if same:
             what = "it is read" if path == read else f"it is {read}, which is read"
             message = f"{path} is an input of this command, and would be overwritten: {what}"
@@ -105,46 +97,42 @@ class Replacement:
     def __init__(self, path: str) -> None:
         self._path, self._target = path, os.path.realpath(path)
         self._unfinished: str | None = None
-        try:
+        with writing(path):
             there = os.stat(self._target).st_mode if os.path.exists(self._target) else None
             if there is not None and not stat.S_ISREG(there):
                 self.stream = open(self._target, "wb")  # noqa: SIM115
                 return
             self._unfinished, handle = _unfinished_file(*os.path.split(self._target))
             self.stream = LongFile(handle)
-            if there is not None:
-                os.chmod(self._unfinished, stat.S_IMODE(there))
-        except OSError as failure:
-            if self._unfinished is not None:
+            try:
+                if there is not None:
+                    os.chmod(self._unfinished, stat.S_IMODE(there))
+            except OSError:
                 self.discard()
-            raise RuleSheetError(unwritable(path, failure)) from None
+                raise
 
     def write(self, data: bytes) -> None:
-        try:
+        with writing(self._path):
             self.stream.write(data)
-        except OSError as failure:
-            raise RuleSheetError(unwritable(self._path, failure)) from None
 
     def keep(self) -> None:
         """Put the file in its place."""
         try:
-            self.stream.flush()
-            if self._unfinished is not None:
-                os.fsync(self.stream.fileno())
-            self.stream.close()
-            if self._unfinished is not None:
-                os.replace(self._unfinished, self._target)
-                self._unfinished = None
-                with suppress(OSError):  # the new name on the disk, too, where the system can
-                    folder = os.open(os.path.dirname(self._target), os.O_RDONLY)
-                    try:
-                        os.fsync(folder)
-                    finally:
-                        os.close(folder)
-        except OSError as failure:
-            self.discard()
-            raise RuleSheetError(unwritable(self._path, failure)) from None
-        except BaseException:  # an interruption while the last bytes are written
+            with writing(self._path):
+                self.stream.flush()
+                if self._unfinished is not None:
+                    os.fsync(self.stream.fileno())
+                self.stream.close()
+                if self._unfinished is not None:
+                    os.replace(self._unfinished, self._target)
+                    self._unfinished = None
+                    with suppress(OSError):  # the new name on the disk, too, where the system can
+                        folder = os.open(os.path.dirname(self._target), os.O_RDONLY)
+                        try:
+                            os.fsync(folder)
+                        finally:
+                            os.close(folder)
+        except BaseException:  # also an interruption while the last bytes are written
             self.discard()
             raise
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Sized
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Sized
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
 from importlib import import_module
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.diagnosis import RuleSheetError, error
-from rulesheets.files import unwritable
+from rulesheets.files import writing
 from rulesheets.inputs import decimal_point, delimiter, exact, parse_value, symbol_name
 from solver.facts import Status, UnknownName
 from solver.files import (
@@ -224,7 +224,7 @@ class ParquetFile:
             raise
         self._path, self._names, self._symbols = path, tuple(names), frozenset(symbols)
         self._held: list[Table] = []
-        self._writing: Future[None] | None = None
+        self._writing: Future[Any] = self._thread.submit(int)  # nothing yet
         self._writer: Any = None
 
     def add(self, table: Table) -> None:
@@ -239,8 +239,9 @@ class ParquetFile:
         try:
             nothing = Table(dict.fromkeys(self._names, np.empty(0)), np.empty(0, np.int8))
             self._write(joined(self._held or [nothing]))
-            self._wait()
-            self._guarded(self._writer.close)
+            self._writing.result()
+            with writing(self._path):
+                self._writer.close()
         except BaseException:
             self.discard()
             raise
@@ -252,14 +253,12 @@ class ParquetFile:
         self._file.discard()
 
     def _write(self, table: Table) -> None:
-        """Let rows be written as a row group while others are gathered."""
-        self._wait()
-        self._writing = self._thread.submit(self._write_group, table)
+        """Let rows be written as a row group while others are gathered.
 
-    def _wait(self) -> None:
-        """Raises RuleSheetError where the group that is being written fails."""
-        if self._writing is not None:
-            self._writing.result()
+        Raises RuleSheetError where writing the group before has failed.
+        """
+        self._writing.result()
+        self._writing = self._thread.submit(self._write_group, table)
 
     def _write_group(self, table: Table) -> None:
         status = self._arrow.DictionaryArray.from_arrays(table.status, self._arrow.array(WORDS))
@@ -276,7 +275,8 @@ class ParquetFile:
                 write_batch_size=BATCH,
             )
         if len(table.status):
-            self._guarded(lambda: self._writer.write_table(rows, row_group_size=ROW_GROUP))
+            with writing(self._path):
+                self._writer.write_table(rows, row_group_size=ROW_GROUP)
 
     def _array(self, name: str, column: Array) -> Any:
         if name in self._symbols:
@@ -285,12 +285,6 @@ class ParquetFile:
         column = column.astype(np.int32 if column.dtype.kind == "i" else float, copy=False)
         gaps = column.dtype == float and bool(np.isnan(column).any())
         return self._arrow.array(column, from_pandas=gaps)
-
-    def _guarded(self, write: Callable[[], object]) -> None:
-        try:
-            write()
-        except OSError as failure:
-            raise RuleSheetError(unwritable(self._path, failure)) from None
 
 
 def parquet_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Sequence[int], Sequence[Any]]]:

@@ -91,13 +91,8 @@ def _open(arguments: Namespace) -> int:
 def _export_arguments(parser: ArgumentParser) -> None:
     add_input_options(parser)
     add = parser.add_argument
-    add(
-        "--over",
-        metavar="NAME=START:STOP:STEP",
-        action="append",
-        default=[],
-        help="a slider for an input, or NAME=A,B,…; up to three",
-    )
+    over = "a slider for an input, or NAME=A,B,…; up to three"
+    add("--over", metavar="NAME=START:STOP:STEP", action="append", default=[], help=over)
     add("-o", "--output", metavar="FILE.html", help="the file to write; NAME.html by default")
 
 
