@@ -58,7 +58,7 @@ class Candidates:
         self.suspects: list[dict[str, float]] = []
         self.refused: list[dict[str, float]] = []
         self.miss = math.inf
-        self.nearest: dict[str, float] = {}
+        self.nearest: tuple[Mapping[str, float], tuple[float, ...]] = {}, ()
         self.attempts: list[Attempt] = []
         self.strays = self.dull = 0
 
@@ -281,17 +281,18 @@ class Candidates:
         return all(abs(miss) <= NEARLY * size for miss, size in zip(misses, sizes, strict=True))
 
     def note(self, point: dict[str, float]) -> None:
-        """Remember the nearest miss inside the ranges, by the largest miss of a rule."""
+        """Remember the nearest miss inside the ranges, by the largest miss of a rule, and by how much each
+        rule is missed there."""
         problem, x = self.problem, list(point.values())
         try:
             if len(x) > MANY and problem.sparse is not None:
-                size = float(np.abs(problem.sparse[0](np.array(x))).max())
+                misses = problem.sparse[0](np.array(x))
             else:
-                size = max(abs(r) for r in problem.residual(x))
+                misses = np.array(problem.residual(x))
         except (ArithmeticError, ValueError):
             return
-        if size < self.miss and problem.outside(point) is None:
-            self.miss, self.nearest = size, point
+        if (size := float(np.abs(misses).max())) < self.miss and problem.outside(point) is None:
+            self.miss, self.nearest = size, (point, tuple(misses.tolist()))
 
     def _near(
         self, one: Mapping[str, float], other: Mapping[str, float], tolerance: float, least: float = 0.01

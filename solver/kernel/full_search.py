@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -210,14 +211,12 @@ TRUST_REGION_STARTS = 24
 def fall_back(problem: BlockProblem, candidates: Candidates) -> None:
     """Try trust regions from the guess and from many starts until ``candidates`` has an answer."""
     evaluations = 0
-    for start in _guess_and_beside(problem, TRUST_REGION_STARTS):
-        for method in TRUST_REGIONS:
-            end = scipy_root(problem.residual, problem.jacobian, start, method, problem.scale)
-            evaluations += end.evaluations
-            candidates.refine(end.x)
-            if not candidates.fruitless:
-                candidates.tried(Method.TRUST_REGION, iterations=evaluations)
-                return
+    for start, method in product(_guess_and_beside(problem, TRUST_REGION_STARTS), TRUST_REGIONS):
+        end = scipy_root(problem.residual, problem.jacobian, start, method, problem.scale)
+        evaluations += end.evaluations
+        candidates.refine(end.x)
+        if not candidates.fruitless:
+            break
     candidates.tried(Method.TRUST_REGION, iterations=evaluations)
 
 

@@ -39,7 +39,6 @@ ALGEBRAIC = frozenset({"sqrt", "abs", "pi"})
 Coefficients: TypeAlias = Sequence[Fraction]
 """Of a polynomial in one tear, lowest degree first."""
 Forms: TypeAlias = Sequence[tuple[str, Expression]]
-Point: TypeAlias = Mapping[str, float]
 
 Gross: TypeAlias = tuple[Polynomial, Polynomial]
 """A polynomial; and what it would be if nothing cancelled in it."""

@@ -344,7 +344,7 @@ class _Search:
         elif candidates.outside is not None and not answers:
             facts = (candidates.outside,)
         elif not answers:
-            facts = (NoRoot(block.equations, block.unknowns, complete, *_nearest_miss(problem, candidates)),)
+            facts = (NoRoot(block.equations, block.unknowns, complete, *candidates.nearest),)
         return BlockOutcome(
             tuple(answers),
             complete and not cut,
@@ -356,17 +356,6 @@ class _Search:
             whole=self.whole or self.complete,
             cut=cut,
         )
-
-
-def _nearest_miss(
-    problem: BlockProblem, candidates: Candidates
-) -> tuple[Mapping[str, float], tuple[float, ...]]:
-    """The nearest miss, and what each equation is off there; nothing where an equation has no value there."""
-    best = candidates.nearest
-    try:
-        return best, tuple(problem.residual(list(best.values()))) if best else ()
-    except (ArithmeticError, ValueError):
-        return {}, ()
 
 
 # --- the answers of a closed form ---

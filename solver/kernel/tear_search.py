@@ -143,10 +143,9 @@ class TearSearch:
             candidates.proven(root)
         if search.complete:
             candidates.part(proven)
-        touching = [x for x, _ in search.touching]
-        for x in touching:
+        for x in search.touching:
             self._candidate(place, x)
-        doubtful = (*touching, *(0.5 * (a + b) for a, b in search.unresolved))
+        doubtful = (*search.touching, *(0.5 * (a + b) for a, b in search.unresolved))
         for x in doubtful[: MAX_SUSPECTS if candidates.sensible is None else 0]:
             if (point := self._along(place, x)) is not None:
                 candidates.suspect(point)
@@ -196,7 +195,7 @@ class TearSearch:
             return search
         holes = [(x, x) for x in dict.fromkeys(map(_short, search.unresolved)) if self._is_hole(place, x)]
         left = tuple(box for box in search.unresolved if not self._is_monotone(place, holes, *box))
-        touching = tuple((x, f) for x, f in search.touching if not self._is_monotone(place, holes, x, x))
+        touching = tuple(x for x in search.touching if not self._is_monotone(place, holes, x, x))
         return search._replace(unresolved=left, touching=touching, complete=not left)
 
     def _is_monotone(self, place: int, holes: Sequence[Interval], low: float, high: float) -> bool:

@@ -77,7 +77,7 @@ class RootSearch(NamedTuple):
     ``roots``: ascending; f changes sign there, or is exactly 0 with a slope that is not.
     ``complete``: proven that there are no others and that each is a single one. (Of an infinite range that
     is said for x = 0 and 1e-100 < |x| < 1e100; roots beyond are found where that is easy.)
-    ``touching``: (x, f(x)) where |f| is least in a box that could not be settled: a double root, a root at
+    ``touching``: where |f| is least in a box that could not be settled: a double root, a root at
     the edge of the domain, or a near miss. For the caller to verify.
     ``flat``: intervals on which f is 0 to rounding throughout. ``unresolved``: what was not settled.
     ``crossings``: those of the roots that are no more than a change of sign of computed values.
@@ -86,7 +86,7 @@ class RootSearch(NamedTuple):
     roots: tuple[float, ...]
     complete: bool
     unresolved: tuple[tuple[float, float], ...] = ()
-    touching: tuple[tuple[float, float], ...] = ()
+    touching: tuple[float, ...] = ()
     flat: tuple[tuple[float, float], ...] = ()
     evaluations: int = 0
     levels: int = 0
@@ -155,7 +155,7 @@ class _Search:
         self._known: dict[float, Interval] = {}
         self.roots: list[float] = []
         self.crossings: list[float] = []
-        self.touching: list[tuple[float, float]] = []
+        self.touching: list[float] = []
         self.flat: Intervals = []
         self.unresolved: Intervals = []
 
@@ -376,9 +376,8 @@ class _Search:
         if slope(low) * slope(high) < 0.0:  # nan where no slope is known
             points.insert(0, bracketed_root(slope, low, high))
         for x in points:
-            f = value_at(self.value, x)
-            if not isnan(f) and (x == points[-1] or self._may_vanish(x)):
-                self.touching.append((x + 0.0, f + 0.0))
+            if not isnan(value_at(self.value, x)) and (x == points[-1] or self._may_vanish(x)):
+                self.touching.append(x + 0.0)
                 return
 
 
