@@ -14,6 +14,7 @@ from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Quotient, subtract
 from rulesheets.syntax.program import degree, walk
 from solver.kernel.emitter import SparseSystem, compile_expressions, divisors
+from solver.kernel.step import window
 from solver.numerics.linear_algebra import Array
 from solver.path import ClosedForm, SolveBlock
 from solver.path.graph import Alike, ModelGraph, alike, same_columns, shape_of
@@ -103,12 +104,7 @@ class BlockKernel:
     def domain(self, name: str) -> tuple[float, float]:
         """Where to search an unknown: its declared range, and of an angle no more than one turn."""
         variable, turn = self.graph.model.variables[name], self.graph.turn(name)
-        low, high = variable.low, variable.high
-        if turn is None or (low > -math.inf and high < math.inf):
-            return low, high
-        if low > -math.inf:
-            return low, low + turn
-        return (high - turn, high) if high < math.inf else (-turn / 2, turn / 2)
+        return (variable.low, variable.high) if turn is None else window(variable, turn)
 
     @property
     def finite(self) -> bool:

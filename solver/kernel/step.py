@@ -16,7 +16,7 @@ from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, val
 from rulesheets.evaluate.digits import extended, in_many_digits
 from rulesheets.evaluate.number import enclose, number_text
 from rulesheets.functions import TABLE
-from rulesheets.model import Value
+from rulesheets.model import Value, Variable
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol
 from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
@@ -61,6 +61,14 @@ def is_scaled(rest: Sequence[Stage]) -> bool:
 def is_affine(stage: Stage) -> bool:
     """Whether equal steps of the target are undone to equal steps of the operand."""
     return stage.operation in ("negative", "sum", "product", "quotient") and stage.divisor != TARGET
+
+
+def window(variable: Variable, span: float) -> tuple[float, float]:
+    """The declared range of a variable; of an infinite one so much, from its end, or around 0."""
+    low, high = variable.low, variable.high
+    if high < math.inf:
+        return (low if low > -math.inf else high - span), high
+    return (low, low + span) if low > -math.inf else (-span / 2, span / 2)
 
 
 def _floor(turns: float) -> int:
@@ -445,12 +453,8 @@ class StepSolver:
         low, high = self.variable.low, self.variable.high
         turn = self.graph.turn(self.unknown)
         bounded = low > -math.inf or high < math.inf
-        if not (low > -math.inf and high < math.inf):
-            self.complete = self.complete and turn is not None
-            span = turn or size
-            low, high = (low, low + span) if low > -math.inf else (high - span, high)
-            if not bounded:
-                low, high = -span / 2, span / 2
+        self.complete = self.complete and (turn is not None or high - low < math.inf)
+        low, high = window(self.variable, turn or size)
         if stride == 0 or not math.isfinite(stride):
             return (0,)
         if not (bounded or turn or not rest):

@@ -49,7 +49,6 @@ class SparseRoot(NamedTuple):
 
     x: Array
     converged: bool
-    iterations: int
     alone: float = 0.0
 
 
@@ -117,7 +116,6 @@ def sparse_newton(
     start: Array,
     sizes: Array | None = None,
     positive: bool = False,
-    iterations: int = ITERATIONS,
     told: Map = itself,
     limit: float | None = None,
 ) -> SparseRoot:
@@ -131,21 +129,21 @@ def sparse_newton(
     x = told(start)
     f = residual(x)
     if not np.isfinite(f).all():
-        return SparseRoot(x, False, 0)
+        return SparseRoot(x, False)
     share, before, last, alone = 1.0, math.inf, 0.0, 0.0
-    for count in range(iterations):
+    for count in range(ITERATIONS):
         slopes = jacobian(x)
         try:
             factor = SparseFactor(slopes, len(x))
         except ArithmeticError:
-            return SparseRoot(x, False, count)
+            return SparseRoot(x, False)
         step = -factor.solve(f)
         if sizes is None:
             sizes = np.maximum(np.abs(step), LEAST * (float(np.abs(step).max()) or 1.0))
         weight = np.maximum(np.abs(x), sizes)
         length = _length(step, weight)
         if not np.isfinite(length):
-            return SparseRoot(x, False, count)
+            return SparseRoot(x, False)
         if before > STAGNATION:
             alone = max(alone, before) if last == 1.0 and length <= FAST * before < math.inf else 0.0
         if limit is not None:
@@ -160,9 +158,9 @@ def sparse_newton(
             converged = found is not None or length <= STAGNATION
             converged = converged or length <= ROUNDINGS * _length(_noise(factor, slopes, x), weight)
             end = _refined(residual, factor, x, weight) if converged else x
-            return SparseRoot(end, converged, count, alone)
+            return SparseRoot(end, converged, alone)
         share, before, last = min(LONGER * share, 1.0), length, share
-    return SparseRoot(x, False, iterations)
+    return SparseRoot(x, False)
 
 
 def _twice(

@@ -18,7 +18,6 @@ from solver.accuracy import rule_check
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
-from solver.kernel.solve_block import _nearest_miss
 from solver.numerics.linear_algebra import Array, factorise, sparse_matrix
 from solver.numerics.sparse_newton import Triplets, sparse_newton
 from solver.path import SolveBlock
@@ -310,16 +309,16 @@ def test_each_of_many_terms_is_a_small_part_of_their_sum() -> None:
 
 
 def test_a_nearest_miss_out_of_the_domain_is_not_told() -> None:
-    """The search in arrays may end where a rule by itself divides by 0."""
+    """A rule by itself may divide by 0 there."""
     model = rulesheets.loads("y = 1/x\ny = x + 1\n")
     graph = ModelGraph(model)
     kernel = BlockKernel(graph, SolveBlock((0, 1), ("x", "y"), ("x",)))
     problem = BlockProblem(kernel, {}, {})
     candidates = Candidates(problem)
-    candidates.nearest = {"x": 0.0, "y": 1.0}
-    assert _nearest_miss(problem, candidates) == ({}, ())
-    candidates.nearest = {"x": 1.0, "y": 1.0}
-    assert _nearest_miss(problem, candidates) == ({"x": 1.0, "y": 1.0}, (0.0, -1.0))
+    candidates.note({"x": 0.0, "y": 1.0})
+    assert candidates.nearest == ({}, ())
+    candidates.note({"x": 1.0, "y": 1.0})
+    assert candidates.nearest == ({"x": 1.0, "y": 1.0}, (0.0, -1.0))
 
 
 def test_logarithmic_means_begin_with_positive_differences() -> None:
