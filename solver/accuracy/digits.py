@@ -18,7 +18,7 @@ from rulesheets.syntax.nodes import Expression, subtract
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import gross, half_unit, in_decimals
 from solver.numerics.linear_algebra import Singular, eliminate_rows
-from solver.numerics.tolerances import FOLD, SPARE, SUSPECT
+from solver.numerics.tolerances import FOLD, REFINED, SPARE, SUSPECT
 
 MAX_ITERATIONS = 40
 MAX_WORK = 60_000
@@ -100,7 +100,7 @@ class ManyDigits:
 
         ``sizes`` (n,) of the terms that the unknowns are made of: one that is 0 comes out as their rounding.
         """
-        x = [self.mp.mpf(v) for v in start]
+        x, before = [self.mp.mpf(v) for v in start], self.mp.inf
         for _ in range(MAX_ITERATIONS):
             expect_time()
             try:
@@ -111,10 +111,12 @@ class ManyDigits:
                 scales = sizes or [float(max(map(abs, x)))] * len(x)
             except (Undefined, Singular, OverflowError):
                 return None
-            # the next step, which is quadratically smaller, would be lost in rounding
-            triples = zip(x, step, scales, strict=True)
-            if all(abs(d) <= self.small * max(abs(v), self.tiny * size) for v, d, size in triples):
+            sized = ((d, max(abs(v), self.tiny * size)) for v, d, size in zip(x, step, scales, strict=True))
+            length = max(abs(d) / (size or abs(d)) if d else 0 for d, size in sized)
+            # the next step, which is quadratically smaller, would be lost in rounding; or this one is
+            if length <= self.small or REFINED >= length >= before:
                 return x
+            before = length
         return None
 
 

@@ -131,7 +131,7 @@ def check_root(
     if root is None:
         return RootCheck.NO_ROOT, dict(point)
     there = problem.named(root)
-    bars = uncertainty(problem, there).errors
+    bars = [*map(max, found.errors, uncertainty(problem, there).errors)]
     if not _within(start, root, bars, SAFETY):
         return RootCheck.NO_ROOT, there
     if not is_beside_pole(problem, there, Uncertainty(bars)):
@@ -221,7 +221,7 @@ def _solved_on(
 
     x = [mp.mpf(v) + (k + 1) * nudge * bar for k, (v, bar) in enumerate(zip(start, bars, strict=True))]
     rows, residual = at(x)
-    first = residual
+    first, before = residual, mp.inf
     for count in range(most):
         step = eliminate(rows, residual) if any(residual) else None
         if step is None:
@@ -238,9 +238,11 @@ def _solved_on(
         if not _within(start, ahead, bars, FAR):
             return None, False
         x = ahead
-        if all(abs(d) <= SETTLED * abs(v) for v, d in zip(x, step, strict=True)):
+        length = max(abs(d) / (abs(v) or abs(d)) if d else 0 for v, d in zip(x, step, strict=True))
+        if length <= SETTLED or REFINED >= length >= before:  # or rounding ends the contraction
             end = [float(v) for v in x]
             return (end, True) if _reached(problem, end, residual, first) else (None, False)
+        before = length
     return [float(v) for v in x], False
 
 

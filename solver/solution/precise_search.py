@@ -131,7 +131,12 @@ class _PreciseSearch(PathSearch):
         with suppress(Refused, Undefined):
             for start in step.preimages():
                 system = ManyDigits([rule], (step.unknown,), _known(branch), self.digits, self.work)
-                fold = None if isinstance(start, str) else resolve_fold(system, [start], [0.0])
+                sizes = (abs(v) for v in step.floats.values() if isinstance(v, float))
+                fold = (
+                    None
+                    if isinstance(start, str)
+                    else resolve_fold(system, [start], [max(sizes, default=0.0)])
+                )
                 if fold is None or fold[1] is None or not step.variable.admits(float(fold[1][0])):
                     continue
                 if check_rule(rule, {**branch.values, step.unknown: float(fold[1][0])}).holds:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from decimal import Decimal
 
+import mpmath
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -76,3 +77,14 @@ def test_a_root_of_any_multiplicity_is_what_decimals_say(
     assert sorted(answer["x"] for answer in result.solutions) == pytest.approx(expected, rel=1e-9)
     simple_first = form.count("s") == 1 and result["x"] == pytest.approx(float(s))
     assert result.status is (solver.Status.SOLVED if simple_first else solver.Status.SINGULAR)
+
+
+@given(st.floats(1.0, 100.0), st.floats(0.01, 1.0))
+def test_a_square_is_not_negative_by_rounding_alone(one: float, other: float) -> None:
+    """Half a unit of the last place of z decides whether there are two values of x or none."""
+    z = abs(one - 1.0 / other)
+    with mpmath.workdps(50):
+        square = mpmath.mpf(z) ** 2 - (one - 1 / mpmath.mpf(other)) ** 2
+        assume(-0.9 * z * z * 2.0**-52 < square < 0.0)
+    rules = f"rules\nz = sqrt(x^2 + (a - 1/b)^2)\na = {one!r}\nb = {other!r}\nz = {z!r}\n"
+    assert solver.solve(rulesheets.loads(rules)).status is solver.Status.SINGULAR

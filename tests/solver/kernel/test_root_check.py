@@ -131,6 +131,19 @@ def test_a_rate_close_to_zero_is_found(rate: float) -> None:
     assert any(abs(float(s["rate"]) - rate) <= unsure for s in result.solutions)
 
 
+@pytest.mark.parametrize("term", [35.0, 36.0, 59.0])
+def test_a_loan_paid_back_in_equal_parts_has_hardly_a_rate(term: float) -> None:
+    """The nearest float to debt/term is the payment at a rate of some 1e-18, beside the 0/0."""
+    payment = 20000.0 / term
+    result = solved(LOAN, {"payment": payment, "debt": 20000.0, "term": term})
+    rate = result["rate"]
+    assert isinstance(rate, float)
+    with mpmath.workdps(120):
+        r = mpmath.mpf(rate)
+        here, above = (20000 * x / (1 - (1 + x) ** -int(term)) - payment for x in (r, r * (1 + 1e-12)))
+        assert abs(here) <= abs(above - here)
+
+
 def test_a_small_true_answer_stands() -> None:
     result = solved("x + y = 1 + 1e-13\nx*y = 1e-13", {})
     assert sorted(float(s["x"]) for s in result.solutions) == pytest.approx([1e-13, 1.0], rel=1e-3)
