@@ -432,28 +432,15 @@ def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[As
 
 def _without(side: nodes.Expression, values: Mapping[str, float]) -> nodes.Expression:
     """The expression with 0 for products and quotients of what is 0 at the values with what is unknown."""
-    parts = nodes.children(side)
-    if not parts:
-        return side
     done: list[nodes.Expression] = []
-    for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
+    for part in nodes.children(side):  # a loop, for one frame a level: trees may be hundreds of levels deep
         done.append(_without(part, values))
     pairs = [done] if isinstance(side, nodes.Product | nodes.Quotient) else []
     for factor, other in [*pairs, done[::-1]] if isinstance(side, nodes.Product) else pairs:
         nothing = nodes.is_number(factor, 0.0) or (_read(factor, values) and vanishes(factor, values))
         if nothing and not _read(other, values):
             return nodes.ZERO
-    if all(new is old for new, old in zip(done, parts, strict=True)):
-        return side
-    match side:
-        case nodes.Sum():
-            return nodes.add(*done)
-        case nodes.Negative():
-            return nodes.negative(done[0])
-        case nodes.Product():
-            return nodes.multiply(*done)
-        case _:
-            return nodes.rebuilt(side, tuple(done))
+    return nodes.rebuilt(side, tuple(done))
 
 
 def _read(part: nodes.Expression, values: Mapping[str, float]) -> bool:
