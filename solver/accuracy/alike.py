@@ -105,17 +105,15 @@ def _less_one(power: Any, argument: Any) -> Any:
 
 def _each(function: Callable[..., float], count: int, *columns: Any) -> Array:
     """The function of floats row by row, so that its last digit is that of a single rule."""
+
+    def value(*row: float) -> float:
+        try:
+            return function(*row)
+        except (ArithmeticError, ValueError):
+            return math.nan
+
     rows = [np.broadcast_to(column, (count,)).tolist() for column in columns]
-    if not rows:
-        return np.full(count, function())
-    try:
-        return np.array([function(*row) for row in zip(*rows, strict=True)], dtype=float)
-    except (ArithmeticError, ValueError):
-        result = np.full(count, np.nan)
-    for place, row in enumerate(zip(*rows, strict=True)):
-        with suppress(ArithmeticError, ValueError):
-            result[place] = function(*row)
-    return result
+    return np.fromiter(map(value, *rows), float, count) if rows else np.full(count, function())
 
 
 class _Traced(Traced[Array]):

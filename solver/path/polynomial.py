@@ -48,8 +48,7 @@ class Polynomial(dict[Monomial, Fraction]):
         """Like terms merged."""
         total = cls()
         for monomial, coefficient in terms:
-            before = total.get(monomial)
-            total[monomial] = coefficient if before is None else before + coefficient
+            total[monomial] = total.get(monomial, 0) + coefficient
             if not total[monomial]:
                 del total[monomial]
         if len(total) > MAX_TERMS:
