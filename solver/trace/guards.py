@@ -13,10 +13,11 @@ from typing import NamedTuple
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import And, Comparison, Expression, Given, Name, Not, Or, Symbol, subtract
+from rulesheets.syntax.nodes import ZERO, And, Comparison, Expression, Given, Name, Not, Or, Symbol, subtract
 from solver.accuracy.rule_check import heights, jumps
 from solver.numerics.tolerances import BACKWARD
 from solver.path.cases import activity
+from solver.path.isolate import without_logarithm
 from solver.path.planner import Planner
 from solver.trace.flow import Flow, Numbers
 from solver.trace.graph import LEAVES, NotCompilable
@@ -178,18 +179,32 @@ class Guards:
                 self.flow.require(check)
 
     def _check_rule(self, state: State, equation: Equation) -> int:
-        """Whether an equation holds: |F| ≤ 64 eps · Σ|∂F/∂v · v|, with what rounding may have hidden."""
+        """Whether an equation holds: |F| ≤ 64 eps · Σ|∂F/∂v · v|, with what rounding may have hidden.
+
+        Next to the pole of a logarithm, where its argument is lost in rounding, both are compared without it.
+        """
         flow = self.flow
         symbols = [symbol_of(side, state.symbols) for side in (equation.left, equation.right)]
         if symbols != [None, None]:
             return flow.constant(symbols[0] == symbols[1])
+        checks, finite = flow.checks.copy(), flow.finite.copy()
+        met = self._balanced(state, equation, equation.left, equation.right)
+        if not all(map(self._numbers, (*flow.checks[len(checks) :], met))):
+            form = subtract(equation.left, equation.right)
+            if (other := without_logarithm(form)) is not form:
+                flow.checks[:], flow.finite[:] = checks, finite
+                return self._balanced(state, equation, other, ZERO)
+        return met
+
+    def _balanced(self, state: State, equation: Equation, left: Expression, right: Expression) -> int:
+        """Whether the two sides of an equation are equal but for rounding."""
+        flow = self.flow
         flow.reported = True
         try:
-            sides = [self._expression(state, side) for side in (equation.left, equation.right)]
-            miss = flow.add("sub", *sides)
+            miss = flow.add("sub", *(self._expression(state, side) for side in (left, right)))
             if flow.value_of(miss) == 0.0:
                 return flow.true
-            size, quick = self._sizes(state, equation)
+            size, quick = self._sizes(state, equation, subtract(left, right))
             for clear in self._clear_of_edges(state, equation):
                 flow.require(clear)
         finally:
@@ -210,13 +225,14 @@ class Guards:
         flow = self.flow
         sides = [self._expression(state, side) for side in (equation.left, equation.right)]
         apart = flow.add("abs", flow.add("sub", *sides))
-        limit = flow.add("mul", STRANGE, self._sizes(state, equation)[0])
+        form = subtract(equation.left, equation.right)
+        limit = flow.add("mul", STRANGE, self._sizes(state, equation, form)[0])
         flow.bound(apart)
         return flow.add("lt", limit, apart)
 
-    def _sizes(self, state: State, equation: Equation) -> tuple[int, int]:
+    def _sizes(self, state: State, equation: Equation, form: Expression) -> tuple[int, int]:
         """Σ|∂F/∂v · v| over all variables, and over those whose slope is a number."""
-        flow, form = self.flow, subtract(equation.left, equation.right)
+        flow = self.flow
         terms, quick = list[int](), list[int]()
         for name in equation.names:
             slope, term = self._term(state, form, name)

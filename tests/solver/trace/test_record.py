@@ -367,6 +367,25 @@ def test_a_root_next_to_the_pole_of_a_logarithm_is_followed() -> None:
             assert newton.array(hf)[:, 0] == pytest.approx(root(hf), rel=1e-12)
 
 
+def test_a_rule_next_to_the_pole_of_its_logarithm_is_checked_without_it() -> None:
+    """The diameter of a pipe: for one that is negative the argument of a logarithm is lost in rounding."""
+    rules = (
+        "V = Q/(pi/4*D^2)",
+        "Re = V*D/1e-6",
+        "1/sqrt(f) = -2*log10(eps/(3.7*D) + 2.51/(Re*sqrt(f)))",
+        "hf = (f*250/D + 12)*V^2/19.62",
+        "15 + hf = 45 - 12000*Q^2",
+    )
+    plan = solver.prepare(rulesheets.loads("\n".join(rules)), ["hf"], ["D"], {"eps": 5e-5})
+    first = plan.all(23.966)
+    assert len(first) == 4 and len(plan.records.programs) == 1
+    for loss in (23.96, 23.97, 23.98):
+        fresh = solver.solve(plan.model, {"hf": loss, "eps": 5e-5}, want=["D"])
+        found = sorted(row[0] for row in plan.all(loss))
+        assert found == pytest.approx(sorted(answer["D"] for answer in fresh.solutions), rel=1e-9)
+    assert len(plan.records.programs) == 1
+
+
 def test_a_range_that_a_block_leaves_is_watched_though_its_first_rule_lacks_the_name() -> None:
     model = rulesheets.load(MODELS / "slotted_link" / "model.tk")
     state = solver.solve(model)
