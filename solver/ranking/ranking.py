@@ -5,7 +5,7 @@ range reaches below 0; a temperature, mass or pressure below its zero counts dou
 as one; fewest trivial zeros, factors among them; fewest angles beyond a right one; sizes near to those that
 the rules and the inputs suggest, within half a decade of the nearest; angles nearest to 0; the nearest sizes;
 and for what is still alike, the variables one by one, in the order of their names. Answers with a number of
-unlikely size come after all others. Nothing depends on the order of rules or variables.
+unlikely size come after all others, the farthest last. Nothing depends on the order of rules or variables.
 
 The sign of an angle says nothing, nor that of what follows from one alone, nor of a kind of quantity that
 has negative values anyhow, given or in every answer: where a crank turns clockwise, its pin has a negative
@@ -415,7 +415,8 @@ class Ranking:
             if floor > -np.inf:
                 negatives = negatives + (number < floor - least)
             zeros = zeros + (1.0 - there) * (tops[place] > least)
-            far = on.largest([far, 1.0 * (_away(apart[place], sizes[1][place]) > UNLIKELY) * there])
+            steps = _away(apart[place], sizes[1][place]) / UNLIKELY
+            far = on.largest([far, on.rounded(steps - 0.5) * there])
             distance = distance + abs(apart[place]) * there * sizes[1][place]
         for places in self._series:  # they are all as far from what is suggested
             decades = [apart[place] for place in places if sizes[1][place]]

@@ -303,6 +303,16 @@ def test_an_answer_of_unlikely_size_is_last_and_marked() -> None:
     assert "unlikely" not in result_text(result)
 
 
+def test_of_unlikely_sizes_the_farthest_are_last() -> None:
+    """The current of a diode is far from its saturation current, but not by 50 decades."""
+    diode = rulesheets.loads("I = Is*(exp(V/(1.5*0.02585)) - 1)\nE = V + I*R\nPR = I^2*R\n")
+    given = {"Is": 1e-12, "E": 5.0}
+    forward = solver.solve(diode, {**given, "R": 220.0})
+    result = solver.solve(diode, {**given, "PR": forward["PR"]})
+    assert result["R"] == pytest.approx(220.0)
+    assert max(float(s["I"]) for s in result.solutions) > 1e30
+
+
 def test_an_only_answer_is_listed_whatever_its_size() -> None:
     small = solver.solve(rulesheets.loads("a = 3\nb = 3 + 1e-13\nc = b - a\n"))
     assert small.status is solver.Status.SOLVED
