@@ -68,12 +68,20 @@ def add(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
 
 def multiply(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
     """Product; 0 times an unbounded interval is 0."""
+    if a_low > 0.0 < b_low:
+        low, high = a_low * b_low, a_high * b_high
+        if low > 0.0 and high == high:
+            return nextafter(low, -inf), nextafter(high, inf)
     corners = a_low * b_low, a_low * b_high, a_high * b_low, a_high * b_high
     return _hull(*corners, a_low, a_high, b_low, b_high)
 
 
 def divide(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
     """Quotient over the divisors that are not 0: a half line where 0 is an end of the divisor."""
+    if a_low > 0.0 < b_low:
+        low, high = a_low / b_high, a_high / b_low
+        if low > 0.0 and high == high:
+            return nextafter(low, -inf), nextafter(high, inf)
     if b_low > 0.0 or b_high < 0.0:
         corners = a_low / b_low, a_low / b_high, a_high / b_low, a_high / b_high
         return _hull(*corners, a_low, a_high, b_low, b_high)
