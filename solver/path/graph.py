@@ -360,29 +360,28 @@ def _evidence(*parts: nodes.Expression | nodes.Condition) -> Iterator[tuple[str,
 def told_of_angles(model: Model) -> Iterator[tuple[str, float, int]]:
     """What the rules that call functions of angles say of them."""
     for rules in by_shape(model):
-        calls = (node.function for node in walk(rules[0].left, rules[0].right) if isinstance(node, Call))
-        if any(TABLE[name].turn or TABLE[name].angle for name in calls):
-            yield from chain.from_iterable(_told_by_shape(rules))
+        if _reads_angles(rules[0]):
+            yield from _told_by_shape(rules)
+
+
+def _reads_angles(rule: Equation) -> bool:
+    calls = (node.function for node in walk(rule.left, rule.right) if isinstance(node, Call))
+    return any(TABLE[name].turn or TABLE[name].angle for name in calls)
 
 
 def _angles(model: Model, conditions: Iterable[nodes.Condition] = ()) -> dict[str, Angle]:
     """Variables that occur only where whole turns make no difference."""
     plain: set[str] = set()
-    told: list[Iterable[tuple[str, float, int]]] = [_evidence(*conditions)]
     sums: dict[str, list[Equation]] = {}
     for rules in by_shape(model):
-        sides = rules[0].left, rules[0].right
-        calls = (node.function for node in walk(*sides) if isinstance(node, Call))
-        if all(map(is_angle_sum, sides)):
+        if is_angle_sum(rules[0].left) and is_angle_sum(rules[0].right):
             for rule in rules:
                 for name in rule.names:
                     sums.setdefault(name, []).append(rule)
-        elif any(TABLE[name].turn or TABLE[name].angle for name in calls):
-            told += _told_by_shape(rules)
-        else:  # of rules that know nothing of angles the sides are not read
+        elif not _reads_angles(rules[0]):  # what it reads is read as plain numbers
             plain.update(*[rule.names for rule in rules])
     found: dict[str, Angle] = {}
-    for name, turn, turns in chain.from_iterable(told):
+    for name, turn, turns in chain(_evidence(*conditions), told_of_angles(model)):
         known, before = found.get(name, (turn, turns))
         found[name] = turn, lcm(before, turns)
         if not turn or known != turn or found[name][1] > MAX_TURNS:
@@ -397,7 +396,7 @@ def _angles(model: Model, conditions: Iterable[nodes.Condition] = ()) -> dict[st
     return {name: angle for name, angle in found.items() if name not in plain}
 
 
-def _told_by_shape(rules: Sequence[Equation]) -> Iterator[list[tuple[str, float, int]]]:
+def _told_by_shape(rules: Sequence[Equation]) -> Iterator[tuple[str, float, int]]:
     """What rules of one shape say of angles: the same of other names, where the numbers in the arguments of
     periodic functions are the same."""
     places = _numbers_of_angles(rules[0].left, rules[0].right)
@@ -407,10 +406,10 @@ def _told_by_shape(rules: Sequence[Equation]) -> Iterator[list[tuple[str, float,
     for same in alike.values():
         first = same[0]
         number = {name: k for k, name in enumerate(first.names)}
-        said = chain.from_iterable(_told_angles(first.left, first.right))
+        said = _told_angles(first.left, first.right)
         read = dict.fromkeys((number[name], turn, turns) for name, turn, turns in said)
         for rule in same:
-            yield [(rule.names[k], turn, turns) for k, turn, turns in read]
+            yield from ((rule.names[k], turn, turns) for k, turn, turns in read)
 
 
 def _numbers_of_angles(*sides: Expression) -> list[int]:
@@ -427,14 +426,14 @@ def _numbers_of_angles(*sides: Expression) -> list[int]:
     return found
 
 
-def _told_angles(*sides: Expression) -> Iterator[Iterator[tuple[str, float, int]]]:
+def _told_angles(*sides: Expression) -> Iterator[tuple[str, float, int]]:
     """What the sides of a rule say of angles: ``thetaAB = atan2d(…)`` gives one as such."""
     for one, other in (sides, sides[::-1]):
         if isinstance(one, Name) and isinstance(other, Call) and (turn := TABLE[other.function].angle):
-            yield iter([(one.name, turn, 1)])
-            yield _evidence(*other.arguments)
-            return
-    yield _evidence(*sides)
+            yield one.name, turn, 1
+            sides = other.arguments
+            break
+    yield from _evidence(*sides)
 
 
 def within_half_turns(number: float, turn: float) -> float:
