@@ -90,8 +90,7 @@ class Flow(Graph):
         """Require a divisor not to be 0, and no sum in it to be what rounding of its terms leaves."""
         sums = [(factor, terms) for factor in self._factors(divisor) if (terms := self._cancelling(factor))]
         for factor, terms in sums:
-            limit = self.add("mul", BACKWARD, self.over("add", map(self._reach, terms)))
-            self.require(self.add("lt", limit, self.add("abs", factor)))
+            self.require(self.beyond(factor, BACKWARD, self.over("add", map(self._reach, terms))))
         if [divisor] != [factor for factor, _ in sums]:
             self.require(self.add("not", self.is_zero(divisor)))
 
@@ -255,8 +254,7 @@ class Flow(Graph):
                 return self.false
             if number in (0.0, 180.0):
                 # Neither to the right nor to the left of the origin: away from the axis, for certain.
-                axis = self.add("mul", NEAR, self.add("abs", known.x))
-                self.require(self.add("lt", axis, self.add("abs", known.y)))
+                self.require(self.beyond(known.y, NEAR, self.add("abs", known.x)))
                 return self.false
         near = self.add("near", left, right)
         # Whether numbers that differ by a hair are the same is told by more digits than floats have.

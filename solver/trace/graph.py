@@ -162,6 +162,14 @@ class Graph:
         """The condition that a number is 0."""
         return self.add("eq", node, 0.0)
 
+    def beyond(self, number: int, share: float, size: int) -> int:
+        """The condition that a number is larger than a share of a size, whatever its sign."""
+        return self.add("lt", self.add("mul", share, size), self.add("abs", number))
+
+    def within(self, number: int, share: float, size: int) -> int:
+        """The condition that it is not."""
+        return self.add("le", self.add("abs", number), self.add("mul", share, size))
+
     def alike(self, some: Iterable[int], others: Iterable[int]) -> int:
         """The condition that numbers are equal to others, one by one."""
         return self.over("and", (self.add("eq", *pair) for pair in zip(some, others, strict=True)))

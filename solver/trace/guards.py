@@ -209,8 +209,7 @@ class Guards:
                 flow.require(clear)
         finally:
             flow.reported = False
-        apart = flow.add("abs", miss)
-        met = flow.add("le", apart, flow.add("mul", BACKWARD, size))
+        met = flow.within(miss, BACKWARD, size)
         if quick in (size, flow.constant(0.0)):
             flow.bound(size)
             return met
@@ -218,17 +217,15 @@ class Guards:
         if not ENOUGH * self._numbers(size) <= self._numbers(quick):
             return whole
         flow.bound(quick)  # terms that are there already may be enough
-        return flow.node("sooner", flow.add("le", apart, flow.add("mul", BACKWARD, quick)), whole)
+        return flow.node("sooner", flow.within(miss, BACKWARD, quick), whole)
 
     def _broken(self, state: State, equation: Equation) -> int:
         """Whether an equation is missed by far."""
         flow = self.flow
         sides = [self._expression(state, side) for side in (equation.left, equation.right)]
-        apart = flow.add("abs", flow.add("sub", *sides))
-        form = subtract(equation.left, equation.right)
-        limit = flow.add("mul", STRANGE, self._sizes(state, equation, form)[0])
-        flow.bound(apart)
-        return flow.add("lt", limit, apart)
+        miss, form = flow.add("sub", *sides), subtract(equation.left, equation.right)
+        flow.bound(miss)
+        return flow.beyond(miss, STRANGE, self._sizes(state, equation, form)[0])
 
     def _sizes(self, state: State, equation: Equation, form: Expression) -> tuple[int, int]:
         """Σ|∂F/∂v · v| over all variables, and over those whose slope is a number."""
@@ -265,8 +262,7 @@ class Guards:
             if function == "round":
                 apart = flow.add("sub", flow.add("abs", apart), 0.5)
             terms = [self._term(state, height, name)[1] for name in dict.fromkeys(nodes.names(height))]
-            reach = flow.add("mul", 2.0 * BACKWARD, flow.over("add", terms))
-            yield flow.add("lt", reach, flow.add("abs", apart))
+            yield flow.beyond(apart, 2.0 * BACKWARD, flow.over("add", terms))
 
     # --- requirements ---
 

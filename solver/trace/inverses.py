@@ -272,19 +272,13 @@ class Inverses(Guards):
         node = flow.expression(formula.expression, generators)
         if formula.size is not None:
             size = flow.expression(formula.size, generators)
+            if flow.value_of(node) is None:
+                flow.require(flow.beyond(node, CLEAR if formula.divisor else STRANGE, size))
             if formula.divisor:
-                self._apart(node, size, CLEAR)
                 flow.bound(node)
             else:
-                self._apart(node, size, STRANGE)
                 flow.require(flow.add("le", 0.0, node))
         return node
-
-    def _apart(self, node: int, size: int, share: float) -> None:
-        """Require a number to be apart from zero."""
-        flow = self.flow
-        if flow.value_of(node) is None:
-            flow.require(flow.add("lt", flow.add("mul", share, size), flow.add("abs", node)))
 
     def _coefficients(self, generators: Mapping[str, int], *coefficients: Coefficient) -> list[int]:
         return [self.flow.expression(coefficient.expression, generators) for coefficient in coefficients]

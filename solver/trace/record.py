@@ -416,8 +416,7 @@ class Recording(Inverses):
         other = twin.results[want.index(name)]
         if isinstance(other, str):
             raise NotCompilable
-        limit = flow.add("mul", MATCHES, flow.add("abs", other))
-        flow.require(flow.add("le", flow.add("abs", flow.add("sub", found, other)), limit))
+        flow.require(flow.within(flow.add("sub", found, other), MATCHES, flow.add("abs", other)))
         return other
 
     def _guard(self, checks: Iterable[int], finite: Iterable[int]) -> None:
@@ -541,13 +540,10 @@ class Recording(Inverses):
             shares = [
                 abs(a - b) / s for a, b, s in zip(newton.start, second.start, newton.scale, strict=True)
             ]
-            apart = flow.false
-            for place in sorted(range(len(items)), key=shares.__getitem__)[-2:]:
-                one, two = items[place], others[place]
-                limit = flow.add("mul", APART, flow.add("abs", one))
-                differ = flow.add("abs", flow.add("sub", one, two))
-                apart = flow.add("or", apart, flow.add("lt", limit, differ))
-            flow.require(apart)
+            most = sorted(range(len(items)), key=shares.__getitem__)[-2:]
+            pairs = [(items[k], others[k]) for k in most]
+            apart = (flow.beyond(flow.add("sub", a, b), APART, flow.add("abs", a)) for a, b in pairs)
+            flow.require(flow.over("or", apart))
 
 
 def _is_zero(flow: Graph, node: int) -> bool:
