@@ -69,8 +69,8 @@ def sharp_root(problem: BlockProblem, start: Sequence[float], sizes: Sequence[fl
             at = {**problem.here, **dict(zip(names, x, strict=True))}
             misses = [extended(form, at, REFINED_DIGITS) for form in problem.kernel.forms]
             largest = max(map(abs, misses))  # brought to unit size for the floats that solve for the step
-            shares = factor.solve([float(miss / largest) for miss in misses]) if largest else [0.0] * len(x)
-            step = [largest * d for d in shares]
+            floats = [float(miss / largest) if largest else 0.0 for miss in misses]
+            step = [largest * d for d in factor.solution(floats).tolist()]
             x = [v - d for v, d in zip(x, step, strict=True)]
             if all(abs(d) <= REFINED * max(abs(v), size) for v, d, size in zip(x, step, sizes, strict=True)):
                 return [float(v) for v in x]
@@ -167,7 +167,7 @@ def _settled(problem: BlockProblem, start: Sequence[float], found: Uncertainty) 
             miss = problem.sparse[0](x).astype(float)
         except TypeError:
             return None
-        step = np.array(factor.solve(miss.tolist()))
+        step = factor.solution(miss)
         length = float((np.abs(step) / bars).max())
         if not length <= min(1.0, CONTRACTION * before):
             return None

@@ -54,12 +54,7 @@ class Factor:
         """The solution (n,), of columns (m, k) all of them (n, k); of least squares and least scaled norm
         where there is none or many."""
         with np.errstate(all="ignore"):
-            return (self._weights * self._solved((rhs.T / self._row_sizes).T).T).T
-
-    def solve(self, rhs: Sequence[float]) -> list[float]:
-        """The same as a list."""
-        solution: list[float] = self.solution(np.asarray(rhs)).tolist()
-        return solution
+            return (self._weights * self._solved((np.transpose(rhs) / self._row_sizes).T).T).T
 
 
 def sparse_matrix(numbers: Any, rows: Any, columns: Any, shape: tuple[int, int]) -> Any:
