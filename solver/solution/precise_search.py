@@ -357,7 +357,10 @@ class _Block:
     def _linear(self) -> BlockOutcome:
         """By elimination; where rounding may have decided that floats found no answer, what is left free."""
         system, problem = self.system, self.problem
-        matrix, misses = system.linearised([system.mp.zero] * len(system.unknowns))
+        try:
+            matrix, misses = system.linearised([system.mp.zero] * len(system.unknowns))
+        except Undefined:  # a coefficient has no value, and floats found none either
+            return self.floats
         rhs = [-miss for miss in misses]
         x = eliminate(matrix, rhs, system.tiny)
         if self.floats.doubtful:

@@ -324,3 +324,13 @@ def test_a_root_next_to_nothing_is_not_lost_beside_the_other() -> None:
     assert solution["y"] == pytest.approx(-small, rel=1e-14)
     assert solution["w"] == pytest.approx(large, rel=1e-14)
     assert solution["z"] == pytest.approx(1e285 * small * small / large, rel=1e-12)
+
+
+def test_a_coefficient_without_a_value_ends_its_branch_alone() -> None:
+    """(1 + r)^12 gives a second r, at which a power of no whole exponent has no value."""
+    loan = rulesheets.loads("pay = P*r/(1 - (1 + r)^(-n))\ninterest = pay*n - P\near = (1 + r)^12 - 1\n")
+    forward = solver.solve(loan, {"P": 20000.0, "r": 0.00252, "n": 43.9})
+    given = {name: forward[name] for name in ("interest", "ear", "n")}
+    result = solver.solve(loan, given)
+    assert [s["r"] for s in result.solutions] == pytest.approx([0.00252])
+    assert [s["P"] for s in result.solutions] == pytest.approx([20000.0])
