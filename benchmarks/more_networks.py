@@ -239,6 +239,36 @@ def evaporators(n: int) -> Network:
     return rules.network(f"evaporators {n}", V=4.0 / n, x=0.07, **start)
 
 
+def heating(n: int) -> Network:
+    """Consumers along a line of district heating that loses heat the faster the less flows."""
+    rules, t, flow, m = (
+        Rules(loss=0.3 / n),
+        [90.0, *some("T", n, 1)],
+        [*some("M", n, 1), 0.0],
+        some("m", n, 1),
+    )
+    rules.add("{b} = 10 + ({a} - 10)*exp(0 - loss/{M})", a=t[:-1], b=t[1:], M=flow[:-1])
+    rules.add("{q} = 4.18*{m}*({t} - 40)", q=[20.0 / n * (5 + i % 3) for i in range(n)], m=m, t=t[1:])
+    rules.add("{a} = {b} + {m}", a=flow[:-1], b=flow[1:], m=m)
+    start = [0.6 * (n + 1 - i) / n + 0.01 for i in range(n + 1)]
+    return rules.network(f"heating {n}", T=[90.0 - 15.0 * i / n for i in range(n + 1)], M=start, m=0.6 / n)
+
+
+def turbine(n: int) -> Network:
+    """Stages after Stodola, steam drawn from each third one."""
+    rules, p, t, m = Rules(), [100.0, *some("p", n - 1, 1), 0.05], [800.0, *some("T", n, 1)], some("m", n, 1)
+    k = [20.0 * (1 + i) ** 2 for i in range(n)]
+    rules.add("{m}^2*{t} = {k}*({a}^2 - {b}^2)", m=m, t=t[:-1], a=p[:-1], b=p[1:], k=k)
+    rules.add("{u} = {t}*(1 - 0.85*(1 - ({b}/{a})^0.23))", u=t[1:], t=t[:-1], a=p[:-1], b=p[1:])
+    drawn = [0.01 * (i % 3 == 0) for i in range(n - 1)]
+    rules.add("{b} = {a} - {e}*{p}", a=m[:-1], b=m[1:], p=p[1:-1], e=drawn)
+    start = {
+        "p": [100.0 - 90.0 * i / n for i in range(n + 1)],
+        "T": [800.0 - 300.0 * i / n for i in range(n + 1)],
+    }
+    return rules.network(f"turbine {n}", m=10.0, **start)
+
+
 # --- chemistry ---
 
 
@@ -487,6 +517,18 @@ def epidemic(n: int) -> Network:
     return rules.network(f"epidemic {n}", x=0.5)
 
 
+def ages(n: int) -> Network:
+    """Classes of a population whose births fall with its size; it could die out."""
+    rules, m = Rules(), some("N", n)
+    rules.add("{b} = {s}*{a}", a=m[:-1], b=m[1:], s=[0.98 - 0.6 * (i / n) ** 4 for i in range(n - 1)])
+    every = {name: [name] for name in m}
+    rules.add("{t} = " + " + ".join(f"{{{name}}}" for name in m), t=["total"], **every)
+    births = {name: [name] for name in m[n // 5 : n // 2]}
+    total = " + ".join(f"{{{name}}}" for name in births)
+    rules.add(f"{{n}} = 0.4*exp(0 - {{t}}/1000)*({total})", n=["N0"], t=["total"], **births)
+    return rules.network(f"ages {n}", N=[100.0 - 90.0 * i / n for i in range(n)], total=1500.0)
+
+
 KINDS: dict[Callable[[int], Network], tuple[int, ...]] = {
     water: (5, 12, 30),
     manifold: (20, 300),
@@ -495,6 +537,8 @@ KINDS: dict[Callable[[int], Network], tuple[int, ...]] = {
     slab: (6, 25),
     wall: (6, 30),
     evaporators: (6, 20),
+    heating: (20, 100),
+    turbine: (15, 150),
     absorber: (20, 100, 400),
     complexes: (10, 30),
     cable: (20, 100, 500),
@@ -511,6 +555,7 @@ KINDS: dict[Callable[[int], Network], tuple[int, ...]] = {
     magnets: (6, 20),
     traffic: (30, 600),
     epidemic: (40, 1000),
+    ages: (40, 200),
 }
 
 
