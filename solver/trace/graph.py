@@ -353,7 +353,8 @@ def _opposite(flow: Graph, a: int) -> int | None:
 
 
 def _add(flow: Graph, a: int, b: int) -> int | None:
-    for one, other in ((a, b), (b, a)):
+    pairs = sorted(((a, b), (b, a)), key=lambda pair: flow.nodes[pair[1]][0] != "neg")
+    for one, other in pairs:  # signs first: they need not be computed then
         if flow.value_of(other) == 0.0:
             return one
         if (opposite := _opposite(flow, other)) is not None:
