@@ -142,6 +142,7 @@ def _free_to_witness(
     rhs: Sequence[Any],
     off: InputErrors,
     instead: BlockOutcome | None,
+    singular: bool = False,
 ) -> BlockOutcome | None:
     """What a nearly singular block leaves free within the backward error of the rule check, where the outcome
     that its digits at hand have ``instead`` is worth nothing: refused, or 0 for all, as any scale times 0 is.
@@ -152,7 +153,7 @@ def _free_to_witness(
         zeros = dict.fromkeys(problem.unknowns, 0.0)
         if instead.free or not Perturbed(problem, off(), WITNESSED).holds(zeros):
             return instead
-    found = undetermined(problem, matrix, rhs, Fraction, off, slack=WITNESSED)
+    found = undetermined(problem, matrix, rhs, Fraction, off, singular, WITNESSED)
     return found if found is not None and found.free else instead
 
 
@@ -234,7 +235,7 @@ def solve_linear_block(problem: BlockProblem, off: InputErrors) -> BlockOutcome 
         rows = tuple(problem.equations[i] for i in facts.conflict)
         against = Conflict(rows, facts.miss, dict(problem.values))
         conflict = BlockOutcome(complete=True, facts=(against,), doubtful=_rounded(problem, facts))
-        return _free_to_witness(problem, matrix, rhs, off, conflict)
+        return _free_to_witness(problem, matrix, rhs, off, conflict, singular=True)
     assert facts.solution is not None
     point = {n: v for n, v in zip(problem.unknowns, facts.solution, strict=True) if v is not None}
     for column, number in enumerate(facts.solution):

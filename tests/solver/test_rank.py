@@ -321,3 +321,18 @@ def test_what_moves_least_is_named_too() -> None:
     result = solver.solve(rulesheets.loads(text))
     assert str(result.status) in ("partial", "singular", "failed", "solved")
     assert all(diagnosis.message for diagnosis in result.diagnoses)
+
+
+@pytest.mark.parametrize(("off", "status"), [(0.0, "partial"), (1e-9, "inconsistent")])
+def test_rules_that_repeat_one_another_but_for_rounding_leave_free(off: float, status: str) -> None:
+    """The down payment cancels in what is saved; the instalment is known to some 1e-14 of itself."""
+    lease = rulesheets.loads(
+        "pay = (P - rest/(1 + r)^n)*r/(1 - (1 + r)^(-n))\ntotal = pay*n + down\nP = price - down\n"
+        "saved = price - rest - total\n"
+    )
+    given = {"rest": 13400.0, "r": 0.00419, "n": 29.3}
+    forward = solver.solve(lease, {**given, "price": 35060.0, "down": 5000.0})
+    P, saved = forward["P"], forward["saved"]
+    assert isinstance(saved, float)
+    result = solver.solve(lease, {**given, "P": P, "saved": saved * (1.0 + off)})
+    assert str(result.status) == status
