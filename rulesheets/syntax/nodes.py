@@ -474,14 +474,14 @@ def rebuilt(node: _Tree, parts: tuple[Any, ...], span: Span | None = None) -> _T
     kind: Any = type(node)
     found, span = node, span or node.span
     match node:
+        case Product() | Quotient() | Power() | Negative() | Not():
+            found = kind(*parts, span)
         case Sum() | And() | Or():
             found = kind(parts, span)
         case Call():
             found = kind(node.function, parts, span)
         case Comparison():
             found = kind(node.operator, *parts, span)
-        case Negative() | Not() | Product() | Quotient() | Power():
-            found = kind(*parts, span)
     return found
 
 
