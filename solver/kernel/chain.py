@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from math import inf
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
 from rulesheets.evaluate.digits import extended
@@ -35,8 +35,11 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     add,
+    call,
+    children,
     exchange,
     is_number,
+    rebuilt,
     substitute,
 )
 from rulesheets.syntax.program import walk
@@ -332,6 +335,64 @@ def _reduced(above: Sequence[Expression], below: Sequence[Expression]) -> tuple[
     return times(*without(over, under)), times(*without(under, over))
 
 
+# --- the residual far from 0, over the reciprocal of the tear ---
+
+Scaled: TypeAlias = tuple[Expression, float]
+"""A quantity q as q/|x|^d, and d."""
+
+
+def reciprocal(chain: Chain) -> Chain:
+    """The chain over v = 1/x in place of its tear x, each quantity divided by a power of |x|.
+
+    The residual has the same zeros. Where quantities grow as powers of x, their bounds stay narrow over all
+    of v from 0 on, as (a + b*x)/(c + d*x) = (a*v + b)/(c*v + d) shows.
+    """
+    v = Name(chain.tears[0])
+    known: dict[str, Scaled] = {v.name: (Call("sgn", (v,)), 1.0)}
+    items = []
+    for item in chain.assignments:
+        expression, degree = _scaled(item.expression, call("abs", v), known)
+        known[item.name] = Name(item.name), degree
+        if degree:
+            signs = (0.0 if item.low >= 0.0 else -inf), (0.0 if item.high <= 0.0 else inf)
+            item = item._replace(low=signs[0], high=signs[1])
+        items.append(item._replace(expression=expression))
+    return Chain(chain.tears, tuple(items), chain.residuals)
+
+
+def _scaled(node: Expression, v: Expression, known: Mapping[str, Scaled]) -> Scaled:
+    def times(scaled: Scaled, degree: float) -> Expression:
+        """The quantity over another power of |x|."""
+        part, own = scaled
+        return (
+            part
+            if own == degree
+            else part * v ** (degree - own)
+            if degree > own
+            else part / v ** (own - degree)
+        )
+
+    parts = [_scaled(part, v, known) for part in children(node)]
+    match node, parts:
+        case Name(name), _ if name in known:
+            return known[name]
+        case Negative(), [(part, degree)]:
+            return -part, degree
+        case Sum(), _:
+            most = max(degree for _, degree in parts)
+            return add(*(times(part, most) for part in parts)), most
+        case Product(), [(one, degree), (other, more)]:
+            return one * other, degree + more
+        case Quotient(), [(above, degree), (below, less)]:
+            return above / below, degree - less
+        case Power(_, Number(exponent)), [(base, degree), _]:
+            return base**exponent, degree * exponent
+        case Call("sqrt" | "abs" as function), [(part, degree)]:
+            return call(function, part), degree * (0.5 if function == "sqrt" else 1.0)
+        case _:
+            return rebuilt(node, tuple(times(part, 0.0) for part in parts)) if parts else node, 0.0
+
+
 TRIALS, SHOWN = 4, 2
 """Places at which an identity is tried, and those that show it."""
 
@@ -384,13 +445,13 @@ def sides(chain: Chain) -> tuple[Chain, ...]:
         assignments: list[Assignment] = []
         for item in chain.assignments:
             expression = item.expression
-            for number, (call, above) in enumerate(zip(calls, upper, strict=True)):
-                if call in directions(expression):
-                    y, x = call.arguments
+            for number, (turn, above) in enumerate(zip(calls, upper, strict=True)):
+                if turn in directions(expression):
+                    y, x = turn.arguments
                     name = f"#side {number}"
                     assignments.append(Assignment(name, y if above else -y, low=0.0))
-                    turned = Call(call.function, (Name(name), x))
-                    expression = exchange(expression, call, turned if above else -turned)
+                    turned = Call(turn.function, (Name(name), x))
+                    expression = exchange(expression, turn, turned if above else -turned)
             assignments.append(item._replace(expression=expression))
         found.append(Chain(chain.tears, tuple(assignments), chain.residuals))
     return tuple(found)

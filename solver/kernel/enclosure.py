@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 from rulesheets.functions.intervals import EMPTY, LINE, Interval, cut, divide, greatest
 from rulesheets.functions.intervals import least as smaller
 from rulesheets.syntax.nodes import Expression, Name, Number, Quotient
-from solver.kernel.chain import Assignment, Chain, cleared, directions, sides, slope_chain
+from solver.kernel.chain import Assignment, Chain, cleared, directions, reciprocal, sides, slope_chain
 from solver.kernel.emitter import IntervalEmitter, Pair
 
 # --- interval operations that compiled code calls ---
@@ -42,7 +42,16 @@ def quotient(
 
 # --- a chain over boxes ---
 
-Code: TypeAlias = Sequence[Callable[..., Any]]
+FAR = 4096.0
+"""From where on boxes are looked at over reciprocals, too."""
+
+
+def _is_rootless(found: Interval) -> bool:
+    low, high = found
+    return low > 0.0 or high < 0.0 or (isnan(low) and isnan(high))
+
+
+Code: TypeAlias = Callable[..., Any]
 
 
 class Enclosure:
@@ -89,16 +98,25 @@ class Enclosure:
     def ranges(self, boxes: Sequence[tuple[float, ...]], known: Sequence[float]) -> list[Interval]:
         """The residual over each box; nan, nan where it is undefined all over it, or jumps across 0 there and
         has no root."""
-        on_box = self._code[0](*known)
+        on_box = self._range(*known)
         found = [on_box(*box) for box in boxes]
-        if not self._sides:
-            return found
         for place, (box, (below, above)) in enumerate(zip(boxes, found, strict=True)):
-            if below <= 0.0 <= above:
-                ranges = (side._code[0](*known)(*box) for side in self._sides)
-                if all(low > 0.0 or high < 0.0 or (isnan(low) and isnan(high)) for low, high in ranges):
-                    found[place] = nan, nan  # no root on either side of the cuts of its directions
+            if below <= 0.0 <= above and (
+                self._has_none_beside_cuts(box, known) or self._has_none_far(box, known)
+            ):
+                found[place] = nan, nan
         return found
+
+    def _has_none_beside_cuts(self, box: tuple[float, ...], known: Sequence[float]) -> bool:
+        """Whether there is no root on either side of the cuts of the directions in the chain."""
+        return bool(self._sides) and all(_is_rootless(side._range(*known)(*box)) for side in self._sides)
+
+    def _has_none_far(self, box: tuple[float, ...], known: Sequence[float]) -> bool:
+        """Whether a box far from 0 has no root, as seen over the reciprocals of the tear."""
+        low, high, *others = box
+        if not (low >= FAR or high <= -FAR):
+            return False
+        return _is_rootless(self._far._range(*known)(*divide(1.0, 1.0, low, high), *others))
 
     def rises_or_falls(self, low: float, high: float, known: Sequence[float]) -> bool:
         """Whether the numerator of the residual is monotone on a box."""
@@ -118,7 +136,7 @@ class Enclosure:
 
     def slopes_over(self, boxes: Sequence[tuple[float, ...]], known: Sequence[float]) -> list[Interval]:
         """The derivative of the residual by the tear; unbounded where it may be undefined somewhere."""
-        on_box = self._code[1](*known)
+        on_box = self._slope_range(*known)
         found = (on_box(*box) for box in boxes)
         return [LINE if isnan(below) or isnan(above) else (below, above) for below, above in found]
 
@@ -132,13 +150,17 @@ class Enclosure:
     def _sides(self) -> tuple[Enclosure, ...]:
         return tuple(Enclosure(side, self._known, self._ranged) for side in sides(self._chain))
 
+    @cached_property
+    def _far(self) -> Enclosure:
+        return Enclosure(reciprocal(self._chain), self._known, self._ranged, self._once("far", dict))
+
     @property
-    def _code(self) -> Code:
-        code: Code = self._once("code", self._made)
+    def _range(self) -> Code:
+        """A function of the known numbers that gives one of the ends of a box, for the residual."""
+        code: Code = self._once("range", self._range_made)
         return code
 
-    def _made(self) -> Code:
-        """Functions of the ends of a box and of the known numbers, for the range and for the slope."""
+    def _range_made(self) -> Code:
         emitter = _followed(self._chain, self._known, self._ranged)
         residual = emitter.of(Name(self._chain.residuals[0]))
         if self.cleared is not None:
@@ -150,11 +172,18 @@ class Enclosure:
                     emitter.assign(item.name, emitter.of(item.expression))
             low, high = emitter.of(numerator.expression)
             emitter.line(f"if {low} > 0.0 or {high} < 0.0: return nan, nan")
-        ranges = emitter.function(residual)
-        if self._slope is None:
-            return (ranges,)
+        return emitter.function(residual)
+
+    @property
+    def _slope_range(self) -> Code:
+        """The same for the slope of the residual, where that is smooth."""
+        code: Code = self._once("slope range", self._slope_range_made)
+        return code
+
+    def _slope_range_made(self) -> Code:
+        assert self._slope is not None
         emitter = _followed(self._slope, self._known, self._ranged, smooth=True)
-        return ranges, emitter.function(emitter.of(Name(self._slope.residuals[0])))
+        return emitter.function(emitter.of(Name(self._slope.residuals[0])))
 
 
 def _followed(

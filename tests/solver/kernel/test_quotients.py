@@ -96,8 +96,12 @@ def test_a_flow_through_an_exchanger_is_the_only_one(ratio: float, units: float)
     least, share = min(hot, cold), min(hot, cold) / max(hot, cold)
     fade = math.exp(-units * (1.0 - share))
     heat = least * 130.0 * (1.0 - fade) / (1.0 - share * fade)
-    given = {"Thi": 420.0, "Tci": 290.0, "Tho": 420.0 - heat / hot, "Cc": cold, "UA": units * least}
-    result = solver.solve(EXCHANGER, given)
+    given = {"Thi": 420.0, "Tci": 290.0, "Cc": cold, "UA": units * least}
+    result = solver.solve(EXCHANGER, {**given, "Tho": 420.0 - heat / hot})
     (solution,) = result.solutions
     assert result.complete
     assert solution["Ch"] == pytest.approx(hot, rel=1e-6)
+    result = solver.solve(EXCHANGER, {**given, "Ch": hot})  # temperatures that may be anything
+    (solution,) = result.solutions
+    assert result.complete
+    assert solution["Q"] == pytest.approx(heat, rel=1e-9)
