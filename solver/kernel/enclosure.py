@@ -87,8 +87,12 @@ class Enclosure:
     @property
     def operations(self) -> int:
         """How many operations on all boxes one level of a search costs: range, sections and slope."""
-        chains = self._chain, self._chain, self._slope or self._chain
-        return int(self._once("operations", lambda: sum(len(chain.assignments) for chain in chains)))
+
+        def count() -> int:
+            chains = self._chain, self._chain, self._slope or self._chain
+            return sum(len(chain.assignments) for chain in chains)
+
+        return int(self._once("operations", count))
 
     def _once(self, key: str, make: Callable[[], Any]) -> Any:
         if key not in self._shared:

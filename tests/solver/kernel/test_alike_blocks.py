@@ -38,8 +38,8 @@ def test_blocks_that_share_their_code_have_the_answers_that_they_have_alone() ->
 
 
 def test_stages_that_are_called_again_are_worked_out_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked, slopes_of = [], enclosure.slopes_of
-    monkeypatch.setattr(enclosure, "slopes_of", lambda chain: asked.append(chain) or slopes_of(chain))
+    asked, slope_chain = [], enclosure.slope_chain
+    monkeypatch.setattr(enclosure, "slope_chain", lambda chain: asked.append(chain) or slope_chain(chain))
     stages([1.5 + 0.01 * k for k in range(20)])
     assert len(asked) == 1
 
