@@ -117,7 +117,13 @@ class Refusal(Recording):
             target, *others = self._undone(state, stage, target)
             if others:
                 raise NotCompilable
-        return self._undefined(target)
+        negative = self._undefined(target)
+        for asked in (state.checks, state.finite):  # nothing is asked of what has no value
+            asked[:] = filter(self._has_value, asked)
+        return negative
+
+    def _has_value(self, node: int) -> bool:
+        return not any(math.isnan(self._numbers(one)) for one in computed_from(self.flow, [node]))
 
     def _outside(self, node: int, low: float, high: float, margin: int) -> int:
         """That a number lies below a range or above it, by more than the margin."""

@@ -386,6 +386,19 @@ def test_a_rule_next_to_the_pole_of_its_logarithm_is_checked_without_it() -> Non
     assert len(plan.records.programs) == 1
 
 
+def test_a_branch_that_ends_at_the_root_of_a_negative_number_is_watched() -> None:
+    """The roughness of a channel by its speed: a negative depth has a negative radius, and no 2/3 power."""
+    rules = "A = (3 + 1.5*y)*y", "R = A/(3 + 2*y*sqrt(3.25))", "V = R^(2/3)*sqrt(0.001)/n", "8 = V*A"
+    plan = solver.prepare(rulesheets.loads("\n".join(rules)), ["V"], ["n"])
+    for speed in (1.6, 1.7, 1.5):
+        area = 8.0 / speed
+        depth = (math.sqrt(9.0 + 6.0 * area) - 3.0) / 3.0
+        radius = area / (3.0 + 2.0 * depth * math.sqrt(3.25))
+        ((found,),) = plan.all(speed)
+        assert found == pytest.approx(radius ** (2 / 3) * math.sqrt(0.001) / speed, rel=1e-12)
+    assert len(plan.records.programs) == 1
+
+
 def test_a_range_that_a_block_leaves_is_watched_though_its_first_rule_lacks_the_name() -> None:
     model = rulesheets.load(MODELS / "slotted_link" / "model.tk")
     state = solver.solve(model)
