@@ -44,6 +44,7 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import walk
 from solver.kernel.emitter import Emitter, factors, times, without
+from solver.numerics.tolerances import HALF, NOTHING
 from solver.path import TARGET, Isolation, SolveBlock, Stage
 from solver.path.graph import ModelGraph
 from solver.path.isolate import isolate
@@ -361,16 +362,12 @@ def reciprocal(chain: Chain) -> Chain:
 
 
 def _scaled(node: Expression, v: Expression, known: Mapping[str, Scaled]) -> Scaled:
-    def times(scaled: Scaled, degree: float) -> Expression:
+    def over(scaled: Scaled, degree: float) -> Expression:
         """The quantity over another power of |x|."""
         part, own = scaled
-        return (
-            part
-            if own == degree
-            else part * v ** (degree - own)
-            if degree > own
-            else part / v ** (own - degree)
-        )
+        if own > degree:
+            return part / v ** (own - degree)
+        return part * v ** (degree - own) if own < degree else part
 
     parts = [_scaled(part, v, known) for part in children(node)]
     match node, parts:
@@ -380,7 +377,7 @@ def _scaled(node: Expression, v: Expression, known: Mapping[str, Scaled]) -> Sca
             return -part, degree
         case Sum(), _:
             most = max(degree for _, degree in parts)
-            return add(*(times(part, most) for part in parts)), most
+            return add(*(over(part, most) for part in parts)), most
         case Product(), [(one, degree), (other, more)]:
             return one * other, degree + more
         case Quotient(), [(above, degree), (below, less)]:
@@ -390,7 +387,7 @@ def _scaled(node: Expression, v: Expression, known: Mapping[str, Scaled]) -> Sca
         case Call("sqrt" | "abs" as function), [(part, degree)]:
             return call(function, part), degree * (0.5 if function == "sqrt" else 1.0)
         case _:
-            return rebuilt(node, tuple(times(part, 0.0) for part in parts)) if parts else node, 0.0
+            return rebuilt(node, tuple(over(part, 0.0) for part in parts)) if parts else node, 0.0
 
 
 TRIALS, SHOWN = 4, 2
@@ -398,31 +395,26 @@ TRIALS, SHOWN = 4, 2
 
 
 def is_removable(quotient: Quotient) -> bool:
-    """Whether the dividend is 0 wherever the divisor is, seen at places taken at random, in 50 digits."""
-    solved = ((n, isolate(quotient.right, ZERO, n)) for n in dict.fromkeys(nodes.names(quotient.right)))
-    unknown, forms = next(((n, isolation.forms()) for n, isolation in solved if isolation), ("", ()))
-    return bool(forms) and all(
-        _vanishes(quotient.left, unknown, forms, evaluate, noise)
-        for evaluate, noise in ((value, 1e-9), (extended, 1e-40))
-    )
+    """Whether the dividend is 0 where the divisor is, seen at places taken at random: in floats, which tells
+    most that are not, and in 50 digits."""
+    above, below = quotient.left, quotient.right
+    solved = ((n, isolate(below, ZERO, n)) for n in dict.fromkeys(nodes.names(below)))
+    unknown, roots = next(((n, isolation.forms()) for n, isolation in solved if isolation), ("", ()))
+    ways = (value, HALF), (extended, NOTHING)
+    return bool(roots) and all(_vanishes(above, unknown, roots, *way) for way in ways)
 
 
 def _vanishes(
-    dividend: Expression,
-    unknown: str,
-    roots: Sequence[Expression],
-    evaluate: Callable[..., Any],
-    noise: float,
+    form: Expression, unknown: str, roots: Sequence[Expression], evaluate: Callable[..., Any], noise: float
 ) -> bool:
+    """Whether a form is 0 where the unknown is one of the roots, whatever the other names are."""
     chance, shown = random.Random(0), 0
     for _ in range(TRIALS):
-        values = {name: chance.uniform(0.5, 3.0) for form in (dividend, *roots) for name in nodes.names(form)}
+        values = {name: chance.uniform(0.5, 3.0) for part in (form, *roots) for name in nodes.names(part)}
         with suppress(Undefined, OverflowError):
-            usual = abs(evaluate(dividend, values))
-            if any(
-                abs(evaluate(dividend, {**values, unknown: evaluate(root, values)})) > noise * usual
-                for root in roots
-            ):
+            usual = abs(evaluate(form, values))
+            there = ({**values, unknown: evaluate(root, values)} for root in roots)
+            if any(abs(evaluate(form, point)) > noise * usual for point in there):
                 return False
             shown += 1
     return shown >= SHOWN

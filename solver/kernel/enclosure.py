@@ -100,8 +100,7 @@ class Enclosure:
         return self._shared[key]
 
     def ranges(self, boxes: Sequence[tuple[float, ...]], known: Sequence[float]) -> list[Interval]:
-        """The residual over each box; nan, nan where it is undefined all over it, or jumps across 0 there and
-        has no root."""
+        """The residual over each box; nan, nan where it is undefined all over it or has no root."""
         on_box = self._range(*known)
         found = [on_box(*box) for box in boxes]
         for place, (box, (below, above)) in enumerate(zip(boxes, found, strict=True)):
@@ -136,7 +135,7 @@ class Enclosure:
 
     @cached_property
     def _of_numerator(self) -> Enclosure | None:
-        return None if self.cleared is None else Enclosure(self.cleared, self._known, self._ranged)
+        return None if self.cleared is None else self._beside("numerator", self.cleared)
 
     def slopes_over(self, boxes: Sequence[tuple[float, ...]], known: Sequence[float]) -> list[Interval]:
         """The derivative of the residual by the tear; unbounded where it may be undefined somewhere."""
@@ -148,15 +147,19 @@ class Enclosure:
         """Bounds of an expression, the ``number``-th that is asked for, in place of the residual."""
         last = Assignment(self._chain.residuals[0], expression)
         chain = self._chain._replace(assignments=(*self._chain.assignments[:-1], last))
-        return Enclosure(chain, self._known, self._ranged, self._shared.setdefault(f"along {number}", {}))
+        return self._beside(f"along {number}", chain)
 
     @cached_property
     def _sides(self) -> tuple[Enclosure, ...]:
-        return tuple(Enclosure(side, self._known, self._ranged) for side in sides(self._chain))
+        return tuple(self._beside(f"side {k}", side) for k, side in enumerate(sides(self._chain)))
 
     @cached_property
     def _far(self) -> Enclosure:
-        return Enclosure(reciprocal(self._chain), self._known, self._ranged, self._once("far", dict))
+        return self._beside("far", reciprocal(self._chain))
+
+    def _beside(self, name: str, chain: Chain) -> Enclosure:
+        """Bounds for a chain made from this one, compiled once for all that differ in names."""
+        return Enclosure(chain, self._known, self._ranged, self._once(name, dict))
 
     @property
     def _range(self) -> Code:
