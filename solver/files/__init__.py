@@ -6,15 +6,12 @@ Here are output files, and what is said about files of rows.
 from __future__ import annotations
 
 import csv
-import errno
 import os
 import stat
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
-from io import RawIOBase
-from mmap import mmap
 from types import TracebackType
-from typing import Any, BinaryIO, Self, TextIO
+from typing import BinaryIO, Self, TextIO
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, said
 from rulesheets.files import expect_regular, writing
@@ -91,7 +88,7 @@ class Replacement:
     processes left in the folder are removed. Raises RuleSheetError (E416) for every failure of the system.
     """
 
-    stream: BinaryIO | LongFile
+    stream: BinaryIO
     """The file itself, for a library that writes to one."""
 
     def __init__(self, path: str) -> None:
@@ -102,8 +99,7 @@ class Replacement:
             if there is not None and not stat.S_ISREG(there):
                 self.stream = open(self._target, "wb")  # noqa: SIM115
                 return
-            self._unfinished, handle = _unfinished_file(*os.path.split(self._target))
-            self.stream = LongFile(handle)
+            self._unfinished, self.stream = _unfinished_file(*os.path.split(self._target))
             try:
                 if there is not None:
                     os.chmod(self._unfinished, stat.S_IMODE(there))
@@ -126,12 +122,6 @@ class Replacement:
                 if self._unfinished is not None:
                     os.replace(self._unfinished, self._target)
                     self._unfinished = None
-                    with suppress(OSError):  # the new name on the disk, too, where the system can
-                        folder = os.open(os.path.dirname(self._target), os.O_RDONLY)
-                        try:
-                            os.fsync(folder)
-                        finally:
-                            os.close(folder)
         except BaseException:  # also an interruption while the last bytes are written
             self.discard()
             raise
@@ -159,66 +149,6 @@ class Replacement:
             self.discard()
 
 
-BLOCK = 2**22
-"""Bytes that are written at once: larger writes are no quicker."""
-DIRECT: int = getattr(os, "O_DIRECT", 0)
-
-
-class LongFile(RawIOBase):
-    """A new file, written in blocks that go past the memory of the system.
-
-    On their way through it the bytes of a long file cost several times what the disk takes: its pages must be
-    found, cleared, filled and given back. Linux takes whole blocks directly (``O_DIRECT``, open(2)). The last
-    bytes, a file of less than a block, and all bytes where the file system does not know of that go the
-    usual way.
-    """
-
-    def __init__(self, handle: int) -> None:
-        self._handle, self._direct = handle, DIRECT
-        self._block, self._held = mmap(-1, BLOCK), 0  # at a whole page
-
-    def fileno(self) -> int:
-        return self._handle
-
-    def writable(self) -> bool:
-        return True
-
-    def write(self, data: Any, /) -> int:
-        size = len(rest := memoryview(data).cast("B"))
-        while len(rest):
-            part = rest[: BLOCK - self._held]
-            self._block[self._held : self._held + len(part)] = part
-            self._held, rest = self._held + len(part), rest[len(part) :]
-            if self._held == BLOCK:
-                self._put()
-        return size
-
-    def flush(self) -> None:
-        """Write what is left."""
-        self._direct = 0
-        self._put()
-
-    def close(self) -> None:
-        if not self.closed:
-            try:
-                super().close()  # writes what is left
-            finally:
-                os.close(self._handle)
-
-    def _put(self) -> None:
-        rest, self._held = memoryview(self._block)[: self._held], 0
-        while len(rest):
-            try:
-                if DIRECT:
-                    flags = fcntl.fcntl(self._handle, fcntl.F_GETFL) & ~DIRECT
-                    fcntl.fcntl(self._handle, fcntl.F_SETFL, flags | self._direct)
-                rest = rest[os.write(self._handle, rest) :]
-            except OSError as failure:
-                if not self._direct or failure.errno != errno.EINVAL:
-                    raise
-                self._direct = 0
-
-
 class Printed:
     """An open stream in the place of a file: what is printed is printed. ``clear`` makes way for it."""
 
@@ -236,33 +166,29 @@ class Printed:
         """Nothing can be taken back."""
 
 
-def _unfinished_file(folder: str, name: str) -> tuple[str, int]:
-    """A new file that no other writer has, locked while this process lives: its path, and a handle.
+def _unfinished_file(folder: str, name: str) -> tuple[str, BinaryIO]:
+    """A new file that no other writer has, locked while this process lives, and its path.
 
     The unfinished files of processes that ended are removed: those of living ones are locked.
     """
     with suppress(OSError), os.scandir(folder) as items:
         for item in items:
             if item.name.endswith(UNFINISHED) and item.is_file(follow_symlinks=False):
-                with suppress(OSError):
-                    handle = os.open(item.path, os.O_WRONLY)
-                    try:
-                        _lock(handle)
-                        os.unlink(item.path)
-                    finally:
-                        os.close(handle)
+                with suppress(OSError), open(item.path, "ab") as left:
+                    _lock(left)
+                    os.unlink(item.path)
     short = os.fsdecode(os.fsencode(name)[:_LONGEST])
     while True:
         path = os.path.join(folder, f"{short}.{os.urandom(4).hex()}{UNFINISHED}")
-        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+        file = open(path, "xb")  # noqa: SIM115
         with suppress(OSError):  # a file system without locks, or somebody removes it this very moment
-            _lock(handle)
+            _lock(file)
         if os.path.exists(path):
-            return path, handle
-        os.close(handle)
+            return path, file
+        file.close()
 
 
-def _lock(handle: int) -> None:
+def _lock(file: BinaryIO) -> None:
     """Lock a file for as long as it is open. Raises OSError if another process has it."""
     if "fcntl" in globals():
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -5,8 +5,6 @@ from __future__ import annotations
 import csv
 import os
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Sized
-from concurrent.futures import Future, ThreadPoolExecutor
-from functools import cache
 from importlib import import_module
 from io import StringIO
 from itertools import islice
@@ -120,10 +118,10 @@ class Table(Mapping[str, NDArray[Any]], Shown):
         file = table_file(path, tuple(self), symbols)
         try:
             file.add(self)
+            file.close()
         except BaseException:
             file.discard()
             raise
-        file.close()
 
     def having(self, columns: Mapping[str, NDArray[Any]]) -> Table:
         """The same rows with these columns."""
@@ -169,46 +167,18 @@ def csv_head(names: Sequence[str]) -> bytes:
 
 
 def csv_rows(table: Table) -> bytes:
-    """One line a row, the status last. Numbers are written shortest, symbols with their apostrophe.
-
-    By pyarrow where it is installed, which prints a number in a fifth of the time of ``repr``.
-    """
-    arrow = _arrow_csv()
-    if arrow is None:
-        cells = [map(exact, column.tolist()) for column in table.values()]
-        words = [f"{WORDS[code]}\n" for code in table.status.tolist()]
-        return "".join(map(",".join, zip(*cells, words, strict=True))).encode("utf-8")
-    columns = [
-        arrow.array(list(map(exact, column.tolist())))
-        if column.dtype == object
-        else arrow.array(column + 0, from_pandas=True)
-        for column in table.values()
-    ]
-    columns.append(arrow.array(WORDS).take(arrow.array(table.status)))
-    lines = arrow.BufferOutputStream()
-    bare = arrow.csv.WriteOptions(include_header=False, quoting_style="none")
-    arrow.csv.write_csv(arrow.table(columns, names=list(map(str, range(len(columns))))), lines, bare)
-    text: bytes = lines.getvalue().to_pybytes()
-    return text
-
-
-@cache
-def _arrow_csv() -> Any:
-    try:
-        import pyarrow.csv
-    except ImportError:
-        return None
-    return pyarrow
+    """One line a row, the status last. Numbers are written shortest, symbols with their apostrophe."""
+    cells = [map(exact, column.tolist()) for column in table.values()]
+    words = [f"{WORDS[code]}\n" for code in table.status.tolist()]
+    return "".join(map(",".join, zip(*cells, words, strict=True))).encode("utf-8")
 
 
 ROW_GROUP = 262_144
 """Rows of a row group; the same whatever the pieces in which the rows come."""
-BATCH = 65_536
-"""Rows that are encoded at once."""
 
 
 class ParquetFile:
-    """Row groups of Parquet, each written when it is full, while the next one is filled.
+    """Row groups of Parquet, each written when it is full.
 
     Numbers are doubles, symbols and the status are texts, and where a row has no value there is null.
     ``symbols`` names the columns that hold symbols. Raises RuleSheetError where pyarrow is missing
@@ -216,16 +186,11 @@ class ParquetFile:
     """
 
     def __init__(self, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
-        self._file, self._thread = Replacement(path), ThreadPoolExecutor(1)
-        try:
-            self._arrow, self._parquet = _pyarrow()
-        except RuleSheetError:
-            self.discard()
-            raise
+        self._arrow, self._parquet = _pyarrow()
         self._path, self._names, self._symbols = path, tuple(names), frozenset(symbols)
-        self._held: list[Table] = []
-        self._writing: Future[Any] = self._thread.submit(int)  # nothing yet
+        self._file, self._held = Replacement(path), list[Table]()
         self._writer: Any = None
+        self.discard = self._file.discard
 
     def add(self, table: Table) -> None:
         self._held.append(table)
@@ -236,43 +201,20 @@ class ParquetFile:
 
     def close(self) -> None:
         """Write the rows that wait, and the footer: after this the file can be read."""
-        try:
-            nothing = Table(dict.fromkeys(self._names, np.empty(0)), np.empty(0, np.int8))
-            self._write(joined(self._held or [nothing]))
-            self._writing.result()
-            with writing(self._path):
-                self._writer.close()
-        except BaseException:
-            self.discard()
-            raise
-        self._thread.shutdown()
+        nothing = Table(dict.fromkeys(self._names, np.empty(0)), np.empty(0, np.int8))
+        self._write(joined(self._held or [nothing]))
+        with writing(self._path):
+            self._writer.close()
         self._file.keep()
 
-    def discard(self) -> None:
-        self._thread.shutdown()
-        self._file.discard()
-
     def _write(self, table: Table) -> None:
-        """Let rows be written as a row group while others are gathered.
-
-        Raises RuleSheetError where writing the group before has failed.
-        """
-        self._writing.result()
-        self._writing = self._thread.submit(self._write_group, table)
-
-    def _write_group(self, table: Table) -> None:
-        status = self._arrow.DictionaryArray.from_arrays(table.status, self._arrow.array(WORDS))
-        names = [*self._names, free_name("status", self._names)]
+        status = self._arrow.array(WORDS).take(self._arrow.array(table.status))
         columns = [self._array(*pair) for pair in zip(self._names, table.values(), strict=True)]
-        rows = self._arrow.table([*columns, status], names=names)
+        rows = self._arrow.table([*columns, status], names=[*self._names, free_name("status", self._names)])
         if self._writer is None:
+            texts = [field.name for field in rows.schema if field.type != self._arrow.float64()]
             self._writer = self._parquet.ParquetWriter(
-                self._file.stream,
-                rows.schema,
-                use_dictionary=[field.name for field in rows.schema if field.type != self._arrow.float64()],
-                compression="none",
-                store_schema=False,  # a reader finds texts of the status, not its codes
-                write_batch_size=BATCH,
+                self._file.stream, rows.schema, use_dictionary=texts, compression="none"
             )
         if len(table.status):
             with writing(self._path):
@@ -283,8 +225,7 @@ class ParquetFile:
             texts = [exact(value).removeprefix("'") or None for value in column.tolist()]
             return self._arrow.array(texts, self._arrow.string())
         column = column.astype(np.int32 if column.dtype.kind == "i" else float, copy=False)
-        gaps = column.dtype == float and bool(np.isnan(column).any())
-        return self._arrow.array(column, from_pandas=gaps)
+        return self._arrow.array(column, from_pandas=True)
 
 
 def parquet_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Sequence[int], Sequence[Any]]]:
