@@ -6,6 +6,7 @@ import os
 import sys
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterator
+from datetime import timedelta
 from itertools import chain
 from math import inf
 from time import monotonic
@@ -31,10 +32,8 @@ from solver.sweeps.tracing import Branch
 from solver.sweeps.work import Work
 from solver.sweeps.workers import solved_pieces
 
-PATIENCE = 0.5
-"""Seconds before anything is shown."""
-PAUSE = 0.2
-"""Seconds between two states of the line."""
+PAUSE = 0.5
+"""Seconds between two states of the line, and before the first."""
 
 
 class Progress:
@@ -44,23 +43,21 @@ class Progress:
     """
 
     def __init__(self, stream: TextIO, total: int | None) -> None:
-        self._stream, self._total, self._began = stream, total, monotonic()
-        self._due = self._began + PATIENCE if stream.isatty() else inf
-        self._done, self._shown = 0, False
+        self._stream, self._total, self._began, self._done = stream, total, monotonic(), 0
+        self._due = self._began + PAUSE if stream.isatty() else inf
 
     def __call__(self, done: int) -> None:
         self._done = done
         self.within(0)
 
     def within(self, rows: int) -> None:
-        now = monotonic()
-        if now >= self._due:
-            self._due, self._shown = now + PAUSE, True
+        if (now := monotonic()) >= self._due:
+            self._due = now + PAUSE
             self._show(progress_line(self._done + rows, self._total, now - self._began))
 
     def end(self) -> None:
         """Clear the line, also for whoever writes to the same terminal next."""
-        if self._shown:
+        if self._due < inf:
             self._show("")
 
     def _show(self, line: str) -> None:
@@ -69,22 +66,13 @@ class Progress:
 
 
 def progress_line(done: int, total: int | None, seconds: float) -> str:
-    """``1,200,000 of 4,000,000 rows  30 %  600,000 rows/s  0:05 left``."""
-    rate = done / seconds if seconds > 0 else 0.0
-    speed = f"{rate:,.0f} rows/s" if rate >= 10 else f"{rate:.2g} rows/s"
-    if not done:
-        speed = clock(seconds)
-    if total is None:
-        return f"{done:,} rows  {speed}"
-    line = f"{done:,} of {total:,} rows  {100 * done // max(total, 1)} %  {speed}"
-    return f"{line}  {clock((total - done) / rate)} left" if rate else line
-
-
-def clock(seconds: float) -> str:
-    """``0:05``, ``2:03:00``."""
-    minutes, rest = divmod(int(seconds + 0.5), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+    """``1,200,000 of 4,000,000 rows  600,000.0 rows/s  0:00:05 left``."""
+    line = f"{done:,} rows" if total is None else f"{done:,} of {total:,} rows"
+    if done:
+        line += f"  {done / seconds:,.1f} rows/s"
+    if done and total is not None:
+        line += f"  {timedelta(seconds=round((total - done) * seconds / done))} left"
+    return line
 
 
 ROWS_DRAWN = 1_000_000
@@ -103,22 +91,22 @@ class PlotSink:
         self._form = picture_kind(path, PICTURES)[1:]
         self._answer = work.answer
         self._pieces: list[Table] = []
+        self._count(swept.total or 0)
         self._rows = 0
-        self._expect_few(swept.total or 0)
 
-    def _expect_few(self, rows: int) -> None:
+    def _count(self, rows: int) -> None:
+        self._rows = rows
         if rows > ROWS_DRAWN:
             said, notes = f"a picture shows at most {ROWS_DRAWN:,} rows", ("take a larger step",)
             raise RuleSheetError(error("E445", said, notes=notes))
 
     def add(self, table: Table) -> None:
-        self._rows += int(table.begins().sum()) if self._answer else len(table.status)
-        self._pieces = [*self._pieces, table] if self._rows <= ROWS_DRAWN else []
+        self._count(self._rows + (int(table.begins().sum()) if self._answer else len(table.status)))
+        self._pieces.append(table)
 
     def close(self) -> None:
         from solver.pictures import plot
 
-        self._expect_few(self._rows)
         if not self._pieces:
             return
         model, turn = self._work.model, planner(self._work.model).graph.turn

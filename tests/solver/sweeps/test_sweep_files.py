@@ -27,7 +27,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import symbolic
 from solver.__main__ import INTERRUPTED, main
 from solver.commands import sweep as progress
-from solver.commands.sweep import clock, progress_line
+from solver.commands.sweep import progress_line
 from solver.files.tables import (
     ParquetFile,
     Table,
@@ -418,14 +418,12 @@ def test_a_row_that_goes_step_by_step_starts_no_workers(monkeypatch: pytest.Monk
 
 def test_the_line_of_progress() -> None:
     line = progress_line(1_200_000, 4_000_000, 2.0)
-    assert line == "1,200,000 of 4,000,000 rows  30 %  600,000 rows/s  0:05 left"
+    assert line == "1,200,000 of 4,000,000 rows  600,000.0 rows/s  0:00:05 left"
     assert progress_line(3, None, 2.0) == "3 rows  1.5 rows/s"
-    assert progress_line(0, 10, 1.0) == "0 of 10 rows  0 %  0:01"
-    assert [clock(s) for s in (0, 59.6, 3599, 7380)] == ["0:00", "1:00", "59:59", "2:03:00"]
+    assert progress_line(0, 10, 1.0) == "0 of 10 rows"
 
 
 def test_progress_moves_within_a_piece_and_leaves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(progress, "PATIENCE", 0.0)
     monkeypatch.setattr(progress, "PAUSE", 0.0)
     stream = io.StringIO()
     monkeypatch.setattr(stream, "isatty", lambda: True)
