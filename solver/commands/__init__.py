@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import os
 import sys
-from argparse import ArgumentParser, ArgumentTypeError, HelpFormatter, Namespace
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from functools import partial
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from collections.abc import Callable, Collection, Iterator, Mapping
 from importlib import import_module
 from typing import NamedTuple, NoReturn
 
@@ -53,8 +52,7 @@ def run(name: str, commands: Mapping[str, tuple[str, str]], words: list[str]) ->
     """Parse the words of a command and run it; what argparse refuses ends with exit code 2."""
     module, about = commands[name]
     command = command_of(module, name)
-    form = partial(HelpFormatter, width=(screen_of(sys.stdout).width or 80) - 2)  # else it brings shutil
-    parser = _Parser(f"backsolve {name}", description=f"{about[0].upper()}{about[1:]}.", formatter_class=form)
+    parser = _Parser(f"backsolve {name}", description=f"{about[0].upper()}{about[1:]}.")
     command.add_arguments(parser)
     parser.set_defaults(commands=commands)
     if command.keeps:
@@ -142,22 +140,15 @@ class Option(NamedTuple):
 
 
 class Request(NamedTuple):
-    """What a solve is asked: a model, inputs (None clears one), guesses, and the names wanted (None: all).
-
-    ``options`` are the names of the inputs that options give, not a variable sheet; ``files`` are all that
-    was read.
+    """What a solve is asked: a model, inputs (None clears one), guesses, and the names wanted (None: all);
+    and the ``files`` that were read.
     """
 
     model: Model
     inputs: Mapping[str, Value | None]
     guesses: Mapping[str, float]
     want: tuple[str, ...] | None
-    options: frozenset[str] = frozenset()
     files: tuple[str, ...] = ()
-
-    def swept(self, names: Iterable[str]) -> None:
-        """Raise RuleSheetError (E421) if ``--over`` sweeps what ``--set`` gives; it overrides all else."""
-        refuse([Option("over", name).repeated(name) for name in names if name in self.options])
 
     def expect_output(self, path: str | None) -> None:
         """Raise RuleSheetError (E418) if a file to write is one that was read."""
@@ -233,7 +224,6 @@ def read_request(arguments: Namespace) -> Request:
         files = (*files, filled_in)
         written = read_variable_sheet(filled_in, model)
         inputs, guesses, tolerances = dict(written.inputs), dict(written.guesses), dict(written.tolerances)
-    options: dict[str, Value | None] = {}
     units: dict[str, str] = {}
     want: list[str] = []
     complaints: list[Diagnosis] = []
@@ -242,13 +232,12 @@ def read_request(arguments: Namespace) -> Request:
             if option.name == "want":
                 want.append(name)
             elif option.name == "clear":
-                options[name] = inputs[name] = None
+                inputs[name] = None
             elif option.name == "unit":
                 with_display_unit(model.variables[name], text, option.place(text))
                 units[name] = text
             elif option.name == "set":
-                options[name], tolerance = _input(option, name, text, model)
-                inputs[name] = options[name]
+                inputs[name], tolerance = _input(option, name, text, model)
                 tolerances |= {} if tolerance is None else {name: tolerance}
             else:
                 guesses[name] = _guess(option, name, text, model, inputs)
@@ -257,8 +246,7 @@ def read_request(arguments: Namespace) -> Request:
     refuse(complaints)
     model = with_tolerances(model, tolerances) if tolerances else model
     model = with_display_units(model, getattr(arguments, "units", None), units)
-    given = frozenset(name for name, value in options.items() if value is not None)
-    return Request(model, inputs, guesses, tuple(want) or None, given, files)
+    return Request(model, inputs, guesses, tuple(want) or None, files)
 
 
 def _options(

@@ -21,9 +21,10 @@ class Shown:
         report: Any = import_module("solver.report.html")
         return str(report.html(self))
 
-    def _repr_latex_(self) -> str:
+    def _repr_latex_(self) -> str | None:
         report: Any = import_module("solver.report.html")
-        return str(report.latex(self))
+        found: str | None = report.latex(self)
+        return found
 
 
 class Evaluate(NamedTuple):

@@ -196,28 +196,12 @@ def _draw_maps(figure: Figure, maps: Maps, model: Model) -> None:
     rows: Any = figure.subplots(len(maps.fields), 1, sharex=True, squeeze=False)
     for axes, (name, field) in zip(rows[:, 0], maps.fields.items(), strict=True):
         shown = np.ma.masked_invalid(field)
-        low, high, extend = colored(field)
-        mesh = axes.pcolormesh(
-            maps.columns, maps.lines, shown, shading="nearest", rasterized=True, vmin=low, vmax=high
-        )
-        figure.colorbar(mesh, ax=axes, label=titled([name], model), extend=extend)
+        mesh = axes.pcolormesh(maps.columns, maps.lines, shown, shading="nearest", rasterized=True)
+        if shown.count():  # beside a pole all else would have one colour
+            mesh.set_clim(*np.quantile(shown.compressed(), [0.01, 0.99]))
+        figure.colorbar(mesh, ax=axes, label=titled([name], model), extend="both")
         axes.set_ylabel(titled([maps.up], model))
     rows[-1, 0].set_xlabel(titled([maps.across], model))
-
-
-def colored(field: Any) -> tuple[float | None, float | None, str]:
-    """The ends of the colours, and which of them have values beyond.
-
-    A pole beside ordinary values would leave one colour for these: where the outermost hundredths span
-    more than the rest, the colours end there, and the bar has points.
-    """
-    values = field[np.isfinite(field)]
-    if not len(values):
-        return None, None, "neither"
-    least, low, high, most = (float(v) for v in np.quantile(values, [0.0, 0.01, 0.99, 1.0]))
-    below, above = (high - least > 2 * (high - low)), (most - low > 2 * (high - low))
-    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
-    return low if below else least, high if above else most, extend
 
 
 def titled(names: Sequence[str], model: Model) -> str:

@@ -10,6 +10,7 @@ import unicodedata
 from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import AbstractContextManager
 from contextvars import ContextVar
+from shutil import get_terminal_size
 from typing import NamedTuple, TextIO
 
 from rulesheets.deadline import setting
@@ -37,14 +38,9 @@ def screen_of(stream: TextIO) -> Screen:
     COLUMNS in the environment counts for pipes, too.
     """
     columns = os.environ.get("COLUMNS", "")
-    width = int(columns) if columns.isdecimal() and int(columns) else None
     if not stream.isatty():
-        return Screen(width)
-    if not width:
-        try:  # ``shutil`` would bring the readers of archives with it
-            width = os.get_terminal_size(stream.fileno()).columns or 80
-        except OSError:
-            width = 80
+        return Screen(int(columns) if columns.isdecimal() and int(columns) else None)
+    width = get_terminal_size().columns
     if "NO_COLOR" in os.environ or os.environ.get("TERM") == "dumb":
         return Screen(width)
     try:
