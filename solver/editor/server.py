@@ -26,7 +26,7 @@ from rulesheets.functions import TABLE
 from rulesheets.inputs import readable
 from rulesheets.syntax import Source
 from solver.editor import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Names, Symbol, Word, symbol
-from solver.lane import Lane, Workers
+from solver.lane import Lane
 
 Json = dict[str, Any]
 
@@ -45,9 +45,7 @@ class Server(LanguageServer):
 
     def __init__(self, timeout: float) -> None:
         super().__init__("backsolve", version("backsolve"))
-        workers = Workers()
-        self.quick, self.slow = Lane(workers, timeout), Lane(workers, timeout)
-        self.workers = workers
+        self.quick, self.slow = Lane(timeout), Lane(timeout)
         self.waiting: dict[str, asyncio.Task[None]] = {}
         self.answers: dict[str, Json] = {}
         self.loaded = ""
@@ -282,7 +280,7 @@ def server(timeout: float) -> Server:
 
     @one.feature(lsp.SHUTDOWN)
     async def shutdown(_: None) -> None:
-        await asyncio.gather(one.quick.stop(), one.slow.stop(), one.workers.close())
+        await asyncio.gather(one.quick.stop(), one.slow.stop())
 
     answers: dict[str, Callable[..., Any]] = {
         lsp.TEXT_DOCUMENT_DID_CLOSE: closed,

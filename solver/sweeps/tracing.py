@@ -301,9 +301,8 @@ class CurveTable(Table):
         swept: str,
         branches: tuple[Branch, ...],
         labels: tuple[str, str],
-        files: tuple[str, ...] = (),
     ) -> None:
-        super().__init__(columns, status, files)
+        super().__init__(columns, status)
         self.swept, self.branches = swept, branches
         self._labels = labels
 
