@@ -13,8 +13,6 @@ from collections.abc import Sequence
 INTERRUPTED = 130
 BROKEN_PIPE = 141
 WRONG = 2
-COLLECTION = 100_000, 50, 100
-"""Thresholds of the garbage collector: large sheets are objects that stay, not worth going over often."""
 
 COMMANDS = {
     "solve": ("commands.solve", "solve a sheet and print its variable sheet"),
@@ -85,7 +83,6 @@ def _dispatch(words: list[str]) -> int:
 
         print(f"backsolve {version('backsolve')}")
         return 0
-    gc.set_threshold(*COLLECTION)
     from solver.commands import run, unknown_command  # help needs nothing of what this brings
 
     if words[0] not in COMMANDS:

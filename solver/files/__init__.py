@@ -100,12 +100,8 @@ class Replacement:
                 self.stream = open(self._target, "wb")  # noqa: SIM115
                 return
             self._unfinished, self.stream = _unfinished_file(*os.path.split(self._target))
-            try:
-                if there is not None:
-                    os.chmod(self._unfinished, stat.S_IMODE(there))
-            except OSError:
-                self.discard()
-                raise
+            if there is not None:
+                os.chmod(self._unfinished, stat.S_IMODE(there))
 
     def write(self, data: bytes) -> None:
         with writing(self._path):

@@ -163,12 +163,9 @@ class Bench:
         """Columns over a range of one input, all in the units shown; null where there is no answer."""
         name, model = str(question["name"]), self._model()
         start, stop, step = (float(question[key]) for key in ("start", "stop", "step"))
-        if not all(map(isfinite, (start, stop, step))) or step == 0.0 or (stop - start) / step < 0.0:
-            raise ValueError("this step never leads from the start to the stop")
-        count = int((stop - start) / step * (1 + 1e-12)) + 1
-        if count > ROWS:
-            raise ValueError(f"{count} rows are more than the {ROWS} that a page draws")
-        at = start + step * np.arange(count)
+        at = np.arange(start, stop + 1e-9 * step, step) if step else np.empty(0)
+        if not 0 < len(at) <= ROWS:
+            raise ValueError(f"a page draws 1 to {ROWS} rows, and these are {len(at)}")
         given = {n: v for n, v in _values(question, "inputs").items() if n != name}
         wanted = [
             n for n, v in model.variables.items() if v.posted and n != name and given.get(n, v.value) is None
@@ -180,7 +177,7 @@ class Bench:
         found = shown_columns(table, model)
         numbers = {n: [None if isinstance(v, str) else _number(v) for v in found[n].tolist()] for n in found}
         columns = {**numbers, name: at.tolist()}
-        return {"name": name, "columns": columns, "solved": int(table.solved.sum()), "rows": count}
+        return {"name": name, "columns": columns, "solved": int(table.solved.sum()), "rows": len(at)}
 
     # --- dragging ---
 
@@ -238,9 +235,8 @@ class Bench:
             posted = [n for n, v in model.variables.items() if v.posted]
             names = dict.fromkeys((*(posted or model.variables), *needed(model)))
             want = [n for n in names if n != name and inputs[n] is None]
-            if len(self.plans) >= PLANS:
-                del self.plans[next(iter(self.plans))]
             plan = prepare(model, [name], want=want, given=given)
+            self.plans = dict([*self.plans.items()][1 - PLANS :])
             self.plans[key] = plan, lru_cache(KEPT)(plan.outcome)
         return self.plans[key]
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
-import os
 import secrets
 import socket
 import webbrowser
@@ -21,6 +20,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from hashlib import sha256
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -80,14 +80,11 @@ class Sheet(NamedTuple):
 
 def listed(folder: Path) -> list[dict[str, str]]:
     """Every sheet by key and name, those of the folder first."""
+    paths = (file.relative_to(folder) for file in sorted(folder.rglob("*.tk")))
     found: list[dict[str, str]] = []
-    for place, folders, files in os.walk(folder):
-        folders[:] = sorted(name for name in folders if not name.startswith("."))
-        for name in sorted(files):
-            if name.endswith(".tk") and len(found) < LISTED:
-                key = (Path(place) / name).relative_to(folder).as_posix()
-                parent = os.path.dirname(key) or folder.name
-                found.append({"key": key, "name": parent if name == MAIN_SHEET else key})
+    for path in islice((p for p in paths if not any(part.startswith(".") for part in p.parts)), LISTED):
+        key, parent = path.as_posix(), path.parent.as_posix() if path.parent.name else folder.name
+        found.append({"key": key, "name": parent if path.name == MAIN_SHEET else key})
     return found + [{"key": SHIPPED + name, "name": name} for name in shipped_models()]
 
 

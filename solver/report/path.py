@@ -121,17 +121,7 @@ class Places:
         if not last.holds:
             return f"else {arm}"
         condition = self._model.conditions[last.condition].span
-        return f"if {_bare(rule_text(condition)) if condition else '…'} then {arm}"
-
-
-def _bare(text: str) -> str:
-    """Without a parenthesis around the whole."""
-    depth = 0
-    for place, sign in enumerate(text):
-        depth += (sign == "(") - (sign == ")")
-        if depth == 0:
-            return text[1:-1] if place == len(text) - 1 and text[0] == "(" else text
-    return text
+        return f"if {rule_text(condition) if condition else '…'} then {arm}"
 
 
 def path_text(result: Result) -> str:

@@ -165,19 +165,6 @@ def test_bytes_are_on_the_disk_before_the_name_changes(tmp_path: Path, monkeypat
     assert done[:2] == ["sync", "replace"]
 
 
-def test_a_mode_that_cannot_be_kept_is_told_and_leaves_nothing(tmp_path: Path, monkeypatch: Patch) -> None:
-    path = tmp_path / "table"
-    path.write_bytes(b"old")
-
-    def refused(target: str, mode: int) -> None:
-        raise PermissionError(errno.EPERM, "Operation not permitted")
-
-    monkeypatch.setattr(files.os, "chmod", refused)
-    with pytest.raises(RuleSheetError, match="not permitted"):
-        Replacement(str(path))
-    assert [found.read_bytes() for found in tmp_path.iterdir()] == [b"old"]
-
-
 def test_a_folder_that_is_removed_meanwhile_is_told(tmp_path: Path) -> None:
     folder = tmp_path / "folder"
     folder.mkdir()

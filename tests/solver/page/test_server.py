@@ -175,7 +175,7 @@ def test_a_sweep_has_a_row_for_every_step(tab: WebSocketTestSession) -> None:
     ask(tab, "open", sheet=CRANK)
     reply = ask(tab, "sweep", name="thetaAO", start=0, stop=360, step=5)
     assert reply["rows"] == 73 and reply["columns"]["thetaAO"][-1] == 360.0
-    assert "rows are more" in ask(tab, "sweep", name="thetaAO", start=0, stop=360, step=0.01)["failed"]
+    assert "these are 36001" in ask(tab, "sweep", name="thetaAO", start=0, stop=360, step=0.01)["failed"]
 
 
 def test_a_wrong_text_is_told_with_its_line_and_the_old_sheet_stays(tab: WebSocketTestSession) -> None:

@@ -28,7 +28,7 @@ def test_a_name_that_ends_another_is_kept_apart() -> None:
         ("(b = 'x or t = 2) and (t < 3)", "(b = 'x or t = 2) and (t < 3)"),
         ("not (t < 3) or (t > 5 and t < 9)", "not (t < 3) or (t > 5 and t < 9)"),
         ("and(t > 3)", "and(t > 3)"),
-        ("(b = 'x or t = 2)", "b = 'x or t = 2"),
+        ("(b = 'x or t = 2)", "(b = 'x or t = 2)"),
         ("(b = 'x) or (t = 2)", "(b = 'x) or (t = 2)"),
     ],
 )
