@@ -33,7 +33,7 @@ def test_forward_the_crank_is_all_direct(run: Callable[..., tuple[int, list[str]
     code, lines = run("offset_slider_crank")
     assert code == 0
     assert "1 position.yB position.tk:4 yB = offset" in lines
-    assert "9 xB position.tk:6 if branch='open then xB - xA = sqrt(AB^2 - (yB - yA)^2)" in lines
+    assert "9 xB position.tk:6 if (branch='open) then xB - xA = sqrt(AB^2 - (yB - yA)^2)" in lines
     assert not any("block" in line for line in lines)
     assert lines[-1] == "One answer at most."
 
