@@ -15,7 +15,7 @@ import mpmath
 from benchmarks.expressions import DIGITS, Undefined, evaluated
 
 MOST = 60
-SETTLED = mpmath.mpf(10) ** -30
+SETTLED, STILL = mpmath.mpf(10) ** -30, mpmath.mpf(10) ** -40
 HALVINGS = 40
 
 
@@ -28,8 +28,9 @@ def newton(rules: Sequence[str], start: Mapping[str, Any], unknowns: Sequence[st
                 misses, rows = linearized(rules, at, unknowns)
                 step = _solve(rows, misses)
                 at = _stepped(rules, at, dict(zip(unknowns, step, strict=True)))
-                if all(abs(d) <= SETTLED * abs(at[n]) for n, d in zip(unknowns, step, strict=True)):
-                    return at if _holds(rules, at) else None
+                moved = max(abs(d / at[n]) if d else 0 for n, d in zip(unknowns, step, strict=True))
+                if moved <= STILL or (moved <= SETTLED and _holds(rules, at)):
+                    return at
     except (Undefined, ZeroDivisionError, TypeError):  # mpmath swaps no row of a singular matrix
         return None
     return None
