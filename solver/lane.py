@@ -27,8 +27,8 @@ _log = logging.getLogger("backsolve.page")
 class Lane:
     """Questions in a row. The worker knows the sheet that was loaded last, also after it was replaced."""
 
-    def __init__(self, timeout: float) -> None:
-        self.timeout = timeout
+    def __init__(self, workers: Workers, timeout: float) -> None:
+        self.workers, self.timeout = workers, timeout
         self._process: asyncio.subprocess.Process | None = None
         self._sheet: Json | None = None
         self._loaded = False
@@ -58,7 +58,7 @@ class Lane:
                     self._process.kill()
         async with self._turn:
             if self._process is None:
-                self._process, self._loaded = await _started(), False
+                self._process, self._loaded = await self.workers.take(), False
             self._since, self._doing, self._superseded = time.monotonic(), question["do"], False
             try:
                 asked = {**question, "timeout": SHARE * self.timeout}
@@ -92,6 +92,27 @@ class Lane:
             return {"superseded": True}
         _log.warning("a worker ended at %s", question["do"])
         return {"failed": "the solver ended without an answer; it is started anew"}
+
+
+class Workers:
+    """Starts workers; one more than there are tabs for, because to start one takes a second."""
+
+    def __init__(self) -> None:
+        self._spare: asyncio.Task[asyncio.subprocess.Process] | None = None
+
+    def ready(self) -> None:
+        """Start the worker that is taken next."""
+        self._spare = self._spare or asyncio.create_task(_started())
+
+    async def take(self) -> asyncio.subprocess.Process:
+        spare, self._spare = self._spare, None
+        process = await (spare or _started())
+        self.ready()
+        return process
+
+    async def close(self) -> None:
+        if self._spare is not None:
+            await _end(await self._spare)
 
 
 async def _started() -> asyncio.subprocess.Process:

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import os
 import sys
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from collections.abc import Callable, Collection, Iterator, Mapping
+from argparse import ArgumentParser, ArgumentTypeError, HelpFormatter, Namespace
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from functools import partial
 from importlib import import_module
 from typing import NamedTuple, NoReturn
 
@@ -52,7 +53,8 @@ def run(name: str, commands: Mapping[str, tuple[str, str]], words: list[str]) ->
     """Parse the words of a command and run it; what argparse refuses ends with exit code 2."""
     module, about = commands[name]
     command = command_of(module, name)
-    parser = _Parser(f"backsolve {name}", description=f"{about[0].upper()}{about[1:]}.")
+    form = partial(HelpFormatter, width=(screen_of(sys.stdout).width or 80) - 2)  # else it brings shutil
+    parser = _Parser(f"backsolve {name}", description=f"{about[0].upper()}{about[1:]}.", formatter_class=form)
     command.add_arguments(parser)
     parser.set_defaults(commands=commands)
     if command.keeps:
@@ -140,15 +142,22 @@ class Option(NamedTuple):
 
 
 class Request(NamedTuple):
-    """What a solve is asked: a model, inputs (None clears one), guesses, and the names wanted (None: all);
-    and the ``files`` that were read.
+    """What a solve is asked: a model, inputs (None clears one), guesses, and the names wanted (None: all).
+
+    ``options`` are the names of the inputs that options give, not a variable sheet; ``files`` are all that
+    was read.
     """
 
     model: Model
     inputs: Mapping[str, Value | None]
     guesses: Mapping[str, float]
     want: tuple[str, ...] | None
+    options: frozenset[str] = frozenset()
     files: tuple[str, ...] = ()
+
+    def swept(self, names: Iterable[str]) -> None:
+        """Raise RuleSheetError (E421) if ``--over`` sweeps what ``--set`` gives; it overrides all else."""
+        refuse([Option("over", name).repeated(name) for name in names if name in self.options])
 
     def expect_output(self, path: str | None) -> None:
         """Raise RuleSheetError (E418) if a file to write is one that was read."""
@@ -224,6 +233,7 @@ def read_request(arguments: Namespace) -> Request:
         files = (*files, filled_in)
         written = read_variable_sheet(filled_in, model)
         inputs, guesses, tolerances = dict(written.inputs), dict(written.guesses), dict(written.tolerances)
+    options: dict[str, Value | None] = {}
     units: dict[str, str] = {}
     want: list[str] = []
     complaints: list[Diagnosis] = []
@@ -232,12 +242,13 @@ def read_request(arguments: Namespace) -> Request:
             if option.name == "want":
                 want.append(name)
             elif option.name == "clear":
-                inputs[name] = None
+                options[name] = inputs[name] = None
             elif option.name == "unit":
                 with_display_unit(model.variables[name], text, option.place(text))
                 units[name] = text
             elif option.name == "set":
-                inputs[name], tolerance = _input(option, name, text, model)
+                options[name], tolerance = _input(option, name, text, model)
+                inputs[name] = options[name]
                 tolerances |= {} if tolerance is None else {name: tolerance}
             else:
                 guesses[name] = _guess(option, name, text, model, inputs)
@@ -246,7 +257,8 @@ def read_request(arguments: Namespace) -> Request:
     refuse(complaints)
     model = with_tolerances(model, tolerances) if tolerances else model
     model = with_display_units(model, getattr(arguments, "units", None), units)
-    return Request(model, inputs, guesses, tuple(want) or None, files)
+    given = frozenset(name for name, value in options.items() if value is not None)
+    return Request(model, inputs, guesses, tuple(want) or None, given, files)
 
 
 def _options(

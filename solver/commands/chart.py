@@ -253,9 +253,10 @@ def _run(arguments: Namespace) -> int:
     numbers: list[float] = []
     if arguments.approach:
         name, distances = read_approach(arguments.approach, request.model)
+        request.swept([name])
         numbers = list(distances)
     elif arguments.over:
-        ((name, axis),) = read_axes([arguments.over], request.model).items()
+        ((name, axis),) = read_axes([arguments.over], request).items()
         numbers = axis[: MOST + 1].tolist()
         if len(numbers) > MOST or not all(isinstance(number, float) for number in numbers):
             said, note = f"a chart is over at most {MOST:,} numbers", "take a larger step"

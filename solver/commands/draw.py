@@ -111,7 +111,7 @@ def _run(arguments: Namespace) -> int:
     request = read_request(arguments)
     names = [name.strip() for text in arguments.figure for name in text.split(",")]
     figures = chosen(request.model, names or None)
-    side_by_side, motion = read_states(arguments.over, request.model)
+    side_by_side, motion = read_states(arguments.over, request)
     path = arguments.output or request.model.name + (".gif" if motion else ".png")
     kind = _kind(path, FILMS if motion else PICTURES)
     request.expect_output(path)

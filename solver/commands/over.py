@@ -24,7 +24,7 @@ from rulesheets.inputs import (
 )
 from rulesheets.model import Model, Value, Variable
 from rulesheets.units import converted, parted, scaling
-from solver.commands import Option
+from solver.commands import Option, Request
 from solver.files.tables import Chunk, column_of, heading, pieces
 from solver.sweeps.sweep import Axis, Grid, Stretch, file_chunks, grid_chunks, grid_lessons
 
@@ -34,12 +34,13 @@ LIMIT = 10**12
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 
 
-def read_axes(texts: Iterable[str], model: Model) -> dict[str, Axis]:
+def read_axes(texts: Iterable[str], request: Request) -> dict[str, Axis]:
     """The values by name, in the order given.
 
-    Raises RuleSheetError for what gives no variable its values, and for a name that is given twice.
+    Raises RuleSheetError for what gives no variable its values, and for names that other options give.
     """
     axes: dict[str, Axis] = {}
+    model = request.model
     for text in texts:
         option = Option("over", text)
         name, _, stretch = (part.strip() for part in text.partition("="))
@@ -49,6 +50,7 @@ def read_axes(texts: Iterable[str], model: Model) -> dict[str, Axis]:
         if name in axes:
             raise RuleSheetError(option.repeated(name))
         axes[name] = _axis(option, variable, stretch, model)
+    request.swept(axes)
     return axes
 
 
@@ -141,7 +143,9 @@ FRAMES = 100_000
 """Values that a range may have: a film of an hour and a half."""
 
 
-def read_states(texts: Sequence[str], model: Model) -> tuple[dict[str, list[Value]], dict[str, list[float]]]:
+def read_states(
+    texts: Sequence[str], request: Request
+) -> tuple[dict[str, list[Value]], dict[str, list[float]]]:
     """What ``--over`` says of a drawing: lists of values (``branch=open,crossed``), and one range at most.
 
     Raises RuleSheetError for what is neither, for names that are given twice, and for a second range.
@@ -150,7 +154,7 @@ def read_states(texts: Sequence[str], model: Model) -> tuple[dict[str, list[Valu
     if len(ranges) > 1:
         note = "list the values of the other variable: they stand side by side"
         raise RuleSheetError(Option("over", ranges[1]).wrong("E424", "a film runs over one range", note))
-    axes = read_axes(texts, model)
+    axes = read_axes(texts, request)
     moving = ranges[0].partition("=")[0].strip() if ranges else None
     if moving is not None and len(axes[moving]) > FRAMES:
         message = f"a film has at most {FRAMES:,} frames"
@@ -178,7 +182,7 @@ class Swept(NamedTuple):
         return self.shape[-1] if self.shape else sys.maxsize
 
 
-def read_swept(arguments: Namespace, model: Model) -> Swept:
+def read_swept(arguments: Namespace, request: Request) -> Swept:
     """The rows of ``--over`` or ``--rows``.
 
     Raises RuleSheetError where these make no sense, and for ranges that cannot be combined.
@@ -187,8 +191,8 @@ def read_swept(arguments: Namespace, model: Model) -> Swept:
         note = "give --over NAME=START:STOP:STEP, or --rows FILE"
         raise RuleSheetError(error("E443", "a sweep needs either ranges or a file of rows", notes=(note,)))
     if arguments.rows:
-        return _file_rows(arguments.rows, arguments.columns, model)
-    axes = read_axes(arguments.over, model)
+        return _file_rows(arguments.rows, arguments.columns, request)
+    axes = read_axes(arguments.over, request)
     lengths = {name: len(axis) for name, axis in axes.items()}
     first, length = next(iter(lengths.items()))
     if not arguments.zip and math.prod(lengths.values()) > LIMIT:
@@ -202,13 +206,14 @@ def read_swept(arguments: Namespace, model: Model) -> Swept:
     return Swept(tuple(axes), len(rows), rows.shape, grid_chunks(rows), grid_lessons(rows))
 
 
-def _file_rows(path: str, columns: Iterable[str], model: Model) -> Swept:
+def _file_rows(path: str, columns: Iterable[str], request: Request) -> Swept:
     """The rows of a file; ``columns`` are those to take, none means all."""
-    written, total = heading(path)
+    model, (written, total) = request.model, heading(path)
     there, units = zip(*map(_parted, written), strict=True) if written else ((), ())
     wanted = [name.strip() for text in columns for name in text.split(",") if name.strip()]
     names = tuple(dict.fromkeys(wanted or there))
     _expect_columns(path, there, wanted, model)
+    request.swept(names)
     places = [there.index(name) for name in names]
     heads = [written[place] for place in places]
     numbers = [head for head, name in zip(heads, names, strict=True) if name in quantities(model)]

@@ -18,7 +18,7 @@ from rulesheets.inputs import symbolic
 from rulesheets.model import Variable
 from rulesheets.syntax import escaped
 from rulesheets.units import shown
-from solver.commands import Command, Request, add_input_options, read_request
+from solver.commands import Command, Option, Request, add_input_options, read_request
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.files import Printed, write_file
 from solver.files.tables import Chunk, CsvFile, Table, joined, table_file
@@ -155,7 +155,7 @@ def _run(arguments: Namespace) -> int:
         request = request._replace(files=(*request.files, arguments.rows))
     request.expect_output(arguments.output)
     request.expect_output(arguments.plot)
-    swept = read_swept(arguments, request.model)
+    swept = read_swept(arguments, request)
     work, before, chunks = _prepared(arguments, swept, request)
     progress = Progress(sys.stderr, swept.total)
     names, sinks = heads(work.names, work.model), list[Sink]()
@@ -211,7 +211,9 @@ def follow(arguments: Namespace) -> int:
     if len(arguments.over) != 1 or others:
         said = f"a curve is followed over one range{''.join(others[:1])}"
         raise RuleSheetError(error("E447", said, notes=("give one --over, and --want",)))
-    ((name, axis),) = read_axes(arguments.over, request.model).items()
+    ((name, axis),) = read_axes(arguments.over, request).items()
+    if request.inputs.get(name) is not None:
+        raise RuleSheetError(Option("over", name).repeated(name))
     model, given = request.model, {n: value for n, value in request.inputs.items() if n != name}
     table = follow_sweep(model, name, axis[:], request.want, given, request.guesses)
     names = heads(tuple(table), model)

@@ -26,7 +26,7 @@ from rulesheets.functions import TABLE
 from rulesheets.inputs import readable
 from rulesheets.syntax import Source
 from solver.editor import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Names, Symbol, Word, symbol
-from solver.lane import Lane
+from solver.lane import Lane, Workers
 
 Json = dict[str, Any]
 
@@ -45,7 +45,9 @@ class Server(LanguageServer):
 
     def __init__(self, timeout: float) -> None:
         super().__init__("backsolve", version("backsolve"))
-        self.quick, self.slow = Lane(timeout), Lane(timeout)
+        workers = Workers()
+        self.quick, self.slow = Lane(workers, timeout), Lane(workers, timeout)
+        self.workers = workers
         self.waiting: dict[str, asyncio.Task[None]] = {}
         self.answers: dict[str, Json] = {}
         self.loaded = ""
@@ -280,7 +282,7 @@ def server(timeout: float) -> Server:
 
     @one.feature(lsp.SHUTDOWN)
     async def shutdown(_: None) -> None:
-        await asyncio.gather(one.quick.stop(), one.slow.stop())
+        await asyncio.gather(one.quick.stop(), one.slow.stop(), one.workers.close())
 
     answers: dict[str, Callable[..., Any]] = {
         lsp.TEXT_DOCUMENT_DID_CLOSE: closed,

@@ -20,6 +20,7 @@ from solver.facts import Status, UnknownName
 from solver.files import (
     Printed,
     Replacement,
+    expect_no_input,
     missing_extra,
     readable_rows,
     wrong_cell,
@@ -53,10 +54,12 @@ class Table(Mapping[str, NDArray[Any]], Shown):
         self,
         columns: Mapping[str, NDArray[Any]],
         status: NDArray[np.int8],
+        files: tuple[str, ...] = (),
         answers: NDArray[np.int64] | None = None,
     ) -> None:
         self._columns = dict(columns)
         self.status = status
+        self._files = files
         self.answers = self.solved.astype(np.int64) if answers is None else answers
 
     def __getitem__(self, name: str) -> NDArray[Any]:
@@ -107,8 +110,10 @@ class Table(Mapping[str, NDArray[Any]], Shown):
         """Write a file by its ending, ``.csv`` or ``.parquet`` (with the extra ``parquet``).
 
         It is written as a whole or not at all. Numbers read back as the same floats, the status is a
-        text, and where a row has no value there is nothing. Raises RuleSheetError: E416, E441, E442.
+        text, and where a row has no value there is nothing. Raises RuleSheetError: E416, E441, E442,
+        and E418 for a file that the model was read from.
         """
+        expect_no_input(path, self._files)
         symbols = [name for name, column in self.items() if column.dtype == object]
         file = table_file(path, tuple(self), symbols)
         try:
@@ -120,12 +125,12 @@ class Table(Mapping[str, NDArray[Any]], Shown):
 
     def having(self, columns: Mapping[str, NDArray[Any]]) -> Table:
         """The same rows with these columns."""
-        return Table(columns, self.status, self.answers)
+        return Table(columns, self.status, self._files, self.answers)
 
     def rows(self, first: int, last: int) -> Table:
         """Rows ``first`` up to, but without, ``last``."""
         kept = {name: column[first:last] for name, column in self.items()}
-        return Table(kept, self.status[first:last], self.answers[first:last])
+        return Table(kept, self.status[first:last], self._files, self.answers[first:last])
 
 
 def joined(parts: Sequence[Table]) -> Table:

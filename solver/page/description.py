@@ -271,7 +271,11 @@ def _document(
 def _place(model: Model, name: str, values: Sequence[Value]) -> int:
     """The place of the sheet's own value on an axis, else the middle."""
     own = model.variables[name].value
-    return next((k for k, value in enumerate(values) if value == own), len(values) // 2)
+    if own is not None and own in values:
+        return list(values).index(own)
+    if isinstance(own, float) and all(isinstance(value, float) for value in values):
+        return min(range(len(values)), key=lambda k: abs(float(values[k]) - own))
+    return len(values) // 2
 
 
 def _number(value: Value | None, scale: tuple[float, float]) -> Value | None:

@@ -37,7 +37,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.files import MAIN_SHEET, read_source, shipped_model, shipped_models
 from solver.files import write_file
-from solver.lane import Lane
+from solver.lane import Lane, Workers
 from solver.page.bench import QUICK, SLOW
 from solver.page.description import complaint
 
@@ -188,14 +188,15 @@ def application(
     folder: Path, token: str, *, first: str = "", hosts: frozenset[str], timeout: float
 ) -> ASGIApp:
     """The application for the sheets of a folder; ``first`` is the sheet that the page shows at first."""
-    kept, leaving = dict[str, Json](), set[asyncio.Task[None]]()
+    kept, workers, leaving = dict[str, Json](), Workers(), set[asyncio.Task[None]]()
 
     async def index(_: object) -> Response:
         return FileResponse(STATIC / "index.html")
 
     async def talk(socket: WebSocket) -> None:
         await socket.accept()
-        tab = Tab(socket, folder.resolve(), first, kept, Lane(timeout), Lane(timeout))
+        lanes = Lane(workers, timeout), Lane(workers, timeout)
+        tab = Tab(socket, folder.resolve(), first, kept, *lanes)
         try:
             await tab.run()
         except WebSocketDisconnect:
@@ -206,8 +207,10 @@ def application(
 
     @asynccontextmanager
     async def lifespan(_: object) -> AsyncIterator[None]:
+        workers.ready()
         yield
         await asyncio.gather(*leaving)
+        await workers.close()
 
     static = Mount("/static", StaticFiles(directory=STATIC))
     routes = [Route("/", index), static, WebSocketRoute("/talk", talk)]

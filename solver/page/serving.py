@@ -103,7 +103,7 @@ def _export(arguments: Namespace) -> int:
     request = read_request(arguments)
     path = arguments.output or f"{request.model.name}.html"
     request.expect_output(path)
-    values = {name: axis[:].tolist() for name, axis in read_axes(arguments.over, request.model).items()}
+    values = {name: axis[:].tolist() for name, axis in read_axes(arguments.over, request).items()}
     exported = export(request.model, request.inputs, request.guesses, values, request.want)
     write_file(path, exported.page.encode())
     print(f"{path}: {exported.solved} of {exported.states} states solved")

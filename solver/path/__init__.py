@@ -21,10 +21,9 @@ class Shown:
         report: Any = import_module("solver.report.html")
         return str(report.html(self))
 
-    def _repr_latex_(self) -> str | None:
+    def _repr_latex_(self) -> str:
         report: Any = import_module("solver.report.html")
-        found: str | None = report.latex(self)
-        return found
+        return str(report.latex(self))
 
 
 class Evaluate(NamedTuple):

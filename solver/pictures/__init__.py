@@ -202,39 +202,43 @@ _POINT = 0.3528
 
 _ROUNDS = 3
 _DIRECTIONS = np.arange(16) * np.pi / 8 + np.pi / 4
-_CROSSED, _COVERED, _OUTSIDE, _FAR = 6.0, 3.0, 40.0, 0.35
+_CROSSED, _COVERED, _OUTSIDE, _FAR, _MOVED = 6.0, 3.0, 40.0, 0.35, 0.4
 """Costs: of a mm of line under a label, of a mm² of symbol or (twice) of label under it, of a mm beyond the
-window, and away from the point."""
+window, away from the point, and from the place in an earlier frame."""
 
 
 class Wish(NamedTuple):
-    """A label that wants a place: beside a point, or beside a segment (``along``), a stroke of some ``kind``;
-    all in millimetres."""
+    """A label that wants a place: beside a point, or beside a segment (``along``); all in millimetres."""
 
     text: str
     point: Place
     along: tuple[Place, Place] | None = None
-    kind: str = ""
 
 
-def place(wishes: Sequence[Wish], segments: Array, symbols: Array, size: Place) -> Array:
-    """A box for every wish, in a window [0, width] × [0, height].
+def place(
+    wishes: Mapping[str, Wish], segments: Array, symbols: Array, size: Place, before: Mapping[str, Place]
+) -> dict[str, Array]:
+    """A box for every wish by its key, in a window [0, width] × [0, height].
 
-    Boxes (n, 4) are middles and half sides, ``segments`` (n, 2, 2) their ends.
+    Boxes (n, 4) are middles and half sides, ``segments`` (n, 2, 2) their ends. ``before`` are the offsets
+    from the point that labels had in an earlier frame.
     """
-    half, found = np.array(size) / 2, np.array([[np.inf, np.inf, 0.0, 0.0]] * len(wishes))
-    costs: list[tuple[Array, Array]] = []  # of each candidate by itself
-    for wish in wishes:
+    half, found = np.array(size) / 2, dict.fromkeys(wishes, np.array([np.inf, np.inf, 0.0, 0.0]))
+    costs: dict[str, tuple[Array, Array]] = {}  # of each candidate by itself
+    for key, wish in wishes.items():
         boxes = _candidates(wish)
         off, beyond = boxes[:, :2] - wish.point, np.abs(boxes[:, :2] - half) + boxes[:, 2:] - half
         cost = _COVERED * overlaps(boxes, symbols).sum(axis=1)
         cost += _CROSSED * inside(boxes, segments).sum(axis=1)
         cost += _OUTSIDE * beyond.clip(0.0).sum(axis=1) + _FAR * np.linalg.norm(off, axis=1)
-        costs.append((boxes, cost))
+        if key in before:
+            cost += _MOVED * np.linalg.norm(off - before[key], axis=1)
+        costs[key] = boxes, cost
     for _ in range(_ROUNDS):
-        for number, (boxes, cost) in enumerate(costs):
-            total = cost + 2 * _COVERED * overlaps(boxes, np.delete(found, number, axis=0)).sum(axis=1)
-            found[number] = boxes[np.argmin(total.round(6))]  # rounding decides between no two that are alike
+        for key, (boxes, cost) in costs.items():
+            others = np.array([box for other, box in found.items() if other != key]).reshape(-1, 4)
+            total = cost + 2 * _COVERED * overlaps(boxes, others).sum(axis=1)
+            found[key] = boxes[np.argmin(total.round(6))]  # rounding decides between no two that are alike
     return found
 
 

@@ -193,7 +193,8 @@ class Pen:
         self.lines: list[tuple[complex, complex]] = []
         self.joints: list[tuple[float, float, float, float]] = []
 
-    def draw(self) -> None:
+    def draw(self, before: Mapping[str, Place]) -> dict[str, Place]:
+        """Everything; the offsets of the labels from their points, for the next frame of a film."""
         diagram, (_, window, scale, _) = self.diagram, self.room
         for number, stroke in enumerate(diagram.strokes):
             self._stroke(number, stroke)
@@ -202,26 +203,30 @@ class Pen:
                 self._point(self.spots[name], kind)
         lines = np.array(self.lines, complex).view(float).reshape(-1, 2, 2)
         joints, size = np.array(self.joints).reshape(-1, 4), (window.width / scale, window.height / scale)
-        wishes = self.wishes()
-        for wish, box in zip(wishes, place(wishes, lines, joints, size), strict=True):
+        offsets, wishes = {}, self.wishes()
+        for key, box in place(wishes, lines, joints, size, before).items():
+            wish, (sign, _, number_of) = wishes[key], key.partition(" ")
+            drawn = diagram.strokes[int(number_of)].kind if sign == "stroke" else ""
+            offsets[key] = float(box[0] - wish.point[0]), float(box[1] - wish.point[1])
             (x,), (y,) = self._in_units([complex(*box[:2])])
-            color, style = STYLES.get(wish.kind, ("", INK, ""))[1], "italic" if wish.kind else "normal"
+            color, style = STYLES.get(drawn, ("", INK, ""))[1], "italic" if drawn else "normal"
             look: dict[str, Any] = {"color": color, "style": style, "fontsize": FONT, "ha": "center"}
             self.axes.text(x, y, wish.text, va="center", zorder=8, parse_math=False, **look)
+        return offsets
 
-    def wishes(self) -> list[Wish]:
+    def wishes(self) -> dict[str, Wish]:
         """The labels, at points, which share one where they are at one place, and at strokes."""
         groups: dict[str, list[str]] = {}
         for name, at in self.spots.items():
             if not name.startswith("_"):
                 near = (n for n in groups if abs(self.spots[n] - at) < _SAME)
                 groups.setdefault(next(near, name), []).append(name)
-        found = [Wish(", ".join(names), _pair(self.spots[name])) for name, names in groups.items()]
-        for stroke in self.diagram.strokes:
+        found = {f"point {n}": Wish(", ".join(all_), _pair(self.spots[n])) for n, all_ in groups.items()}
+        for number, stroke in enumerate(self.diagram.strokes):
             start, end = (self.spots[stroke.points[place]] for place in (0, min(1, len(stroke.points) - 1)))
             if stroke.label and abs(end - start) > _LEAST:
                 along = (_pair(start), _pair(end)) if abs(end - start) > _SHORT else None
-                found.append(Wish(stroke.label, _pair((start + end) / 2), along, stroke.kind))
+                found[f"stroke {number}"] = Wish(stroke.label, _pair((start + end) / 2), along)
         return found
 
     # --- the elements, in millimetres ---
@@ -332,6 +337,9 @@ def encode(figure: Figure, form: str, dpi: float) -> bytes:
 
 _INCH = 25.4
 
+Placed = dict[Cell, dict[str, Place]]
+"""Offsets of labels by figure and view."""
+
 
 def compose(shown: Sequence[View]) -> Figure:
     """A page with these views side by side."""
@@ -340,20 +348,32 @@ def compose(shown: Sequence[View]) -> Figure:
     return page
 
 
-def draw_page(figure: Figure, views: Sequence[View | None], plan: Layout, heading: str = "") -> None:
-    """Draw the views into an empty figure, whose size it sets."""
+def draw_page(
+    figure: Figure,
+    views: Sequence[View | None],
+    plan: Layout,
+    heading: str = "",
+    before: Placed | None = None,
+) -> Placed:
+    """Draw the views into an empty figure, whose size it sets; the places of the labels.
+
+    ``before`` are those of an earlier frame of a film.
+    """
     sheet, top = _Sheet(figure, plan), plan.size[1] - EDGE - TITLE / 2
     sheet.legend()
     if heading:
         sheet.text(plan.size[0] / 2, top, heading, BOLD, weight="bold")
         top -= TITLE
+    placed: Placed = {}
     for column, view in enumerate(views):
         if view and view.title:
             sheet.text(plan.middles[column], top, view.title, BOLD, weight="bold")
         for row, diagram in enumerate(view.diagrams if view else ()):
             if diagram is not None:
                 axes = sheet.panel(diagram, row, plan.rooms[row, column])
-                Pen(axes, diagram, plan.rooms[row, column]).draw()
+                pen = Pen(axes, diagram, plan.rooms[row, column])
+                placed[row, column] = pen.draw((before or {}).get((row, column), {}))
+    return placed
 
 
 class _Sheet:
@@ -416,11 +436,12 @@ Frame: TypeAlias = tuple[str, Sequence[View | None]]
 
 
 def images(film: Sequence[Frame], dpi: float) -> Iterator[Image.Image]:
-    """The frames as pictures of one size."""
+    """The frames as pictures of one size. Labels stay on the same side of their points where they can."""
     plan = layout([views for _, views in film], headed=True)
+    before: Placed | None = None
     for heading, views in film:
         figure = Figure(dpi=dpi)
-        draw_page(figure, views, plan, heading)
+        before = draw_page(figure, views, plan, heading, before)
         pixels = BytesIO()
         figure.savefig(pixels, format="rgba", dpi=dpi)
         size = figure.canvas.get_width_height()

@@ -20,7 +20,7 @@ from rulesheets.units import shown
 from solver.path import Evaluate, Isolation, Select, Shown, SolveBlock, Step, equations_of
 from solver.path.cases import outcomes, solved_by
 from solver.path.isolate import isolate
-from solver.report import table
+from solver.report import SCREEN, table
 from solver.report.path import Notation, Places, Plain, Tex
 from solver.solution.solving import Result
 
@@ -343,15 +343,15 @@ class Page:
                 lines = self._heading(link)
                 dash, indent = ("- ", "  ") if self.markdown else (MARGIN, MARGIN)
             for line in link.lines:
-                first, *rest = self._told(line)
+                first, *rest = self._told(line, len(bullet) + len(dash))
                 lines += [dash + first, *(indent + more for more in rest)]
             yield bullet + lines[0]
             yield from (" " * len(bullet) + line if line else "" for line in lines[1:])
 
-    def _told(self, line: Line) -> list[str]:
-        """An equation with its rule, and what selected that."""
+    def _told(self, line: Line, used: int) -> list[str]:
+        """An equation with its rule, and what selected that; ``used`` columns stand before it."""
         word = "such that " if not line.unknown else "" if line.equation else "which gives "
-        formula, told = word + self.formula(line), []
+        formula, told = [word + self.formula(line)], []
         if line.equation is not None:
             place, rule = self.places.rule(line.equation)
             told.append(f"{self.code(rule)} ({self._plain(place)})" if self.markdown else f"{place}  {rule}")
@@ -359,8 +359,14 @@ class Page:
             said, gap = (f"${condition}$", " ") if self.markdown else (condition, "   ")
             told.append(f"{reason} {said}" + f"{gap}({self.code(read)})" * bool(read))
         if self.markdown:
-            return [*(f"{one}  " for one in (formula, *told)[:-1]), (formula, *told)[-1]]
-        return [formula, *(MARGIN + one for one in told)]
+            return [*(f"{one}  " for one in (*formula, *told)[:-1]), (*formula, *told)[-1]]
+        room = SCREEN.get().width
+        if room is not None and len(formula[0]) > room - used:  # each equal on a line of its own
+            left, first, *others = self.chain(line)
+            start = f"{word}{left}"
+            formula = [f"{start} = {first}", *(f"{' ' * len(start)} = {other}" for other in others)]
+            formula[-1] += self.unit(line.unknown)
+        return [*formula, *(MARGIN + one for one in told)]
 
     def _heading(self, link: Link) -> list[str]:
         """What a block gives, and what was iterated on."""

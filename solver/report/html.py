@@ -184,10 +184,10 @@ def html(shown: Any) -> str:
     return f"<div>{grid.before}{table}{grid.after}</div>"
 
 
-def latex(shown: Any) -> str | None:
-    """The outputs of a result, or a derivation, as equations in LaTeX; nothing for all else."""
+def latex(shown: Any) -> str:
+    """The same as LaTeX: equations of a result and of a derivation, else an array."""
     if isinstance(shown, Derivation):
-        return None if shown.value is None else why_latex(shown)
+        return "" if shown.value is None else why_latex(shown)
     if isinstance(shown, Result):  # the outputs of the primary answer, a row each
         known = shown.solutions[0] if shown.solutions else shown.partial
         lines = []
@@ -196,7 +196,11 @@ def latex(shown: Any) -> str | None:
             label, value = Tex().expression(Name(name)), Tex().value(known[name])
             lines.append(rf"  {label} &= {value}" + (rf"\ \text{{{unit}}}" if unit else ""))
         return "\\begin{align*}\n" + " \\\\\n".join(lines) + "\n\\end{align*}"
-    return None
+    grid = grid_of(shown)
+    rows = [grid.heads, *grid.rows]
+    lines = [" & ".join(rf"\text{{{cell.translate(ESCAPED)}}}" for cell in row) for row in rows]
+    body = " \\\\\n".join([lines[0] + r" \\ \hline " + lines[1], *lines[2:]] if lines[1:] else lines)
+    return f"\\begin{{array}}{{{'r' * len(grid.heads)}}}\n{body}\n\\end{{array}}"
 
 
 @singledispatch

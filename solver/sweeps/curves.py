@@ -232,7 +232,7 @@ def _table(plan: Plan, name: str, found: Sequence[_Found]) -> CurveTable:
     columns[labels[0]] = np.repeat(np.arange(1, len(branches) + 1), sizes)
     columns[labels[1]] = np.array([row.point.arc for row in rows], dtype=np.float64)
     status = np.array([CODES[row.status] for row in rows], dtype=np.int8)
-    return CurveTable(columns, status, name, tuple(branches), labels)
+    return CurveTable(columns, status, name, tuple(branches), labels, plan.model.files)
 
 
 class _Row(NamedTuple):

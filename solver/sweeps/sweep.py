@@ -104,7 +104,8 @@ def sweep(
     work = work_of(plan, grid_lessons(rows), rows.shape[-1], every=all, jit=jit, timeout=timeout)
     chunks = grid_chunks(rows) if len(rows) else iter([rows.at(np.arange(0))])
     solved = solved_pieces(work, chunks, len(rows), jobs, scheduler)
-    return joined(list(followed(work, solved)))
+    table = joined(list(followed(work, solved)))
+    return Table(table, table.status, model.files, table.answers)
 
 
 def _in_its_unit(model: Model, name: str, column: Any) -> Any:

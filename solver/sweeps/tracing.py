@@ -301,8 +301,9 @@ class CurveTable(Table):
         swept: str,
         branches: tuple[Branch, ...],
         labels: tuple[str, str],
+        files: tuple[str, ...] = (),
     ) -> None:
-        super().__init__(columns, status)
+        super().__init__(columns, status, files)
         self.swept, self.branches = swept, branches
         self._labels = labels
 

@@ -134,6 +134,7 @@ def test_a_film_of_inputs_alone(run: Run, words: tuple[str, ...]) -> None:
         (["--over", "theta"], "E424", "--over needs a name and a range or a list"),
         (["--over", "tetha=1,2"], "E407", "did you mean theta?"),
         (["--over", "theta=1,"], "E406", "nothing is not a value"),
+        (["--over", "theta=1,2", "--set", "theta=3"], "E421", "theta is given twice"),
         (["--over", "theta=1,2", "--over", "theta=0:9:3"], "E421", "theta is given twice"),
         (["--over", "theta=0:9:3", "--over", "l=0:9:3"], "E424", "a film runs over one range"),
         (["--over", "l=-1,2"], "E403", "outside its range"),

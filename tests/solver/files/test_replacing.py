@@ -14,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+import rulesheets
+import solver
 from rulesheets.diagnosis import RuleSheetError
 from solver import files
 from solver.__main__ import main
@@ -79,6 +81,17 @@ def test_pictures_are_not_drawn_over_an_input(folder: Path) -> None:
     assert main(("draw", f"{model}/model.svg", "-o", f"{model}/model.svg")) == WRONG
     assert sheet.read_text() == before
     assert (folder / model / "model.svg").read_text() == text
+
+
+def test_a_table_does_not_overwrite_its_sheet(folder: Path) -> None:
+    table = solver.sweep(rulesheets.load("main.tk"), {"a": [1.0, 2.0]})
+    again = solver.sweep(rulesheets.load("main.tk"), {"a": [1.0, 2.0]})  # read from what was kept
+    for found in (table, again):
+        with pytest.raises(RuleSheetError) as caught:
+            found.write("link.csv")
+        assert caught.value.diagnoses[0].code == "E418"
+    table.write("other.csv")
+    assert (folder / "main.tk").read_text() == SHEET
 
 
 # --- what is written into -------------------------------------------------------

@@ -221,9 +221,9 @@ def test_boxes_overlap_alike(one, other) -> None:
 
 
 def test_labels_keep_clear_of_lines_and_of_each_other() -> None:
-    wishes = [Wish("wide", (20.0 + 4 * k, 20.0)) for k in range(4)]
+    wishes = {str(k): Wish("wide", (20.0 + 4 * k, 20.0)) for k in range(4)}
     line = np.array([((0.0, 20.0), (50.0, 20.0))])
-    found = place(wishes, line, np.empty((0, 4)), (50.0, 40.0))
+    found = np.array(list(place(wishes, line, np.empty((0, 4)), (50.0, 40.0), {}).values()))
     assert not inside(found, line).any()
     shared = overlaps(found, found)
     assert not (shared - np.diag(shared.diagonal())).any()
@@ -310,8 +310,9 @@ def test_anything_can_be_drawn(places) -> None:
     assert room.window.left < room.window.right and room.window.bottom < room.window.top
     wide = room.window.width / room.scale
     assert all(-1e-3 <= (x - room.window.left) / room.scale <= wide + 1e-3 for x, _ in places)
-    draw_page(page, [view], plan)
-    assert all(math.isfinite(x) for text in page.axes[0].texts for x in text.get_position())
+    offsets = draw_page(page, [view], plan)[0, 0]
+    assert len(offsets) == len(page.axes[0].texts)
+    assert all(math.isfinite(x) and math.isfinite(y) for x, y in offsets.values())
 
 
 @pytest.mark.parametrize("places", [[(1e20, 5.0)], [(0.0, 0.0)], [(1e16, 0.0), (1e16 + 2, 0.0)]])

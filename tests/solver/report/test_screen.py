@@ -13,6 +13,7 @@ import rulesheets
 import solver
 from rulesheets.diagnosis import render
 from solver.report import PLAIN, SCREEN, Screen, screen_of, table, width
+from solver.report.derivation import why, why_text
 from solver.report.sheet import result_text
 
 SHEET = """\
@@ -119,3 +120,14 @@ def test_words_that_are_set_off_are_the_same_words() -> None:
     SCREEN.reset(before)
     assert "\x1b[1m1.732050808\x1b[0m" in painted
     assert re.sub(r"\x1b\[[0-9;]*m", "", painted) == plain
+
+
+def test_a_chain_that_is_too_long_has_a_line_for_each_equal() -> None:
+    sheet = rulesheets.loads("a = 3\nb = 4\nhypotenuse = sqrt(a^2 + b^2) + a*b/(a + b)")
+    chain = why(solver.solve(sheet), "hypotenuse")
+    assert "sqrt(a^2 + b^2) + a*b/(a + b) = sqrt(3^2 + 4^2) + 3*4/(3 + 4) = 6.714285714" in why_text(chain)
+    before = SCREEN.set(Screen(60))
+    text = why_text(chain)
+    SCREEN.reset(before)
+    assert "hypotenuse = sqrt(a^2 + b^2) + a*b/(a + b)\n              = sqrt(3^2" in text
+    assert max(map(len, lines(text))) <= 60
