@@ -34,7 +34,7 @@ from rulesheets.syntax.nodes import (
     subtract,
 )
 from rulesheets.syntax.program import degree, walk
-from solver.path import Isolation, SolveBlock
+from solver.path import Isolation
 
 Array: TypeAlias = NDArray[np.float64]
 FOLDING = (0.0, 1.0, -1.0)
@@ -248,12 +248,6 @@ class ModelGraph:
         self._isolated: dict[tuple[Shape, int, tuple[float, ...]], Isolated] = {}
         self.kernels: dict[Any, Any] = {}
         self.torn: dict[Any, Any] = {}
-
-    def __getstate__(self) -> dict[str, object]:
-        """Kept without what paths alone are built by, and what blocks of one pattern share."""
-        kernels = {key: kernel for key, kernel in self.kernels.items() if isinstance(key, SolveBlock)}
-        emptied: dict[str, object] = {key: {} for key in ("_efforts", "_isolated", "torn")}
-        return {**self.__dict__, **emptied, "kernels": kernels}
 
     @cached_property
     def users(self) -> Mapping[str, Sequence[int]]:
