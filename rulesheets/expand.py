@@ -17,12 +17,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
+from rulesheets.diagnosis import RuleSheetError, said
 from rulesheets.evaluate.number import with_round_values
 from rulesheets.model import Equation, Premise, Requirement
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import children, measured, rebuilt
 from rulesheets.syntax.program import Program, components, names_of, rules_of
 
+MAX_EQUATIONS = 200_000
 _NOWHERE = Span(Source("<tree>", ""), 0, 0)
 
 
@@ -70,6 +72,10 @@ class Expansion:
                 stack.pop()
                 continue
             self._expand(*step)
+            if len(self.equations) + len(self.requirements) > MAX_EQUATIONS:
+                reason = f"the model has more than {MAX_EQUATIONS:,} equations"
+                place, note = step[1].rule, "call fewer functions in functions"
+                raise RuleSheetError(said("E216", reason, place, note, label="one of them"))
             stack.extend(reversed(self._called))
             self._called.clear()
         for row in program.rows:  # the ends of ranges that name variables
@@ -97,12 +103,10 @@ class Expansion:
             scope, guard, rule = context
             read = names_of(body)  # in the order of the text, whatever the order of the calls
             self.names.update(dict.fromkeys(map(scope.full_name, read) if scope.prefix else read))
-            like = None if scope.prefix else getattr(body, "like", None)
-            if like is not None and like.form.called.isdisjoint(self.functions):
-                self.equations.append(Equation.of(len(self.equations), body, guard, rule))
-                continue
             for part in components(body, self.functions):
                 match part:
+                    case nodes.Equality(like=like) if like is not None and not scope.prefix:
+                        self.equations.append(Equation(len(self.equations), part, guard, rule))
                     case nodes.Equality((left, *_), (right, *_)):
                         self._equate(self._bind(left, context), self._bind(right, context), context)
                     case nodes.CallRule(called, arguments, results, span):
@@ -155,7 +159,8 @@ class Expansion:
     def _equate(self, left: nodes.Expression, right: nodes.Expression, context: Context) -> None:
         scope, guard, rule = context
         left, right = (_exact(side, rule) for side in (left, right))
-        self.equations.append(Equation(len(self.equations), left, right, guard, rule, scope.prefix))
+        body = nodes.Equality((left,), (right,))
+        self.equations.append(Equation(len(self.equations), body, guard, rule, scope.prefix))
 
     def _bind(self, node: Any, context: Context) -> Any:
         """A node under full names, with calls of rule functions replaced by their results."""

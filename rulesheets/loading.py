@@ -105,33 +105,7 @@ def _model(
         return model
     finally:
         if collecting:
-            _settle()
             gc.enable()
-
-
-MANY_OBJECTS = 20_000
-"""Objects of a large model: a young collection that looks through them takes as long as to make them."""
-MOST_OBJECTS = 1_000_000
-"""Objects of large models, some of which may be garbage by now, before all are looked through."""
-_unseen = 0
-
-
-def _settle() -> None:
-    """What a large sheet was made of goes to the oldest generation unseen, since most of it stays.
-
-    Only a full collection frees such objects, and Python does not count them. So they are counted here.
-    """
-    global _unseen
-    made = gc.get_count()[0]
-    if made <= MANY_OBJECTS or gc.get_freeze_count():
-        return
-    if _unseen > MOST_OBJECTS:
-        gc.collect()
-        _unseen = 0
-    else:
-        gc.freeze()
-        gc.unfreeze()
-        _unseen += made
 
 
 @cache

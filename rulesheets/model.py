@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, wraps
 from importlib import import_module
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import NamedTuple, TypeAlias, TypeVar
 
 from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.library import Library, Unit, library
 from rulesheets.syntax import Span, nodes
+from rulesheets.syntax.program import names_of
 
 T = TypeVar("T")
 Value: TypeAlias = float | str
@@ -95,44 +96,31 @@ class Equation:
     """
 
     index: int
-    left: nodes.Expression
-    right: nodes.Expression
+    body: nodes.Equality
     guard: tuple[Premise, ...]
     rule: Span
     scope: str = ""
 
-    @classmethod
-    def of(cls, index: int, body: nodes.RuleBody, guard: tuple[Premise, ...], rule: Span) -> Equation:
-        """That of a rule which is like others: its sides are taken when they are first asked for."""
-        made = cls.__new__(cls)
-        made.__dict__.update(index=index, guard=guard, rule=rule, body=body)
-        return made
-
-    def __getattr__(self, name: str) -> nodes.Expression:
-        body: nodes.Equality | None = self.__dict__.get("body")
-        if name not in ("left", "right") or body is None:
-            raise AttributeError(name)
-        self.__dict__.update(left=body.left[0], right=body.right[0])
-        return self.left if name == "left" else self.right
-
-    def __getstate__(self) -> dict[str, object]:
-        """Pickled without what solves have found out about it, and without sides that are made when asked."""
-        made = ("left", "right") if "body" in self.__dict__ else ()
-        return {k: v for k, v in self.__dict__.items() if not k.startswith("_") and k not in made}
+    @property
+    def left(self) -> nodes.Expression:
+        return self.body.left[0]
 
     @property
-    def like(self) -> Any:
-        """What it shares with others (``Like`` of ``syntax.forms``), None where that is unknown."""
-        body: nodes.Equality | None = self.__dict__.get("body")
-        return None if body is None else body.like
+    def right(self) -> nodes.Expression:
+        return self.body.right[0]
+
+    def but(self, left: nodes.Expression, right: nodes.Expression) -> Equation:
+        """The same with other sides."""
+        return replace(self, body=nodes.Equality((left,), (right,)))
+
+    def __getstate__(self) -> dict[str, object]:
+        """Pickled without what solves have found out about it."""
+        return {name: self.__dict__[name] for name in self.__match_args__}
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Variables of the two sides in order of first appearance, guards not included."""
-        if self.like is not None:
-            alike: tuple[str, ...] = self.like.names
-            return alike
-        return tuple(dict.fromkeys((*nodes.names(self.left), *nodes.names(self.right))))
+        return tuple(dict.fromkeys(names_of(self.body)))
 
 
 class Requirement(NamedTuple):

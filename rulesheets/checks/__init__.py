@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -44,7 +43,7 @@ def _complaints(program: Program, each: bool) -> Iterator[Diagnosis]:
         yield from check_names(scope)
         yield from check_shapes(scope)
         yield from check_nodes(scope)
-        for call, function, _ in scope.calls:
+        for call, function in scope.calls:
             if function is not None:
                 yield from _check_rule_function(call, function, scope)
             else:
@@ -78,28 +77,26 @@ class Scope:
         return [body for rule in rules for body in bodies(rule.body)]
 
     @cached_property
-    def parts(self) -> list[tuple[nodes.RuleBody, int]]:
-        """What the rules consist of, in source order: scalar equalities, calls, conditions …, each with how
-        many there are: of rules that are like one another the first stands for all, unless ``each`` is."""
-        forms = [getattr(body, "like", None) and body.like.form for body in self.bodies]  # type: ignore[union-attr]
-        counts = Counter(forms)
-        found: list[tuple[nodes.RuleBody, int]] = []
-        for body, form in zip(self.bodies, forms, strict=True):
-            count = 1 if self.each or form is None else counts.pop(form, 0)
-            if count:
-                found += ((part, count) for part in components(body, self.program.functions))
-        return found
+    def parts(self) -> list[nodes.RuleBody]:
+        """What the rules consist of, in source order: scalar equalities, calls, conditions …
+
+        Of rules that are like one another the first stands for all, unless ``each`` is."""
+        found: dict[object, nodes.RuleBody] = {}
+        for body in self.bodies:
+            like = body.like if isinstance(body, nodes.Equality) and not self.each else None
+            found.setdefault(id(body) if like is None else like.form, body)
+        return [part for body in found.values() for part in components(body, self.program.functions)]
 
     @cached_property
-    def every(self) -> list[tuple[nodes.Expression | nodes.Condition, int]]:
+    def every(self) -> list[nodes.Expression | nodes.Condition]:
         """All that the parts are made of, in source order."""
-        return [(n, count) for part, count in self.parts for one in children(part) for n in walk(one)]
+        return [*walk(*(one for part in self.parts for one in children(part)))]
 
     @cached_property
     def places(self) -> dict[str, nodes.RuleBody]:
         """The variables in the rules, each with the first part that has it."""
         found: dict[str, nodes.RuleBody] = {}
-        for part in (part for part, _ in self.parts) if self.each else self.bodies:
+        for part in self.parts if self.each else self.bodies:
             for name in names_of(part):
                 found.setdefault(name, part)
         return found
@@ -115,15 +112,12 @@ class Scope:
         return dict.fromkeys((*self.declared, *self.places))
 
     @cached_property
-    def calls(self) -> list[tuple[nodes.Call | nodes.CallRule, nodes.Function | None, int]]:
+    def calls(self) -> list[tuple[nodes.Call | nodes.CallRule, nodes.Function | None]]:
         """Calls with results beside them (``call f(a; x)``, ``x = f(a)``), then those in expressions.
 
-        Each comes with its rule function, if it is of one, and how many there are like it."""
-        return [
-            (call, self.program.functions.get(call.function.lower()), count)
-            for call, count in (*self.parts, *self.every)
-            if isinstance(call, nodes.Call | nodes.CallRule)
-        ]
+        Each comes with its rule function, if it is of one."""
+        calls = (part for part in (*self.parts, *self.every) if isinstance(part, nodes.Call | nodes.CallRule))
+        return [(call, self.program.functions.get(call.function.lower())) for call in calls]
 
 
 # --- places ---------------------------------------------------------------------
@@ -229,18 +223,17 @@ def check_builtin(
 
 # --- size -----------------------------------------------------------------------
 
-MAX_EQUATIONS = 200_000
 MAX_DEPTH = 100
 
 
 def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diagnosis]:
-    """A diagnosis for a ring of calls, if there is one, else for calls that are too many or too deep."""
+    """A diagnosis for a ring of calls, if there is one, else for calls that nest too deep."""
     scopes = {**functions, "": sheet}
-    calls: dict[str, dict[str, list[tuple[nodes.Call | nodes.CallRule, int]]]] = {n: {} for n in scopes}
+    calls: dict[str, dict[str, Span | None]] = {name: {} for name in scopes}
     for name, scope in scopes.items():
-        for call, function, count in scope.calls:
+        for call, function in scope.calls:
             if function is not None:
-                calls[name].setdefault(function.name.lower(), []).append((call, count))
+                calls[name].setdefault(function.name.lower(), call.span)
     try:
         inner_first = tuple(TopologicalSorter(calls).static_order())
     except CycleError as found:
@@ -250,30 +243,23 @@ def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diag
         ring = [*ring[first:], *ring[: first + 1]]
         names = [scopes[name].title for name in ring]
         steps = zip(pairwise(ring), pairwise(names), strict=True)
-        places = [(calls[a][b][0][0].span, f"{caller} calls {target}") for (a, b), (caller, target) in steps]
+        places = [(calls[a][b], f"{caller} calls {target}") for (a, b), (caller, target) in steps]
         message = f"{names[0]} calls itself" + (" through others" if len(names) > 2 else "")
         note = f"the calls go round: {' → '.join(names)}; rules of a function cannot lead back to it"
         yield error("E208", message, *labels(*places), notes=(note,))
         return
-    sizes: dict[str, tuple[int, int]] = {}  # equations of a scope with its calls, and how deep these nest
+    depths: dict[str, int] = {}
     for name in inner_first:
-        equations = sum(count for part, count in scopes[name].parts if isinstance(part, nodes.Equality))
-        equations += sum(sizes[callee][0] * n for callee, every in calls[name].items() for _, n in every)
-        sizes[name] = equations, max((1 + sizes[callee][1] for callee in calls[name]), default=0)
-    equations, depth = sizes[""]
-    if depth > MAX_DEPTH:
+        depths[name] = max((1 + depths[callee] for callee in calls[name]), default=0)
+    if (depth := depths[""]) > MAX_DEPTH:
         reason = f"calls nest {depth} deep; {MAX_DEPTH} is the limit"
-    elif equations > MAX_EQUATIONS:
-        reason = f"the model has more than {MAX_EQUATIONS:,} equations"
-    else:
-        return
-    place = next((call.span for call, function, _ in sheet.calls if function), None)
-    yield said("E216", reason, place, "call fewer functions in functions", label="called here")
+        place = next(iter(calls[""].values()))
+        yield said("E216", reason, place, "call fewer functions in functions", label="called here")
 
 
 def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
     """Tuples of unlike length."""
-    for part, _ in scope.parts:
+    for part in scope.parts:
         if isinstance(part, nodes.Equality) and len(part.left) != len(part.right):
             left, right = len(part.left), len(part.right)
             message = f"the two sides differ in length: {left} on the left, {right} on the right"
@@ -336,7 +322,7 @@ def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
 def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
     """Symbols in arithmetic (not those that a call passes on), and those that are compared by order; names
     that ``given`` asks for."""
-    own, every = scope.program.functions, [node for node, _ in scope.every]
+    own, every = scope.program.functions, scope.every
     kinds = set(map(type, every))
     for node in () if kinds.isdisjoint((nodes.Symbol, nodes.Given)) else every:
         if isinstance(node, nodes.Call) and node.function.lower() in own:

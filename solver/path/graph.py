@@ -150,7 +150,7 @@ def shape_of(equation: Equation) -> tuple[Shape, Sequence[float]]:
     found: tuple[Shape, Sequence[float]] | None = equation.__dict__.get("_shape")
     if found is not None:
         return found
-    if (like := equation.like) is None:
+    if (like := equation.body.like) is None:
         found = _shape(equation)
     else:  # of rules that are alike, the same where names repeat as here and exponents are the same
         key, kept = (like.pattern, *[like.numbers[k] for k in like.form.exponents]), like.form.kept

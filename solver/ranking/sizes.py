@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import log10, pi
 from typing import Any, NamedTuple, TypeAlias
 
@@ -180,7 +180,7 @@ def _balance_of_shape(
         sharing=sharing,
     )
     shape, _ = shape_of(rule)
-    read.read(replace(rule, left=shape.left, right=shape.right))
+    read.read(rule.but(shape.left, shape.right))
     matrix, _, constants = read.parts(len(every))
     return matrix, constants
 

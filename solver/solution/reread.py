@@ -103,7 +103,7 @@ def _filled(model: Model, values: Mapping[str, Value]) -> Iterator[tuple[int, tu
                 left, right = (
                     exchange(s, found.part, Number(found.limit)) for s in (equation.left, equation.right)
                 )
-                yield equation.index, (replace(equation, left=left, right=right), found.limit)
+                yield equation.index, (equation.but(left, right), found.limit)
                 break
 
 
@@ -358,9 +358,7 @@ def look_behind(
     repeated = {place for fact in lost if (place := _repeated(model, fact, values)) is not None}
     if not open_ and not repeated:
         return None
-    left = (
-        replace(e, left=nodes.ZERO, right=nodes.ZERO) if e.index in repeated else e for e in reduced.equations
-    )
+    left = (e.but(nodes.ZERO, nodes.ZERO) if e.index in repeated else e for e in reduced.equations)
     reduced = replace(reduced, equations=tuple(left))
     again = explore_refined(asked._replace(model=reduced), always)
     told = judge(asked._replace(model=reduced), again)._replace(reread=bool(open_))
@@ -421,7 +419,7 @@ def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[As
     told_nothing: list[AsksNothing] = []
     for equation in model.equations:
         left, right = (_without(side, values) for side in (equation.left, equation.right))
-        without = replace(equation, left=left, right=right)
+        without = equation.but(left, right)
         lost = set(equation.names) - set(without.names) - values.keys()
         if lost and (not values.keys() >= set(without.names) or check_rule(without, values).holds):
             told_nothing += [AsksNothing(equation.index, name) for name in equation.names if name in lost]

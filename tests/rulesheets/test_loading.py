@@ -1,12 +1,10 @@
 """Files, folders, shipped names and the functions that sheets use."""
 
-import gc
 import os
 import pickle
 import shutil
 import subprocess
 import sys
-import weakref
 from pathlib import Path
 from unittest.mock import patch
 
@@ -264,20 +262,3 @@ def test_a_kept_model_needs_neither_lark_nor_its_units_read_again(tmp_path, pars
     assert "0.006" in out
     last = out.splitlines()[-1]
     assert last.startswith("True ") and "'kN'" in last and "'m/s^2'" in last
-
-
-def large_model():
-    return loads("\n".join(f"x{i + 1} = 2*x{i} + 1" for i in range(3_000)))
-
-
-def test_no_young_collection_looks_through_a_large_model():
-    gc.collect()
-    model = large_model()
-    assert sum(len(gc.get_objects(generation)) for generation in (0, 1)) < loading.MANY_OBJECTS
-    assert len(model.equations) == 3_000
-
-
-def test_large_models_that_nobody_needs_are_freed(monkeypatch):
-    monkeypatch.setattr(loading, "MOST_OBJECTS", 0)
-    models = [weakref.ref(large_model()) for _ in range(3)]
-    assert models[0]() is None
