@@ -21,7 +21,7 @@ from rulesheets.diagnosis import RuleSheetError, said
 from rulesheets.evaluate.number import with_round_values
 from rulesheets.model import Equation, Premise, Requirement
 from rulesheets.syntax import Source, Span, nodes
-from rulesheets.syntax.nodes import children, measured, rebuilt
+from rulesheets.syntax.nodes import children, names, rebuilt
 from rulesheets.syntax.program import Program, components, names_of, rules_of
 
 MAX_EQUATIONS = 200_000
@@ -84,7 +84,7 @@ class Expansion:
                 continue
             low, high = ">" if limits.low_open else ">=", "<" if limits.high_open else "<="
             for operator, end in ((low, limits.lower), (high, limits.upper)):
-                if end is not None and measured(end) is None:
+                if end is not None and any(names(end)):
                     comparison = nodes.Comparison(operator, nodes.Name(row.name), end, limits.span)
                     self.requirements.append(Requirement(comparison, (), limits.span))
 

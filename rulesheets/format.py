@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
@@ -233,10 +232,7 @@ def _cells(row: nodes.VariableRow) -> tuple[str, str, str, str]:
 def _range(limits: nodes.Range | None) -> str:
     if limits is None:
         return ""
-    low, high = (  # empty where there is none
-        format_expression(named) if named else format_number(number) if math.isfinite(number) else ""
-        for number, named in ((limits.low, limits.lower), (limits.high, limits.upper))
-    )
+    low, high = (end and format_expression(end) for end in (limits.lower, limits.upper))
     if low and high and not (limits.low_open or limits.high_open):
         return f"in [{low}, {high}]"
     lower = low and f">{'' if limits.low_open else '='} {low}"

@@ -8,7 +8,16 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, SupportsFloat
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, empty_range, meant, refuse, said
+from rulesheets.diagnosis import (
+    Diagnosis,
+    Label,
+    RuleSheetError,
+    empty_range,
+    meant,
+    refuse,
+    said,
+    wrong_range,
+)
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.number import with_round_values
 from rulesheets.library import Library
@@ -115,13 +124,8 @@ def _place_of(unit: str | None, row: nodes.VariableRow) -> Span | None:
 def valued(bare: Variable, row: nodes.VariableRow) -> Variable:
     """A variable with the value, guess, tolerance and range of its row, converted to its unit."""
     bounds = row.range or nodes.Range()
-    ends = (bounds.low, bounds.lower), (bounds.high, bounds.upper)
-    # an end that names variables is a requirement, and none here
-    low, high = (
-        end if written is None or measured(written) is None else float(_given(written, bare))
-        for end, written in ends
-    )
-    if low > high:
+    low, high = _end(bounds.lower, -math.inf, bare), _end(bounds.upper, math.inf, bare)
+    if low > high or (low == high and (bounds.low_open or bounds.high_open)):
         raise RuleSheetError(empty_range(bounds.span))
     value = None if row.value is None else _given(row.value, bare)
     guess = None if row.guess is None else _given(row.guess, bare)
@@ -146,6 +150,16 @@ def valued(bare: Variable, row: nodes.VariableRow) -> Variable:
     if row.value is not None and isinstance(value, float) and not variable.admits(value):
         raise RuleSheetError(outside_range(value, variable, row.value.span))
     return variable
+
+
+def _end(written: nodes.Expression | None, endless: float, variable: Variable) -> float:
+    """An end of a range; one that names variables is a requirement, and none here."""
+    if written is None or any(names(written)):
+        return endless
+    found = _given(written, variable)
+    if isinstance(found, str):
+        raise RuleSheetError(wrong_range(f"a bound is a number, and '{found} is a symbol", written.span))
+    return found
 
 
 def _given(expression: nodes.Expression, variable: Variable, difference: bool = False) -> Value:

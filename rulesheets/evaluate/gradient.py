@@ -41,7 +41,6 @@ _EPSILON = 2.0**-52
 CHOOSING = frozenset({"min", "max"})
 SMALLEST = 2.0**-1022
 """Numbers below this have fewer digits than others."""
-_LEAST = 2.0**-1074
 BY_BASE = Product(Name("1"), Power(Name("0"), Sum((Name("1"), Number(-1.0)))))
 BY_EXPONENT = Product(Power(Name("0"), Name("1")), Call("ln", (Name("0"),)))
 """Slopes of the power ``0^1``."""
@@ -86,10 +85,6 @@ class Traced(Arithmetic[Part[T]]):
     def rounded(self, node: Expression, result: T, parts: Sequence[Part[T]]) -> Any:
         """The size of what an operation rounds. (Of a sum, that of its sums.)"""
         return 0.0
-
-    def noise(self, slope: T, rounded: Any) -> Any:
-        """What the rounding of a part makes of the whole."""
-        return abs(slope) * rounded  # type: ignore[arg-type]
 
     # --- the walk ---
 
@@ -164,14 +159,14 @@ class Traced(Arithmetic[Part[T]]):
         gradient: dict[str, Any] = {}
         noise: Any = 0.0
         pending: list[tuple[Any, Part[Any]]] = [(1.0, part)]
-        rounds, noise_of = self.rounds, self.noise
+        rounds = self.rounds
         while pending:
             slope, part = pending.pop()
             if part.name:
                 gradient[part.name] = gradient.get(part.name, zero) + slope
                 continue
             if rounds:
-                noise = noise + noise_of(slope, part.rounded)
+                noise = noise + abs(slope) * part.rounded
             for inner, below in part.slopes[::-1]:
                 pending.append((slope * inner, below))
         return gradient, noise
@@ -210,7 +205,7 @@ def rounded_derivatives(expression: Expression, values: Values) -> tuple[float, 
     if not math.isfinite(part.value):
         raise Undefined("overflow", (part.value,), expression)
     gradient, noise = traced.gradient(part)
-    return part.value, gradient, _EPSILON * noise or (_LEAST if noise else 0.0)
+    return part.value, gradient, _EPSILON * noise
 
 
 class TracedFloats(Traced[float]):
@@ -223,48 +218,23 @@ class TracedFloats(Traced[float]):
             return math.nan
         return found if math.isfinite(found) else math.nan
 
-    def noise(self, slope: float, rounded: float) -> float:
-        return abs(slope) * rounded or (SMALLEST if rounded and slope else 0.0)
-
     def rounded(self, node: Expression, result: float, parts: Sequence[Part[float]]) -> float:
-        if type(node) is Product:
-            if (size := abs(result)) >= SMALLEST:
-                return size
-            one, other = parts
-            lost = one.value == 0.0 == other.value and _lost(one) and _lost(other)
-            return SMALLEST if lost else _rounded(result, one.value != 0.0 != other.value)
+        """Infinite for a result below SMALLEST that is no 0 in exact numbers: it has lost digits, or all."""
         size = abs(result)
-        if result - result != 0.0:
+        if type(node) is Product:
+            exact = parts[0].value == 0.0 or parts[1].value == 0.0
+        elif result - result != 0.0:
             raise Undefined("overflow", (result,), node)
-        if isinstance(node, Call):
+        elif isinstance(node, Call):
             row = TABLE[node.function]
-            if size < SMALLEST and (size or _below_floats(row, parts) or any(map(_lost, parts))):
-                size = SMALLEST
-            return row.ulps * (math.inf if node.function in CHOOSING and _tied(parts) else size)
-        lost = result == 0.0 == parts[0].value and isinstance(node, Power) and _lost(parts[0])
-        return SMALLEST if lost else _rounded(result, parts[0].value != 0.0)
-
-
-def _rounded(result: float, some: bool) -> float:
-    """The size of a result that has been rounded; ``some``: it would not be 0 in exact numbers."""
-    size = abs(result)
-    return size if size >= SMALLEST else SMALLEST if size else math.inf if some else 0.0
-
-
-def _lost(part: Part[float]) -> bool:
-    """Whether a 0 is a number below floats, or made of such, which no slope of what is made of it tells."""
-    if part.value != 0.0:
-        return False
-    below = 0.0 < part.rounded <= SMALLEST * 64.0 or part.rounded == math.inf
-    return below or (not part.rounded and any(_lost(inner) for _, inner in part.slopes))
-
-
-def _below_floats(row: Function, parts: Sequence[Part[float]]) -> bool:
-    """Whether the 0 that a function came out as is a number smaller than floats hold."""
-    first = parts[0].value if parts else 0.0
-    if row.direction:
-        return first != 0.0
-    return row.nonzero or (row.name in ("sind", "tand") and 0.0 < abs(first) < SMALLEST)
+            if node.function in CHOOSING and _tied(parts):
+                return math.inf
+            first, above = abs(parts[0].value) if parts else 0.0, math.inf if row.direction else SMALLEST
+            exact = not (row.nonzero or 0.0 < first < above)
+            size *= row.ulps
+        else:
+            exact = parts[0].value == 0.0
+        return size if size >= SMALLEST or (exact and size == 0.0) else math.inf
 
 
 def _tied(parts: Sequence[Part[float]]) -> bool:

@@ -5,7 +5,6 @@ The parser calls :class:`Builder` as it reduces, so it never builds a tree of it
 
 from __future__ import annotations
 
-import math
 import os
 import threading
 from collections.abc import Callable, Iterable, Sequence
@@ -18,13 +17,12 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 from lark.lexer import PatternRE, TerminalDef
 
 from rulesheets import store
-from rulesheets.diagnosis import RuleSheetError, empty_range, refuse, said, wrong_range
-from rulesheets.evaluate import Undefined, value
+from rulesheets.diagnosis import RuleSheetError, refuse, said, wrong_range
 from rulesheets.parse import mistakes
 from rulesheets.parse.layout import Line
 from rulesheets.parse.mistakes import too_deep
 from rulesheets.syntax import Source, Span, forms, nodes
-from rulesheets.syntax.nodes import Equality, Expression, Inequality, Range, measured, names, units_of
+from rulesheets.syntax.nodes import Equality, Expression, Inequality, Range
 
 KINDS = ["rule", "use", "head", "parameters", "figure", "mark"]
 """Kinds of lines beside rows: start rules of the grammar."""
@@ -221,11 +219,11 @@ class Builder(Transformer[Any, Any]):
 
     def bound(self, sign: Token, expression: Expression) -> tuple[Bound, ...]:
         operator = _RELATIONS.get(sign, str(sign))
-        return (Bound(operator, _limit(expression), self._span(sign, expression)),)
+        return (Bound(operator, expression, self._span(sign, expression)),)
 
     def interval(self, word: Token, low: Expression, high: Expression, closing: Token) -> tuple[Bound, ...]:
         span = self._span(word, closing)
-        return Bound(">=", _limit(low), span), Bound("<=", _limit(high), span)
+        return Bound(">=", low, span), Bound("<=", high, span)
 
     # --- section heads ---
 
@@ -249,52 +247,26 @@ class Builder(Transformer[Any, Any]):
 
 
 class Bound(NamedTuple):
-    """``< 5`` and the like, beside a name in the variables section; ``limit`` may name variables."""
+    """``< 5`` and the like, beside a name in the variables section."""
 
     operator: str
-    limit: float | Expression
+    limit: Expression
     span: Span
-
-
-def _limit(expression: Expression) -> float | Expression:
-    """The value of an expression of numbers; ``3[in]`` and one that names variables as it is."""
-    if measured(expression) is not None:
-        return expression
-    if (unit := next(units_of(expression), None)) is not None:
-        reason = f"a bound is one number with its unit, and {unit} stands in an expression"
-        raise RuleSheetError(wrong_range(reason, expression.span))
-    if wrong := too_deep(expression):
-        raise RuleSheetError(wrong)
-    if any(names(expression)):
-        return expression
-    try:
-        return value(expression, {})
-    except Undefined as undefined:
-        reason = f"this bound has no value: {undefined}"
-    except KeyError as unknown:
-        reason = f"a bound is a number: there is no function {unknown.args[0]}"
-    raise RuleSheetError(wrong_range(reason, expression.span))
 
 
 def _bounded(bounds: Sequence[Bound]) -> Range | None:
     """All bounds of a row together, each end once; None where there are none."""
     if not bounds:
         return None
-    ends: dict[str, tuple[float, Expression | None, bool]] = {}
-    for operator, limit, span in bounds:
-        if operator == "<>":
-            raise RuleSheetError(wrong_range("<> is no bound", span))
-        if operator[0] in ends:
-            raise RuleSheetError(wrong_range("this end of the range is already set", span))
-        endless = -math.inf if operator[0] == ">" else math.inf
-        number, expression = (limit, None) if isinstance(limit, float) else (endless, limit)
-        ends[operator[0]] = number, expression, len(operator) == 1
-    low, lower, low_open = ends.get(">", (-math.inf, None, False))
-    high, upper, high_open = ends.get("<", (math.inf, None, False))
-    span = bounds[0].span._replace(end=bounds[-1].span.end)
-    if low > high or (low == high and (low_open or high_open)):
-        raise RuleSheetError(empty_range(span))
-    return Range(low, high, low_open, high_open, lower, upper, span)
+    ends: dict[str, Bound] = {}
+    for bound in bounds:
+        if bound.operator == "<>":
+            raise RuleSheetError(wrong_range("<> is no bound", bound.span))
+        if ends.setdefault(bound.operator[0], bound) is not bound:
+            raise RuleSheetError(wrong_range("this end of the range is already set", bound.span))
+    lower, upper = (ends[sign].limit if sign in ends else None for sign in "><")
+    low_open, high_open = (sign in ends and ends[sign].operator == sign for sign in "><")
+    return Range(lower, upper, low_open, high_open, bounds[0].span._replace(end=bounds[-1].span.end))
 
 
 # --- lines ----------------------------------------------------------------------
@@ -395,13 +367,14 @@ def _read(source: Source, line: Line, kind: str) -> Any:
 
 
 def _trees(node: Any, kind: str) -> Iterable[Any]:
-    """What may be deep in a line, but for the ends of ranges, which are evaluated by now."""
+    """What may be deep in a line."""
     match kind:
         case "rule":
             return (node,)
         case "mark":
             return tuple(node.arguments)
         case "row":
-            return filter(None, (node.value, node.guess, node.tolerance and node.tolerance.size))
+            ends = (node.range.lower, node.range.upper) if node.range else ()
+            return filter(None, (node.value, node.guess, node.tolerance and node.tolerance.size, *ends))
         case _:
             return ()

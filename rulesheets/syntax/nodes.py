@@ -340,17 +340,12 @@ class CommentLine(Node):
 
 
 class Range(Node):
-    """Where a solution may lie: ``in [a, b]``, ``> 0``, ``< b``.
+    """Where a solution may lie: ``in [a, b]``, ``> 0``, ``< b``; ends may name variables."""
 
-    ``lower`` and ``upper`` are ends that name variables; the number of such an end is infinite.
-    """
-
-    low: float = float("-inf")
-    high: float = float("inf")
-    low_open: bool = False
-    high_open: bool = False
     lower: Expression | None = None
     upper: Expression | None = None
+    low_open: bool = False
+    high_open: bool = False
     span: Span | None = None
 
 

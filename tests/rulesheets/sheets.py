@@ -108,13 +108,13 @@ def with_a_rule(lines):
 rule_lists = tuples(rules | comment_lines, 1, 4)
 
 units = st.from_regex(r"[a-z%$][a-z0-9/^*²·]{0,5}", fullmatch=True)
-limits = st.floats(allow_nan=False, allow_infinity=False)
+limits = st.floats(allow_nan=False, allow_infinity=False).map(
+    lambda number: Number(number) if number >= 0.0 else Negative(Number(-number))
+)
 ranges = st.one_of(
-    st.tuples(limits, limits)
-    .filter(lambda pair: pair[0] < pair[1])
-    .flatmap(lambda pair: st.builds(Range, st.just(pair[0]), st.just(pair[1]), st.booleans(), st.booleans())),
-    st.builds(lambda low, open: Range(low=low, low_open=open), limits, st.booleans()),
-    st.builds(lambda high, open: Range(high=high, high_open=open), limits, st.booleans()),
+    st.builds(Range, limits, limits, st.booleans(), st.booleans()),
+    st.builds(lambda low, open: Range(low, low_open=open), limits, st.booleans()),
+    st.builds(lambda high, open: Range(upper=high, high_open=open), limits, st.booleans()),
 )
 rows = st.builds(
     lambda name, value, guess, is_input, tolerance, **cells: VariableRow(
