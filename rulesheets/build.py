@@ -51,24 +51,17 @@ def gather(
 
 
 class _Gathering:
-    """Depth-first over the uses, with a stack, so that no chain of files is too long."""
+    """Depth-first over the uses."""
 
     def __init__(self, first: File, within: str | None, python: bool) -> None:
         self.program, self.within, self.python = Program(first.sheet), within, python
         self.complaints: list[Diagnosis] = []
         self.seen: set[str] = set()
-        trail = [first]
-        pending = [self.enter(first)]
-        while trail:
-            step = next(pending[-1], None)
-            if step is None:
-                trail.pop()
-                pending.pop()
-            elif (file := self.open(*step, trail)) is not None:
-                trail.append(file)
-                pending.append(self.enter(file))
+        self.enter([first])
 
-    def enter(self, file: File) -> Iterator[tuple[str, Span | None]]:
+    def enter(self, trail: list[File]) -> None:
+        """Take in the last of these files, each of which uses the next, and what it uses."""
+        file = trail[-1]
         self.seen.add(file.key)
         self.program.units += (row for row in file.sheet.units if isinstance(row, nodes.UnitRow))
         for function in file.sheet.functions:
@@ -78,11 +71,12 @@ class _Gathering:
                 places = (head_of(function), "defined again"), (head_of(earlier), "first defined here")
                 note = "give one of the two another name (capitals do not count in function names)"
                 self.complaints.append(error("E206", message, *labels(*places), notes=(note,)))
-        uses = [(path, place_of(path, use), use.python) for use in file.sheet.uses for path in use.paths]
-        for path, place, python in uses:
-            if python:
-                self.run(path, place, file)
-        return ((path, place) for path, place, python in uses if not python)
+        for use in file.sheet.uses:
+            for path in use.paths:
+                if use.python:
+                    self.run(path, place_of(path, use), file)
+                elif (used := self.open(path, place_of(path, use), trail)) is not None:
+                    self.enter([*trail, used])
 
     def run(self, path: str, place: Span | None, file: File) -> None:
         """Run a file of Python that registers functions, if that is allowed."""

@@ -245,12 +245,7 @@ class Library:
         self._units: dict[str, Unit | None] = {}
 
     def __reduce__(self) -> tuple[object, ...]:
-        """With the units that were found: those need not be read again."""
-        known = {text: unit for text, unit in self._units.copy().items() if unit is not None}
-        return library, (self.own,), known
-
-    def __setstate__(self, known: Mapping[str, Unit]) -> None:
-        self._units.update(known)
+        return library, (self.own,)
 
     @cached_property
     def _definitions(self) -> dict[str, tuple[str, str, bool]]:

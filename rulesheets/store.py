@@ -1,7 +1,7 @@
 """What was found out once and need not be found out again: entries on disk, by the content they follow from.
 
 An entry is read only if it is this user's own, whole, and written under the same key, which is all that it
-follows from and stands in it. Whatever else is there (half an entry, somebody else's) is taken for nothing,
+follows from. Whatever else is there (half an entry, somebody else's) is taken for nothing,
 and so is a folder that cannot be written. The store therefore changes how fast an answer comes, never the
 answer.
 
@@ -22,7 +22,6 @@ MAX_ENTRIES = 4096
 EVICTING = 16
 """One entry in so many, when it is saved, looks at all the others."""
 
-_MAGIC = b"backsolve entry 2\n"
 _SUM = 8
 _SUFFIX = ".entry"
 
@@ -40,10 +39,7 @@ def load(kind: str, key: bytes) -> bytes | None:
             data = file.read()
     except OSError:
         return None
-    head = _head(kind, key)
-    begun = len(_MAGIC) + _SUM
-    whole = data[:begun] == _MAGIC + _sum(data[begun:]) and data.startswith(head, begun)
-    return data[begun + len(head) :] if whole else None
+    return data[_SUM:] if data[:_SUM] == _sum(kind, key, data[_SUM:]) else None
 
 
 def save(kind: str, key: bytes, data: bytes) -> None:
@@ -51,10 +47,9 @@ def save(kind: str, key: bytes, data: bytes) -> None:
     path = place(_name(kind, key))
     if path is None or len(data) > MAX_BYTES // 4:
         return
-    content = _head(kind, key) + data
     with suppress(OSError):
-        _write_beside(path, _MAGIC + _sum(content) + content)
-        if crc32(content) % EVICTING == 0:
+        _write_beside(path, (head := _sum(kind, key, data)) + data)
+        if int(head, 16) % EVICTING == 0:
             _evict(os.path.dirname(path))
 
 
@@ -110,14 +105,9 @@ def _name(kind: str, key: bytes) -> str:
     return f"{kind}-{crc32(key):08x}{adler32(key):08x}{len(key):x}"
 
 
-def _head(kind: str, key: bytes) -> bytes:
-    """What an entry begins with: all that it follows from."""
-    return b"%s %d\n%s" % (kind.encode(), len(key), key)
-
-
-def _sum(content: bytes) -> bytes:
-    """What tells a whole entry from a damaged one. (``hashlib`` takes 2 % of a command's start.)"""
-    return b"%08x" % crc32(content)
+def _sum(kind: str, key: bytes, data: bytes) -> bytes:
+    """What an entry begins with: it tells a whole one from a damaged one, or one of another key."""
+    return b"%08x" % crc32(b"%s %s %s" % (kind.encode(), key, data))
 
 
 def _own(found: os.stat_result) -> bool:
