@@ -17,9 +17,8 @@ from contextlib import suppress
 from zlib import adler32, crc32
 
 MAX_BYTES = 128 * 2**20
-"""Size of all entries, beyond which the ones not used for longest go."""
-MAX_ENTRIES = 4096
-EVICTING = 16
+"""Size of all entries, beyond which they are removed."""
+LOOKING = 16
 """One entry in so many, when it is saved, looks at all the others."""
 
 _SUM = 8
@@ -48,9 +47,10 @@ def save(kind: str, key: bytes, data: bytes) -> None:
     if path is None or len(data) > MAX_BYTES // 4:
         return
     with suppress(OSError):
-        _write_beside(path, (head := _sum(kind, key, data)) + data)
-        if int(head, 16) % EVICTING == 0:
-            _evict(os.path.dirname(path))
+        head = _sum(kind, key, data)
+        if int(head, 16) % LOOKING == 0 and usage()[1] > MAX_BYTES:
+            clear()
+        _write_beside(path, head + data)
 
 
 def folder() -> str | None:
@@ -139,17 +139,6 @@ def _entries(base: str | None) -> Iterator[tuple[str, os.stat_result]]:
             if item.name.endswith((_SUFFIX, ".new")) and item.is_file(follow_symlinks=False):
                 with suppress(FileNotFoundError):  # another process has removed it
                     yield item.path, item.stat(follow_symlinks=False)
-
-
-def _evict(base: str) -> None:
-    """Keep the entries that were used or written last, within the limits."""
-    entries = sorted(_entries(base), key=lambda e: max(e[1].st_atime_ns, e[1].st_mtime_ns), reverse=True)
-    room = MAX_BYTES
-    for place, (path, found) in enumerate(entries):
-        room -= found.st_size
-        if room < 0 or place >= MAX_ENTRIES:
-            with suppress(FileNotFoundError):  # another process was faster
-                os.unlink(path)
 
 
 def _write_beside(target: str, data: bytes) -> None:

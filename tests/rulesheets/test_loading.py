@@ -206,16 +206,8 @@ def test_a_model_is_written_without_what_was_found_out_about_it():
     assert pickle.loads(pickle.dumps(model)) == model
 
 
-def test_units_are_written_while_others_are_read():
-    """There are no units of sheets but one; threads read into it at any time."""
+def test_sheets_without_units_of_their_own_share_them():
     assert library() is library(()) is loads("x = 2*y").units
-    units = loads("units\n  cup = 0.25 L\nvariables\n  x = 1 [cup]\nrules\n  y = x").units
-    _, _, known = units.__reduce__()
-    assert known["cup"] == units.unit("cup")
-    assert known is not units._units
-    units._units["\0gill"] = None  # by a thread that is about to find out
-    assert "\0gill" not in units.__reduce__()[2]
-    del units._units["\0gill"]
 
 
 def test_a_wrong_sheet_is_wrong_every_time(tmp_path, parses):

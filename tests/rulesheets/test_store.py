@@ -129,25 +129,18 @@ def test_a_folder_below_a_file_does_no_harm(tmp_path: Path, monkeypatch: pytest.
     assert store.usage() == (0, 0)
 
 
-def test_what_was_used_longest_ago_goes_first(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(store, "MAX_ENTRIES", 3)
-    monkeypatch.setattr(store, "EVICTING", 1)
-    for number in range(6):
+def test_a_full_store_is_emptied(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store, "LOOKING", 1)
+    store.save("thing", KEY, b"said")
+    monkeypatch.setattr(store, "MAX_BYTES", 8 * store.usage()[1])
+    for number in range(8):
+        assert store.usage()[0] == 1 + number
         store.save("thing", bytes([number]), b"said")
-        for path in folder.iterdir():
-            status = path.stat()
-            os.utime(path, ns=(status.st_atime_ns - 10**9, status.st_mtime_ns - 10**9))
-    assert [store.load("thing", bytes([n])) for n in range(6)] == [None] * 3 + [b"said"] * 3
-    monkeypatch.setattr(store, "MAX_BYTES", 2 * entry_size(folder))
-    store.save("thing", b"n", b"said")
-    assert store.usage()[0] == 2
-    assert store.load("thing", b"n") == b"said"
+    store.save("thing", OTHER, b"said")
+    assert store.usage()[0] == 1
+    assert store.load("thing", OTHER) == b"said"
     store.save("thing", b"large", bytes(store.MAX_BYTES))
     assert store.load("thing", b"large") is None
-
-
-def entry_size(folder: Path) -> int:
-    return next(folder.iterdir()).stat().st_size
 
 
 def test_writers_at_the_same_time_leave_a_whole_entry(folder: Path) -> None:
