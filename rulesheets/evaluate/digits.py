@@ -73,11 +73,8 @@ ExtendedValues: TypeAlias = Mapping[str, Any]
 """Floats or mpmath numbers (taken exactly) and symbols, by the full names of variables."""
 
 
-LARGE_BITS = 40
-"""Binary digits before the point from which on an exponent is large."""
-SPARE = 5
 LARGEST_BITS = 4_000
-"""The same from which on a power has no value here: floats end at 1,024."""
+"""Binary digits before the point of an exponent from which on a power has no value here."""
 MOST_BITS = 100_000
 """Binary exponents of arguments beyond which a function may take all memory (``sin`` of e^1e300)."""
 
@@ -139,14 +136,7 @@ class Digits(Arithmetic[Extended]):
         negative_root = base < 0 and exponent != int(exponent)
         if negative_root or (base == 0 and exponent < 0):
             raise Undefined("^", (float(base), float(exponent)), node)
-        if size <= LARGE_BITS or not base:
-            return base**exponent
-        # By the logarithm, with as many digits more as the exponent has before its point: mpmath squares, and
-        # squares again, for whole exponents, and for others it takes no more digits.
-        mp = context(self.digits + SPARE + size // 3)
-        found = mp.exp(mp.mpf(exponent) * mp.ln(abs(mp.mpf(base))))
-        odd = base < 0 and int(exponent) % 2 == 1
-        return +context(self.digits).mpf(-found if odd else found)
+        return base**exponent
 
     def applied(self, node: Call, arguments: list[Extended]) -> Extended:
         for argument in arguments:
