@@ -1,11 +1,14 @@
-"""Sheet → text: the canonical print, which ``parse`` reads back as the same sheet."""
+"""Sheet → text: the canonical print, which ``parse`` reads back as the same sheet; rules in LaTeX."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
+from typing import Any, ClassVar, TypeAlias
 
 from rulesheets.syntax import nodes
+
+Node: TypeAlias = nodes.Expression | nodes.Condition
 
 _OR, _AND, _COMPARISON, _NOT, _SUM, _PRODUCT, _FACTOR, _ATOM = range(8)
 """How tightly a node binds: where one stands that binds less, it goes in parentheses."""
@@ -17,72 +20,215 @@ def format_number(value: float) -> str:
     return digits.removesuffix(".0") + (f"e{int(exponent)}" if mark else "")
 
 
-def format_expression(node: nodes.Expression) -> str:
-    """An expression on one line: sums are spaced, products and powers are not."""
-    return _within(_SUM, node)
+class Notation:
+    """Expressions and conditions on one line, as the language has them: sums are spaced, products are not."""
+
+    brackets = "({})"
+    and_, or_, not_ = " and ", " or ", "not "
+    relations: ClassVar[dict[str, str]] = {}
+
+    def written(self, node: Node, place: int = _OR) -> str:
+        """In parentheses where it binds less than what stands in its place must."""
+        text, binds = self.bound(node)
+        return text if binds >= place else self.brackets.format(text)
+
+    def bound(self, node: Node) -> tuple[str, int]:
+        """The text of a node without parentheses around it, and how tightly it binds."""
+        match node:
+            case nodes.Number(value, unit=unit):
+                text, binds = self.number(value)
+                return text + ("" if unit is None else f"[{unit}]"), binds
+            case nodes.Name(name):
+                return self.name(name), _ATOM
+            case nodes.Symbol(name):
+                return self.symbol(name), _ATOM
+            case nodes.Call(function, arguments):
+                return self.call(function, arguments), _ATOM
+            case nodes.Power(base, exponent):
+                return self.power(base, exponent), _FACTOR
+            case nodes.Negative(operand):
+                return f"-{self.written(operand, _FACTOR)}", _FACTOR
+            case nodes.Product() | nodes.Quotient():
+                return self.chain(node), _PRODUCT
+            case nodes.Sum(terms):
+                first, *others = terms
+                return self.written(first, _PRODUCT) + "".join(map(self._added, others)), _SUM
+            case nodes.Comparison(operator, left, right):
+                relation = self.relations.get(operator, operator)
+                return f"{self.written(left)} {relation} {self.written(right)}", _COMPARISON
+            case nodes.Given(name):
+                return f"given('{name})", _ATOM
+            case nodes.Not(term):
+                return f"{self.not_}{self.written(term, _NOT)}", _NOT
+            case nodes.And(terms):
+                return self.and_.join(self.written(term, _COMPARISON) for term in terms), _AND
+            case nodes.Or(terms):
+                return self.or_.join(self.written(term, _AND) for term in terms), _OR
+
+    def _added(self, term: nodes.Expression) -> str:
+        sign = "+"
+        if isinstance(term, nodes.Negative):
+            sign, term = "-", term.operand
+        elif isinstance(term, nodes.Number) and term.value < 0:
+            sign, term = "-", nodes.Number(-term.value, unit=term.unit)
+        return f" {sign} {self.written(term, _PRODUCT)}"
+
+    # --- what another notation has otherwise ---
+
+    def number(self, value: float) -> tuple[str, int]:
+        return format_number(value), _ATOM if value >= 0 else _FACTOR
+
+    def name(self, name: str) -> str:
+        return name
+
+    def symbol(self, name: str) -> str:
+        return f"'{name}"
+
+    def call(self, function: str, arguments: tuple[nodes.Expression, ...]) -> str:
+        return function if function == "pi" else f"{function}({', '.join(map(self.written, arguments))})"
+
+    def power(self, base: nodes.Expression, exponent: nodes.Expression) -> str:
+        return f"{self.written(base, _ATOM)}^{self.written(exponent, _FACTOR)}"
+
+    def chain(self, node: nodes.Expression) -> str:
+        """``a*b/c``"""
+        first, *others = nodes.chain(node)
+        return self.written(first[1], _PRODUCT) + "".join(
+            sign + self.written(factor, _FACTOR) for sign, factor in others
+        )
 
 
-def format_condition(node: nodes.Condition) -> str:
-    """A condition on one line, with infix ``and`` and ``or``."""
-    return _within(_OR, node)
+format_expression: Callable[[nodes.Expression], str] = Notation().written
+format_condition: Callable[[nodes.Condition], str] = Notation().written
 
 
-def _within(place: int, node: nodes.Expression | nodes.Condition) -> str:
-    text, binds = _bound(node)
-    return text if binds >= place else f"({text})"
+# --- in LaTeX -------------------------------------------------------------------
+
+_GREEK = (
+    "alpha|beta|gamma|delta|epsilon|zeta|eta|theta|iota|kappa|lambda|mu|nu|xi|pi|rho|sigma|tau|upsilon|phi|chi|"
+    "psi|omega|Gamma|Delta|Theta|Lambda|Xi|Pi|Sigma|Phi|Psi|Omega"
+)
+_GREEK_NAME = re.compile(rf"({_GREEK})_?(|[A-Z0-9_].*)")
+_LETTER_NAME = re.compile(r"([A-Za-z])_?([A-Z0-9][A-Za-z0-9_]*|_.+)", re.ASCII)
+_COORDINATE = re.compile(r"([xyz])([a-z]\d*)", re.ASCII)
+_NUMBERED = re.compile(r"([A-Za-z]{2,})_?(\d+)", re.ASCII)
 
 
-def _bound(node: nodes.Expression | nodes.Condition) -> tuple[str, int]:
-    """The text of a node without parentheses around it, and how tightly it binds."""
-    match node:
-        case nodes.Number(value, unit=unit):
-            text = format_number(value) + ("" if unit is None else f"[{unit}]")
-            return text, _ATOM if value >= 0 else _FACTOR
-        case nodes.Name(name):
-            return name, _ATOM
-        case nodes.Symbol(name):
-            return f"'{name}", _ATOM
-        case nodes.Call("pi", ()):
-            return "pi", _ATOM
-        case nodes.Call(function, arguments):
-            return f"{function}({format_list(arguments)})", _ATOM
-        case nodes.Power(base, exponent):
-            return f"{_within(_ATOM, base)}^{_within(_FACTOR, exponent)}", _FACTOR
-        case nodes.Negative(operand):
-            return f"-{_within(_FACTOR, operand)}", _FACTOR
-        case nodes.Product() | nodes.Quotient():
-            return _chain(node), _PRODUCT
-        case nodes.Sum(terms):
-            first, *others = terms
-            return _within(_PRODUCT, first) + "".join(map(_added, others)), _SUM
-        case nodes.Comparison(operator, left, right):
-            return f"{format_expression(left)} {operator} {format_expression(right)}", _COMPARISON
-        case nodes.Given(name):
-            return f"given('{name})", _ATOM
-        case nodes.Not(term):
-            return f"not {_within(_NOT, term)}", _NOT
-        case nodes.And(terms):
-            return " and ".join(_within(_COMPARISON, term) for term in terms), _AND
-        case nodes.Or(terms):
-            return " or ".join(_within(_AND, term) for term in terms), _OR
+def latex_name(name: str) -> str:
+    r"""LaTeX of a variable's full name.
+
+    >>> latex_name("omegaAB"), latex_name("thetaAO"), latex_name("xa11"), latex_name("offset")
+    ('\\omega_{AB}', '\\theta_{AO}', 'x_{a11}', '\\mathrm{offset}')
+    """
+    *scope, local = name.split(".")
+    prefix = "".join(rf"\text{{{_plain(part)}.}}" for part in scope)
+    return prefix + _local(local)
 
 
-def _chain(node: nodes.Expression) -> str:
-    """``a*b/c``, by a loop: such a chain may be longer than recursion reaches."""
-    parts = []
-    while isinstance(node, nodes.Product | nodes.Quotient):
-        sign = "*" if isinstance(node, nodes.Product) else "/"
-        parts.append(sign + _within(_FACTOR, node.right))
-        node = node.left
-    return _within(_PRODUCT, node) + "".join(reversed(parts))
+def _local(name: str) -> str:
+    if greek := _GREEK_NAME.fullmatch(name):
+        return "\\" + greek[1] + _index(greek[2])
+    if len(name) == 1:
+        return name
+    if name.isupper() and name.isalpha():
+        return rf"\mathit{{{name}}}"
+    for pattern in (_COORDINATE, _LETTER_NAME):
+        if parts := pattern.fullmatch(name):
+            return parts[1] + _index(parts[2])
+    if numbered := _NUMBERED.fullmatch(name):
+        return rf"\mathrm{{{numbered[1]}}}" + _index(numbered[2])
+    return rf"\mathrm{{{_plain(name)}}}"
 
 
-def _added(term: nodes.Expression) -> str:
-    if isinstance(term, nodes.Negative):
-        return f" - {_within(_PRODUCT, term.operand)}"
-    if isinstance(term, nodes.Number) and term.value < 0:
-        return f" - {_within(_PRODUCT, nodes.Number(-term.value, unit=term.unit))}"
-    return f" + {_within(_PRODUCT, term)}"
+def _index(text: str) -> str:
+    index = _plain(text.strip("_"))
+    return f"_{{{index}}}" if index else ""
+
+
+def _plain(text: str) -> str:
+    return text.replace("_", r"\_").replace("#", r"\#")
+
+
+_OWN = "sin", "cos", "tan", "sinh", "cosh", "tanh", "ln", "exp", "min", "max"
+_LATEX_FUNCTIONS = {name: f"\\{name}" for name in _OWN}
+_LATEX_FUNCTIONS |= {"asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "gamma": r"\Gamma"}
+
+
+class Latex(Notation):
+    """The same in LaTeX, for mathematics mode: ``omegaAO*AO`` is ``\\omega_{AO} \\mathit{AO}``."""
+
+    brackets = r"\left({}\right)"
+    and_, or_, not_ = r" \text{ and } ", r" \text{ or } ", r"\text{not } "
+    relations: ClassVar[dict[str, str]] = {"<>": r"\neq", "<=": r"\leq", ">=": r"\geq"}
+
+    def number(self, value: float) -> tuple[str, int]:
+        digits, mark, exponent = format_number(value).partition("e")
+        text = rf"{digits} \cdot 10^{{{exponent}}}" if mark else digits
+        return text, _FACTOR if value < 0 or mark else _ATOM
+
+    def name(self, name: str) -> str:
+        return latex_name(name)
+
+    def symbol(self, name: str) -> str:
+        return rf"\text{{'{_plain(name)}}}"
+
+    def call(self, function: str, arguments: tuple[nodes.Expression, ...]) -> str:
+        inside = ", ".join(map(self.written, arguments))
+        match function:
+            case "pi":
+                return r"\pi"
+            case "sqrt":
+                return rf"\sqrt{{{inside}}}"
+            case "abs":
+                return rf"\left|{{{inside}}}\right|"
+        return self._function(function) + self.brackets.format(inside)
+
+    @staticmethod
+    def _function(name: str) -> str:
+        return _LATEX_FUNCTIONS.get(name, rf"\operatorname{{{name}}}")
+
+    def _added(self, term: nodes.Expression) -> str:
+        text = super()._added(term)
+        return text[:3] + self.brackets.format(text[3:]) if text[3] == "-" else text
+
+    def power(self, base: nodes.Expression, exponent: nodes.Expression) -> str:
+        """A power; of a function, with the exponent behind its name."""
+        raised = f"^{{{self.written(exponent)}}}"
+        if isinstance(base, nodes.Call) and base.function not in ("pi", "sqrt", "abs"):
+            inside = ", ".join(map(self.written, base.arguments))
+            return self._function(base.function) + raised + self.brackets.format(inside)
+        return self.written(base, _ATOM) + raised
+
+    def chain(self, node: nodes.Expression) -> str:
+        """A product; with divisors, one fraction: ``-a*b/c`` is not ``- a b \\frac{1}{c}``."""
+        (_, first), *others = nodes.chain(node)
+        below = [factor for sign, factor in others if sign == "/"]
+        above = [factor for sign, factor in others if sign == "*"]
+        negative = isinstance(first, nodes.Negative)
+        above.insert(0, first.operand if isinstance(first, nodes.Negative) else first)
+        if below:
+            ones = [f for f in above if isinstance(f, nodes.Negative) and f.operand == nodes.ONE]
+            negative ^= len(ones) % 2 == 1
+            above = [f for f in above if f != nodes.ONE and f not in ones] or [nodes.ONE]
+        text = rf"\frac{{{self._times(above)}}}{{{self._times(below)}}}" if below else self._times(above)
+        return f"- {text}" if negative else text
+
+    def _times(self, factors: Sequence[nodes.Expression]) -> str:
+        """Factors side by side, with a dot before a number."""
+        if len(factors) == 1:
+            return self.written(factors[0])
+        first, *others = (self.written(factor, _FACTOR) for factor in factors)
+        for text in others:
+            text = self.brackets.format(text) if text.startswith("-") else text
+            first += rf" \cdot {text}" if text[0].isdigit() else f" {text}"
+        return first
+
+
+expression_latex: Callable[[nodes.Expression], str] = Latex().written
+condition_latex: Callable[[nodes.Condition], str] = Latex().written
+
+
+# --- rules ----------------------------------------------------------------------
 
 
 def format_list(expressions: tuple[nodes.Expression, ...]) -> str:
@@ -232,7 +378,7 @@ def _cells(row: nodes.VariableRow) -> tuple[str, str, str, str]:
 def _range(limits: nodes.Range | None) -> str:
     if limits is None:
         return ""
-    low, high = (end and format_expression(end) for end in (limits.lower, limits.upper))
+    low, high = ("" if end is None else format_expression(end) for end in (limits.lower, limits.upper))
     if low and high and not (limits.low_open or limits.high_open):
         return f"in [{low}, {high}]"
     lower = low and f">{'' if limits.low_open else '='} {low}"

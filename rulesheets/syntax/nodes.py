@@ -518,6 +518,15 @@ def units_of(node: Expression | Condition) -> Iterator[str]:
     return (number.unit for number in leaves(node, Number) if number.unit is not None)
 
 
+def chain(node: Expression) -> list[tuple[str, Expression]]:
+    """The factors of ``a*b/c`` with their signs, by a loop: a chain may be longer than recursion reaches."""
+    parts: list[tuple[str, Expression]] = []
+    while isinstance(node, Product | Quotient):
+        parts.append(("*" if isinstance(node, Product) else "/", node.right))
+        node = node.left
+    return [("*", node), *reversed(parts)]
+
+
 def bare(node: Expression) -> bool:
     """Whether an expression is a plain number: it adopts the unit of what it is added to or equals."""
     return next(names(node), None) is None and next(units_of(node), None) is None

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TypeAlias
 
-from rulesheets.format import format_condition, format_expression
+from rulesheets.format import condition_latex, expression_latex, format_condition, format_expression
 from rulesheets.inputs import DIGITS, readable
 from rulesheets.model import Equation, Model, Premise, Requirement, Value
 from rulesheets.syntax import Span, escaped, nodes
@@ -44,10 +44,7 @@ class Plain:
 class Tex:
     """LaTeX for mathematics mode."""
 
-    def expression(self, node: Expression) -> str:
-        from rulesheets.algebra import expression_latex
-
-        return expression_latex(node)
+    expression = staticmethod(expression_latex)
 
     def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
         return self.expression(substitute(node, {name: _rounded(values[name]) for name in names(node)}))
@@ -56,8 +53,6 @@ class Tex:
         return self.expression(_rounded(value))
 
     def conditions(self, outcomes: Iterable[tuple[Condition, bool]]) -> str:
-        from rulesheets.algebra import condition_latex
-
         return condition_latex(conjunction(outcomes))
 
 

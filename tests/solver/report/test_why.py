@@ -97,7 +97,7 @@ def test_latex_escapes_units() -> None:
     [
         ("y = -a*b/c", r"y &= - \frac{a b}{c}"),
         ("y = 1*(-1)/c", r"y &= - \frac{1}{c}"),
-        ("y = a/b*c/2", r"y &= \frac{a c}{b 2}"),
+        ("y = a/b*c/2", r"y &= \frac{a c}{b \cdot 2}"),
         ("y = a^(1/3)", r"y &= a^{\frac{1}{3}}"),
     ],
 )
