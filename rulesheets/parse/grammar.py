@@ -345,8 +345,7 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
     node = _read(source, line, "rule")
     if len(known) >= MOST_FORMS:
         known.clear()
-    again = leaves.key in known
-    known[leaves.key] = forms.form_of(node, leaves, line.code) if again else None
+    known[leaves.key] = forms.form_of(node, leaves) if leaves.key in known else None
     return node
 
 

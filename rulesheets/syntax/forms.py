@@ -22,7 +22,6 @@ from rulesheets.syntax.nodes import (
     Name,
     Number,
     Power,
-    Symbol,
     children,
     rebuilt,
 )
@@ -36,7 +35,6 @@ LONGEST = 3_000
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _NAME = r"(?!(?=[iteconapITECONAP])(?i:if|then|else|call|and|or|not|pi)\b)[a-zA-Z_][a-zA-Z_0-9]*+(?!\w|\s*\()"
 _LEAF = re.compile(rf"(?<![\w.])(?:({_NAME})|({_NUMBER}))")
-_BETWEEN = re.compile(r"\s*(?:call\b)?(?:[a-z_]\w*(?=\s*\()|pi\b|[-+*/^(),;=\s])*", re.ASCII | re.IGNORECASE)
 
 Sides: TypeAlias = tuple[tuple[Expression, ...], tuple[Expression, ...]]
 
@@ -124,28 +122,21 @@ def leaves_of(code: str) -> Leaves | None:
     return Leaves("".join(filter(None, parts)), names, numbers)
 
 
-def form_of(first: object, leaves: Leaves, code: str) -> Form | None:
+def form_of(first: object, leaves: Leaves) -> Form | None:
     """What rules share that differ from a line in names and numbers only, told by its tree.
 
-    None for rules with arms, conditions, symbols or units, and for those whose sides are exchanged.
+    None for rules with arms, conditions, symbols or units, and for those whose sides are exchanged: the
+    form with the leaves of the line makes another tree of them.
     """
-    if not isinstance(first, Equality) or len(first.right) > 1:
+    if not isinstance(first, Equality) or first.span is None or len(first.right) > 1:
         return None
     if len(first.left) > 1 and not isinstance(first.right[0], Call):
         return None
-    sides: Sides = first.left, first.right
-    inside = [*walk(*chain(*sides))]
-    if not all(map(_plain, inside)) or not _BETWEEN.fullmatch(" ".join(_LEAF.split(code)[::3])):
+    form = Form((first.left, first.right))
+    if "pi" in form.called and form.called & {"sin", "cos", "tan"}:  # values that are known exactly
         return None
-    called = {node.function for node in inside if isinstance(node, Call)}
-    if "pi" in called and called & {"sin", "cos", "tan"}:  # values that are known exactly
+    kinds = [type(node) for node in walk(*chain(*form.sides))]
+    if (kinds.count(Name), kinds.count(Number)) != (len(leaves.names), len(leaves.numbers)):
         return None
-    at = [node.span.start for node in inside if isinstance(node, Name | Number) and node.span is not None]
-    if len(at) != len(leaves.names) + len(leaves.numbers) or at != sorted(at):
-        return None
-    return Form(sides)
-
-
-def _plain(node: Any) -> bool:
-    """Whether nothing but the form of the rule decides what is to be said of a node."""
-    return not isinstance(node, Symbol) and getattr(node, "unit", None) is None
+    again = Like.of(form, leaves.names, leaves.numbers).sides(first.span)
+    return form if again == form.sides else None
