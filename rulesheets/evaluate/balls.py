@@ -14,7 +14,7 @@ from flint import arb, arb_mat, ctx
 
 from rulesheets.evaluate.number import Arithmetic, Undefined
 from rulesheets.functions import TABLE
-from rulesheets.functions.row import ROUNDED, Forms, Function
+from rulesheets.functions.row import Forms, Function
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, names
 from rulesheets.syntax.program import walk
 
@@ -96,23 +96,20 @@ FUNCTIONS = Forms(TABLE, _form)
 """Every function of the table on balls, by name; not finite where nothing is known."""
 
 
-def enclosing_ball(expression: Expression, balls: Mapping[str, Ball], derivative: bool = False) -> Ball:
+def enclosing_ball(expression: Expression, balls: Mapping[str, Ball]) -> Ball:
     """A ball that holds every value of ``expression`` over the ``balls`` of its variables.
 
-    ``derivative``: the expression is one, in which some floats stand for the exact numbers next to
-    them; both are enclosed. Raises Undefined where it may not be defined everywhere, KeyError for a
-    variable without a ball.
+    Raises Undefined where it may not be defined everywhere, KeyError for a variable without a ball.
     """
-    return Balls(balls, derivative).of(expression)
+    return Balls(balls).of(expression)
 
 
 class Balls(Arithmetic[Ball]):
-    def __init__(self, balls: Mapping[str, Ball], derivative: bool) -> None:
-        self.balls, self.derivative = balls, derivative
+    def __init__(self, balls: Mapping[str, Ball]) -> None:
+        self.balls = balls
 
     def number(self, node: Number) -> Ball:
-        exact = ROUNDED.get(node.value) if self.derivative else None
-        return ball(node.value) if exact is None else ball(node.value).union(enclosing_ball(exact, {}))
+        return ball(node.value)
 
     def name(self, node: Name) -> Ball:
         return self.balls[node.name]

@@ -14,7 +14,7 @@ from rulesheets.evaluate.gradient import Part, Traced
 from rulesheets.evaluate.number import Arithmetic, Undefined, value
 from rulesheets.functions import TABLE
 from rulesheets.functions.digits import Extended
-from rulesheets.functions.row import ROUNDED, Forms, Function
+from rulesheets.functions.row import Forms, Function
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Quotient, children, names
 from rulesheets.syntax.program import walk
 
@@ -109,14 +109,13 @@ def in_many_digits(expression: Expression) -> bool:
 
 
 class Digits(Arithmetic[Extended]):
-    """Numbers of mpmath. ``slope``: floats of slopes stand for the exact numbers next to them."""
+    """Numbers of mpmath."""
 
-    def __init__(self, values: ExtendedValues, digits: int, slope: bool = False) -> None:
-        self.values, self.digits, self.slope = values, digits, slope
+    def __init__(self, values: ExtendedValues, digits: int) -> None:
+        self.values, self.digits = values, digits
 
     def number(self, node: Number) -> Extended:
-        exact = ROUNDED.get(node.value) if self.slope else None
-        return _exact(node.value, self.digits) if exact is None else self.of(exact)
+        return _exact(node.value, self.digits)
 
     def name(self, node: Name) -> Extended:
         number = self.values[node.name]
@@ -165,7 +164,7 @@ class TracedDigits(Traced[Extended]):
     def slope(self, template: Expression, arguments: Sequence[Part[Extended]], node: Expression) -> Extended:
         values = {str(place): part.value for place, part in enumerate(arguments)}
         try:
-            return Digits(values, self.numbers.digits, slope=True).of(template)
+            return Digits(values, self.numbers.digits).of(template)
         except Undefined as error:
             raise Undefined(error.operation, error.arguments, node) from None
 

@@ -374,30 +374,23 @@ class Inexact(Exception):
     """The value is no rational number, or none that is known exactly."""
 
 
-NOTHING: Mapping[float, Fraction] = {}
-
-
-def exactly(
-    expression: Expression, numbers: Mapping[str, Fraction], constants: Mapping[float, Fraction] = NOTHING
-) -> Fraction:
-    """The exact value; floats in the expression are the numbers that they are, or what ``constants`` say.
+def exactly(expression: Expression, numbers: Mapping[str, Fraction], pi: Fraction | None = None) -> Fraction:
+    """The exact value; floats in the expression are the numbers that they are, ``pi`` is what stands for π.
 
     Raises Inexact where an operation leaves the rational numbers or is undefined, and for a variable without
     a number.
     """
-    return Rationals(numbers, constants).of(expression)
+    return Rationals(numbers, pi).of(expression)
 
 
 class Rationals(Arithmetic[Fraction]):
     """Rational numbers; ``pi``: what stands for π."""
 
-    def __init__(
-        self, numbers: Mapping[str, Fraction], constants: Mapping[float, Fraction], pi: Fraction | None = None
-    ) -> None:
-        self.numbers, self.constants, self.pi = numbers, constants, pi
+    def __init__(self, numbers: Mapping[str, Fraction], pi: Fraction | None) -> None:
+        self.numbers, self.pi = numbers, pi
 
     def number(self, node: Number) -> Fraction:
-        return self.constants[node.value] if node.value in self.constants else Fraction(node.value)
+        return Fraction(node.value)
 
     def name(self, node: Name) -> Fraction:
         if node.name not in self.numbers:
@@ -495,7 +488,7 @@ def with_round_values(expression: Any) -> Any:
     if isinstance(expression, Call) and expression.function in ("sin", "cos", "tan"):
         try:
             # q where the angle is written as q·π: the same share of either stand-in for π
-            shares = {Rationals({}, {}, pi).of(expression.arguments[0]) / pi for pi in _STAND_INS}
+            shares = {exactly(expression.arguments[0], {}, pi) / pi for pi in _STAND_INS}
             if len(shares) == 1:
                 number = known(f"{expression.function}d", 180 * shares.pop())
                 return Number(float(number), expression.span)

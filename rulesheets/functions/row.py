@@ -7,7 +7,6 @@ there, or as a function of the library and the arguments, so that no row imports
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
@@ -174,19 +173,9 @@ class Forms(Mapping[str, Callable[..., Any]]):
 
 # --- slopes that are more than a formula ---------------------------------------
 
-RADIAN = Number(math.pi / 180.0)
-DEGREE = Number(180.0 / math.pi)
-LOG10_E = 1.0 / math.log(10.0)
-BELL = 2.0 / math.sqrt(math.pi)
-
-ROUNDED: dict[float, Expression] = {
-    RADIAN.value: call("pi") / 180.0,
-    DEGREE.value: 180.0 / call("pi"),
-    BELL: 2.0 / call("sqrt", call("pi")),
-    -BELL: -2.0 / call("sqrt", call("pi")),
-    LOG10_E: 1.0 / call("ln", Number(10.0)),
-}
-"""Floats that derivatives have in place of numbers that no float holds, and those numbers."""
+RADIAN, DEGREE = call("pi") / 180.0, 180.0 / call("pi")
+LOG10_E = 1.0 / call("ln", Number(10.0))
+BELL = 2.0 / call("sqrt", call("pi"))
 
 
 def of(name: str) -> Callable[[Expression], Expression]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from copy import copy
 from functools import cached_property, lru_cache, partial
 from graphlib import CycleError, TopologicalSorter
@@ -22,7 +22,6 @@ from rulesheets.evaluate import differentiate, less_one, slopes_by_name
 from rulesheets.evaluate.number import INTERVALS, Arithmetic
 from rulesheets.functions import TABLE, intervals
 from rulesheets.functions.arrays import ARRAYS
-from rulesheets.functions.row import ROUNDED as ROUNDED_SLOPES
 from rulesheets.functions.row import Forms
 from rulesheets.syntax.nodes import (
     ONE,
@@ -160,6 +159,8 @@ class Emitter(_Source[str]):
         return self.temporary(f"{self.called(POWER)}({base}, {exponent})")
 
     def applied(self, node: Call, arguments: list[str]) -> str:
+        if not arguments:
+            return repr(TABLE[node.function].value())
         return self.temporary(f"{self.called(node.function)}({', '.join(arguments)})")
 
     def called(self, name: str) -> str:
@@ -181,14 +182,6 @@ def compile_expressions(
 
 
 Pair: TypeAlias = tuple[str, str]
-
-ROUNDED: Mapping[float, tuple[float, float]] = {
-    number: (math.nextafter(number, -inf), math.nextafter(number, inf))
-    for size in ROUNDED_SLOPES
-    for number in (size, -size)
-}
-"""Floats that slopes have in place of numbers next to them that no float holds."""
-
 
 ARITHMETIC = {
     name: getattr(intervals, name)
@@ -277,8 +270,8 @@ class IntervalEmitter(_Source[Pair]):
     # --- the arithmetic ---
 
     def number(self, node: Number) -> Pair:
-        low, high = map(self._constant, ROUNDED.get(node.value, (node.value, node.value)))
-        return low, high
+        token = self._constant(node.value)
+        return token, token
 
     def _constant(self, value: float) -> str:
         """The token of a number: blocks that differ in numbers alone have the same code."""

@@ -22,7 +22,7 @@ derivatives know nothing.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from fractions import Fraction
 from functools import partial
 from itertools import combinations_with_replacement
@@ -49,7 +49,6 @@ from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Symbol, add, multiply, subtract
 from rulesheets.syntax.program import walk
 from solver.facts import DoubleRoot, Proof, ProvedRoots
-from solver.kernel.emitter import ROUNDED
 from solver.leaves import Leaf
 from solver.numerics.linear_algebra import eliminate, null_direction
 from solver.path import given_by
@@ -190,7 +189,7 @@ class Square(NamedTuple):
         return [flat[i : i + n] for i in range(0, n * n, n)]
 
     def jacobian(self, at: Mapping[str, Ball]) -> list[Sequence[Ball]]:
-        return self.rows([enclosing_ball(partial, at, derivative=True) for partial in self.partials])
+        return self.rows([enclosing_ball(partial, at) for partial in self.partials])
 
     def residual(self, at: Mapping[str, Ball]) -> list[Ball]:
         return [enclosing_ball(form, at) for form in self.forms]
@@ -278,7 +277,6 @@ def _inflated(
 
 DENOMINATORS = (1, 10**3, 10**7)
 """Largest denominators of the rational numbers that floats are taken for, besides what they are."""
-RADIAN = math.pi / 180.0
 SPECK = 2.0**-200
 """How far around a root its rules must be smooth."""
 
@@ -304,11 +302,9 @@ def exact_double_root(
 def _singular_root(square: Square, numbers: Mapping[str, Fraction]) -> bool:
     """Whether the rules hold, and the determinant of their Jacobian is 0.
 
-    Derivatives by degrees hold π/180, of which the determinant is a polynomial with rational coefficients. As
-    π is transcendental, it is 0 if and only if it is 0 for more numbers in place of π/180 than its degree.
+    Derivatives by degrees hold π, by powers of which the determinant is a sum with rational coefficients. As
+    π is transcendental, it is 0 if and only if it is 0 for more numbers in place of π than its degree.
     """
-    if any(ROUNDED.keys() & set(_numbers(form)) for form in square.forms):
-        raise Inexact("a number next to π/180")
     if any(exactly(form, numbers) for form in square.forms):
         return False
     calls, unknown = jumps((*square.forms, *square.partials), square.unknowns), set(square.unknowns)
@@ -318,17 +314,12 @@ def _singular_root(square: Square, numbers: Mapping[str, Fraction]) -> bool:
             return False  # a kink is no double root, though 0 stands for its slope
     except Undefined:
         return False
-    degree = sum(number in ROUNDED for partial in square.partials for number in _numbers(partial))
-    for radian in map(Fraction, range(1, degree + 2)):
-        constants = {RADIAN: radian, -RADIAN: -radian, 1 / RADIAN: 1 / radian, -1 / RADIAN: -1 / radian}
-        rows = square.rows([exactly(partial, numbers, constants) for partial in square.partials])
+    degree = sum(part == Call("pi", ()) for partial in square.partials for part in walk(partial))
+    for pi in map(Fraction, range(1, degree + 2)):
+        rows = square.rows([exactly(partial, numbers, pi) for partial in square.partials])
         if eliminate(rows, [Fraction(0)] * len(rows)) is not None:
             return False
     return True
-
-
-def _numbers(form: Expression) -> Iterator[float]:
-    return (part.value for part in walk(form) if isinstance(part, Number))
 
 
 MU, PLACE = "#mu", "#t"
@@ -491,7 +482,7 @@ class _Curve:
         for row in self.second:
             total = ball(0)
             for (j, k), bend in row.items():
-                total += enclosing_ball(bend, at, derivative=True) * tangent[j] * tangent[k]
+                total += enclosing_ball(bend, at) * tangent[j] * tangent[k]
             curved.append(-total)
         return solved(self.bordered.jacobian({**self.known, **point}), [*curved, ball(0)])[self.n]
 
