@@ -156,7 +156,13 @@ def _end(written: nodes.Expression | None, endless: float, variable: Variable) -
     """An end of a range; one that names variables is a requirement, and none here."""
     if written is None or any(names(written)):
         return endless
-    found = _given(written, variable)
+    if measured(written) is not None:
+        return float(_given(written, variable))
+    try:
+        found = constant(written)
+    except RuleSheetError as wrong:
+        reason = wrong.diagnoses[0].message.replace("this input", "this bound")
+        raise RuleSheetError(wrong_range(reason, written.span)) from None
     if isinstance(found, str):
         raise RuleSheetError(wrong_range(f"a bound is a number, and '{found} is a symbol", written.span))
     return found

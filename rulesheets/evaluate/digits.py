@@ -115,7 +115,7 @@ class Digits(Arithmetic[Extended]):
         self.values, self.digits = values, digits
 
     def number(self, node: Number) -> Extended:
-        return _exact(node.value, self.digits)
+        return context(self.digits).mpf(node.value)
 
     def name(self, node: Name) -> Extended:
         number = self.values[node.name]
@@ -170,12 +170,6 @@ class TracedDigits(Traced[Extended]):
 
     def missing(self, node: Call) -> Extended:
         raise Undefined("derivative", (), node)
-
-
-@lru_cache(maxsize=4096)
-def _exact(value: float, digits: int) -> Extended:
-    """A number of a rule, which is met again and again."""
-    return context(digits).mpf(value)
 
 
 DIGITS = 160

@@ -192,12 +192,6 @@ class Floats(Arithmetic[float]):
             raise Undefined("symbol", (), node)
         return number
 
-    def sum(self, node: Sum) -> float:
-        total, operations = 0.0, self.operations
-        for term in node.terms:
-            total += operations[type(term)](self, term)
-        return total
-
     def divided(self, node: Quotient, above: float, below: float) -> float:
         try:
             return above / below

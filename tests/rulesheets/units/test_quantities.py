@@ -150,7 +150,7 @@ def test_a_number_with_a_unit_does_not_explain_a_factor() -> None:
     [
         ("variables\n x = 2*3[in] [mm]\nrules\n x = y", "E461", 2),
         ("variables\n x = 3[kg] [mm]\nrules\n x = y", "E461", 2),
-        ("variables\n x > 2*3[in] [mm]\nrules\n x = y", "E461", 2),
+        ("variables\n x > 2*3[in] [mm]\nrules\n x = y", "E121", 2),
         ("x = 3*y\ny = 9.81[smoot]*x", "E460", 2),
         ("x = 3 [mm]", "E101", 1),
     ],
