@@ -35,6 +35,7 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import degree, walk
 from solver.path import Isolation
+from solver.path.isolate import isolate
 
 Array: TypeAlias = NDArray[np.float64]
 FOLDING = (0.0, 1.0, -1.0)
@@ -269,8 +270,6 @@ class ModelGraph:
         names of that, in the order of those of this one."""
         key = (equation, variable)
         if key not in self._isolations:
-            from solver.path.isolate import isolate  # most are kept from an earlier run
-
             body, unknown = self.model.equations[equation], self.names[variable]
             if unknown not in body.names:
                 return None, body.names
