@@ -9,12 +9,12 @@ A call of a rule function stands for the rules of that function with their names
   in a call inside a call ``f.g.name``.
 
 Equations come rule by rule in source order, those of a call right after the rule that
-calls. Bodies of calls are worked off a stack, so that only the nesting of one rule recurses.
+calls.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from rulesheets.diagnosis import RuleSheetError, said
@@ -63,21 +63,8 @@ class Expansion:
         self.conditions: list[nodes.Condition] = []
         self.requirements: list[Requirement] = []
         self.names: dict[str, None] = {}
-        self._called: list[Iterator[tuple[nodes.RuleBody, Context]]] = []
-        # calls found in a rule are pushed and come before the next rule
-        stack = [self._bodies(program.sheet, Scope("", {}, {}), ())]
-        while stack:
-            step = next(stack[-1], None)
-            if step is None:
-                stack.pop()
-                continue
-            self._expand(*step)
-            if len(self.equations) + len(self.requirements) > MAX_EQUATIONS:
-                reason = f"the model has more than {MAX_EQUATIONS:,} equations"
-                place, note = step[1].rule, "call fewer functions in functions"
-                raise RuleSheetError(said("E216", reason, place, note, label="one of them"))
-            stack.extend(reversed(self._called))
-            self._called.clear()
+        self._called: list[tuple[nodes.Function, Scope, tuple[Premise, ...]]] = []
+        self._body(program.sheet, Scope("", {}, {}), ())
         for row in program.rows:  # the ends of ranges that name variables
             limits = row.range
             if limits is None or limits.span is None:
@@ -88,12 +75,20 @@ class Expansion:
                     comparison = nodes.Comparison(operator, nodes.Name(row.name), end, limits.span)
                     self.requirements.append(Requirement(comparison, (), limits.span))
 
-    def _bodies(
+    def _body(
         self, owner: nodes.RuleSheet | nodes.Function, scope: Scope, guard: tuple[Premise, ...]
-    ) -> Iterator[tuple[nodes.RuleBody, Context]]:
-        """The rules of a sheet or a function with where each stands."""
+    ) -> None:
+        """The rules of a sheet or a function, each with those of its calls behind it."""
         for rule in rules_of(owner):
-            yield rule.body, Context(scope, guard, rule.span or rule.body.span or _NOWHERE)
+            place = rule.span or rule.body.span or _NOWHERE
+            self._expand(rule.body, Context(scope, guard, place))
+            if len(self.equations) + len(self.requirements) > MAX_EQUATIONS:
+                reason = f"the model has more than {MAX_EQUATIONS:,} equations"
+                note = "call fewer functions in functions"
+                raise RuleSheetError(said("E216", reason, place, note, label="one of them"))
+            called, self._called = self._called, []
+            for call in called:
+                self._body(*call)
 
     def _expand(self, body: nodes.RuleBody, context: Context) -> None:
         """One rule; a stack holds the arms to come, so that long ``else if`` chains don't recurse."""
@@ -133,7 +128,7 @@ class Expansion:
         results: tuple[nodes.Expression, ...] | None,
         context: Context,
     ) -> str:
-        """Bind a call and put its body on the stack; the full name of its first result.
+        """Bind a call and note its body; the full name of its first result.
 
         With ``results`` None (a call in an expression) the results are locals of the call.
         """
@@ -153,7 +148,7 @@ class Expansion:
                 self.names.setdefault(full)
                 self._equate(nodes.Name(full, actual.span), value, context)
         scope = Scope(prefix, bound, {})
-        self._called.append(self._bodies(function, scope, context.guard))
+        self._called.append((function, scope, context.guard))
         return scope.full_name(function.results[0]) if function.results else ""
 
     def _equate(self, left: nodes.Expression, right: nodes.Expression, context: Context) -> None:
