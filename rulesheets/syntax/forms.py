@@ -65,8 +65,8 @@ class Form:
 
 
 class Like(NamedTuple):
-    """One of these rules: its ``names`` in order of first appearance, the ``pattern`` by which they repeat
-    (empty where none does), and its ``numbers``."""
+    """One of these rules: its ``names`` in order of first appearance, the ``pattern`` by which they repeat,
+    and its ``numbers``."""
 
     form: Form
     names: tuple[str, ...]
@@ -76,15 +76,13 @@ class Like(NamedTuple):
     @classmethod
     def of(cls, form: Form, names: Sequence[str], numbers: tuple[float, ...]) -> Like:
         """That with these names in the order of the text."""
-        once = tuple(dict.fromkeys(names))
-        if len(once) == len(names):
-            return Like(form, once, (), numbers)
-        places = {name: k for k, name in enumerate(once)}
-        return Like(form, once, tuple([places[name] for name in names]), numbers)
+        places: dict[str, int] = {}
+        pattern = tuple([places.setdefault(name, len(places)) for name in names])
+        return Like(form, tuple(places), pattern, numbers)
 
     def sides(self, span: Span) -> Sides:
         """The sides of the rule that stands there."""
-        names = iter([self.names[k] for k in self.pattern] if self.pattern else self.names)
+        names = iter([self.names[k] for k in self.pattern])
         numbers = iter(self.numbers)
 
         def made(node: Any) -> Expression:
