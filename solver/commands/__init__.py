@@ -28,6 +28,8 @@ from rulesheets.loading import load, loads
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Source, Span, escaped
 from rulesheets.units import with_display_unit, with_display_units
+from rulesheets.variables import read_variable_sheet
+from solver.files import expect_no_input
 from solver.report import screen_of, shown_on
 
 UNSOLVED = 1
@@ -80,10 +82,7 @@ def answered(command: Callable[[Namespace], int], arguments: Namespace) -> int:
         print("error[S553]: the time was up", file=sys.stderr)
         return UNSOLVED
     except RuleSheetError as wrong:
-        color = sys.stderr.isatty() and "NO_COLOR" not in os.environ
-        width = screen_of(sys.stderr).width
-        said = (render(diagnosis, color=color, width=width) for diagnosis in wrong.diagnoses)
-        print("\n\n".join(said), file=sys.stderr)
+        print("\n\n".join(screen_of(sys.stderr).said(wrong.diagnoses)), file=sys.stderr)
         if getattr(arguments, "json", False):
             from solver.report.sheet import error_json  # with it comes numpy, which help does without
 
@@ -162,8 +161,6 @@ class Request(NamedTuple):
     def expect_output(self, path: str | None) -> None:
         """Raise RuleSheetError (E418) if a file to write is one that was read."""
         if path is not None:
-            from solver.files import expect_no_input  # a solve that writes nothing does without
-
             expect_no_input(path, self.files)
 
 
@@ -226,8 +223,6 @@ def read_request(arguments: Namespace) -> Request:
     tolerances: dict[str, Tolerance] = {}
     files = model.files
     if arguments.variables:
-        from rulesheets.variables import read_variable_sheet  # most commands read none
-
         beside = "." if arguments.sheet == "-" else arguments.sheet
         filled_in = find_variable_sheet(arguments.variables, beside)
         files = (*files, filled_in)

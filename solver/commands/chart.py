@@ -5,13 +5,11 @@ Exact are the states that satisfy the active rules to 50 digits.
 
 from __future__ import annotations
 
-import csv
 import math
 from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from io import StringIO
 from time import perf_counter
 from timeit import Timer
 from typing import Any, TypeAlias
@@ -27,7 +25,7 @@ from solver.commands import Command, Option, Request, add_input_options, read_re
 from solver.commands.over import read_approach, read_axes
 from solver.derivatives.linearization import DIGITS, linearize, sharpened
 from solver.facts import FALSE, Mark, Status, Unsolved
-from solver.files import write_file
+from solver.files import csv_text, write_file
 from solver.kernel.block import BlockKernel
 from solver.numerics.newton import METHODS, Jacobian, Residual, ScipyRoot, System, scipy_root
 from solver.path import SolveBlock
@@ -214,11 +212,8 @@ def _short(error: float | None) -> str:
 
 def chart_csv(marks: Iterable[Mark]) -> str:
     """One line a measurement, all digits; empty where there is nothing."""
-    text = StringIO()
-    writer = csv.DictWriter(text, COLUMNS, extrasaction="ignore", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({**m._asdict(), "error": "" if math.isnan(m.error) else m.error} for m in marks)
-    return text.getvalue()
+    rows = ({**m._asdict(), "error": None if math.isnan(m.error) else m.error} for m in marks)
+    return csv_text([COLUMNS, *([row[column] for column in COLUMNS] for row in rows)])
 
 
 def _picture(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 import time
@@ -28,7 +29,9 @@ from solver.commands import (
     load_sheet,
     read_request,
 )
+from solver.files import write_file
 from solver.path.planner import path_tree, planner
+from solver.report.path import reaches, tree_text
 from solver.report.sheet import diagnosis_json, result_csv, result_json, result_text
 from solver.solution.solving import Result, posted, solve
 
@@ -70,8 +73,6 @@ def _solve(arguments: Namespace) -> int:
     options = {"prove": arguments.prove, "limits": arguments.limits}
     result = solve(request.model, request.inputs, request.want, request.guesses, **options)
     if arguments.output:
-        from solver.files import write_file  # which a table on the screen does without
-
         write_file(arguments.output, result_csv(result).encode())
     warnings = result.model.unit_warnings  # of the rules; the status stays
     if not arguments.json and len(warnings) > MOST_WARNINGS:
@@ -80,14 +81,13 @@ def _solve(arguments: Namespace) -> int:
         warnings = (*warnings[: MOST_WARNINGS - 1], last._replace(notes=(*last.notes, rest)))
     if warnings:
         result = replace(result, diagnoses=(*result.diagnoses, *warnings))
-    color = sys.stdout.isatty() and "NO_COLOR" not in os.environ
     if arguments.csv:  # what is wrong goes out of the way of a program that reads the sheet
         sys.stdout.write(result_csv(result, every=arguments.all))
         for diagnosis in result.diagnoses:
             print(render(diagnosis), file=sys.stderr)
     elif not arguments.json:
         shown = {"every": arguments.all, "explain": arguments.explain, "digits": arguments.digits}
-        print(result_text(result, **shown, color=color))
+        print(result_text(result, **shown))
     derived = _derived(result, arguments)
     if arguments.json:
         also = derived.json() if derived else {}
@@ -95,7 +95,7 @@ def _solve(arguments: Namespace) -> int:
     elif derived and arguments.csv:
         print(derived.text(), file=sys.stderr)
     elif derived:
-        print(f"\n{derived.text(color=color)}")
+        print(f"\n{derived.text()}")
     return result.status.exit_code
 
 
@@ -180,8 +180,6 @@ def _check(arguments: Namespace) -> int:
 
     model = load_sheet(arguments)
     if arguments.json:
-        import json
-
         found = [diagnosis_json(warning) for warning in check_units(model)]
         units = inferred(model)
         more = {"inferred": units} if units else {}
@@ -230,16 +228,12 @@ def _format(arguments: Namespace) -> int:
     if not arguments.in_place:
         sys.stdout.write(text)
     elif text != source.text:
-        from solver.files import write_file
-
         write_file(path, text.encode())
     return 0
 
 
 def _path(arguments: Namespace) -> int:
     """Print the path; the exit code is 0 where it reaches every wanted variable, at least in some case."""
-    from solver.report.path import reaches, tree_text
-
     request = read_request(arguments)
     model, given = request.model, override(request.model, request.inputs, request.guesses).values
     wanted = request.want or posted(model)

@@ -10,6 +10,7 @@ import os
 import stat
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from io import StringIO
 from types import TracebackType
 from typing import BinaryIO, Self, TextIO
 
@@ -49,6 +50,13 @@ def other_sweep(path: str, reason: str) -> Diagnosis:
     again = "give the options that it was written with, or another file"
     notes = (again, "without --resume it is replaced")
     return error("E448", f"{path} is not the beginning of this sweep: {reason}", notes=notes)
+
+
+def csv_text(rows: Iterable[Iterable[object]]) -> str:
+    """Lines of CSV: numbers with all digits, nothing for None."""
+    text = StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
 
 
 UNFINISHED = ".backsolve-unfinished"

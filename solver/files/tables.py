@@ -6,7 +6,6 @@ import csv
 import os
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Sized
 from importlib import import_module
-from io import StringIO
 from itertools import islice
 from typing import Any, TypeAlias
 
@@ -20,6 +19,7 @@ from solver.facts import Status, UnknownName
 from solver.files import (
     Printed,
     Replacement,
+    csv_text,
     expect_no_input,
     missing_extra,
     readable_rows,
@@ -40,7 +40,7 @@ WORDS = tuple(map(str, Status))
 CODES = {status: code for code, status in enumerate(Status)}
 
 
-class Table(Mapping[str, NDArray[Any]], Shown):
+class Table(dict[str, NDArray[Any]], Shown):
     """Table (n,) by name: the inputs that were swept, then the wanted variables.
 
     A wanted value is NaN where its row is not solved (None in a column of symbols). ``status``
@@ -57,21 +57,13 @@ class Table(Mapping[str, NDArray[Any]], Shown):
         files: tuple[str, ...] = (),
         answers: NDArray[np.int64] | None = None,
     ) -> None:
-        self._columns = dict(columns)
+        super().__init__(columns)
         self.status = status
         self._files = files
         self.answers = self.solved.astype(np.int64) if answers is None else answers
 
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        if name not in self._columns:
-            raise UnknownName(name, self._columns)
-        return self._columns[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        return len(self._columns)
+    def __missing__(self, name: str) -> NDArray[Any]:
+        raise UnknownName(name, self)
 
     def to_pandas(self) -> Any:
         """The columns and the status as a ``pandas.DataFrame``. Raises ImportError where pandas is absent."""
@@ -82,14 +74,14 @@ class Table(Mapping[str, NDArray[Any]], Shown):
         return import_module("polars").DataFrame(self._frame())
 
     def _frame(self) -> dict[str, Any]:
-        return {**self._columns, free_name("status", self._columns): self.words()}
+        return {**self, free_name("status", self): self.words()}
 
     def words(self) -> list[str]:
         """The status of each row, as a word."""
         return [WORDS[code] for code in self.status]
 
     def __repr__(self) -> str:
-        names = ", ".join(self._columns)
+        names = ", ".join(self)
         return f"<{type(self).__name__} of {len(self.status)} rows, {self.solved.sum()} solved: {names}>"
 
     @property
@@ -161,9 +153,7 @@ def free_name(name: str, taken: Iterable[str]) -> str:
 
 def csv_head(names: Sequence[str]) -> bytes:
     """The first line: the names, and ``status``."""
-    text = StringIO()
-    csv.writer(text, lineterminator="\n").writerow((*names, free_name("status", names)))
-    return text.getvalue().encode("utf-8")
+    return csv_text([(*names, free_name("status", names))]).encode("utf-8")
 
 
 def csv_rows(table: Table) -> bytes:

@@ -7,20 +7,35 @@ from __future__ import annotations
 
 import os
 import unicodedata
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from contextlib import AbstractContextManager
 from contextvars import ContextVar
 from shutil import get_terminal_size
 from typing import NamedTuple, TextIO
 
 from rulesheets.deadline import setting
+from rulesheets.diagnosis import Diagnosis, render
 
 
 class Screen(NamedTuple):
-    """``width`` columns, None for a file or a pipe; ``paint(text, style)`` sets off words."""
+    """``width`` columns, None for a file or a pipe; whether words are set off in ``color``."""
 
     width: int | None = None
-    paint: Callable[[str, str], str] = lambda text, style: text
+    color: bool = False
+
+    def paint(self, text: str, style: str) -> str:
+        """Set off words, where ``rich`` is installed."""
+        if not self.color or not text:
+            return text
+        try:
+            from rich.color import ColorSystem
+            from rich.style import Style
+        except ImportError:  # the extra `terminal`
+            return text
+        return Style.parse(style).render(text, color_system=ColorSystem.STANDARD)
+
+    def said(self, diagnoses: Iterable[Diagnosis]) -> list[str]:
+        return [render(diagnosis, color=self.color, width=self.width) for diagnosis in diagnoses]
 
 
 PLAIN = Screen()
@@ -33,26 +48,12 @@ def shown_on(stream: TextIO) -> AbstractContextManager[None]:
 
 
 def screen_of(stream: TextIO) -> Screen:
-    """The screen of a terminal; words are set off where ``rich`` is installed and NO_COLOR is not set.
-
-    COLUMNS in the environment counts for pipes, too.
-    """
+    """The screen of a terminal, in colour unless NO_COLOR is set. COLUMNS counts for pipes, too."""
     columns = os.environ.get("COLUMNS", "")
     if not stream.isatty():
         return Screen(int(columns) if columns.isdecimal() and int(columns) else None)
-    width = get_terminal_size().columns
-    if "NO_COLOR" in os.environ or os.environ.get("TERM") == "dumb":
-        return Screen(width)
-    try:
-        from rich.color import ColorSystem
-        from rich.style import Style
-    except ImportError:  # the extra `terminal`
-        return Screen(width)
-
-    def paint(text: str, style: str) -> str:
-        return Style.parse(style).render(text, color_system=ColorSystem.STANDARD) if text else text
-
-    return Screen(width, paint)
+    color = "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
+    return Screen(get_terminal_size().columns, color)
 
 
 GAP = "  "

@@ -16,7 +16,7 @@ from solver.derivatives import Band, Sensitivities, ToleranceBands
 from solver.facts import Status
 from solver.files.tables import Table
 from solver.path import Check, Path, SolveBlock, equations_of, given_by
-from solver.report import table
+from solver.report import SCREEN, table
 from solver.report.derivation import ESCAPED, Derivation, Page, why_latex
 from solver.report.path import Plain, Tex, told
 from solver.report.sheet import diagnosis_json, sheet_heads, sheet_rows
@@ -36,7 +36,7 @@ class Derived(NamedTuple):
     bands: ToleranceBands | None
     samples: Samples | None
 
-    def text(self, *, color: bool = False) -> str:
+    def text(self) -> str:
         """Blocks of text: tables, and under each why something is missing."""
         blocks: list[str] = []
         if (slopes := self.sensitivities) is not None:
@@ -46,9 +46,9 @@ class Derived(NamedTuple):
             if not tables or not slopes.outputs:
                 head, tables = "Sensitivities: there is no output with a number, or no input", [""]
             blocks += [head + tables[0], *tables[1:]]
-            blocks += (render(d, color=color) for d in slopes.diagnoses if tables[0])
+            blocks += SCREEN.get().said(slopes.diagnoses if tables[0] else ())
         if self.bands is not None:
-            blocks += _tolerances_text(self.bands, color)
+            blocks += _tolerances_text(self.bands)
         if self.samples is not None and self.bands is not None:
             blocks.append(_samples_text(self.samples, self.bands))
         return "\n\n".join(blocks)
@@ -112,7 +112,7 @@ def _displayed(bands: ToleranceBands, name: str) -> Band | None:
     return band._replace(value=shown(band.value, variable), worst=worst, rss=rss)
 
 
-def _tolerances_text(bands: ToleranceBands, color: bool) -> list[str]:
+def _tolerances_text(bands: ToleranceBands) -> list[str]:
     """The bands to first order, contributions ranked; and why one is missing."""
     if not bands.tolerances:
         return ["Tolerances: no input has one; write it as in --set AO='3 ± 0.01'"]
@@ -133,7 +133,7 @@ def _tolerances_text(bands: ToleranceBands, color: bool) -> list[str]:
         rows.append((name, readable(band.value), *sizes, unit, ", ".join(shares)))
     heads = ("Name", "Value", "Worst case", "Root sum square", "Unit", "Contributions")
     text = f"Tolerances, to first order\n{table(heads, rows)}"
-    return [text, *(render(diagnosis, color=color) for diagnosis in bands.diagnoses)]
+    return [text, *SCREEN.get().said(bands.diagnoses)]
 
 
 def _samples_text(samples: Samples, bands: ToleranceBands) -> str:

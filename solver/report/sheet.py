@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from decimal import Context, Decimal
-from io import StringIO
 from math import ceil, inf, isfinite, log10
 from typing import NamedTuple
 
@@ -16,8 +16,10 @@ from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Span, escaped
 from rulesheets.units import shown
 from solver.facts import Status
+from solver.files import csv_text
 from solver.path import Assume, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.report import SCREEN, few, fits, table
+from solver.report.path import path_text, rule_status_table, told
 from solver.solution.solving import Result, Solution
 
 
@@ -47,11 +49,6 @@ def certain(value: Value | None, error: float) -> str:
     return f"{rounded:.{rounded.adjusted() - place}e}".replace("e+", "e")
 
 
-def magnitude(value: float) -> str:
-    """The size of a residual: ``1e-16``, ``0``."""
-    return f"{value:.0e}" if value else "0"
-
-
 COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
 
 GUESS = "G"
@@ -79,13 +76,6 @@ class SheetRow(NamedTuple):
         return (self.status, given, self.name, *outputs, self.unit, self.comment)
 
 
-def answers(result: Result, *, every: bool) -> tuple[Mapping[str, Value], ...]:
-    """The answers to show, the primary one first; what is determined where there is none."""
-    if not result.solutions:
-        return (result.partial,)
-    return result.solutions if every else result.solutions[:1]
-
-
 def sheet_rows(
     result: Result, *, every: bool = False, digits: bool = False, others: bool = False, display: bool = True
 ) -> tuple[SheetRow, ...]:
@@ -95,8 +85,8 @@ def sheet_rows(
     are the rows that are left out instead; of a pruned solve those that have a value. Values are in the units
     of ``display``, or in those of the rules.
     """
-    found, (posted, whole) = answers(result, every=every), named(result)
-    rows = []
+    found: Sequence[Mapping[str, Value]] = result.solutions if every else result.solutions[:1]
+    found, (posted, whole), rows = found or (result.partial,), named(result), []
     for name, variable in result.model.variables.items():
         there = any(name in answer for answer in found)
         own = name in posted and (posted[name] or there)
@@ -148,14 +138,8 @@ def result_csv(result: Result, *, every: bool = False) -> str:
     Numbers read back as the same floats. Read as a variable sheet, the text of the primary answer gives the
     same inputs and guesses again: outputs are not inputs.
     """
-    import csv  # which a table on the screen need not wait for
-
     rows = sheet_rows(result, every=every, display=False)
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(sheet_heads(rows))
-    writer.writerows(map(guarded, row.cells(exact)) for row in rows)
-    return text.getvalue()
+    return csv_text([sheet_heads(rows), *(map(guarded, row.cells(exact)) for row in rows)])
 
 
 Json = dict[str, object]
@@ -168,8 +152,6 @@ def result_json(
 
     ``also`` are further members, put at its end.
     """
-    from solver.report.path import told  # a table does without
-
     variables, (rows, _) = result.model.variables, named(result)
     names = [name for name in variables if explain or name in rows]
     solutions = [finite({n: answer[n] for n in names if n in answer}) for answer in result.solutions]
@@ -201,8 +183,6 @@ def error_json(diagnoses: Iterable[Diagnosis]) -> str:
 
 
 def _dump(document: Json) -> str:
-    import json  # a table does without
-
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
 
 
@@ -334,11 +314,11 @@ def work_line(result: Result) -> str:
         parts.append(f"{plural(len(sizes), 'block')} of {low}" + f" to {high}" * (low < high))
     if not result.solutions:
         return f"{plural(total, 'rule')}: {', '.join(parts)}"
-    checked, worst = result.solutions[0].checked, magnitude(result.solutions[0].worst_residual)
+    checked, worst = result.solutions[0].checked, result.solutions[0].worst_residual
     parts += [plural(checked - used, "check")] * (checked > used)
     parts += [f"{total - max(checked, used)} idle"] * (total > max(checked, used))
     satisfied = "all" if result.status is Status.SOLVED else str(checked)
-    held = f"; {satisfied} satisfied, worst residual {worst}" * bool(checked)
+    held = f"; {satisfied} satisfied, worst residual {f'{worst:.0e}' if worst else '0'}" * bool(checked)
     return f"{plural(total, 'rule')}: {', '.join(parts)}{held}"
 
 
@@ -362,9 +342,7 @@ MEANINGS = {
 }
 
 
-def result_text(
-    result: Result, *, every: bool = False, explain: bool = False, digits: bool = False, color: bool = False
-) -> str:
+def result_text(result: Result, *, every: bool = False, explain: bool = False, digits: bool = False) -> str:
     """Everything that ``backsolve solve`` prints, without the last line end.
 
     ``every`` puts all answers side by side; ``explain`` adds the locals, the path, and
@@ -375,11 +353,8 @@ def result_text(
         parts.extend(_explanation(result, every, digits))
     parts.append("\n".join(_verdict(result, every)))
     if result.status is not Status.SOLVED:
-        from solver.report.path import rule_status_table  # a sheet that is solved does without
-
         parts.append(rule_status_table(result))
-    width = SCREEN.get().width
-    parts.extend(render(diagnosis, color=color, width=width) for diagnosis in result.diagnoses)
+    parts.extend(SCREEN.get().said(result.diagnoses))
     return "\n\n".join(part for part in parts if part)
 
 
@@ -418,8 +393,6 @@ def _lines(rows: Sequence[SheetRow]) -> tuple[tuple[str, ...], list[tuple[str, .
 
 
 def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
-    from solver.report.path import path_text
-
     rows = sheet_rows(result, every=every, digits=digits, others=True)
     if rows:
         yield "Locals\n" + sheet_table(rows)

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rulesheets.inputs import exact, readable
-from solver.report.sheet import certain, magnitude
+from solver.report.sheet import certain
 
 
 @pytest.mark.parametrize(
@@ -39,11 +39,6 @@ def test_files_read_back_the_same_float(value: float) -> None:
 @given(st.floats(-1e300, 1e300))
 def test_what_people_read_is_right_to_ten_digits(value: float) -> None:
     assert float(readable(value)) == pytest.approx(value, rel=5.1e-10, abs=5e-324)
-
-
-def test_magnitudes() -> None:
-    assert magnitude(0.0) == "0"
-    assert magnitude(1.4e-16) == "1e-16"
 
 
 numbers = st.floats(min_value=-1e200, max_value=1e200, allow_subnormal=False).filter(

@@ -115,7 +115,7 @@ def test_a_pipe_has_the_columns_it_is_told(monkeypatch: pytest.MonkeyPatch) -> N
 def test_words_that_are_set_off_are_the_same_words() -> None:
     result = solver.solve(rulesheets.loads(SHEET))
     plain = result_text(result)
-    before = SCREEN.set(Screen(None, lambda text, style: f"\x1b[1m{text}\x1b[0m"))
+    before = SCREEN.set(Screen(None, True))
     painted = result_text(result)
     SCREEN.reset(before)
     assert "\x1b[1m1.732050808\x1b[0m" in painted
