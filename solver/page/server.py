@@ -18,7 +18,7 @@ import socket
 import webbrowser
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from hashlib import sha256
 from itertools import islice
 from pathlib import Path
@@ -188,7 +188,7 @@ def application(
     folder: Path, token: str, *, first: str = "", hosts: frozenset[str], timeout: float
 ) -> ASGIApp:
     """The application for the sheets of a folder; ``first`` is the sheet that the page shows at first."""
-    kept, workers, leaving = dict[str, Json](), Workers(), set[asyncio.Task[None]]()
+    kept, workers, leaving = dict[str, Json](), Workers(), set[asyncio.Future[Any]]()
 
     async def index(_: object) -> Response:
         return FileResponse(STATIC / "index.html")
@@ -198,12 +198,12 @@ def application(
         lanes = Lane(workers, timeout), Lane(workers, timeout)
         tab = Tab(socket, folder.resolve(), first, kept, *lanes)
         try:
-            await tab.run()
-        except WebSocketDisconnect:
+            async with asyncio.TaskGroup() as replies:
+                await tab.run(replies)
+        except* WebSocketDisconnect:
             _log.debug("a tab was closed")
         finally:
-            leaving.add(task := asyncio.create_task(tab.aclose()))
-            task.add_done_callback(leaving.discard)
+            leaving.add(asyncio.gather(tab.quick.stop(), tab.slow.stop()))
 
     @asynccontextmanager
     async def lifespan(_: object) -> AsyncIterator[None]:
@@ -228,25 +228,15 @@ class Tab:
     quick: Lane
     slow: Lane
     sheet: Sheet | None = None
-    tasks: set[asyncio.Task[None]] = field(default_factory=set)
 
-    async def run(self) -> None:
+    async def run(self, replies: asyncio.TaskGroup) -> None:
         """Answer until the tab is closed."""
         while True:
             try:
                 message = json.loads(await self.socket.receive_text())
             except (ValueError, RecursionError):
                 message = None
-            task = asyncio.create_task(self._reply(message if isinstance(message, dict) else {}))
-            self.tasks.add(task)
-            task.add_done_callback(self.tasks.discard)
-
-    async def aclose(self) -> None:
-        """End the workers and whatever waits for them."""
-        for task in self.tasks:
-            task.cancel()
-        await asyncio.gather(*self.tasks, return_exceptions=True)
-        await asyncio.gather(self.quick.stop(), self.slow.stop())
+            replies.create_task(self._reply(message if isinstance(message, dict) else {}))
 
     async def _reply(self, message: Json) -> None:
         try:
