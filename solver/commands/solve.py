@@ -21,6 +21,7 @@ from rulesheets.loading import load
 from rulesheets.model import Model
 from rulesheets.syntax import escaped
 from solver.commands import (
+    UNSOLVED,
     Command,
     Option,
     add_input_options,
@@ -29,6 +30,7 @@ from solver.commands import (
     load_sheet,
     read_request,
 )
+from solver.facts import Status
 from solver.files import write_file
 from solver.path.planner import path_tree, planner
 from solver.report.path import reaches, tree_text
@@ -96,7 +98,7 @@ def _solve(arguments: Namespace) -> int:
         print(derived.text(), file=sys.stderr)
     elif derived:
         print(f"\n{derived.text()}")
-    return result.status.exit_code
+    return 0 if result.status is Status.SOLVED else UNSOLVED
 
 
 def _derived(result: Result, arguments: Namespace) -> Any:

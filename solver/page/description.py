@@ -14,7 +14,7 @@ from hashlib import sha256
 from itertools import chain
 from math import isfinite, prod
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, render
 from rulesheets.inputs import override
@@ -161,22 +161,15 @@ SAID = "Solved beforehand by Backsolve; every state shown was checked against ev
 Axes = Mapping[str, Sequence[Value]]
 
 
-class Exported(NamedTuple):
-    """The page, how many states it has, and how many of them have an answer."""
-
-    page: str
-    states: int
-    solved: int
-
-
 def export(
     model: Model,
     inputs: Mapping[str, Value | None],
     guesses: Mapping[str, float],
     axes: Axes,
     want: Sequence[str] | None = None,
-) -> Exported:
-    """The page of a sheet for every combination of the values of ``axes``.
+) -> tuple[str, int, int]:
+    """The page of a sheet for every combination of the values of ``axes``, how many states it has, and how
+    many of them have an answer.
 
     Without ``axes`` the inputs are taken that move its figures. Raises RuleSheetError (E445) for more
     sliders or states than a page holds.
@@ -200,7 +193,7 @@ def export(
         for *row, solved in zip(*columns.values(), table.solved, strict=True)
     ]
     document = _document(model, inputs, axes, rows)
-    return Exported(_page(model.name, document), states, int(table.solved.sum()))
+    return _page(model.name, document), states, int(table.solved.sum())
 
 
 def first_axes(model: Model, inputs: Mapping[str, Value | None], guesses: Mapping[str, float]) -> Axes:

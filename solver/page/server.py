@@ -63,17 +63,11 @@ class Sheet(NamedTuple):
     file: Path
     within: Path
 
-    def read(self) -> str:
-        """The text. Raises Refused for one that is too long, RuleSheetError for one that cannot be read."""
-        if self.file.is_file() and self.file.stat().st_size > LARGEST:
-            raise Refused(f"{self.name} is too long for a page: it takes {LARGEST:,} bytes")
-        return read_source(self.file).text
-
     def write(self, text: str, seen: str) -> None:
         """Replace the file, if it still says what the page has ``seen``. Raises Refused."""
         if self.key.startswith(SHIPPED):
             raise Refused("a sheet that comes with Backsolve is not written to; copy its folder first")
-        if fingerprint(self.read()) != seen:
+        if fingerprint(read_source(self.file).text) != seen:
             raise Refused(f"{self.name} has changed on disk since it was opened")
         write_file(str(self.file), text.encode())
 
@@ -270,7 +264,7 @@ class Tab:
     async def open(self, message: Json) -> Json:
         """Read a sheet and load it; ``kept`` is the state in which a tab left it."""
         self.sheet = sheet = sheet_of(str(message["sheet"]), self.folder)
-        text, shipped = sheet.read(), sheet.key.startswith(SHIPPED)
+        text, shipped = read_source(sheet.file).text, sheet.key.startswith(SHIPPED)
         told = {"sheet": sheet.key, "name": sheet.name, "text": text, "kept": self.kept.get(sheet.key)}
         return {**await self.edit(told), **told, "seen": fingerprint(text), "shipped": shipped}
 

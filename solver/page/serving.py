@@ -104,10 +104,10 @@ def _export(arguments: Namespace) -> int:
     path = arguments.output or f"{request.model.name}.html"
     request.expect_output(path)
     values = {name: axis[:].tolist() for name, axis in read_axes(arguments.over, request).items()}
-    exported = export(request.model, request.inputs, request.guesses, values, request.want)
-    write_file(path, exported.page.encode())
-    print(f"{path}: {exported.solved} of {exported.states} states solved")
-    return 0 if exported.solved else 1
+    page, states, solved = export(request.model, request.inputs, request.guesses, values, request.want)
+    write_file(path, page.encode())
+    print(f"{path}: {solved} of {states} states solved")
+    return 0 if solved else 1
 
 
 def _lsp_arguments(parser: ArgumentParser) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from importlib.util import find_spec
 from typing import NamedTuple, TypeAlias
 
@@ -113,12 +112,7 @@ def lacking(figure: Figure, values: Mapping[str, Value]) -> str:
 
 def drawable(figures: Iterable[Figure], values: Mapping[str, Value]) -> tuple[Diagram | None, ...]:
     """Every figure at these values; None for one that they do not determine."""
-    found: list[Diagram | None] = []
-    for figure in figures:
-        found.append(None)
-        with suppress(ValueError):
-            found[-1] = diagram(figure, values)
-    return tuple(found)
+    return tuple(None if lacking(figure, values) else diagram(figure, values) for figure in figures)
 
 
 def require_matplotlib() -> None:

@@ -25,7 +25,7 @@ def test_every_state_is_what_a_solve_gives() -> None:
     model = rulesheets.load("offset_slider_crank")
     angles: list[float | str] = [-170.0, -30.0, 5.0, 80.0]
     axes: dict[str, list[float | str]] = {"branch": ["open", "crossed"], "thetaAO": angles}
-    data = document(export(model, {}, {}, axes).page)
+    data = document(export(model, {}, {}, axes)[0])
     names = [one["name"] for one in data["variables"]]
     states = [(branch, angle) for branch in axes["branch"] for angle in angles]
     for (branch, angle), values in zip(states, data["values"], strict=True):
@@ -36,14 +36,14 @@ def test_every_state_is_what_a_solve_gives() -> None:
 
 def test_a_state_without_an_answer_holds_nothing() -> None:
     model = rulesheets.load("offset_slider_crank")
-    exported = export(model, {"thetaAO": None}, {}, {"xB": [9.0, 10.0, 11.0, 12.0]})
-    data = document(exported.page)
-    assert (exported.states, exported.solved) == (4, 2)
+    page, states, solved = export(model, {"thetaAO": None}, {}, {"xB": [9.0, 10.0, 11.0, 12.0]})
+    data = document(page)
+    assert (states, solved) == (4, 2)
     assert [values is None for values in data["values"]] == [False, False, True, True]
 
 
 def test_without_ranges_the_driver_of_the_figures_has_the_slider() -> None:
-    data = document(export(rulesheets.load("offset_slider_crank"), {}, {}, {}).page)
+    data = document(export(rulesheets.load("offset_slider_crank"), {}, {}, {})[0])
     assert [axis["name"] for axis in data["axes"]] == ["thetaAO"]
     (axis,) = data["axes"]
     assert axis["values"][axis["at"]] == -30.0
@@ -53,7 +53,7 @@ def test_without_ranges_the_driver_of_the_figures_has_the_slider() -> None:
 def test_words_of_a_sheet_do_not_run() -> None:
     """A comment that closes the script is text; the policy allows the page's own script alone."""
     text = 'variables\n  a = 1  " </script><script>alert(1)</script><!--\n  b\nrules\n  b = 2*a\n'
-    page = export(rulesheets.loads(text, name="<b>x</b>"), {}, {}, {"a": [1.0, 2.0]}).page
+    page = export(rulesheets.loads(text, name="<b>x</b>"), {}, {}, {"a": [1.0, 2.0]})[0]
     assert page.count("</script>") == 2 and "alert(1)</script>" not in page and "<b>" not in page
     assert "\\u003c/script>" in page
     assert re.search(r"script-src 'sha256-[\w+/=]{44}'", page)
@@ -83,7 +83,7 @@ def test_the_command_writes_a_file(tmp_path: Path, capsys: pytest.CaptureFixture
 
 def test_values_are_exported_in_the_units_shown() -> None:
     sheet = "variables\n  Q = 0.01 [m^3/s -> L/s]\n  P [W -> kW]\nrules\n  P = 196200*Q\n"
-    data = document(export(rulesheets.loads(sheet), {}, {}, {"Q": [0.01, 0.02]}).page)
+    data = document(export(rulesheets.loads(sheet), {}, {}, {"Q": [0.01, 0.02]})[0])
     assert data["axes"][0]["values"] == [10, 20]
     assert [(one["name"], one["unit"]) for one in data["variables"]] == [("Q", "L/s"), ("P", "kW")]
     assert data["values"] == [[10, 1.962], [20, 3.924]]
