@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import os
 import sys
-from argparse import ArgumentParser, ArgumentTypeError, HelpFormatter, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from functools import partial
 from importlib import import_module
 from typing import NamedTuple, NoReturn
 
@@ -55,8 +54,7 @@ def run(name: str, commands: Mapping[str, tuple[str, str]], words: list[str]) ->
     """Parse the words of a command and run it; what argparse refuses ends with exit code 2."""
     module, about = commands[name]
     command = command_of(module, name)
-    form = partial(HelpFormatter, width=(screen_of(sys.stdout).width or 80) - 2)  # else it brings shutil
-    parser = _Parser(f"backsolve {name}", description=f"{about[0].upper()}{about[1:]}.", formatter_class=form)
+    parser = _Parser(f"backsolve {name}", description=f"{about[0].upper()}{about[1:]}.")
     command.add_arguments(parser)
     parser.set_defaults(commands=commands)
     if command.keeps:
