@@ -22,25 +22,17 @@ def lgamma(mp: Any, x: Extended) -> Extended:
 # --- angles ---------------------------------------------------------------------
 
 
-def _direction(mp: Any, y: Extended, x: Extended, half_turn: Extended) -> Extended:
-    """Direction of (x, y) in (-half turn, half turn]."""
+def atan2(mp: Any, y: Extended, x: Extended) -> Extended:
     if x == 0 and y == 0:
         raise ValueError("the origin has no direction")
-    if y == 0:
-        return mp.zero if x > 0 else +half_turn
-    if abs(x) == abs(y):
-        return mp.sign(y) * half_turn / 4 * (1 if x > 0 else 3)
-    direction = mp.atan2(y, x) / mp.pi * half_turn
-    return abs(direction) if direction <= -half_turn else direction
-
-
-def atan2(mp: Any, y: Extended, x: Extended) -> Extended:
-    return _direction(mp, y, x, mp.pi)
+    return mp.atan2(y, x)
 
 
 def atan2d(mp: Any, y: Extended, x: Extended) -> Extended:
     """A direction next to -180 to which no float belongs is just beyond 180, as floats have it."""
-    direction = _direction(mp, y, x, mp.mpf(180))
+    if abs(x) == abs(y) != 0:
+        return mp.sign(y) * (45 if x > 0 else 135)
+    direction = atan2(mp, y, x) / mp.pi * 180
     return direction + 360 if float(direction) == -180.0 else direction
 
 
