@@ -35,9 +35,8 @@ class Notation:
     def bound(self, node: Node) -> tuple[str, int]:
         """The text of a node without parentheses around it, and how tightly it binds."""
         match node:
-            case nodes.Number(value, unit=unit):
-                text, binds = self.number(value)
-                return text + ("" if unit is None else f"[{unit}]"), binds
+            case nodes.Number():
+                return self.number(node)
             case nodes.Name(name):
                 return self.name(name), _ATOM
             case nodes.Symbol(name):
@@ -57,7 +56,7 @@ class Notation:
                 relation = self.relations.get(operator, operator)
                 return f"{self.written(left)} {relation} {self.written(right)}", _COMPARISON
             case nodes.Given(name):
-                return f"given('{name})", _ATOM
+                return self.given(name), _ATOM
             case nodes.Not(term):
                 return f"{self.not_}{self.written(term, _NOT)}", _NOT
             case nodes.And(terms):
@@ -75,11 +74,15 @@ class Notation:
 
     # --- what another notation has otherwise ---
 
-    def number(self, value: float) -> tuple[str, int]:
-        return format_number(value), _ATOM if value >= 0 else _FACTOR
+    def number(self, node: nodes.Number) -> tuple[str, int]:
+        text = format_number(node.value) + ("" if node.unit is None else f"[{node.unit}]")
+        return text, _ATOM if node.value >= 0 else _FACTOR
 
     def name(self, name: str) -> str:
         return name
+
+    def given(self, name: str) -> str:
+        return f"given('{name})"
 
     def symbol(self, name: str) -> str:
         return f"'{name}"
@@ -161,13 +164,21 @@ class Latex(Notation):
     and_, or_, not_ = r" \text{ and } ", r" \text{ or } ", r"\text{not } "
     relations: ClassVar[dict[str, str]] = {"<>": r"\neq", "<=": r"\leq", ">=": r"\geq"}
 
-    def number(self, value: float) -> tuple[str, int]:
-        digits, mark, exponent = format_number(value).partition("e")
+    def bound(self, node: Node) -> tuple[str, int]:
+        if isinstance(node, nodes.Negative) and isinstance(node.operand, nodes.Product | nodes.Quotient):
+            return self._added(node).lstrip(), _PRODUCT
+        return super().bound(node)
+
+    def number(self, node: nodes.Number) -> tuple[str, int]:
+        digits, mark, exponent = format_number(node.value).partition("e")
         text = rf"{digits} \cdot 10^{{{exponent}}}" if mark else digits
-        return text, _FACTOR if value < 0 or mark else _ATOM
+        return text, _FACTOR if node.value < 0 or mark else _ATOM
 
     def name(self, name: str) -> str:
         return latex_name(name)
+
+    def given(self, name: str) -> str:
+        return rf"\text{{given }} {latex_name(name)}"
 
     def symbol(self, name: str) -> str:
         return rf"\text{{'{_plain(name)}}}"
@@ -185,7 +196,7 @@ class Latex(Notation):
 
     @staticmethod
     def _function(name: str) -> str:
-        return _LATEX_FUNCTIONS.get(name, rf"\operatorname{{{name}}}")
+        return _LATEX_FUNCTIONS.get(name, rf"\operatorname{{{_plain(name)}}}")
 
     def _added(self, term: nodes.Expression) -> str:
         text = super()._added(term)

@@ -99,6 +99,9 @@ def test_latex_escapes_units() -> None:
         ("y = 1*(-1)/c", r"y &= - \frac{1}{c}"),
         ("y = a/b*c/2", r"y &= \frac{a c}{b \cdot 2}"),
         ("y = a^(1/3)", r"y &= a^{\frac{1}{3}}"),
+        ("y = -(a/b)", r"y &= - \frac{a}{b}"),
+        ("y = a - (-b)*c", r"y &= a - \left(- b c\right)"),
+        ("if given('x) then y = x else y = 1", r"\text{if } \text{given } x"),
     ],
 )
 def test_quotients_are_fractions(rule: str, latex: str) -> None:
