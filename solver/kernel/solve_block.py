@@ -118,12 +118,7 @@ def solve_block(
     if problem.symbolic:
         block = kernel.block
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
-    outcome = _Search(problem, off).run(assumed)
-    if not outcome.free or assumed or budget.brief or kernel.linear:
-        return outcome
-    from solver.kernel.full_search import with_isolated
-
-    return with_isolated(problem, outcome)
+    return _Search(problem, off).run(assumed)
 
 
 def solve_sparsely(
