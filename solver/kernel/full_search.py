@@ -52,7 +52,7 @@ def search_boxes(problem: BlockProblem, candidates: Candidates, thorough: bool =
     found = branch_and_prune(residual, jacobian, ranges, *(THOROUGH if thorough else LIMITS))
     for root in found.roots:
         candidates.refine(list(root))
-    return found.complete
+    return found.complete and len(candidates.answers) >= len(found.roots)
 
 
 def _bounds(forms: Sequence[Expression], problem: BlockProblem, shape: tuple[int, ...]) -> Any:
