@@ -24,11 +24,7 @@ from solver.accuracy.digits import ManyDigits, Unresolved, Work
 from solver.accuracy.rule_check import sides
 from solver.numerics.linear_algebra import eliminate_rows, factorise, independent_rows
 from solver.path.cases import Pair, comparisons, known_rules, outcomes
-from solver.structure.decomposition import Incidence, block_triangular, dulmage_mendelsohn, maximum_matching
-
-DENSE = 1500
-"""Unknowns up to which redundant rows may stand in for dependent ones."""
-
+from solver.structure.decomposition import Incidence, block_triangular, maximum_matching
 
 class SquareBlock(NamedTuple):
     """As many rules as unknowns, independent at the point."""
@@ -133,54 +129,30 @@ def _square(
     unknowns: Sequence[str],
     values: Mapping[str, Value],
 ) -> tuple[tuple[SquareBlock, ...], set[str]]:
-    """Blocks of the first independent rows of ``order``, and the free unknowns.
-
-    Some of these are held where they are until what is left is regular: they stand in no block.
-    """
-    free: set[str] = set()
-    held: set[str] = set()
-    while True:
-        kept = [name for name in unknowns if name not in held]
-        incidence = _incidence(rows, order, kept, moving=True)
-        matching = maximum_matching(incidence)
-        if matching.single_unknowns:
-            free.update(kept[u] for u in dulmage_mendelsohn(incidence, matching).under.unknowns)
-            held.update(kept[u] for u in matching.single_unknowns)
-            continue
-        taken = [e for place, e in enumerate(order) if matching.unknown_of[place] is not None]
-        blocks = tuple(  # in block lower triangular form, by everything that occurs in them
-            SquareBlock(tuple(taken[e] for e in block.equations), tuple(kept[u] for u in block.unknowns))
-            for block in block_triangular(_incidence(rows, taken, kept, moving=False))
-        )
-        singular = [block for block in blocks if not _regular(rows, block, values)]
-        if not singular:
-            return blocks, free
-        if len(kept) > DENSE:
-            return _without(rows, blocks, free, held, singular)
-        found = independent_rows([[rows[e].get(n, 0.0) for n in kept] for e in order], _sizes(kept, values))
-        if not found.held and len(order) == len(kept):  # regular as a whole, by a hair
-            return blocks, free
-        order = [order[i] for i in found.rows]
-        free.update(kept[j] for j in found.free)
-        held.update(kept[j] for j in found.held)
+    """Blocks of independent rows, and the free unknowns. The rows are the first of ``order`` if these are
+    regular; else some unknowns are held where they are, so that what is left is regular, and stand in no
+    block."""
+    matching = maximum_matching(_incidence(rows, order, unknowns, moving=True))
+    taken = [e for place, e in enumerate(order) if matching.unknown_of[place] is not None]
+    if len(taken) == len(unknowns):
+        blocks = _blocks(rows, taken, unknowns)
+        if all(_regular(rows, block, values) for block in blocks):
+            return blocks, set()
+    matrix = [[rows[e].get(name, 0.0) for name in unknowns] for e in order]
+    found = independent_rows(matrix, _sizes(unknowns, values))
+    taken = [order[i] for i in found.rows]
+    kept = [name for j, name in enumerate(unknowns) if j not in found.held]
+    return _blocks(rows, taken, kept), {unknowns[j] for j in found.free}
 
 
-def _without(
-    rows: Mapping[int, Mapping[str, float]],
-    blocks: Iterable[SquareBlock],
-    free: set[str],
-    held: set[str],
-    singular: Iterable[SquareBlock],
-) -> tuple[tuple[SquareBlock, ...], set[str]]:
-    """The blocks without held unknowns, those of ``singular`` blocks among them; whatever needs a free
-    unknown is taken for free."""
-    lost = {name for block in singular for name in block.unknowns}
-    free, held = free | lost, held | lost
-    rest = tuple(block for block in blocks if not held.intersection(block.unknowns))
-    for block in rest:
-        if any(free.intersection(rows[e]) for e in block.equations):
-            free.update(block.unknowns)
-    return rest, free
+def _blocks(
+    rows: Mapping[int, Mapping[str, float]], taken: Sequence[int], unknowns: Sequence[str]
+) -> tuple[SquareBlock, ...]:
+    """In block lower triangular form, by everything that occurs in the rows."""
+    return tuple(
+        SquareBlock(tuple(taken[e] for e in block.equations), tuple(unknowns[u] for u in block.unknowns))
+        for block in block_triangular(_incidence(rows, taken, unknowns, moving=False))
+    )
 
 
 def _incidence(
@@ -198,8 +170,6 @@ def _incidence(
 def _regular(
     rows: Mapping[int, Mapping[str, float]], block: SquareBlock, values: Mapping[str, Value]
 ) -> bool:
-    if len(block.unknowns) == 1:
-        return rows[block.equations[0]].get(block.unknowns[0], 0.0) != 0.0
     matrix = [[rows[e].get(name, 0.0) for name in block.unknowns] for e in block.equations]
     factor = factorise(matrix, _sizes(block.unknowns, values))
     return factor.rank == factor.columns
