@@ -1,4 +1,4 @@
-"""What ends long work early: a limit in time, and an interrupt, which keeps the rows that are done.
+"""What ends long work early: a limit in time, or an interrupt, which lets the time be up.
 
 The limit belongs to the context (of a thread, too), so that every loop sees it without passing it on.
 """
@@ -54,8 +54,8 @@ def limited() -> bool:
 
 
 def expired() -> bool:
-    """Whether the limit has passed."""
-    return monotonic() > _END.get()
+    """Whether the limit has passed, or an interrupt has come."""
+    return _interrupted or monotonic() > _END.get()
 
 
 def expect_time() -> None:
@@ -68,27 +68,25 @@ WATCH: ContextVar[Callable[[int], None] | None] = ContextVar("WATCH", default=No
 """Hears of the rows of the piece at hand that are solved, where these go one by one."""
 
 
-class Interrupted(KeyboardInterrupt):
-    """So many ``rows`` of a piece are solved; ``kept`` holds them in the form of the room that raises."""
-
-    def __init__(self, rows: int, kept: Any = None) -> None:
-        super().__init__()
-        self.rows, self.kept = rows, kept
-
-
 ENDING = (signal.SIGINT, signal.SIGTERM)
 """Ctrl-C, and the request to end that a batch system sends."""
 
 
-class Interrupts:
-    """While this context lasts, the first interrupt is raised within ``open`` alone, and else remembered.
+_interrupted = False
 
-    A second one is raised wherever it comes. Only the main thread hears signals: elsewhere nothing changes.
+
+def interrupted() -> bool:
+    """Whether an interrupt has come: what is not solved by then fails."""
+    return _interrupted
+
+
+class Interrupts:
+    """While this context lasts, the first interrupt lets the time be up, and a second one is raised.
+
+    Only the main thread hears signals: elsewhere nothing changes.
     """
 
     def __init__(self) -> None:
-        self.asked = False
-        self._open = False
         self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Self:
@@ -99,19 +97,13 @@ class Interrupts:
     def __exit__(
         self, kind: type[BaseException] | None, failure: BaseException | None, trace: TracebackType | None
     ) -> None:
+        global _interrupted
         for number, before in self._before.items():
             signal.signal(number, before)
-
-    @contextmanager
-    def open(self) -> Iterator[None]:
-        """A stretch that an interrupt may leave at once."""
-        self._open = True
-        try:
-            yield
-        finally:
-            self._open = False
+        _interrupted = _interrupted and not self._before
 
     def _heard(self, number: int, frame: FrameType | None) -> None:
-        again, self.asked = self.asked, True
-        if self._open or again:
+        global _interrupted
+        again, _interrupted = _interrupted, True
+        if again:
             raise KeyboardInterrupt

@@ -26,6 +26,7 @@ from solver.numerics.linear_algebra import eliminate_rows, factorise, independen
 from solver.path.cases import Pair, comparisons, known_rules, outcomes
 from solver.structure.decomposition import Incidence, block_triangular, maximum_matching
 
+
 class SquareBlock(NamedTuple):
     """As many rules as unknowns, independent at the point."""
 

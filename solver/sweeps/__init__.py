@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.deadline import WATCH, Interrupted, TimeIsUp, time_limit
+from rulesheets.deadline import WATCH, TimeIsUp, expect_time, interrupted, time_limit
 from rulesheets.diagnosis import Diagnosis, meant, plural
 from rulesheets.inputs import (
     not_finite_number,
@@ -271,7 +271,10 @@ class Plan:
             with time_limit(self.timeout):
                 values, limits = self._values(numbers), self.model.limits
                 asked = Asked(self.model, values, self.want, self.guesses, self.want)
-                return conclude(asked, limits=limits)[:2]
+                found = conclude(asked, limits=limits)[:2]
+                if interrupted():  # what is found in part is no outcome
+                    expect_time()
+                return found
         except TimeIsUp:
             return Verdict(Status.FAILED, (), (OutOfTime(()),)), Exploration((), False, ())
 
@@ -350,27 +353,19 @@ def sweep_answers(
     """The status codes (n,) of every row, and all its wanted values, the primary answer first.
 
     The columns (n,) stand in the order of the plan's inputs; without any there is one row. In a ``steady``
-    sweep answers are in order as far as ``Answers.runs`` says. Raises Interrupted with the same for an
-    interrupt, and how many rows are before the first that is not solved.
+    sweep answers are in order as far as ``Answers.runs`` says.
     """
     groups = _by_symbols(columns)
     if len(groups) == 1 and columns:
         ((key, places),) = groups.items()
         return _alike(plan.fixing(key), _numbers(columns, key, places), len(places), jit, steady)
     count = sum(map(len, groups.values()))
-    codes, left = np.zeros(count, dtype=np.int8), np.ones(count, dtype=bool)
-    parts = list[tuple[Array, Answers]]()
+    codes, parts = np.zeros(count, dtype=np.int8), list[tuple[Array, Answers]]()
     for key, places in groups.items():
         numbers, done = _numbers(columns, key, places), len(places)
         whole = bool(done == places[-1] - places[0] + 1)
-        try:
-            found = _alike(plan.fixing(key), numbers, done, jit, steady and whole)
-        except Interrupted as reached:
-            done, found = reached.rows, reached.kept
-        left[places[:done]], codes[places] = False, found[0]
-        parts.append((places, found[1]))
-        if done < len(places):
-            raise Interrupted(int(np.argmax(left)), (codes, together(parts, count)))
+        codes[places], found = _alike(plan.fixing(key), numbers, done, jit, steady and whole)
+        parts.append((places, found))
     return codes, together(parts, count)
 
 
@@ -392,15 +387,14 @@ def _alike(
     def outcome(row: int) -> tuple[Status, list[tuple[Value, ...]]]:
         if (watch := WATCH.get()) is not None:
             watch(row)
+        if interrupted():
+            return Status.FAILED, []
         return plan.outcome(tuple(float(column[row]) for column in columns))
 
     def keep(rows: Array, outcome: Status) -> None:
         status[rows] = CODES[outcome]
 
-    try:
-        return status, plan.sweeper(jit).run(columns, outcome, keep, steady)
-    except Interrupted as reached:
-        raise Interrupted(reached.rows, (status, reached.kept)) from None
+    return status, plan.sweeper(jit).run(columns, outcome, keep, steady)
 
 
 PIECE, HEAD = 2**17, 2**9

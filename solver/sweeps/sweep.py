@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
-from rulesheets.deadline import Interrupted, Interrupts, time_limit
+from rulesheets.deadline import Interrupts, interrupted, time_limit
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.inputs import variable_named, variables_named
 from rulesheets.model import Model, Tolerance, Value, expect_model
@@ -144,13 +144,15 @@ def work_of(
 
 def followed(work: Work, pieces: Iterator[Rows]) -> Iterator[Table]:
     """The pieces as tables, with branches kept: in the numbers of answers where all are asked for, else in
-    the first.
+    the first. Of rows that an interrupt has cut short none are left from the first that failed.
     """
     tabled = (Every if work.every else Primary)(work)
-    try:
-        yield from map(tabled, pieces)
-    except Interrupted as reached:
-        raise Interrupted(reached.rows, tuple(map(tabled, reached.kept))) from None
+    for rows in pieces:
+        failed = np.flatnonzero(rows.codes == CODES[Status.FAILED])
+        if interrupted() and len(failed):
+            yield tabled(rows.before(int(failed[0])))
+            return
+        yield tabled(rows)
 
 
 def monte_carlo(
@@ -404,9 +406,9 @@ def run(
     a second interrupt.
     """
     counts, several = np.zeros(len(WORDS), dtype=np.int64), 0
-    with Interrupts() as interrupts:
+    with Interrupts():
         try:
-            for table in _each(pieces, interrupts):
+            for table in pieces:
                 shown = table if model is None else shown_columns(table, model)
                 for sink in sinks:
                     sink.add(shown)
@@ -421,20 +423,4 @@ def run(
             for sink in sinks:
                 sink.discard()
             raise
-        return Outcome(tuple(counts.tolist()), interrupts.asked, several)
-
-
-def _each(pieces: Iterator[Table], interrupts: Interrupts) -> Iterator[Table]:
-    """The pieces, and what an interrupt leaves of those that are under way."""
-    while not interrupts.asked:
-        try:
-            with interrupts.open():
-                piece = next(pieces, None)
-        except Interrupted as reached:
-            yield from reached.kept
-            return
-        except KeyboardInterrupt:
-            return
-        if piece is None:
-            return
-        yield piece
+        return Outcome(tuple(counts.tolist()), interrupted(), several)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.deadline import Interrupted, time_limit
+from rulesheets.deadline import time_limit
 from rulesheets.model import Model, Value, Variable
 from rulesheets.registered import run_python
 from solver.facts import Status
@@ -52,6 +52,11 @@ class Rows(NamedTuple):
         rows = len(self.codes)
         inputs = tuple(column[-2:] for column in self.inputs)
         return Rows(inputs, self.codes[-2:], self.answers.cut(max(rows - 2, 0), rows))
+
+    def before(self, end: int) -> Rows:
+        """The rows up to one."""
+        inputs = tuple(column[:end] for column in self.inputs)
+        return Rows(inputs, self.codes[:end], self.answers.cut(0, end))
 
 
 ENDLESS = 2**62
@@ -117,27 +122,15 @@ class Solver:
         self._known: Any = None
 
     def __call__(self, columns: Sequence[Array]) -> Rows:
-        """Rows whose inputs are missing or out of range get their status, and only the others are solved.
-
-        Raises Interrupted with the rows before the one that an interrupt met, solved.
-        """
+        """Rows whose inputs are missing or out of range get their status, and only the others are solved."""
         work, codes = self.work, refusals(columns, self._inputs)
         places = np.flatnonzero(codes == 0)
         steady = not work.every and work.line > 1  # a branch is kept: not every row has to be sorted
-        done = len(places)
         with time_limit(None if work.until is None else max(work.until - time(), 1e-9)):
             self._begin()
-            here = [column if done == len(column) else column[places] for column in columns]
-            try:
-                codes[places], answers = sweep_answers(self._plan, here, work.jit, steady)
-            except Interrupted as reached:
-                done, (codes[places], answers) = reached.rows, reached.kept
-        every = together([(places, answers)], len(codes))
-        if done == len(places):
-            return Rows(tuple(columns), codes, every)
-        count = int(places[done])
-        inputs = tuple(column[:count] for column in columns)
-        raise Interrupted(count, (Rows(inputs, codes[:count], every.cut(0, count)),))
+            here = [column if len(places) == len(column) else column[places] for column in columns]
+            codes[places], answers = sweep_answers(self._plan, here, work.jit, steady)
+        return Rows(tuple(columns), codes, together([(places, answers)], len(codes)))
 
     def _begin(self) -> None:
         """What the lessons teach, and no more."""
@@ -145,10 +138,7 @@ class Solver:
             self._plan.forget(self._known)
             return
         if self.work.lessons and (asked := refusals(self.work.lessons, self._inputs) == 0).any():
-            try:
-                self._plan.sweep(*(column[asked] for column in self.work.lessons), jit=self.work.jit)
-            except Interrupted:  # rows to learn from are none of the piece
-                raise Interrupted(0, ()) from None
+            self._plan.sweep(*(column[asked] for column in self.work.lessons), jit=self.work.jit)
         self._known = self._plan.mark()
 
 

@@ -24,15 +24,15 @@ from threading import Lock, local
 from time import thread_time
 from typing import Any
 
-from rulesheets.deadline import Interrupted, Interrupts
+from rulesheets.deadline import Interrupts, interrupted
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.registered import in_memory
 from solver.files import missing_extra
 from solver.files.tables import Chunk
 from solver.sweeps.work import Rows, Solver, Work, unpacked
 
-PATIENCE = 5.0
-"""Seconds that a worker has to end after an interrupt."""
+PAUSE, PATIENCE = 0.2, 5.0
+"""Seconds between two looks for an interrupt, and those that a worker has to end after one."""
 TRIES = 3
 """Workers that may end over one piece before the sweep is given up."""
 
@@ -59,44 +59,32 @@ def in_order(
 ) -> Iterator[Rows]:
     """Results of futures in the order of the pieces, never more than ``window()`` of them under way.
 
-    At an interrupt the pieces under way are cut short by ``interrupt``, and Interrupted is raised with what
-    there is of them up to the first row that is not solved.
+    At an interrupt the pieces under way are cut short by ``interrupt``, else left behind.
     """
-    under_way: deque[Any] = deque()
-    try:
-        for chunk in chunks:
+    under_way, left = deque[Any](), iter(chunks)
+    while True:
+        while len(under_way) < window() and not interrupted() and (chunk := next(left, None)) is not None:
             under_way.append(submit(chunk))
-            while len(under_way) >= window():
-                yield _awaited(under_way[0])
-                under_way.popleft()
-        while under_way:
-            yield _awaited(under_way[0])
-            under_way.popleft()
-    except KeyboardInterrupt:
-        if interrupt is None:
-            raise
-        interrupt()
-        kept: list[Rows] = []
-        for future in under_way:  # up to the first gap
-            try:
-                answer = future.result(PATIENCE)
-            except (TimeoutError, CancelledError, RuleSheetError):
-                break
-            kept += answer if isinstance(answer, list) else [answer]
-            if isinstance(answer, list):
-                break
-        raise Interrupted(sum(len(rows.codes) for rows in kept), tuple(kept)) from None
+        if not under_way or (rows := _awaited(under_way.popleft(), interrupt)) is None:
+            return
+        yield rows
 
 
-def _awaited(future: Any) -> Any:
-    """The piece of a future. An interrupt that comes while its lock is let go ends in a RuntimeError
-    ("cannot release un-acquired lock"); it is raised as what it is."""
-    try:
-        return future.result()
-    except RuntimeError as failure:
-        if isinstance(failure.__context__, KeyboardInterrupt):
-            raise KeyboardInterrupt from None
-        raise
+def _awaited(future: Any, interrupt: Callable[[], None] | None) -> Rows | None:
+    """The piece of a future; None where an interrupt leaves none of it."""
+    patience = PAUSE
+    while True:
+        try:
+            rows: Rows = future.result(patience)
+            return rows
+        except CancelledError:
+            return None
+        except TimeoutError:
+            if interrupted() and (interrupt is None or patience > PAUSE):
+                return None
+            if interrupted() and interrupt is not None:
+                interrupt()
+                patience = PATIENCE
 
 
 class _Workers:
@@ -110,11 +98,11 @@ class _Workers:
 
     def interrupt(self) -> None:
         """Ask the workers for what they have, and start no other piece."""
-        self._ending = True
-        for worker in self._all:
+        for worker in [] if self._ending else self._all:
             worker.send_signal(signal.SIGINT)
+        self._ending = True
 
-    def submit(self, chunk: Chunk) -> Future[Rows | list[Rows]]:
+    def submit(self, chunk: Chunk) -> Future[Rows]:
         return self._threads.submit(self._solve, chunk)
 
     def close(self) -> None:
@@ -130,11 +118,10 @@ class _Workers:
                 with suppress(OSError):  # what the process did not read any more goes nowhere
                     pipe.close()
 
-    def _solve(self, chunk: Chunk) -> Rows | list[Rows]:
-        """A piece, or as a list what an interrupt has left of it."""
+    def _solve(self, chunk: Chunk) -> Rows:
         for _ in range(TRIES):
             if self._ending:
-                return []
+                raise CancelledError
             try:
                 worker = vars(self._own).get("worker") or self._started()
                 pickle.dump(chunk, worker.stdin, protocol=5)
@@ -146,7 +133,7 @@ class _Workers:
                 continue
             if isinstance(answer, Exception):
                 raise answer
-            assert isinstance(answer, Rows | list)
+            assert isinstance(answer, Rows)
             return answer
         raise RuleSheetError(error("E446", notes=("free some memory, or give --jobs 1",)))
 
@@ -167,12 +154,11 @@ class _Workers:
 
 
 def serve() -> None:
-    """Solve pieces until there are no more. An interrupt ends the piece at hand: what there is of it is sent
-    as a list."""
+    """Solve pieces until there are no more. An interrupt lets the rows that are left fail."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     questions = sys.stdin.buffer
-    with Interrupts() as interrupts:
+    with Interrupts():
         solve = Solver(unpacked(pickle.load(questions)))
         while True:
             try:
@@ -180,12 +166,7 @@ def serve() -> None:
             except EOFError:
                 return
             try:
-                with interrupts.open():
-                    answer: object = solve(columns)
-            except Interrupted as reached:
-                answer = [*reached.kept]
-            except KeyboardInterrupt:
-                answer = []
+                answer: object = solve(columns)
             except Exception as failure:
                 answer = failure
             pickle.dump(answer, answers, protocol=5)

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.deadline import Interrupted
 from rulesheets.model import Value
 from solver.facts import Status
 from solver.ranking.branches import (
@@ -405,12 +404,7 @@ class AnswerSweeper:
                     left = self._not_refused(program, columns, left, keep)
             records, refusals = len(self.records.programs), len(self.records.refusals)
             for row in self._ahead(left.tolist(), alone):
-                try:
-                    status, alone[row] = outcome(row)
-                except KeyboardInterrupt:
-                    parts += [_one_by_one(alone)] if alone else []
-                    row = next(row for row in left.tolist() if row not in alone)
-                    raise Interrupted(row, together(parts, count)) from None
+                status, alone[row] = outcome(row)
                 if status is not Status.SOLVED:
                     keep(np.array([row]), status)
                 if (records, refusals) != (len(self.records.programs), len(self.records.refusals)):

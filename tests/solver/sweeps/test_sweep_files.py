@@ -22,13 +22,13 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from rulesheets.deadline import Interrupted
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import symbolic
 from solver.__main__ import INTERRUPTED, main
 from solver.commands import sweep as progress
 from solver.commands.sweep import progress_line
 from solver.files.tables import (
+    CODES,
     ParquetFile,
     Table,
     column_of,
@@ -470,47 +470,32 @@ def test_an_interrupt_keeps_the_rows_of_a_piece(
 
 
 class Piece:
-    """A piece under way: what it comes to once workers are interrupted."""
+    """A piece under way, which comes to an end once workers are interrupted."""
 
-    def __init__(self, answer: object, interrupted: bool = False) -> None:
-        self.answer, self.interrupted = answer, interrupted
+    def __init__(self, codes: np.ndarray, told: list[str]) -> None:
+        self.codes, self.told = codes, told
 
-    def result(self, timeout: float | None = None) -> object:
-        if self.interrupted and timeout is None:
-            raise KeyboardInterrupt
-        return self.answer
+    def result(self, patience: float) -> Rows:
+        if not self.told:
+            raise TimeoutError
+        return Rows((), self.codes, Answers(self.codes, []))
 
 
-def test_an_interrupt_keeps_the_rows_of_pieces_under_way_with_workers() -> None:
+def test_an_interrupt_keeps_the_rows_of_pieces_under_way_with_workers(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """The first piece comes to its end, the second is cut short; what comes after it is no use."""
-    solved = [Rows((), np.zeros(rows, np.int8), Answers(np.zeros(rows), [])) for rows in (256, 100, 256)]
-    pieces = iter([Piece(solved[0], True), Piece([solved[1]]), Piece(solved[2])])
-    told: list[str] = []
+    failed, told = CODES[solver.Status.FAILED], list[str]()
+    codes = [np.zeros(256), np.repeat([0, failed], [100, 156]), np.zeros(256)]
+    pieces = iter([Piece(some.astype(np.int8), told) for some in codes])
+    asked = work_of(solver.prepare(rulesheets.loads("y = 2"), [], ["y"]))
     found = in_order(lambda chunk: next(pieces), [(), (), ()], lambda: 4, lambda: told.append("stop"))
-    with pytest.raises(Interrupted) as reached:
-        next(found)
-    assert told == ["stop"]
-    assert reached.value.kept == (solved[0], solved[1])
-    assert reached.value.rows == 356
-
-
-def test_an_interrupt_within_the_lock_of_a_future_is_an_interrupt() -> None:
-    """Python waits with the lock let go; what comes then makes its release fail, after the interrupt."""
-
-    class Future:
-        def result(self, patience: float | None = None) -> Rows:
-            if patience is not None:
-                raise TimeoutError
-            try:
-                raise KeyboardInterrupt
-            finally:
-                raise RuntimeError("cannot release un-acquired lock")
-
-    told: list[str] = []
-    found = in_order(lambda chunk: Future(), [()], lambda: 1, lambda: told.append("stop"))
-    with pytest.raises(Interrupted):
-        next(found)
-    assert told == ["stop"]
+    waits = iter([False] * 5)
+    monkeypatch.setattr(workers, "interrupted", lambda: next(waits, True))
+    monkeypatch.setattr(sweeping, "interrupted", lambda: bool(told))
+    tables = list(followed(asked, found))
+    assert [len(table.status) for table in tables] == [256, 100]
+    assert told
 
 
 def test_a_worker_sends_what_it_has_of_a_piece() -> None:
@@ -524,9 +509,10 @@ def test_a_worker_sends_what_it_has_of_a_piece() -> None:
         time.sleep(6.0)
         assert not future.done()
         some.interrupt()
-        (piece,) = future.result(20.0)
-    assert 0 < len(piece.codes) < 60_000
-    assert len(piece.inputs[0]) == len(piece.answers.counts) == len(piece.codes)
+        piece = future.result(20.0)
+    solved = piece.codes != CODES[solver.Status.FAILED]
+    assert len(piece.codes) == 60_000
+    assert 0 < solved.sum() < 60_000
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
