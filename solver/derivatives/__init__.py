@@ -11,7 +11,7 @@ from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, err
 from rulesheets.format import format_expression
 from rulesheets.inputs import no_tolerance, variable_named, variables_named
 from rulesheets.model import Model, Tolerance, Value
-from solver.derivatives.linearization import Extended, Total, active_comparisons, number, totals
+from solver.derivatives.linearization import Extended, Total, active_comparisons, kinks, number, totals
 from solver.path import Shown
 from solver.path.cases import Pair
 
@@ -120,12 +120,14 @@ def sensitivities(
     """
     pairs = active_comparisons(model, values)
     total = totals(model, values, inputs, by, prefer)
+    corners = [(e, pair) for e in total.sharp.rows for pair in kinks(model.equations[e], values)]
     slopes: dict[tuple[str, str], float] = {}
     reasons: dict[tuple[str, str], Reason] = {}
     for given in by:
         changing = any(total.of(pair, given) != 0 for pair in pairs)
+        corner = next((e for e, pair in corners if total.of(pair, given) != 0), None)
         for output in outputs:
-            found = Reason("edges", pairs=pairs) if changing else _one(total, values, output, given)
+            found = Reason("edges", pairs=pairs) if changing else _one(total, values, output, given, corner)
             if isinstance(found, Reason):
                 reasons[output, given] = found
             else:
@@ -177,15 +179,17 @@ def chosen_inputs(model: Model, names: Iterable[str] | None, inputs: Mapping[str
     return found
 
 
-def _one(total: Total, values: Mapping[str, Value], output: str, given: str) -> float | Reason:
-    """The derivative, or why there is none."""
+def _one(
+    total: Total, values: Mapping[str, Value], output: str, given: str, corner: int | None
+) -> float | Reason:
+    """The derivative, or why there is none; ``corner`` is a rule with a function that has a corner or a jump
+    as the input moves."""
     if not isinstance(values.get(output), float):
         return Reason("unsolved")
     if output == given:
         return 1.0
     if given in total.tied:
         return Reason("tied", total.tied[given])
-    corner = total.cornered.get(given, {}).get(output)
     if corner is not None:
         return Reason("rough", corner)
     if output in total.by and output not in total.sharp.lost:

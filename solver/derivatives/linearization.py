@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, NamedTuple, TypeAlias
 
@@ -344,15 +344,13 @@ class Total:
     """``by[u][p]`` is du/dp at the ``sharp`` answer; what is lost there is not determined to first order.
 
     ``tied[p]`` is a rule that would no longer hold if input p moved alone. ``rough`` are rules
-    without a slope there, and what they read. ``cornered[p]`` are the unknowns that a function of some rule
-    has a corner or a jump for as p moves, each with that rule.
+    without a slope there, and what they read.
     """
 
     by: Mapping[str, Mapping[str, Extended]]
     tied: Mapping[str, int]
     rough: Mapping[int, frozenset[str]]
     sharp: Sharp
-    cornered: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
 
     def of(self, pair: Pair, parameter: str) -> Extended | None:
         """d(left − right)/dp of a comparison; None where it is not determined."""
@@ -384,29 +382,7 @@ def totals(
             terms = _chain(row, by, parameter)
             if abs(sum(terms)) > AGREE * sum(map(abs, terms)):
                 tied.setdefault(parameter, equation)
-    found = Total(by, tied, rough, sharp)
-    return replace(found, cornered=_cornered(model, values, found, parameters))
-
-
-def _cornered(
-    model: Model, values: Mapping[str, Value], found: Total, parameters: Sequence[str]
-) -> dict[str, dict[str, int]]:
-    """The unknowns of every rule at a corner that comes apart with a parameter, and all that follows."""
-    sharp = found.sharp
-    corner_of = {e: pairs for e in sharp.rows if (pairs := [*kinks(model.equations[e], values)])}
-    if not corner_of:
-        return {}
-    lost: dict[str, dict[str, int]] = {}
-    for parameter in parameters:
-        met = {e for e, pairs in corner_of.items() if any(found.of(p, parameter) != 0 for p in pairs)}
-        names: dict[str, int] = {}
-        for block in sharp.blocks:
-            blamed = [e for e in block.equations if e in met]
-            blamed += [names[n] for e in block.equations for n in sharp.rows[e] if n in names]
-            if blamed:
-                names.update(dict.fromkeys(block.unknowns, blamed[0]))
-        lost[parameter] = names
-    return lost
+    return Total(by, tied, rough, sharp)
 
 
 def _solved(sharp: Sharp, parameters: Sequence[str]) -> dict[str, dict[str, Extended]]:
