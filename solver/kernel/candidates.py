@@ -317,7 +317,7 @@ class Candidates:
             if sparse is None:
                 direction = null_direction(self.problem.jacobian(x), x)
             else:
-                from solver.numerics.sparse_newton import SparseFactor  # of large blocks alone
+                from solver.numerics.linear_algebra import SparseFactor
 
                 sizes = np.array([abs(v) or 1.0 for v in x])
                 direction = SparseFactor(sparse[1](np.array(x)), len(x)).null_direction(sizes)

@@ -279,7 +279,7 @@ def _sparse_uncertainty(problem: BlockProblem, sparse: Sparse, point: Mapping[st
     as the terms of that are. A rule is not steep because much cancels in its brackets: multiplied out, its
     terms are as large as its moves."""
     from solver.accuracy.alike import evaluated, multiplied_out, sizes_of
-    from solver.numerics.sparse_newton import SparseFactor
+    from solver.numerics.linear_algebra import SparseFactor
 
     asked = problem.graph.model, problem.kernel.equations, {**problem.here, **point}
     found = evaluated(*asked)

@@ -43,11 +43,10 @@ from solver.kernel.block import FEW
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.emitter import SparseSystem, divisors
 from solver.kernel.problem import BlockProblem
-from solver.numerics.linear_algebra import Array, Triplets
+from solver.numerics.linear_algebra import Array, SparseFactor, Triplets
 from solver.numerics.sparse_newton import (
     ITERATIONS,
     Map,
-    SparseFactor,
     SparseRoot,
     itself,
     sparse_least_squares,

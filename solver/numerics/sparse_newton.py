@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from solver.numerics.linear_algebra import Array, Triplets
+from solver.numerics.linear_algebra import PANEL, Array, SparseFactor, Triplets
 from solver.numerics.newton import stagnates
 from solver.numerics.tolerances import CONVERGED, DAMPING, EPS, FAST, LEAST, REFINABLE, ROUNDINGS, STAGNATION
 
@@ -24,8 +24,6 @@ SHORTEST, SHORTEST_POSITIVE = 2.0**-12, 2.0**-6
 stays so."""
 LONGER = 4.0
 """The first share of a step that is tried, beside that of the step before."""
-PANEL = 1
-"""Columns that SuperLU takes at once: networks have few that are alike."""
 POSITIVE_DEFINITE: dict[str, Any] = {
     "permc_spec": "MMD_AT_PLUS_A",
     "diag_pivot_thresh": 0.0,
@@ -35,7 +33,6 @@ POSITIVE_DEFINITE: dict[str, Any] = {
 """How SuperLU factors such a matrix: without a search for pivots, in an order for its own pattern, not that
 of its square."""
 REFINEMENTS = 3
-INVERSE_ITERATIONS = 3
 BACKWARDS = 0.9
 """The largest share of a positive unknown that one step may take, where they are kept positive."""
 
@@ -50,59 +47,6 @@ class SparseRoot(NamedTuple):
     x: Array
     converged: bool
     alone: float = 0.0
-
-
-class SparseFactor:
-    """LU of a Jacobian (n, n) given by its entries, rows scaled to their largest entry.
-
-    Raises ArithmeticError where an entry is not finite or the matrix is singular.
-    """
-
-    def __init__(self, entries: Triplets, n: int) -> None:
-        import scipy.sparse.linalg  # small blocks do without
-
-        data, rows, columns = entries
-        if not np.isfinite(data).all():
-            raise ArithmeticError("a slope is not finite")
-        largest = np.zeros(n)
-        np.maximum.at(largest, rows, np.abs(data))
-        if not largest.all():
-            raise ZeroDivisionError("a row is 0")
-        self.rows, self.n = largest, n
-        matrix = scipy.sparse.csc_array((data / largest[rows], (rows, columns)), shape=(n, n))
-        try:
-            self.lu: Any = scipy.sparse.linalg.splu(matrix, panel_size=PANEL)
-        except RuntimeError as error:
-            raise ZeroDivisionError("the matrix is singular") from error
-
-    def solve(self, rhs: Array) -> Array:
-        return np.asarray(self.lu.solve(rhs / self.rows))
-
-    def null_direction(self, sizes: Array) -> tuple[float, ...]:
-        """The direction (n,), its largest part ± 1, along which the rows change least in units of ``sizes``,
-        by inverse iteration (Golub & Van Loan, *Matrix Computations*, section 8.2)."""
-        v = np.ones(self.n)
-        with np.errstate(all="ignore"):
-            for _ in range(INVERSE_ITERATIONS):
-                v = self.lu.solve(self.lu.solve(v / sizes, "T")) / sizes
-                v = v / np.abs(v).max()
-            v = sizes * v
-            v = v / np.abs(v).max()
-        return tuple(v.tolist()) if np.isfinite(v).all() else (1.0,) * self.n
-
-    def spread(self, tolerance: Array, sizes: Array) -> float:
-        """The largest of |J⁻¹|·t beside the ``sizes``: a norm, estimated as by N. J. Higham & F. Tisseur
-        (SIAM J. Matrix Anal. Appl. 21 (2000) 1185–1201), from below and rarely off by a factor of 3."""
-        from scipy.sparse import linalg
-
-        weight = tolerance / self.rows
-        operator: Any = linalg.LinearOperator(
-            (self.n, self.n),
-            matvec=lambda v: weight * self.lu.solve(np.ravel(v) / sizes, "T"),
-            rmatvec=lambda v: self.lu.solve(weight * np.ravel(v)) / sizes,
-            dtype=float,
-        )
-        return float(linalg.onenormest(operator))
 
 
 def itself(x: Array) -> Array:
