@@ -111,17 +111,11 @@ def _tied(graph: ModelGraph, name: str, inputs: Collection[str]) -> set[str]:
     return group
 
 
-Mark: TypeAlias = tuple[tuple[Fact, ...], dict[str, tuple[dict[Any, Any] | list[Any], int]]]
-"""The facts of a branch at some place, and its containers there with their lengths."""
-
-
 @dataclass
 class Branch:
     """What is known along one way through the path.
 
-    Its containers grow at their ends alone, so that it can come back to where it forked; what changes
-    otherwise is changed in copies (``detach``). ``precise`` are values to more digits than floats have,
-    where they were computed so; ``forked`` is where it forked first.
+    ``precise`` are values to more digits than floats have, where they were computed so.
     """
 
     values: dict[str, Value]
@@ -130,13 +124,12 @@ class Branch:
     signs: dict[Pair, Sign] = field(default_factory=dict)
     inactive: dict[int, Fact] = field(default_factory=dict)
     steps: list[Step] = field(default_factory=list)
-    settled: dict[int, None] = field(default_factory=dict)
-    blank: dict[str, None] = field(default_factory=dict)
+    settled: set[int] = field(default_factory=set)
+    blank: set[str] = field(default_factory=set)
     origins: dict[str, Step] = field(default_factory=dict)
     facts: tuple[Fact, ...] = ()
     attempts: dict[SolveBlock, tuple[Attempt, ...]] = field(default_factory=dict)
     precise: dict[str, Any] = field(default_factory=dict)
-    forked: Mark | None = None
 
     @property
     def conditions(self) -> dict[int, bool]:
@@ -156,25 +149,6 @@ class Branch:
 
     def fork(self) -> Branch:
         return Branch(**{one.name: copy(getattr(self, one.name)) for one in fields(self)})
-
-    def detach(self) -> None:
-        """Go on with copies of the containers."""
-        vars(self).update(vars(self.fork()))
-
-    def mark(self) -> Mark:
-        """The place where the branch is, to come back to."""
-        containers = {name: part for name, part in vars(self).items() if isinstance(part, dict | list)}
-        here = self.facts, {name: (part, len(part)) for name, part in containers.items()}
-        self.forked = self.forked or here
-        return here
-
-    def return_to(self, mark: Mark) -> None:
-        """Forget what was learned since a ``mark``."""
-        self.facts, containers = mark
-        for name, (part, size) in containers.items():
-            while len(part) > size:
-                part.popitem() if isinstance(part, dict) else part.pop()
-            setattr(self, name, part)
 
 
 @dataclass(frozen=True)

@@ -134,8 +134,6 @@ class PathSearch:
             self._explore(start)
         except TimeIsUp:
             with grace(GRACE):
-                if start.forked:
-                    start.return_to(start.forked)
                 raise CutOff(self._found(), start.values) from None
         found = self._found()
         if not self.budget.cut or self.budget.every or not all(leaf.missing for leaf in found.leaves):
@@ -407,11 +405,9 @@ class PathSearch:
         """Take up blocks again that determined too little, and of which more is known now."""
         lost = {e: fact.free for e, fact in branch.inactive.items() if isinstance(fact, RankLoss)}
         again = [e for e, free in lost.items() if any(name in branch.values for name in free)]
-        if again:
-            branch.detach()
         for equation in again:
             del branch.inactive[equation]
-            branch.settled.pop(equation, None)
+            branch.settled.discard(equation)
         return bool(again)
 
     def _broken(self, branch: Branch) -> bool:
@@ -427,7 +423,7 @@ class PathSearch:
         branch.origins.update(dict.fromkeys(found, step))
         branch.steps.append(step)
         if not isinstance(step, Select):
-            branch.settled.update(dict.fromkeys(equations_of(step)))
+            branch.settled.update(equations_of(step))
 
     def _evaluate(self, branch: Branch, step: Step, equation: int, unknown: str) -> bool | Forks | None:
         """None: go on; True: plan anew; False: ended; else the forks, each to be followed by itself."""
@@ -463,15 +459,14 @@ class PathSearch:
         return None
 
     def _each(self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]]) -> Forks:
-        """The branch itself with one value after another: each is followed to its end before the next."""
-        mark = branch.mark()
+        """A fork for each value, made when those before it have been followed to their ends."""
         for values, facts in found:
-            branch.return_to(mark)
             if self._is_full(branch):
                 break
-            branch.facts = (*branch.facts, *facts)
-            self._learn(branch, step, values)
-            yield branch
+            fork = branch.fork()
+            fork.facts = (*fork.facts, *facts)
+            self._learn(fork, step, values)
+            yield fork
 
     def _select(self, branch: Branch, step: Select) -> bool | Forks | None:
         equations = self.model.equations
@@ -485,7 +480,7 @@ class PathSearch:
     def _check(self, branch: Branch, step: Step, equation: int) -> bool | None:
         if equation in branch.settled:
             return None
-        branch.settled[equation] = None
+        branch.settled.add(equation)
         branch.steps.append(step)
         check = check_rule(self.model.equations[equation], branch.values)
         if check.holds or self._agreed(branch, equation):
@@ -511,7 +506,6 @@ class PathSearch:
             found = StepSolver(self.graph, equation, name, others).outcome().values
             for value in sorted((v for v in found if isinstance(v, float)), key=lambda v: abs(v - number)):
                 if all(check_rule(reader, {**others, name: value}).holds for reader in readers):
-                    branch.detach()
                     branch.values[name] = value
                     branch.precise.pop(name, None)
                     return True
@@ -580,7 +574,7 @@ class PathSearch:
         failing = about(fact) if isinstance(fact, NoValue | NoRoot) else ()
         told = (indeterminacy(self.model.equations[e], branch.values) for e in failing)
         why = next(filter(None, told), fact)
-        branch.blank.update(dict.fromkeys(unknowns))
+        branch.blank.update(unknowns)
         for name in unknowns:
             for equation in self.graph.users[name]:
                 branch.inactive.setdefault(equation, why)
