@@ -269,8 +269,7 @@ class PathSearch:
         None for a model whose answers can be listed, where the steps are not those of a network of blocks,
         and where an unknown is negative though the path has ``forked``, so that others may be positive. A few
         of 2^100 answers tell nobody anything, and each block of such a path costs a search. Where all of them
-        are to be proven, each is searched. Where no start leads to an answer of the whole, steps are taken in
-        turn.
+        are to be proven, each is searched.
         """
         steps, self.first_path = self.first_path or (), ()
         blocks = [place for place, step in enumerate(steps) if isinstance(step, SolveBlock)]
@@ -289,9 +288,7 @@ class PathSearch:
             if values:
                 break
         else:
-            values = self._in_turn(branch, solved, begun, forked)
-            if not values:
-                return None
+            return None
         self.budget.cut = True
         self._begin()
         self.note(False, equations, unknowns, [values], False)
@@ -306,37 +303,6 @@ class PathSearch:
         values = next((a.values for a in found.answers if a.double is None), {})
         negative = any(v < 0.0 and self.graph.turn(name) is None for name, v in values.items())
         return {} if forked and negative else {**values}
-
-    def _in_turn(
-        self, branch: Branch, steps: Sequence[Step], begun: Mapping[str, Value], forked: bool
-    ) -> Mapping[str, Value]:
-        """The values of one step after another: of a block what it comes to from those of the last of its
-        kind, or else by a search. Nothing where a step has none."""
-        last = dict[Kind, tuple[float, ...]]()
-        for step in steps:
-            names, kind = given_by(step), self._kind(step)
-            found: Mapping[str, Value] = {name: begun[name] for name in names if name in begun}
-            if isinstance(step, SolveBlock) and not found:
-                near = {**dict(zip(names, last.get(kind, ()), strict=False)), **self.guesses}
-                found = self._near(step, branch, near, forked)
-            elif isinstance(step, Evaluate) and not found:
-                numbers = self._stepped(branch, step.equation, step.unknown).values
-                found = dict(zip(names, numbers, strict=False))
-            if not found:
-                return {}
-            branch.values.update(found)
-            last[kind] = tuple([v for name in names if isinstance(v := found[name], float)])
-        return branch.values
-
-    def _near(
-        self, step: SolveBlock, branch: Branch, near: Mapping[str, float], forked: bool
-    ) -> Mapping[str, Value]:
-        """The sensible answer of a block near to some numbers, or else the first that a search has."""
-        kernel, found, self.budget.nearby = kernel_of(self.graph, step), dict[str, float](), True
-        for solve in (solve_block, solve_sparsely) if near else ():
-            found = found or self._sensible(solve(kernel, branch.values, near, self.budget), forked)
-        self.budget.nearby = False
-        return found or next((a.values for a in self._solved(step, branch).answers), {})
 
     def _continued(self, begun: Mapping[str, Value], steps: Sequence[Step]) -> dict[str, float]:
         """The numbers that steps have ``begun`` with; others go on with those of the last of their kind."""
