@@ -12,13 +12,11 @@ from rulesheets.format import format_condition
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import And, Name
 from solver import facts
-from solver.leaves import Asked, Leaf, Patience, indeterminacy
+from solver.leaves import Asked, Leaf, Patience
 from solver.solution.remedy import bounds, clash, cures, derivation, givings, rounded
 from solver.solution.verdict import Verdict
 
 MAX_INPUTS = 10
-PLACES = 6
-"""Decimals to which a nearest miss is rounded, to see whether a rule is 0/0 there."""
 
 
 def explain(asked: Asked, verdict: Verdict, hasty: bool = False) -> tuple[Diagnosis, ...]:
@@ -222,8 +220,6 @@ class _Explanation:
         return self._error(code, message, fact.equations, fact.free, *notes)
 
     def _not_found(self, fact: facts.NoRoot) -> Diagnosis:
-        if hole := self._hole(fact):
-            return self._indeterminate(hole)
         best = ", ".join(f"{name} = {number_text(value)}" for name, value in fact.best.items())
         notes = [f"the nearest miss was at {best}"] if best else []
         missed = zip(fact.equations, fact.misses, strict=False)
@@ -241,14 +237,6 @@ class _Explanation:
             notes.append(f"--prove searches the ranges of {listed(tears)} without a limit on the work")
         message = f"no values of {listed(fact.unknowns)} were found that satisfy these rules together"
         return self._error("S550", message, fact.equations, fact.unknowns, *notes)
-
-    def _hole(self, fact: facts.NoRoot) -> facts.Indeterminacy | None:
-        """A rule that is 0/0 next to the nearest miss, where rules hold but for rounding: by its limit."""
-        here = {} if self.leaf is None else self.leaf.branch.values
-        there = {**here, **{name: round(x, PLACES) + 0.0 for name, x in fact.best.items()}}
-        rules = (self.model.equations[e] for e in fact.equations if not any(fact.misses))
-        found = (indeterminacy(rule, there) for rule in rules)
-        return next((hole for hole in found if hole and hole.limit is not None), None)
 
     def _no_case(self) -> Diagnosis:
         if self.verdict.status is facts.Status.FAILED:

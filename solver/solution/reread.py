@@ -16,12 +16,12 @@ from itertools import takewhile
 from typing import Any
 
 from rulesheets.deadline import TimeIsUp
-from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import DIGITS, beside, extended, extended_derivatives, indeterminate, vanishes
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Quotient, exchange, subtract
+from rulesheets.syntax.nodes import Call, Name, Number, Quotient, exchange, subtract
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule, sides
 from solver.facts import (
@@ -62,8 +62,9 @@ APART = 1e-2
 NOTHING = 1e-12
 """Share of the answers beside it below which an extrapolated number is 0."""
 NEAR = 1e-4
-"""Relative distance within which an answer beside a known one is that, moved; and the share of the change
-that its variables make of it, below which a side of a quotient may be 0."""
+"""Relative distance within which an answer beside a known one is that, moved."""
+PLACES = 6
+"""Decimals to which a nearest miss is rounded, to see whether a rule is 0/0 there."""
 MOVED = 6
 """Inputs that are moved, one after another, until answers come of it."""
 TINY = 1e-30
@@ -215,34 +216,12 @@ def _holds_beside(equation: Equation, values: Mapping[str, Value]) -> bool:
 # --- blocks without an answer whose equations are 0/0 where there would be one ---
 
 
-def at_a_limit(asked: Asked, leaf: Leaf, refusals: Sequence[Fact]) -> tuple[Indeterminacy, ...] | None:
-    """The rules that are undefined where there is an answer in the limit; None if there is no such answer."""
-    model = asked.model
-    for fact in refusals:  # both sides may be 0 where the rules miss least
-        if isinstance(fact, NoRoot):
-            values = {**leaf.branch.values, **fact.best}
-            rules = [model.equations[index] for index in fact.equations]
-            parts = walk(*(side for rule in rules for side in (rule.left, rule.right)))
-            quotients = (part for part in parts if isinstance(part, Quotient))
-            if any(_small(part.left, values) and _small(part.right, values) for part in quotients):
-                break
-    else:
-        return None
-    for answer in answers_between(asked)[:1]:
-        filled = (fact.equation for fact in answer.branch.facts if isinstance(fact, Filled))
-        undefined = (indeterminacy(model.equations[index], answer.branch.values) for index in filled)
-        return tuple(filter(None, undefined))
-    return None
-
-
-def _small(part: Expression, values: Mapping[str, Value]) -> bool:
-    try:
-        number, slopes = derivatives(part, values)
-    except (Undefined, KeyError, TypeError):
-        return False
-    return abs(number) <= NEAR * sum(
-        abs(s * v) for n, s in slopes.items() if isinstance(v := values[n], float)
-    )
+def hole(model: Model, leaf: Leaf, fact: NoRoot) -> Indeterminacy | None:
+    """A rule that is 0/0 next to the nearest miss of a block, where rules hold but for rounding."""
+    there = {**leaf.branch.values, **{name: round(x, PLACES) + 0.0 for name, x in fact.best.items()}}
+    rules = (model.equations[e] for e in fact.equations if not any(fact.misses))
+    found = (indeterminacy(rule, there) for rule in rules)
+    return next((hole for hole in found if hole and hole.limit is not None), None)
 
 
 # --- given numbers that the rules fix otherwise, whatever the unknowns are ---
@@ -460,8 +439,9 @@ def judged_again(
             by, found = with_limits(asked, found)
             verdict = judge(asked._replace(model=by), found)._replace(reread=by is not asked.model)
         elif verdict.status is Status.FAILED and verdict.leaves:
-            undefined = at_a_limit(asked, verdict.leaves[0], verdict.facts)
-            if undefined is not None:
+            roots = (fact for fact in verdict.facts if isinstance(fact, NoRoot))
+            undefined = tuple(filter(None, (hole(by, verdict.leaves[0], fact) for fact in roots)))
+            if undefined:
                 verdict = Verdict(Status.SINGULAR, verdict.leaves, undefined)
         if verdict.status in (Status.FAILED, Status.INFEASIBLE):
             fixed = fixed_otherwise(asked, verdict.facts)
