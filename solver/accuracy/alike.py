@@ -25,7 +25,7 @@ from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_check import LATEST, gross, leads_to_zero, sides, size, terms
+from solver.accuracy.rule_check import gross, leads_to_zero, sides, size, terms
 from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS
 from solver.path.graph import Alike, Array, Family, alike
 
@@ -212,30 +212,16 @@ class Evaluated(NamedTuple):
     columns: NDArray[np.intp]
 
 
-def evaluated(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> Evaluated:
-    """All rules at once; those of rare shapes, or out of the ordinary, one by one. Several ask of one answer:
-    what is found stays known, and is to be read only."""
-    known = alike(model, equations)
-    point = _point(known, values)
-    latest: dict[tuple[int, bytes], Evaluated] = model.__dict__.setdefault("_evaluated", {})
-    key = id(known), point.tobytes()
-    if not (found := latest.get(key)) or np.isnan(point).any():  # what is no number has no bytes of its own
-        found = _evaluated(known, equations, values, point)
-        for oldest in list(latest)[: 1 - LATEST]:
-            latest.pop(oldest, None)
-        latest[key] = found
-    return found
-
-
 def _point(known: Alike, values: Mapping[str, Value]) -> Array:
     """The values of names; nan for those that are no numbers."""
     numbers = (v if isinstance(v := values.get(name), float) else math.nan for name in known.names)
     return np.fromiter(numbers, dtype=float, count=len(known.names))
 
 
-def _evaluated(
-    known: Alike, equations: Sequence[Equation], values: Mapping[str, Value], point: Array
-) -> Evaluated:
+def evaluated(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> Evaluated:
+    """All rules at once; those of rare shapes, or out of the ordinary, one by one."""
+    known = alike(model, equations)
+    point = _point(known, values)
     n = len(equations)
     miss, noise, grosses, moves = (np.full(n, np.nan) for _ in range(4))
     holds, left_over = np.zeros(n, dtype=bool), np.ones(n, dtype=bool)

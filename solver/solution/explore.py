@@ -115,7 +115,7 @@ class PathSearch:
         self._searched: set[SolveBlock] = set()
         self._sought = Counter[Kind]()  # blocks that were searched, by their kinds
         self.first_path: Sequence[Step] | None = None
-        self.forked = self.alike = 1
+        self.forked = 1
         self.cases = 0
         self._begin()
 
@@ -221,11 +221,10 @@ class PathSearch:
             if pending is None:
                 stack.pop()
                 continue
-            self.forked = self.alike = 1
+            self.forked = 1
             forks = iter(self._followed(*pending))
             stack.append((forks, answers * self.forked))
-            expected = answers * self.forked ** (self.alike if answers > 1 else 1)
-            if expected > self._most_leaves or self._too_many_searches:
+            if answers * self.forked > self._most_leaves or self._too_many_searches:
                 forked = answers * self.forked > 1 or not self.complete
                 first = list(islice(forks, 1))
                 one = self._as_one_block((*first, pending)[0][0].values, forked)
@@ -236,13 +235,6 @@ class PathSearch:
         """What steps have in common that ask the same with other names and numbers."""
         equations, unknown = [self.model.equations[e] for e in equations_of(step)], frozenset(given_by(step))
         return tuple([asked_shape(shape_of(e)[0], tuple([n in unknown for n in e.names])) for e in equations])
-
-    def _ahead(self, step: Step) -> int:
-        """How many steps of the first path are of the kind of one of them and not before it."""
-        path = self.first_path or ()
-        rest = path[path.index(step) :] if step in path else ()
-        steps = [one for one in rest if type(one) is type(step)]
-        return [*map(self._kind, steps)].count(self._kind(step)) if len(steps) > 1 else 1
 
     @property
     def _too_many_searches(self) -> bool:
@@ -417,7 +409,7 @@ class PathSearch:
     ) -> Forks | None:
         """Go on with the one value there is (None), or with a fork for each."""
         if len(found) != 1:
-            self.forked, self.alike = len(found), self._ahead(step)
+            self.forked = len(found)
             return self._each(branch, step, found)
         values, facts = found[0]
         branch.facts = (*branch.facts, *facts)

@@ -20,11 +20,9 @@ from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import Comparison, Condition, Expression
 from solver.accuracy.digits import (
-    MAX_WORK,
     ManyDigits,
     Unresolved,
     Work,
-    linearising,
     null_vectors,
     resolve_fold,
 )
@@ -45,8 +43,6 @@ from solver.path import Evaluate, SolveBlock, Stage, Step, equations_of
 from solver.path.planner import planner
 from solver.solution.explore import Numbers, PathSearch
 
-LINEARISED = 3
-"""Points at least at which a block is linearised for an answer."""
 NUDGE = 2.0**-20
 """Relative change of a number by which a second derivative is estimated."""
 INVERSE = math.exp(-1.0)
@@ -55,7 +51,7 @@ INVERSE = math.exp(-1.0)
 
 def explore_precisely(asked: Asked, floats: Exploration) -> Exploration | None:
     """The exploration on which two precisions agree; None if none do. ``floats`` is the one in floats."""
-    if _least_work(asked, floats) > MAX_WORK:
+    if any(len(step.unknowns) > MAX_UNKNOWNS for step, _ in floats.outcomes):
         return None
     rough: Exploration | None = None
     for digits in PRECISIONS:
@@ -69,17 +65,6 @@ def explore_precisely(asked: Asked, floats: Exploration) -> Exploration | None:
             return fine
         rough = fine
     return None
-
-
-def _least_work(asked: Asked, floats: Exploration) -> int:
-    """The operations without which answers of blocks are not refined: after a look for a fold, Newton's
-    method takes two steps from floats to the least precision."""
-    graph, total = planner(asked.model).graph, 0
-    for (step, _), found in floats.outcomes.items():
-        if not (kernel_of(graph, step).linear or found.free):
-            rules = [asked.model.equations[index] for index in step.equations]
-            total += LINEARISED * len(found.answers) * linearising(rules)
-    return total
 
 
 def _agree(rough: Exploration, fine: Exploration, judged: Sequence[str]) -> bool:
@@ -149,8 +134,6 @@ class _PreciseSearch(PathSearch):
         problem = BlockProblem(kernel_of(self.graph, step), branch.values, self.guesses)
         if problem.symbolic or floats.free or not step.unknowns:
             return floats
-        if len(step.unknowns) > MAX_UNKNOWNS:
-            raise Unresolved
         rules = [self.model.equations[index] for index in step.equations]
         system = ManyDigits(rules, step.unknowns, _known(branch), self.digits, self.work)
         found = _Block(problem, system, floats, partial(self._off, branch)).outcome()

@@ -65,19 +65,6 @@ def test_what_does_not_hold_is_left_to_single_rules() -> None:
     assert check_rule(left[0], values).miss == 1.0
 
 
-def test_what_is_known_of_rules_goes_by_their_values() -> None:
-    model = rulesheets.loads("\n".join(f"y{k} = x{k}" for k in range(COUNT)) + "\n")
-    rules = model.equations[5:]
-    values: dict[str, float | str] = dict.fromkeys(model.variables, 3.0)
-    assert evaluated(model, rules, values).holds.all()
-    assert evaluated(model, rules, values) is evaluated(model, rules, dict(values))
-    assert np.flatnonzero(~evaluated(model, rules, {**values, "x9": 2.0}).holds).tolist() == [4]
-    signed = evaluated(model, rules, {**values, "x9": 0.0}), evaluated(model, rules, {**values, "x9": -0.0})
-    assert signed[0] is not signed[1]
-    symbols = {**values, "x9": "open", "y9": "open"}, {**values, "x9": "open", "y9": "shut"}
-    assert evaluated(model, rules, symbols[0]) is not evaluated(model, rules, symbols[1])
-
-
 def test_parts_of_a_model_have_the_shapes_of_the_whole() -> None:
     rules = [f"y{k} = {k}*x{k}^2" for k in range(COUNT)] + [f"z{k} = y{k} + {k}*x{k}" for k in range(COUNT)]
     model = rulesheets.loads("\n".join(rules) + "\n")
