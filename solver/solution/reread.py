@@ -23,7 +23,7 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Name, Number, Quotient, exchange, subtract
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_check import check_rule, sides
+from solver.accuracy.rule_check import check_rule, gross, sides
 from solver.facts import (
     AsksNothing,
     DoubleRoot,
@@ -64,7 +64,7 @@ NOTHING = 1e-12
 NEAR = 1e-4
 """Relative distance within which an answer beside a known one is that, moved."""
 PLACES = 6
-"""Decimals to which a nearest miss is rounded, to see whether a rule is 0/0 there."""
+"""Decimals to which a nearest miss is rounded, to see whether a rule is 0/0 there, and rules must hold."""
 MOVED = 6
 """Inputs that are moved, one after another, until answers come of it."""
 TINY = 1e-30
@@ -217,9 +217,13 @@ def _holds_beside(equation: Equation, values: Mapping[str, Value]) -> bool:
 
 
 def hole(model: Model, leaf: Leaf, fact: NoRoot) -> Indeterminacy | None:
-    """A rule that is 0/0 next to the nearest miss of a block, where rules hold but for rounding."""
-    there = {**leaf.branch.values, **{name: round(x, PLACES) + 0.0 for name, x in fact.best.items()}}
-    rules = (model.equations[e] for e in fact.equations if not any(fact.misses))
+    """A rule that is 0/0 next to the nearest miss of a block, where rules nearly hold."""
+    best = {**leaf.branch.values, **fact.best}
+    there = {**best, **{name: round(x, PLACES) + 0.0 for name, x in fact.best.items()}}
+    rules = [model.equations[e] for e in fact.equations]
+    sizes = zip(rules, fact.misses, strict=False)
+    if any(abs(miss) > 10.0**-PLACES * gross(rule, best) for rule, miss in sizes):
+        return None
     found = (indeterminacy(rule, there) for rule in rules)
     return next((hole for hole in found if hole and hole.limit is not None), None)
 
