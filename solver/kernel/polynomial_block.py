@@ -246,7 +246,7 @@ def counted(problem: BlockProblem, candidates: Candidates) -> bool:
     equation = problem.graph.model.equations[block.residuals[0]]
     known = {name: value for name, value in problem.here.items() if isinstance(value, float)}
     found = eliminant(equation.left, equation.right, block.tears[0], forms, known)
-    if found is None or any(_may_be_free(problem, factor) for factor in found.indeterminate):
+    if found is None or found.indeterminate:  # where a form is 0/0 its unknown is free
         return False
     roots = _clear_roots(simple_part(found.polynomial), *problem.domain(block.tears[0]))
     return roots is not None and all(_settled(problem, candidates, forms, root) for root in roots)
@@ -262,15 +262,6 @@ def _is_algebraic(problem: BlockProblem) -> bool:
             case Power(_, exponent) if not unknowns.isdisjoint(nodes.names(exponent)):
                 return False
     return True
-
-
-def _may_be_free(problem: BlockProblem, factor: Coefficients) -> bool:
-    """Whether the rules admit a zero of a factor that an explicit form divides by, and into: none of them
-    excludes that value of the tear, whatever the other unknowns are."""
-    tear = problem.kernel.block.tears[0]
-    zeros = real_roots(simple_part(factor), *problem.domain(tear))
-    beside = ((math.nextafter(zero, -math.inf), math.nextafter(zero, math.inf)) for zero in zeros or ())
-    return zeros is None or not all(problem.excludes(tear, *ends) for ends in beside)
 
 
 def _settled(problem: BlockProblem, candidates: Candidates, forms: Forms, root: float) -> bool:
