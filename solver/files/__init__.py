@@ -11,7 +11,6 @@ import stat
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from io import StringIO
-from types import TracebackType
 from typing import BinaryIO, Self, TextIO
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, said
@@ -78,13 +77,11 @@ def expect_no_input(path: str, inputs: Iterable[str]) -> None:
     Devices and pipes can be read and written.
     """
     for read in inputs:
-        same = False
         with suppress(OSError, ValueError):
-            same = os.path.isfile(path) and os.path.samefile(path, read)
-        if same:
-            what = "it is read" if path == read else f"it is {read}, which is read"
-            message = f"{path} is an input of this command, and would be overwritten: {what}"
-            raise RuleSheetError(error("E418", message, notes=("write to another file",)))
+            if os.path.isfile(path) and os.path.samefile(path, read):
+                what = "it is read" if path == read else f"it is {read}, which is read"
+                message = f"{path} is an input of this command, and would be overwritten: {what}"
+                raise RuleSheetError(error("E418", message, notes=("write to another file",)))
 
 
 class Replacement:
@@ -117,39 +114,32 @@ class Replacement:
 
     def keep(self) -> None:
         """Put the file in its place."""
-        try:
-            with writing(self._path):
-                self.stream.flush()
-                if self._unfinished is not None:
-                    os.fsync(self.stream.fileno())
-                self.stream.close()
-                if self._unfinished is not None:
-                    os.replace(self._unfinished, self._target)
-                    self._unfinished = None
-        except BaseException:  # also an interruption while the last bytes are written
-            self.discard()
-            raise
+        with writing(self._path):
+            self.stream.flush()
+            if self._unfinished is not None:
+                os.fsync(self.stream.fileno())
+            self.stream.close()
+            if self._unfinished is not None:
+                os.replace(self._unfinished, self._target)
+                self._unfinished = None
 
     def discard(self) -> None:
-        """Remove the file; what stood in its place before stays."""
-        try:
-            with suppress(OSError):  # bytes that a full disk refused are not wanted any more
-                self.stream.close()
-        finally:
-            if self._unfinished is not None:
-                with suppress(OSError):  # who removes the folder in the meantime leaves nothing to remove
-                    os.unlink(self._unfinished)
-                self._unfinished = None
+        """Remove the file, unless it is kept; what stood in its place before stays."""
+        with suppress(OSError):  # bytes that a full disk refused are not wanted any more
+            self.stream.close()
+        if self._unfinished is not None:
+            with suppress(OSError):  # who removes the folder in the meantime leaves nothing to remove
+                os.unlink(self._unfinished)
+            self._unfinished = None
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, failure: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if kind is None:
-            self.keep()
-        else:
+    def __exit__(self, kind: object, failure: object, trace: object) -> None:
+        try:
+            if kind is None:
+                self.keep()
+        finally:
             self.discard()
 
 
