@@ -9,7 +9,9 @@ import os
 import sys
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
 from importlib import import_module
+from math import inf
 from typing import NamedTuple, NoReturn
 
 from rulesheets.deadline import TimeIsUp, time_limit
@@ -184,14 +186,19 @@ def load_sheet(arguments: Namespace) -> Model:
     return model
 
 
-def seconds(text: str) -> float:
-    """A time on the command line."""
-    try:
-        if (number := float(text)) > 0.0:
-            return number
-    except ValueError:
-        pass
-    raise ArgumentTypeError(f"{text} is no number of seconds")
+def number_of(what: str, kind: type[float], least: float, most: float = inf) -> Callable[[str], float]:
+    """Reads such a number on the command line, for argparse."""
+
+    def read(text: str) -> float:
+        with suppress(ValueError):
+            if least <= (number := kind(text)) <= most:
+                return number
+        raise ArgumentTypeError(f"{text} is no number of {what}")
+
+    return read
+
+
+seconds = number_of("seconds", float, 1e-6)
 
 
 def add_input_options(parser: ArgumentParser, *, want: bool = True, units: bool = False) -> None:

@@ -6,7 +6,7 @@ import json
 import os
 import sys
 import time
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable
 from contextlib import suppress
 from contextvars import Context
@@ -28,6 +28,7 @@ from solver.commands import (
     add_sheet_options,
     answered,
     load_sheet,
+    number_of,
     read_request,
 )
 from solver.facts import Status
@@ -42,11 +43,7 @@ MOST_WARNINGS = 3
 
 
 def _solve_arguments(parser: ArgumentParser) -> None:
-    def samples(text: str) -> int:
-        if text.isascii() and text.isdigit() and 2 <= int(text) <= 10_000_000:
-            return int(text)
-        raise ArgumentTypeError("a number of samples from 2 to 10,000,000 is needed")
-
+    samples = number_of("samples from 2 to 10,000,000", int, 2, 10_000_000)
     add_input_options(parser, units=True)
     add, flag = parser.add_argument, "store_true"
     add("--all", action=flag, help="show every answer, side by side")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator
 from datetime import timedelta
 from itertools import chain
@@ -18,7 +18,7 @@ from rulesheets.inputs import symbolic
 from rulesheets.model import Variable
 from rulesheets.syntax import escaped
 from rulesheets.units import shown
-from solver.commands import Command, Option, Request, add_input_options, read_request
+from solver.commands import Command, Option, Request, add_input_options, number_of, read_request
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.files import Printed, write_file
 from solver.files.tables import Chunk, CsvFile, Table, joined, table_file
@@ -124,11 +124,7 @@ INTERRUPTED = 130
 
 
 def _arguments(parser: ArgumentParser) -> None:
-    def processes(text: str) -> int:
-        if text.isdecimal() and int(text) >= 1:
-            return int(text)
-        raise ArgumentTypeError(f"{text} is no number of processes")
-
+    processes = number_of("processes", int, 1)
     add_input_options(parser, units=True)
     add, flag = parser.add_argument, "store_true"
     over = "values of an input, or NAME=A,B,…; several ranges make every combination"

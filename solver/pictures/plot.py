@@ -17,7 +17,7 @@ from rulesheets.inputs import readable
 from rulesheets.model import Model
 from solver.facts import FALSE, Mark
 from solver.files.tables import Array, Table
-from solver.pictures.page import encode
+from solver.pictures.page import INK, encode
 
 CURVES = 8
 """Curves that one panel may have, so that each can be told from the others."""
@@ -117,7 +117,7 @@ def _nothing(reason: str) -> RuleSheetError:
     return RuleSheetError(error("E445", f"this sweep cannot be drawn: {reason}", notes=notes))
 
 
-INK, GRID = "#222222", "#dddddd"
+GRID = "#dddddd"
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#5b3c88", "#222222")
 """Okabe and Ito (2008), which people with any colour vision tell apart; strokes differ too."""
 STROKES = ("solid", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (5, 1.5, 1.2, 1.5)))

@@ -228,10 +228,15 @@ def why_markdown(derivation: Derivation) -> str:
 
 
 def why_latex(derivation: Derivation) -> str:
-    """Rows of an ``align*`` environment, the places of the rules in comments."""
-    page, rows = Page(derivation, Tex()), []
+    """The inputs, then the steps, the places of their rules in comments."""
     given = map(Line, (*derivation.inputs, *derivation.assumed))
-    for line in (*given, *(line for link in derivation.links for line in link.lines)):
+    return aligned(derivation, (*given, *(line for link in derivation.links for line in link.lines)))
+
+
+def aligned(derivation: Derivation, lines: Iterable[Line]) -> str:
+    """Lines as rows of an ``align*`` environment."""
+    page, rows = Page(derivation, Tex()), []
+    for line in lines:
         left, *others = page.chain(line)
         row = f"  {left} &= {' = '.join(others)}"
         if unit := page.unit(line.unknown).strip().translate(ESCAPED):

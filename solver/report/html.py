@@ -10,15 +10,14 @@ from typing import Any, NamedTuple
 from rulesheets.algebra import ROWS, html_table, more
 from rulesheets.diagnosis import Diagnosis, plural, render
 from rulesheets.inputs import readable
-from rulesheets.syntax.nodes import Name
 from rulesheets.units import shown
 from solver.derivatives import Band, Sensitivities, ToleranceBands
 from solver.facts import Status
 from solver.files.tables import Table
 from solver.path import Check, Path, SolveBlock, equations_of, given_by
 from solver.report import SCREEN, table
-from solver.report.derivation import ESCAPED, Derivation, Page, why_latex
-from solver.report.path import Plain, Tex, told
+from solver.report.derivation import ESCAPED, Derivation, Line, Page, aligned, why_latex
+from solver.report.path import Plain, told
 from solver.report.sheet import diagnosis_json, sheet_heads, sheet_rows
 from solver.solution.solving import Result, Samples
 
@@ -190,12 +189,8 @@ def latex(shown: Any) -> str:
         return "" if shown.value is None else why_latex(shown)
     if isinstance(shown, Result):  # the outputs of the primary answer, a row each
         known = shown.solutions[0] if shown.solutions else shown.partial
-        lines = []
-        for name in (name for name in shown.wanted if name in known and name not in shown.inputs):
-            unit = (shown.model.variables[name].unit or "").translate(ESCAPED)
-            label, value = Tex().expression(Name(name)), Tex().value(known[name])
-            lines.append(rf"  {label} &= {value}" + (rf"\ \text{{{unit}}}" if unit else ""))
-        return "\\begin{align*}\n" + " \\\\\n".join(lines) + "\n\\end{align*}"
+        outputs = (name for name in shown.wanted if name in known and name not in shown.inputs)
+        return aligned(Derivation(shown.model, "", known), map(Line, outputs))
     grid = grid_of(shown)
     rows = [grid.heads, *grid.rows]
     lines = [" & ".join(rf"\text{{{cell.translate(ESCAPED)}}}" for cell in row) for row in rows]
