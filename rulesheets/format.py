@@ -235,10 +235,6 @@ class Latex(Notation):
         return first
 
 
-expression_latex: Callable[[nodes.Expression], str] = Latex().written
-condition_latex: Callable[[nodes.Condition], str] = Latex().written
-
-
 # --- rules ----------------------------------------------------------------------
 
 

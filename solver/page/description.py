@@ -19,6 +19,7 @@ from typing import Any
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, render
 from rulesheets.inputs import override
 from rulesheets.model import Equation, Model, Value, Variable
+from rulesheets.syntax.nodes import conjunction
 from rulesheets.units import displaying
 from solver.facts import Status
 from solver.page import boxes, geometry, handles, needed, outline, turn
@@ -69,9 +70,9 @@ def typeset(model: Model) -> list[list[str]]:
     notation = Tex()
 
     def line(equation: Equation) -> str:
-        body = f"{notation.expression(equation.left)} = {notation.expression(equation.right)}"
+        body = f"{notation.written(equation.left)} = {notation.written(equation.right)}"
         if equation.guard:
-            body += rf"\quad \text{{if }} {notation.conditions(model.outcomes(equation.guard))}"
+            body += rf"\quad \text{{if }} {notation.written(conjunction(model.outcomes(equation.guard)))}"
         return _SCOPE.sub("", body)
 
     return [list(map(line, group)) for group in Places(model).groups.values()]

@@ -12,16 +12,17 @@ from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.evaluate import Undefined, value
+from rulesheets.format import format_condition
 from rulesheets.inputs import readable, variable_named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Condition, Expression, Name, Number, names
+from rulesheets.syntax.nodes import Condition, Expression, Name, Number, conjunction, names
 from rulesheets.units import shown
 from solver.path import Evaluate, Isolation, Select, Shown, SolveBlock, Step, equations_of
 from solver.path.cases import outcomes, solved_by
 from solver.path.isolate import isolate
 from solver.report import SCREEN, table
-from solver.report.path import Notation, Places, Plain, Tex
+from solver.report.path import Places, Plain, Tex
 from solver.solution.solving import Result
 
 CLOSE = math.sqrt(float_info.epsilon)
@@ -253,7 +254,7 @@ def aligned(derivation: Derivation, lines: Iterable[Line]) -> str:
 class Page:
     """One derivation in one notation, with the signs of Markdown where they are asked for."""
 
-    def __init__(self, derivation: Derivation, notation: Notation, *, markdown: bool = False) -> None:
+    def __init__(self, derivation: Derivation, notation: Plain | Tex, *, markdown: bool = False) -> None:
         self.derivation, self.notation, self.markdown = derivation, notation, markdown
         self.model, self.values = derivation.model, derivation.values
         self.places = Places(derivation.model)
@@ -284,7 +285,7 @@ class Page:
 
     def chain(self, line: Line) -> tuple[str, ...]:
         """What a line says is equal: the unknown, its form, that with numbers, its value; each said once."""
-        tell = self.notation.expression
+        tell = self.notation.written
         if line.unknown is None:
             return () if line.equation is None else (tell(line.equation.left), tell(line.equation.right))
         told = [self.notation.value(self.values[line.unknown])]
@@ -292,16 +293,16 @@ class Page:
             told = [tell(line.form), self.notation.filled(line.form, self.values), *told]
         return tell(Name(line.unknown)), *dict.fromkeys(told)
 
-    def guards(self, line: Line, notation: Notation | None = None) -> Iterator[tuple[str, str, str]]:
+    def guards(self, line: Line, notation: Plain | Tex | None = None) -> Iterator[tuple[str, str, str]]:
         """``because``, the conditions, and the values that they were read at; likewise what was assumed."""
         for word, assumed in (("because", False), ("assuming", True)):
             group = [guard for guard in line.guards if guard.assumed is assumed]
             if group:
-                outcomes = [(guard.condition, guard.holds) for guard in group]
+                whole = conjunction([(guard.condition, guard.holds) for guard in group])
                 known = dict.fromkeys(name for guard in group for name in guard.read)
                 read = ", ".join(f"{name} = {readable(self.values[name])}" for name in known)
-                said = (notation or self.notation).conditions(outcomes)
-                yield word, said, "" if read == Plain().conditions(outcomes) else read
+                said = (notation or self.notation).written(whole)
+                yield word, said, "" if read == format_condition(whole) else read
 
     # --- a list of steps, in text or in Markdown ---
 
@@ -376,7 +377,7 @@ class Page:
     def _heading(self, link: Link) -> list[str]:
         """What a block gives, and what was iterated on."""
         found, tears = (
-            ", ".join(f"${self.notation.expression(Name(n))}$" if self.markdown else n for n in some)
+            ", ".join(f"${self.notation.written(Name(n))}$" if self.markdown else n for n in some)
             for some in (link.unknowns, link.tears)
         )
         how = f"together, iterating on {tears}" if len(link.unknowns) > 1 else "by iteration"

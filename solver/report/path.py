@@ -5,13 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import TypeAlias
 
-from rulesheets.format import condition_latex, expression_latex, format_condition, format_expression
+from rulesheets.format import Latex, Notation, format_condition
 from rulesheets.inputs import DIGITS, readable
 from rulesheets.model import Equation, Model, Premise, Requirement, Value
 from rulesheets.syntax import Span, escaped, nodes
-from rulesheets.syntax.nodes import Condition, Expression, conjunction, names, substitute
+from rulesheets.syntax.nodes import Expression, conjunction, names, substitute
 from solver.facts import Method, Status
 from solver.kernel.block import kernel_of
 from solver.kernel.solve_block import methods_of
@@ -24,40 +23,26 @@ _FIRST = re.compile(r"(^|\(|, )\((-[^()]*)\)(?!\^)")
 """A number below zero in parentheses with nothing to the left of it, so that its sign needs none."""
 
 
-class Plain:
+class Plain(Notation):
     """As in a rule sheet, numbers below zero in parentheses wherever a sign would precede them."""
 
-    expression = staticmethod(format_expression)
     value = staticmethod(readable)
 
     def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
         """The expression with numbers for its names."""
         texts = {name: readable(values[name]) for name in names(node)}
         numbers = {n: nodes.Name(f"({text})" if text[0] == "-" else text) for n, text in texts.items()}
-        return _FIRST.sub(r"\1\2", format_expression(substitute(node, numbers)))
-
-    def conditions(self, outcomes: Iterable[tuple[Condition, bool]]) -> str:
-        """The conditions that hold, and that the others do not, joined by ``and``."""
-        return format_condition(conjunction(outcomes))
+        return _FIRST.sub(r"\1\2", self.written(substitute(node, numbers)))
 
 
-class Tex:
+class Tex(Latex):
     """LaTeX for mathematics mode."""
 
-    expression = staticmethod(expression_latex)
+    def value(self, value: Value) -> str:
+        return self.written(_rounded(value))
 
     def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
-        return self.expression(substitute(node, {name: _rounded(values[name]) for name in names(node)}))
-
-    def value(self, value: Value) -> str:
-        return self.expression(_rounded(value))
-
-    def conditions(self, outcomes: Iterable[tuple[Condition, bool]]) -> str:
-        return condition_latex(conjunction(outcomes))
-
-
-Notation: TypeAlias = Plain | Tex
-"""How mathematics is written."""
+        return self.written(substitute(node, {name: _rounded(values[name]) for name in names(node)}))
 
 
 def _rounded(value: Value) -> Expression:
@@ -220,7 +205,7 @@ def unreached(path: Path, wanted: Iterable[str]) -> tuple[str, ...]:
 def _parts(
     model: Model, tree: PathTree, wanted: Sequence[str], outcomes: tuple[Premise, ...], first: int
 ) -> Iterator[str]:
-    lines = [f"Where {Plain().conditions(model.outcomes(outcomes))}:"] if outcomes else []
+    lines = [f"Where {format_condition(conjunction(model.outcomes(outcomes)))}:"] if outcomes else []
     if tree.path.steps:
         lines.append(path_table(model, tree.path, first))
     else:
