@@ -24,7 +24,8 @@ GUARDS = {
     "solver.commands.chart": "require_matplotlib",
     "solver.commands.draw": "require_matplotlib",
     "solver.commands.sweep": "require_matplotlib",
-    "solver.page.serving": "missing_extra",
+    "solver.page.serving": "require_extra",
+    "solver.files.tables": "require_extra",
 }
 """Rooms whose functions import extras, and what whoever enters asks before; elsewhere the import itself is
 tried, and ImportError is caught."""

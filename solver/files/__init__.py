@@ -10,6 +10,7 @@ import os
 import stat
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from importlib.util import find_spec
 from io import StringIO
 from typing import BinaryIO, Self, TextIO
 
@@ -40,9 +41,11 @@ def wrong_cell(path: str, line: int, text: str, name: str, *, number: bool = Fal
     return said("E440", f"line {line} of {path}: this is no value for {name}", place, note)
 
 
-def missing_extra(purpose: str, package: str, extra: str) -> Diagnosis:
-    notes = (f"pip install 'backsolve[{extra}]'",)
-    return error("E441", f"{purpose} {package}, which is not installed", notes=notes)
+def require_extra(extra: str, purpose: str, *packages: str, code: str = "E441") -> None:
+    """Raise RuleSheetError where a package of an extra is not installed."""
+    if any(find_spec(package) is None for package in packages):
+        notes = (f"pip install 'backsolve[{extra}]'",)
+        raise RuleSheetError(error(code, f"{purpose} {packages[0]}, which is not installed", notes=notes))
 
 
 def other_sweep(path: str, reason: str) -> Diagnosis:

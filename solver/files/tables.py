@@ -21,8 +21,8 @@ from solver.files import (
     Replacement,
     csv_text,
     expect_no_input,
-    missing_extra,
     readable_rows,
+    require_extra,
     wrong_cell,
 )
 from solver.path import Shown
@@ -235,11 +235,10 @@ def parquet_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Sequence[i
 
 
 def _pyarrow() -> tuple[Any, Any]:
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError:
-        raise RuleSheetError(missing_extra("Parquet files need", "pyarrow", "parquet")) from None
+    require_extra("parquet", "Parquet files need", "pyarrow")
+    import pyarrow
+    import pyarrow.parquet
+
     return pyarrow, pyarrow.parquet
 
 

@@ -6,17 +6,15 @@ import os
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rulesheets.diagnosis import RuleSheetError
 from rulesheets.files import find_sheet, shipped_models
 from rulesheets.inputs import override
 from rulesheets.model import Model, Value, expect_model
 from solver.commands import Command, add_input_options, read_request, seconds
 from solver.commands.over import read_axes
-from solver.files import missing_extra, write_file
+from solver.files import require_extra, write_file
 
 if TYPE_CHECKING:
     from solver.page.widget import Cell
@@ -39,8 +37,7 @@ def interact(
     :func:`solve` refuses.
     """
     expect_model(model)
-    if find_spec("anywidget") is None:
-        raise RuleSheetError(missing_extra("the widget needs", "anywidget", "notebook"))
+    require_extra("notebook", "the widget needs", "anywidget")
     from solver.page.widget import Cell
 
     begin = override(model, inputs, guesses)
@@ -72,8 +69,7 @@ def _open_arguments(parser: ArgumentParser) -> None:
 
 def _open(arguments: Namespace) -> int:
     """Serve until interrupted; everything in the folder of the sheet can be opened."""
-    if any(find_spec(name) is None for name in ("starlette", "uvicorn", "websockets")):
-        raise RuleSheetError(missing_extra("the page needs", "starlette", "page"))
+    require_extra("page", "the page needs", "starlette", "uvicorn", "websockets")
     from solver.page.server import serve
 
     folder, first, sheet = Path.cwd(), "", arguments.sheet
@@ -117,8 +113,7 @@ def _lsp_arguments(parser: ArgumentParser) -> None:
 
 def _lsp(arguments: Namespace) -> int:
     """Serve until the editor ends it."""
-    if find_spec("pygls") is None:
-        raise RuleSheetError(missing_extra("the language server needs", "pygls", "lsp"))
+    require_extra("lsp", "the language server needs", "pygls")
     from solver.editor.server import server
 
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as out:  # the server closes what it writes to

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from importlib.util import find_spec
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -20,6 +19,7 @@ from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression, Figure, names
+from solver.files import require_extra
 
 Place = tuple[float, float]
 
@@ -117,9 +117,7 @@ def drawable(figures: Iterable[Figure], values: Mapping[str, Value]) -> tuple[Di
 
 def require_matplotlib() -> None:
     """Raise RuleSheetError (E432) where matplotlib is not installed."""
-    if find_spec("matplotlib") is None:
-        notes = ("pip install 'backsolve[plot]'",)
-        raise RuleSheetError(error("E432", "drawing needs matplotlib", notes=notes))
+    require_extra("plot", "drawing needs", "matplotlib", code="E432")
 
 
 def picture_kind(path: str, kinds: Sequence[str], what: str = "picture", notes: tuple[str, ...] = ()) -> str:

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from importlib.util import find_spec
 from math import lcm, prod
 from time import time
 from typing import Any, NamedTuple, Protocol, TypeAlias
@@ -24,7 +23,7 @@ from rulesheets.model import Model, Tolerance, Value, expect_model
 from rulesheets.units import displays, scaling
 from solver.derivatives import tolerances_of
 from solver.facts import Status
-from solver.files import missing_extra, other_sweep
+from solver.files import other_sweep, require_extra
 from solver.files.tables import (
     CODES,
     WORDS,
@@ -135,8 +134,8 @@ def work_of(
 
     Raises RuleSheetError (E441) where machine code is asked for and its extra is not there.
     """
-    if jit and find_spec("llvmlite") is None:
-        raise RuleSheetError(missing_extra("machine code needs", "llvmlite", "jit"))
+    if jit:
+        require_extra("jit", "machine code needs", "llvmlite")
     until = None if timeout is None else time() + timeout
     known = plan.model, plan.inputs, plan.want, plan.given, plan.guesses
     return Work(*known, lessons, every, jit, line, until)

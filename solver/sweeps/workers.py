@@ -27,7 +27,7 @@ from typing import Any
 from rulesheets.deadline import Interrupts, interrupted
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.registered import in_memory
-from solver.files import missing_extra
+from solver.files import require_extra
 from solver.files.tables import Chunk
 from solver.sweeps.work import Rows, Solver, Work, unpacked
 
@@ -185,10 +185,8 @@ def solved_on_cluster(work: Work, chunks: Iterable[Chunk], scheduler: Any) -> It
     Two pieces a thread of the cluster are under way at any time. Raises RuleSheetError: E441 without
     dask, E444 for a scheduler or workers that cannot be used.
     """
-    try:
-        distributed = import_module("distributed")
-    except ImportError:
-        raise RuleSheetError(missing_extra("clusters need", "dask", "dask")) from None
+    require_extra("dask", "clusters need", "dask", "distributed")
+    distributed = import_module("distributed")
     with ExitStack() as stack:
         client = scheduler
         if isinstance(scheduler, str):

@@ -165,7 +165,7 @@ def test_a_sheet_without_figures(run: Run) -> None:
 
 
 def test_without_matplotlib(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("solver.pictures.find_spec", lambda name: None)
+    monkeypatch.setattr("solver.files.find_spec", lambda name: None)
     code, out, err = run("--figure", "position")
     assert (code, out) == (2, "")
     assert "error[E432]: drawing needs matplotlib" in err and "pip install 'backsolve[plot]'" in err

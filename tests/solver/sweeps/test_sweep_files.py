@@ -40,7 +40,6 @@ from solver.files.tables import (
 )
 from solver.ranking.branches import Answers
 from solver.sweeps import Plan, workers
-from solver.sweeps import sweep as sweeping
 from solver.sweeps.sweep import Grid, Outcome, followed, grid_chunks, grid_lessons, run, work_of
 from solver.sweeps.work import Rows, Solver, Work, unpacked
 from solver.sweeps.workers import in_order, solved_pieces
@@ -337,7 +336,7 @@ def test_machine_code_gives_the_same_rows(sheet: Path, tmp_path: Path) -> None:
 
 
 def test_machine_code_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sweeping, "find_spec", lambda name: None)
+    monkeypatch.setattr("solver.files.find_spec", lambda name: None)
     with pytest.raises(RuleSheetError) as caught:
         solver.sweep(rulesheets.loads(LENS), {"u": [100.0]}, jit=True)
     assert caught.value.diagnoses[0].code == "E441"
