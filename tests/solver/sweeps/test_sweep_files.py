@@ -40,6 +40,7 @@ from solver.files.tables import (
 )
 from solver.ranking.branches import Answers
 from solver.sweeps import Plan, workers
+from solver.sweeps import sweep as sweeping
 from solver.sweeps.sweep import Grid, Outcome, followed, grid_chunks, grid_lessons, run, work_of
 from solver.sweeps.work import Rows, Solver, Work, unpacked
 from solver.sweeps.workers import in_order, solved_pieces
