@@ -111,6 +111,10 @@ class Candidates:
         point = problem.named(result.x)
         if not result.outcome.found or self.dull >= MOST_DULL or not self.nearly(point):
             return
+        cleared = _cleared(point, uncertainty(problem, point).errors)
+        if cleared != point and problem.holds(cleared):
+            self.keep(cleared)
+            return
         from solver.kernel.root_check import sharp_root
 
         self.dull += 1  # the float next to a root that floats converge to, if every equation holds there
@@ -139,7 +143,7 @@ class Candidates:
         found = uncertainty(self.problem, point)
         errors = found.errors
         if found.relative is not None:  # of a large block whole parts may be 0, as where flows balance
-            clear = {n: v if abs(v) > e else 0.0 for (n, v), e in zip(point.items(), errors, strict=True)}
+            clear = _cleared(point, errors)
             point = clear if clear != point and self.problem.holds(clear) else point
         vague = self._open(point, errors, MULTIPLE)
         if found.relative is not None and alone > SAFETY * found.relative:
@@ -325,6 +329,11 @@ class Candidates:
             direction = (1.0,) * len(x)
         moving = {n: d for n, d in zip(point, direction, strict=True) if abs(d) > 1e-6}
         return DoubleRoot(self.problem.equations, tuple(moving), moving)
+
+
+def _cleared(point: Mapping[str, float], errors: Sequence[float]) -> dict[str, float]:
+    """The point with 0 for what is no larger than its error bar."""
+    return {n: v if abs(v) > e else 0.0 for (n, v), e in zip(point.items(), errors, strict=True)}
 
 
 def _within(one: Mapping[str, float], other: Mapping[str, float], errors: Sequence[float]) -> bool:

@@ -74,8 +74,10 @@ def givings(asked: Asked, branch: Branch, missing: Set[str], useless: Set[str]) 
         start = tuple([candidates[k] for k in places])
         before = undetermined(system, start)
         more = [u for u in lacking if u in before]
-        left = undetermined(system, (*start, more[0]))
-        if left.isdisjoint(more):
+        left = undetermined(system, (*start, *more[:1]))
+        if not more:  # what guards read follows from other rules
+            found.append(start)
+        elif left.isdisjoint(more):
             rest = candidates[places[-1] + 1 :] if places else candidates
             sets = [(*start, u) for u in rest if u in before and u not in left]
             if guarded:

@@ -60,3 +60,11 @@ def test_poles_and_foreign_signs_are_no_answers() -> None:
     assert result.complete
     (x,) = (float(solution["x"]) for solution in result.solutions)
     assert math.isclose(x + 1.0 + math.sqrt(x), 1.0 / x**2 + 3.0)
+
+
+def test_a_root_at_the_corner_of_two_ranges_is_found() -> None:
+    """Beside 0 the second rule, whose terms are of size 1, says nothing of numbers below 1e-16."""
+    rules = "x + sin(x) + y^3 + y = 0\ny + exp(y) + x + exp(x) = 2\n"
+    result = solver.solve(rulesheets.loads(f"variables\nx in [0, 9]\ny in [0, 9]\nrules\n{rules}"))
+    assert str(result.status) == "solved"
+    assert [dict(answer) for answer in result.solutions] == [{"x": 0.0, "y": 0.0}]
