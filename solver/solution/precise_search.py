@@ -40,7 +40,6 @@ from solver.leaves import Asked, Branch, CaseAnalysis, Exploration, are_alike
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.tolerances import AGREEMENT, BACKWARD, CLOSE, DRIFT, MAX_UNKNOWNS, PRECISIONS, SPARE
 from solver.path import Evaluate, SolveBlock, Stage, Step, equations_of
-from solver.path.planner import planner
 from solver.solution.explore import Numbers, PathSearch
 
 NUDGE = 2.0**-20
