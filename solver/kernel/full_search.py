@@ -298,6 +298,24 @@ class _Curve:
         return None
 
 
+ISOLATED_STARTS = 32
+MOST_BESIDE = 12
+"""Unknowns of a block up to which isolated answers are sought beside a curve."""
+
+
+def with_isolated(problem: BlockProblem, curve: BlockOutcome) -> BlockOutcome:
+    """The isolated answers, if any are found from a few starts, with the curve as a note; else the curve."""
+    known = curve.answers[0].values if curve.answers else {}
+    if not known or len(problem.unknowns) > MOST_BESIDE or not problem.kernel.smooth:
+        return curve
+    found = Candidates(problem)
+    for start in starts_of(problem, 0, ISOLATED_STARTS // 2).tolist():
+        found.refine(start, START_LIMITS)
+    regular = [answer for answer in found.answers if answer.double is None]
+    answers = tuple(answer for answer in regular if free_curve(problem, answer.values) is None)
+    return BlockOutcome(answers, facts=(beside(curve),), attempts=curve.attempts) if answers else curve
+
+
 def beside(curve: BlockOutcome) -> Beside:
     """The note on a curve that there are other answers than those on it."""
     known = tuple(curve.answers[0].values.items()) if curve.answers else ()

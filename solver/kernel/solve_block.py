@@ -118,7 +118,12 @@ def solve_block(
     if problem.symbolic:
         block = kernel.block
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
-    return _Search(problem, off).run(assumed)
+    outcome = _Search(problem, off).run(assumed)
+    if not outcome.free or assumed or budget.brief or kernel.linear:
+        return outcome
+    from solver.kernel.full_search import with_isolated
+
+    return with_isolated(problem, outcome)
 
 
 def solve_sparsely(
