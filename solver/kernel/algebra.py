@@ -2,21 +2,33 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from fractions import Fraction
+from math import inf, isfinite, isinf
 from typing import TypeAlias
 
 from rulesheets.evaluate import Undefined, value
-from rulesheets.syntax.nodes import Expression, Negative, Power, Product, Quotient, Sum, names
+from rulesheets.evaluate.number import Inexact, exactly, number_text
+from rulesheets.functions import TABLE, named
+from rulesheets.syntax.nodes import Call, Expression, Negative, Power, Product, Quotient, Sum, names
 from rulesheets.syntax.nodes import Number as NumberNode
-from solver.facts import Conflict
+from rulesheets.syntax.program import walk
+from solver.facts import Conflict, NoValue
 from solver.kernel.problem import BlockProblem
-from solver.numerics.linear_algebra import solve_linear
-from solver.numerics.tolerances import CLEAR
+from solver.numerics.linear_algebra import gauss_jordan, solve_linear
+from solver.numerics.tolerances import BACKWARD, CLEAR
 
-# ``x*y = 6`` contradicts ``x*y = 7``: every rule is taken as linear in the monomials it adds up, products
-# of powers of whatever is no sum.
+# Rules may contradict each other, or a function.
+#
+# ``x*y = 6`` contradicts ``x*y = 7``: every rule is taken as linear in what it adds up. ``erfc(u) = 2`` and
+# ``exp(w) = 0`` ask for a value outside an image. A search over an infinite range can't tell an end of an
+# image that is never attained; the rules themselves tell, where a sum of multiples of them leaves nothing but
+# the function and a number, computed in fractions. They are taken as sums of monomials, products of powers of
+# whatever is not added up. ``x/y`` is one, and a rule is multiplied by what it divides by, which is not 0 at
+# any answer.
 
 MAX_RULES = 40
 
@@ -107,3 +119,88 @@ def _monomial(part: Expression, number: Callable[[Expression], Fraction | None])
             case _:
                 powers[factor] += exponent
     return coefficient, frozenset((factor, exponent) for factor, exponent in powers.items() if exponent)
+
+
+def _cleared(row: Row) -> Row:
+    """The row times what its monomials divide by."""
+    lowest: Counter[Expression] = Counter()
+    for monomial in row:
+        for factor, exponent in monomial:
+            lowest[factor] = min(lowest[factor], exponent)
+    below = {factor: -exponent for factor, exponent in lowest.items() if exponent < 0}
+    if not below:
+        return row
+    found: Row = {}
+    for monomial, coefficient in row.items():
+        powers = dict(monomial)
+        raised = {factor: powers.get(factor, 0) + below.get(factor, 0) for factor in {**powers, **below}}
+        key = frozenset((factor, exponent) for factor, exponent in raised.items() if exponent)
+        found[key] = found.get(key, Fraction(0)) + coefficient
+    return {monomial: c for monomial, c in found.items() if c}
+
+
+HUGE = 10**300
+"""Beyond that a number is shown as infinite."""
+_LIMITED = named(
+    lambda row: row.image or (row.inverse and (row.inverse.low, row.inverse.high) != (-inf, inf))
+)
+"""Functions that have an image with ends."""
+
+
+def unattained(problem: BlockProblem, given: Collection[str]) -> NoValue | None:
+    """The rule of a block that a function would have to leave the inside of its image for, if there is one.
+
+    ``given``: the known names whose values are exact; others are rounded, and prove nothing.
+    """
+    if len(problem.equations) > MAX_RULES:
+        return None
+    calls: dict[Monomial, tuple[Call, int]] = {}
+    for index, rule in zip(problem.equations, problem.kernel.equations, strict=True):
+        for part in itertools.chain(walk(rule.left), walk(rule.right)):
+            if isinstance(part, Call) and part.function in _LIMITED:
+                calls.setdefault(frozenset({(part, 1)}), (part, index))
+    if not calls:
+        return None
+    numbers = {name: value for name, value in problem.here.items() if name in given}
+    exact = {n: Fraction(v) for n, v in numbers.items() if not isinstance(v, str) and isfinite(v)}
+
+    def number(part: Expression) -> Fraction | None:
+        try:
+            return exactly(part, exact)
+        except (Inexact, ZeroDivisionError):
+            return None
+
+    try:
+        rows = [_cleared(monomials(form, number)) for form in problem.kernel.forms]
+    except ZeroDivisionError:
+        return None
+    columns = sorted({m for row in rows for m in row if m}, key=calls.__contains__)
+    matrix = [[row.get(monomial, Fraction(0)) for monomial in columns] for row in rows]
+    found, _ = gauss_jordan(matrix, [-row.get(ONE, Fraction(0)) for row in rows])
+    for *entries, constant in (row[: len(columns) + 1] for row in found):
+        asked = [(monomial, entry) for monomial, entry in zip(columns, entries, strict=True) if entry]
+        if len(asked) != 1 or asked[0][0] not in calls:
+            continue
+        (call, index), target = calls[asked[0][0]], Fraction(constant, asked[0][1])
+        if _outside(call.function, target):
+            unknown = next(name for name in (*names(call), *problem.unknowns) if name in problem.unknowns)
+            shown = float(target) if abs(target) < HUGE else math.copysign(inf, target)
+            return NoValue(index, unknown, f"{call.function} = {number_text(shown)}")
+    return None
+
+
+def _outside(function: str, target: Fraction) -> bool:
+    """Whether a function never is the target. (Ends such as π/2 are no floats: they say nothing.)"""
+    row = TABLE[function]
+    low, high, low_open, high_open = -inf, inf, True, True
+    if row.image is not None:
+        low, high = row.image
+    elif row.inverse is not None:
+        _, low, high, low_open, high_open, _ = row.inverse
+    if not all(isinf(end) or end.is_integer() for end in (low, high)):
+        return False
+    at_end = (low_open and target == low) or (high_open and target == high)
+    return at_end or any(  # below an end by more than the rounding of what it was made of
+        end != -inf and number < Fraction(end) - Fraction(BACKWARD) * max(Fraction(1), abs(Fraction(end)))
+        for end, number in ((low, target), (-high, -target))
+    )

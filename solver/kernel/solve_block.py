@@ -6,7 +6,7 @@ The methods of ``methods_of`` are tried one after another until the answers are 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from rulesheets.evaluate import value
@@ -108,17 +108,19 @@ def solve_block(
     budget: Budget,
     assumed: bool = False,
     off: InputErrors = dict,
+    given: Collection[str] = (),
 ) -> BlockOutcome:
     """All answers of the block that can be found at the known ``values``, within the ``budget`` begun for it.
 
     ``off`` tells how far these may be from what they stand for, by name. ``assumed``: the block belongs to a
-    case that may well have no answer, so that no curve of answers is looked for.
+    case that may well have no answer, so that no curve of answers is looked for. ``given``: the known names
+    whose values are exact.
     """
     problem = BlockProblem(kernel, values, guesses, budget)
     if problem.symbolic:
         block = kernel.block
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
-    outcome = _Search(problem, off).run(assumed)
+    outcome = _Search(problem, off).run(assumed, given)
     if not outcome.free or assumed or budget.brief or kernel.linear:
         return outcome
     from solver.kernel.full_search import with_isolated
@@ -148,7 +150,7 @@ class _Search:
         self.complete = self.whole = False
         self.stretches: tuple[Stretch, ...] = ()
 
-    def run(self, assumed: bool) -> BlockOutcome:
+    def run(self, assumed: bool, given: Collection[str]) -> BlockOutcome:
         """Try one method after another until the answers are known to be all."""
         problem, candidates, budget = self.problem, self.candidates, self.budget
         settled: BlockOutcome | None = None
@@ -158,7 +160,7 @@ class _Search:
                 if problem.guesses or candidates.answers:
                     return self._outcome()
                 continue
-            if method is Method.STARTS and (refuted := self._refuted()) is not None:
+            if method is Method.STARTS and (refuted := self._refuted(given)) is not None:
                 return refuted
             settled = self._tried(method)
             if method is Method.SPARSE and candidates.answers and not budget.thorough:
@@ -170,7 +172,7 @@ class _Search:
             if method is Method.RANGE and candidates.sensible is not None:
                 return self._outcome()
         if settled is None and self.complete and candidates.fruitless:
-            settled = self._refuted()
+            settled = self._refuted(given)
             if settled is not None:
                 return settled
         if not (assumed or budget.brief or self.kernel.linear or candidates.answers):
@@ -194,12 +196,13 @@ class _Search:
         del self.candidates.answers[1:]
         return self._outcome()
 
-    def _refuted(self) -> BlockOutcome | None:
+    def _refuted(self, given: Collection[str]) -> BlockOutcome | None:
         """Why the rules can't hold, whatever the unknowns are; None where that is not known."""
-        from solver.kernel.algebra import contradiction
+        from solver.kernel.algebra import contradiction, unattained
 
         conflict = contradiction(self.problem) if self.candidates.fruitless else None
-        return None if conflict is None else BlockOutcome(complete=True, facts=(conflict,))
+        why = conflict or unattained(self.problem, given)
+        return None if why is None else BlockOutcome(complete=True, facts=(why,))
 
     def _tried(self, method: Method) -> BlockOutcome | None:
         """What a method says that settles the block; else it has added to what is known."""

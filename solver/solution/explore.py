@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace
 from rulesheets.model import Value
+from rulesheets.syntax.nodes import Number
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import MANY, check_rule, half_unit
 from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated, about
@@ -507,8 +508,15 @@ class PathSearch:
             first = step not in self._searched
             self.budget.begin_block(self.complete, assumed or not first)
             self._searched.add(step)
-            off = partial(self._off, branch)
-            self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off)
+            given, off = [], partial(self._off, branch)
+            for name in kernel.known:  # exact values: inputs, and numbers that a rule says
+                origin = branch.origins.get(name)
+                if isinstance(origin, Evaluate):
+                    said, _ = self.graph.isolated(origin.equation, self.graph.number[name])
+                    origin = None if said and said.identity and isinstance(said.start, Number) else origin
+                if origin is None:
+                    given.append(name)
+            self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off, given)
             if first and any(attempt.method in SEARCHES for attempt in self.outcomes[key].attempts):
                 self._sought[self._kind(step)] += 1
         outcome: BlockOutcome = self.outcomes[key]
