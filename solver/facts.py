@@ -279,6 +279,7 @@ class Method(Enum):
     SPARSE = "damped Newton with a sparse Jacobian", "sparse Newton"
     STARTS = "damped Newton from the guess and many starts", "damped Newton"
     CURVE = "search for a curve of answers", "curve"
+    TRUST_REGION = "trust regions from the guess and many starts", "trust region"
     EXTENDED = "refined in extended precision", "extended precision"
 
     def __init__(self, told: str, short: str) -> None:

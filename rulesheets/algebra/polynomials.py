@@ -1,4 +1,4 @@
-"""The polynomial that an algebraic equation leads to, with fractions for coefficients, by sympy.
+"""Polynomials with fractions for coefficients, by sympy, and the one that an algebraic equation leads to.
 
 The roots of the *eliminant* of an equation with quotients, roots and absolute values include every solution.
 Quotients are multiplied away; a root s of degree q of an expression e is one more unknown with s^q = e, and
@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from sympy import QQ, Poly, resultant
 from sympy.polys.fields import field
+from sympy.polys.rings import ring
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate.number import Arithmetic
@@ -27,11 +28,30 @@ MAX_DEGREE = 24
 
 Coefficients: TypeAlias = list[Fraction]
 """Of a polynomial, lowest degree first."""
+Monomial: TypeAlias = tuple[tuple[str, int], ...]
+"""Unknowns with their exponents."""
 
 
 def exact(number: float | Fraction) -> Any:
     """A number as a coefficient."""
     return QQ(*number.as_integer_ratio())
+
+
+def resultant_of(
+    p: Mapping[Monomial, Fraction], q: Mapping[Monomial, Fraction], unknowns: tuple[str, str]
+) -> Coefficients:
+    """The resultant, a polynomial of the first unknown; none of 0."""
+    made, *_ = ring(["y", "x"], QQ)
+
+    def converted(polynomial: Mapping[Monomial, Fraction]) -> Any:
+        terms = ((dict(monomial), c) for monomial, c in polynomial.items())
+        return made.from_dict({tuple(m.get(n, 0) for n in unknowns[::-1]): exact(c) for m, c in terms})
+
+    dense = converted(p).resultant(converted(q)).to_dense()
+    return [Fraction(int(c.numerator), int(c.denominator)) for c in reversed(dense)]
+
+
+# --- the eliminant --------------------------------------------------------------
 
 
 class Eliminant(NamedTuple):

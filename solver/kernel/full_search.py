@@ -4,7 +4,7 @@ Where all unknowns have finite ranges, their box is subdivided with proof (``num
 
 Half of the starts are tears spread over their ranges, the rest by the block's own steps: following the chains
 of the tearing puts every start on all equations but the residual ones; where a step would leave the domain it
-is held at the edge of it.
+is held at the edge of it. Where descent finds nothing, trust regions do.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -27,10 +28,12 @@ from solver.numerics.newton import (
     GAUSS_NEWTON,
     NEWTON,
     STANDARD_LIMITS,
+    TRUST_REGIONS,
     Iteration,
     NewtonLimits,
     arrivals,
     newton,
+    scipy_root,
     spread,
 )
 from solver.numerics.tolerances import FREE, MOVED, SAME_END
@@ -198,6 +201,23 @@ def _distinct(problem: BlockProblem, ends: Array, known: Sequence[Array]) -> lis
             seen[count] = end
             count += 1
     return list(seen[len(known) : count])
+
+
+# --- trust regions ---
+
+TRUST_REGION_STARTS = 24
+
+
+def fall_back(problem: BlockProblem, candidates: Candidates) -> None:
+    """Try trust regions from the guess and from many starts until ``candidates`` has an answer."""
+    evaluations = 0
+    for start, method in product(_guess_and_beside(problem, TRUST_REGION_STARTS), TRUST_REGIONS):
+        end = scipy_root(problem.residual, problem.jacobian, start, method, problem.scale)
+        evaluations += end.evaluations
+        candidates.refine(end.x)
+        if not candidates.fruitless:
+            break
+    candidates.tried(Method.TRUST_REGION, iterations=evaluations)
 
 
 # --- a curve of answers: a block that leaves its unknowns free, however it is torn ---

@@ -1,6 +1,6 @@
 """A block at given numbers: its residual, the ranges and sizes of its unknowns, and what holds.
 
-The budget counts the work that one solve may spend on proofs and rounds of starts: counted, not timed, so the
+The budget counts the work that one solve may spend on proofs and last resorts: counted, not timed, so the
 same anywhere. The unit is one operation of interval arithmetic on the boxes of one level of a search. What is
 left out for want of it shows in the outcome: a search that was cut short does not claim to be complete.
 Whoever asks for more work also looks at the clock: a limit in time ends the solve
@@ -32,7 +32,8 @@ BLOCK = 16_000
 GLANCE = 1_500
 """For a block whose proof would be in vain, because it is known already that something was left out."""
 ROUNDS = 40
-STEP, PLAN, SEARCH, ROUND = 10, 50, 100, 8_000
+LAST_RESORTS = 2
+STEP, PLAN, SEARCH, ROUND, LAST_RESORT = 10, 50, 100, 8_000, 100_000
 """What else costs time, in the same unit."""
 
 
@@ -51,6 +52,7 @@ class Budget:
         self.used = 0
         self.of_block = BLOCK
         self.rounds = ROUNDS
+        self.last_resorts = LAST_RESORTS
 
     def begin_block(self, proving: bool = True, shared: bool = False) -> None:
         """``proving``: whether a proof that a block has no other answers would still serve the whole.
@@ -82,6 +84,15 @@ class Budget:
         self.used += ROUND
         self.rounds -= self.shared
         return self.rounds >= 0
+
+    def last_resort(self) -> bool:
+        """Whether a search may still be tried that costs more than all others and rarely helps."""
+        expect_time()
+        self.last_resorts -= 1
+        if self.last_resorts < 0 or self.brief:
+            return False
+        self.used += LAST_RESORT
+        return True
 
 
 Sparse: TypeAlias = tuple[Callable[[Array], Array], Callable[[Array], Triplets]]

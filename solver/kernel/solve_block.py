@@ -1,11 +1,15 @@
 """A simultaneous block at given numbers: every answer that can be found, and whether that is all.
 
-The methods of ``methods_of`` are tried one after another until the answers are known to be all.
+The methods of ``first_methods`` are tried one after another until the answers are known to be all; where they
+found nothing, trust regions are. Damped Newton keeps the direction of a step and shortens it; in a trust
+region it turns downhill as it is shortened (M. J. D. Powell, 1970; K. Levenberg, 1944, and D. Marquardt,
+1963), which gets round where the Jacobian is nearly singular.
 """
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
@@ -30,8 +34,8 @@ FEW_TEARS, MANY_TEARS = 3, 4
 small one with phasors."""
 
 
-def methods_of(kernel: BlockKernel, thorough: bool = False) -> Iterator[Method]:
-    """The methods in order; ``thorough`` where a proof is asked for.
+def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Method]:
+    """The methods in order, up to the last resort; ``thorough`` where a proof is asked for.
 
     What a method needs to know of the block is found out when its turn comes. Numbers may still rule one out.
     """
@@ -97,6 +101,9 @@ def may_be_polynomial(kernel: BlockKernel) -> bool:
 
 SEARCHES = frozenset({Method.RANGE, Method.SUBSTITUTION, Method.BOXES, Method.STARTS})
 """Methods that look for answers wherever they may be."""
+LONG, BRIEF = 20_000, 2_000
+"""Boxes that searches of blocks of one pattern have taken, beyond which the start of sympy costs less; and
+those of one search that costs no more than an eliminant."""
 MAX_STRETCHES = 6
 """Intervals that a search left open, beyond which it is no use to settle them."""
 
@@ -113,8 +120,8 @@ def solve_block(
     """All answers of the block that can be found at the known ``values``, within the ``budget`` begun for it.
 
     ``off`` tells how far these may be from what they stand for, by name. ``assumed``: the block belongs to a
-    case that may well have no answer, so that no curve of answers is looked for. ``given``: the known names
-    whose values are exact.
+    case that may well have no answer, so that last resorts are left out. ``given``: the known names whose
+    values are exact.
     """
     problem = BlockProblem(kernel, values, guesses, budget)
     if problem.symbolic:
@@ -154,7 +161,7 @@ class _Search:
         """Try one method after another until the answers are known to be all."""
         problem, candidates, budget = self.problem, self.candidates, self.budget
         settled: BlockOutcome | None = None
-        for method in methods_of(self.kernel, budget.thorough):
+        for method in first_methods(self.kernel, budget.thorough):
             if budget.nearby and method in SEARCHES and (problem.guesses or method is not Method.STARTS):
                 candidates.refine([problem.guesses.get(name, 1.0) for name in problem.unknowns])
                 if problem.guesses or candidates.answers:
@@ -183,6 +190,10 @@ class _Search:
             if curve is not None:
                 return curve._replace(attempts=(*candidates.attempts, Attempt(Method.CURVE, 1)))
         if settled is None:
+            if self._worth_a_last_resort(assumed):
+                from solver.kernel.full_search import fall_back
+
+                fall_back(problem, candidates)
             settled = self._outcome()
         if assumed or budget.brief or not any(answer.double for answer in settled.answers):
             return settled
@@ -195,6 +206,10 @@ class _Search:
         self._tried(Method.SPARSE)
         del self.candidates.answers[1:]
         return self._outcome()
+
+    def _worth_a_last_resort(self, assumed: bool) -> bool:
+        open_ = self.candidates.fruitless and not (self.complete or assumed)
+        return open_ and affords_dense(self.kernel) and self.budget.last_resort()
 
     def _refuted(self, given: Collection[str]) -> BlockOutcome | None:
         """Why the rules can't hold, whatever the unknowns are; None where that is not known."""
@@ -263,15 +278,35 @@ class _Search:
         if (freedom := every[0].freedom()) is not None:
             return freedom
         searches = [search for search in every if search.kernel.exhaustive]
-        self.whole = any(search.run() for search in searches)
+        countable = method is Method.RANGE and not self.budget.brief
+        self.whole = countable and self._counted_first()
+        if not self.whole:
+            self.whole = any(search.run() for search in searches)
+            self._history["boxes"] += sum(search.boxes for search in searches if search.boxes > BRIEF)
         if not self.whole and method is Method.RANGE:
-            self.whole = not self.budget.brief and counted(problem, candidates)
+            self.whole = countable and counted(problem, candidates)
             few = (s for s in searches if 0 < len(s.stretches) <= MAX_STRETCHES and not s.doubts)
             settleable = next(few, None)  # it failed to prove that it has all in a few short stretches alone
             self.stretches = () if self.whole or settleable is None else tuple(settleable.stretches)
         self.complete = self.whole and not candidates.refused
         candidates.tried(method, self.complete)
         return None if candidates.answers else every[0].flat_stretch()
+
+    @property
+    def _history(self) -> Counter[str]:
+        """What searches of blocks of the pattern came to."""
+        return self.kernel.once("searches", Counter[str])
+
+    def _counted_first(self) -> bool:
+        """Whether all answers are found by the eliminant: tried without a search where searches take long, as
+        long as that succeeds."""
+        from solver.kernel.polynomial_block import counted
+
+        if self._history["boxes"] <= LONG or self._history["uncounted"]:
+            return False
+        found = counted(self.problem, self.candidates)
+        self._history["uncounted"] += not found
+        return found
 
     def _from_starts(self) -> None:
         problem, candidates = self.problem, self.candidates

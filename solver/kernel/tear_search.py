@@ -98,6 +98,7 @@ class TearSearch:
         self.flat: list[tuple[int, float, float]] = []
         self.stretches: list[Stretch] = []
         self.doubts = False
+        self.boxes = 0
 
     def run(self) -> bool:
         """Find the roots along every chain. True where they are proven to be all."""
@@ -130,6 +131,7 @@ class TearSearch:
             IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels, candidates.sensible is not None),
         )
         self.budget.spend(search.levels * enclosure.operations)
+        self.boxes += search.evaluations
         search = self._without_holes(place, search)
         self.stretches += [Stretch(self.kernel, place, *ends) for ends in search.unresolved]
         for x in search.crossings:

@@ -318,6 +318,7 @@ def _is_straight(p: Point, following: Point) -> bool:
     return p.norm(p.factor.solution(following.jacobian @ p.step - p.jacobian @ p.step)) <= FAST * norm
 
 
+TRUST_REGIONS = ("lm", "hybr")
 METHODS = ("hybr", "lm", "least_squares")
 
 

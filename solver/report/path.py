@@ -13,7 +13,7 @@ from rulesheets.syntax import Span, escaped, nodes
 from rulesheets.syntax.nodes import Expression, conjunction, names, substitute
 from solver.facts import Method, Status
 from solver.kernel.block import kernel_of
-from solver.kernel.solve_block import methods_of
+from solver.kernel.solve_block import first_methods
 from solver.path import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.path.planner import PathTree, planner, question
 from solver.report import few, table
@@ -174,7 +174,7 @@ def _rows(model: Model, places: Places, step: Step) -> Iterator[tuple[str, int, 
 def _methods(model: Model, block: SolveBlock) -> str:
     """The methods that the structure of a block admits, in the order in which they are tried."""
     kernel = kernel_of(planner(model).graph, block)
-    methods = [Method.LINEAR] if kernel.linear else methods_of(kernel)
+    methods = [Method.LINEAR] if kernel.linear else [*first_methods(kernel), Method.TRUST_REGION]
     names = dict.fromkeys(method.short.format(tear=", ".join(block.tears)) for method in methods)
     return ", ".join(names)
 

@@ -14,6 +14,11 @@ from benchmarks.standard import PROBLEMS, Problem
 from rulesheets.model import Model
 from solver import Result, Status
 from solver.facts import Method
+from solver.kernel.block import BlockKernel
+from solver.kernel.candidates import Candidates
+from solver.kernel.full_search import fall_back
+from solver.kernel.problem import BlockProblem
+from solver.path.planner import planner
 
 MULTIPLE = (2, 18, 19)
 """Problems whose only roots are multiple ones, or not isolated."""
@@ -99,6 +104,20 @@ def test_the_methods_tried_are_told() -> None:
     (attempts,) = result.attempts.values()
     assert attempts[0].method is Method.STARTS
     assert sum(attempt.found for attempt in attempts) == len(result.solutions)
+
+
+def test_what_descent_does_not_find_trust_regions_do() -> None:
+    """Descent from the standard start of the trigonometric function ends in a minimum that is no root."""
+    problem = PROBLEMS[10]
+    (block,) = solved(problem, 1.0).attempts
+    kernel = BlockKernel(planner(model(problem.number)).graph, block)
+    candidates = Candidates(BlockProblem(kernel, {}, problem.guesses()))
+    fall_back(candidates.problem, candidates)
+    (attempt,) = candidates.attempts
+    assert (attempt.method, attempt.found) == (Method.TRUST_REGION, 1)
+    (answer,) = candidates.answers
+    values = list(answer.values.values())
+    assert values == pytest.approx(refined(problem, values), rel=1e-12)
 
 
 def test_no_finite_root_is_said() -> None:
