@@ -1,7 +1,8 @@
-"""A block that its tearing makes one polynomial in the tear: every answer, by an exact count of roots.
+"""A block that its tearing makes polynomials in one tear or two: every answer, by an exact count of roots.
 
 The known numbers are taken as the exact fractions that floats are, and the steps are followed in polynomials
-of the tear with such coefficients. Nothing is compiled, and nothing is rounded before the roots are.
+of the tear with such coefficients. Nothing is compiled, and nothing is rounded before the roots are. Where
+the tear is an angle θ, the polynomials are those of t = tan(θ/2): cos θ = (1-t²)/(1+t²), sin θ = 2t/(1+t²).
 
 ``counted``: whether the answers of a block with one tear, found otherwise, are all, because every root of
 its eliminant is accounted for.
@@ -9,10 +10,13 @@ its eliminant is accounted for.
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import reduce
+from operator import mul
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
@@ -24,9 +28,9 @@ from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
 from solver.kernel.root_check import astray
 from solver.numerics.one_unknown import real_roots, simple_part
-from solver.numerics.tolerances import BACKWARD, SAME_VALUE, TOUCHING
+from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, TOUCHING
 from solver.path.isolate import smooth
-from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, generator
+from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, generator, name_of, right_angles
 
 HIGHEST_DEGREE = 12
 ALGEBRAIC = frozenset({"sqrt", "abs", "pi"})
@@ -54,21 +58,24 @@ class NotPolynomial(Exception):
 
 
 class _Steps:
-    """The steps of a block followed in polynomials of its tear."""
+    """The steps of a block followed in polynomials of its tears, or of the cosine and the sine of one."""
 
-    def __init__(self, problem: BlockProblem, forms: Forms, exact: Exact = Fraction) -> None:
-        self.exact = exact
+    def __init__(
+        self, problem: BlockProblem, forms: Forms, turn: float | None = None, exact: Exact = Fraction
+    ) -> None:
+        tears = problem.kernel.block.tears
+        self.turn, self.tear, self.exact = turn, tears[0], exact
         self.values = {n: self._number(v) for n, v in zip(problem.kernel.known, problem.known, strict=True)}
-        (tear,) = problem.kernel.block.tears
-        self.values[tear] = generator(tear), generator(tear)
+        if turn is None:
+            self.values |= {tear: (generator(tear), generator(tear)) for tear in tears}
         for name, form in forms:
             expect_time()
             self.values[name] = self._value(form)
 
-    def residual(self, problem: BlockProblem) -> Gross:
+    def residuals(self, problem: BlockProblem) -> list[Gross]:
         """What must vanish. Raises NotPolynomial."""
-        equation = problem.graph.model.equations[problem.kernel.block.residuals[0]]
-        return self._value(smooth(equation.left, equation.right))
+        equations = (problem.graph.model.equations[number] for number in problem.kernel.block.residuals)
+        return [self._value(smooth(equation.left, equation.right)) for equation in equations]
 
     def _value(self, node: Expression) -> Gross:
         match node:
@@ -92,14 +99,23 @@ class _Steps:
                 return _scaled(self._value(left), 1 / by)
             case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
                 return reduce(self._times, [self._value(base)] * int(exponent))
+            case Call("cos" | "sin" | "cosd" | "sind" as function, (argument,)) if self.turn is not None:
+                return self._wave(function, argument, self.turn)
             case _:
                 raise NotPolynomial
 
     def _times(self, a: Gross, b: Gross) -> Gross:
         expect_time()
-        if _degree(a[0]) + _degree(b[0]) > HIGHEST_DEGREE:
+        if self._degree(a[0]) + self._degree(b[0]) > HIGHEST_DEGREE:
             raise NotPolynomial
         return a[0] * b[0], a[1] * b[1]
+
+    def _degree(self, polynomial: Polynomial) -> int:
+        """In one of its tears, the highest, or in t."""
+        if self.turn is not None:
+            degrees = (sum(e if n == SINE else 2 * e for n, e in m) for m in polynomial)
+            return max(degrees, default=0)
+        return max((exponent for monomial in polynomial for _, exponent in monomial), default=0)
 
     def _number(self, number: float) -> Gross:
         if not math.isfinite(number):
@@ -107,13 +123,53 @@ class _Steps:
         exact = self.exact(number)
         return constant(exact), constant(abs(exact))
 
+    def _wave(self, function: str, argument: Expression, turn: float) -> Gross:
+        """Sine or cosine of plus or minus the angle and some quarter turns. Raises NotPolynomial."""
+        if function.endswith("d") != (turn == 360.0):
+            raise NotPolynomial
+        turns, quarters = list[bool](), 0
+        for term in argument.terms if isinstance(argument, Sum) else (argument,):
+            if name_of(term) == self.tear:
+                turns.append(isinstance(term, Negative))
+            elif turn != 360.0 or (count := right_angles(term, 90.0)) is None:
+                raise NotPolynomial
+            else:
+                quarters += count
+        if len(turns) != 1:
+            raise NotPolynomial
+        cosine, sine = generator(COSINE), -generator(SINE) if turns[0] else generator(SINE)
+        for _ in range(quarters % 4):  # of plus or minus the angle, wherever in the sum that stands
+            cosine, sine = -sine, cosine
+        wave = cosine if function.startswith("cos") else sine
+        return wave, Polynomial({monomial: abs(c) for monomial, c in wave.items()})
 
-def _degree(polynomial: Polynomial) -> int:
-    return max((exponent for monomial in polynomial for _, exponent in monomial), default=0)
+
+COSINE, SINE, HALF = "#cos", "#sin", "#half"
+
+
+TANGENT = generator(HALF)
+CIRCLE = constant(1.0) + TANGENT * TANGENT
+
+
+def _half_angle(polynomial: Polynomial, power: int, cosine: Polynomial) -> Polynomial:
+    """A polynomial of cosine and sine as one of t = tan(θ/2), times (1 + t²) to a power: ``cosine`` times
+    1 + t² is 1 - t², or what that would be if nothing cancelled in it."""
+    total = Polynomial()
+    for monomial, coefficient in polynomial.items():
+        exponents = Counter(dict(monomial))
+        i, j = exponents[COSINE], exponents[SINE]
+        factors = [cosine] * i + [TANGENT + TANGENT] * j + [CIRCLE] * (power - i - j)
+        total += reduce(mul, factors, constant(coefficient))
+    return total
 
 
 def _scaled(gross: Gross, factor: Fraction) -> Gross:
     return gross[0] * factor, gross[1] * abs(factor)
+
+
+def _total(polynomial: Polynomial) -> int:
+    """The highest total degree of a monomial."""
+    return max((sum(exponent for _, exponent in monomial) for monomial in polynomial), default=0)
 
 
 def _dense(polynomial: Polynomial) -> list[Fraction]:
@@ -123,11 +179,12 @@ def _dense(polynomial: Polynomial) -> list[Fraction]:
 
 
 class _OnePolynomial(NamedTuple):
-    """A block as a polynomial in its tear: ``simple`` has each of its roots once; ``several``: some it has
-    more than once."""
+    """A block as a polynomial in its tear, or in t: ``simple`` has each of its roots once, ``several`` tells
+    whether it has some more than once, ``at_half_turn`` how often t = ∞ is one."""
 
     forms: Forms
     simple: Coefficients
+    at_half_turn: int
     several: bool
 
     def has_neighbours(self, roots: Sequence[float]) -> bool:
@@ -146,52 +203,71 @@ def _decimal(number: float) -> Fraction:
     return Fraction(repr(number))
 
 
-def _one_polynomial(problem: BlockProblem, exact: Exact = Fraction) -> _OnePolynomial | None:
-    """The block as a polynomial; None where it is none."""
-    forms = _explicit_forms(problem)
-    try:
-        if forms is None:
-            return None
-        whole, gross = _Steps(problem, forms, exact).residual(problem)
-    except (NotPolynomial, NoForm, OverflowError):
+def _one_polynomial(
+    problem: BlockProblem, turn: float | None, exact: Exact = Fraction
+) -> _OnePolynomial | None:
+    followed = _followed(problem, turn, exact)
+    if followed is None:
         return None
+    forms, ((whole, gross),) = followed
+    power = _total(gross)
+    if turn is not None:
+        cosine = constant(2.0) - CIRCLE
+        whole, gross = _half_angle(whole, power, cosine), _half_angle(gross, power, CIRCLE)
     if any(CANCELLED * abs(c) <= gross.get(monomial, 0) for monomial, c in whole.items()):
         return None
     polynomial = _dense(whole)
+    at_half_turn = 2 * power - max(len(polynomial) - 1, 0)
     simple = simple_part(polynomial)
-    return _OnePolynomial(forms, simple, several=len(simple) < len(polynomial))
+    several = len(simple) < len(polynomial) or (turn is not None and at_half_turn > 1)
+    return _OnePolynomial(forms, simple, at_half_turn, several)
 
 
 def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
     """Find the answers; False where the block is no such polynomial, or rounding leaves a doubt about one.
 
-    Multiple roots are what they are in exact numbers; or in decimals, as people write them: (x - 1.6)^3
-    expanded has three roots in one, which floats part.
+    The only tear is a number, or an angle free to turn. Multiple roots are what they are in exact numbers; or
+    in decimals, as people write them: (x - 1.6)^3 expanded has three roots in one, which floats part.
     """
     (tear,) = problem.kernel.block.tears
-    domain = problem.domain(tear)
+    turn, domain = problem.turn(tear), problem.domain(tear)
+    if turn is not None and (not problem.graph.is_turning(tear) or domain != (-turn / 2, turn / 2)):
+        return False
     # of a range with what rounding may lead beyond its ends
     slack = BACKWARD * max([abs(end) for end in domain if math.isfinite(end)], default=0.0)
-    within = domain[0] - slack, domain[1] + slack
-    found = _one_polynomial(problem)
+    within = (domain[0] - slack, domain[1] + slack) if turn is None else ()
+    found = _one_polynomial(problem, turn)
     roots = found and _clear_roots(found.simple, *within)
     if found and not found.several and (roots is None or found.has_neighbours(roots)):
-        written = _one_polynomial(problem, _decimal)
+        written = _one_polynomial(problem, turn, _decimal)
         if written and written.several:
             found, roots = written, _clear_roots(written.simple, *within)
     if found is None or roots is None:
         return False
+    if turn is not None:
+        roots = *(2.0 * math.atan(t) * turn / math.tau for t in roots), *[turn / 2] * (found.at_half_turn > 0)
     trial = Candidates(problem)
     for root in roots:
-        point = _point_at(problem, found.forms, root)
+        point = _point_at(problem, found.forms, {tear: root})
         if point is None:
             return False
         if problem.holds(point):
-            trial.keep(point, singular=found.several, counted=found.several)
+            trial.keep(point, singular=found.several, counted=found.several and turn is None)
         elif not (astray(problem, point) if found.several else trial.settles(point)):
             return False
     candidates.take(trial)
     return True
+
+
+def _followed(
+    problem: BlockProblem, turn: float | None = None, exact: Exact = Fraction
+) -> tuple[Forms, list[Gross]] | None:
+    """The explicit forms of the steps, and what must vanish; None where that is no polynomial."""
+    forms = _explicit_forms(problem)
+    try:
+        return None if forms is None else (forms, _Steps(problem, forms, turn, exact).residuals(problem))
+    except (NotPolynomial, NoForm, OverflowError):
+        return None
 
 
 def _explicit_forms(problem: BlockProblem) -> Forms | None:
@@ -219,9 +295,9 @@ def _clear_roots(
     return None if any(touches) else roots
 
 
-def _point_at(problem: BlockProblem, forms: Forms, root: float) -> dict[str, float] | None:
-    """The unknowns where the tear is a root; None where a step has no value there."""
-    point = {problem.kernel.block.tears[0]: root}
+def _point_at(problem: BlockProblem, forms: Forms, tears: Mapping[str, float]) -> dict[str, float] | None:
+    """The unknowns where the tears have these values; None where a step has none there."""
+    point = dict(tears)
     try:
         for name, form in forms:
             point[name] = value(form, {**problem.here, **point})
@@ -274,10 +350,76 @@ def _settled(problem: BlockProblem, candidates: Candidates, forms: Forms, root: 
     if is_listed():
         return True
     reach = SAME_VALUE * (abs(root) or 1.0)  # beside it no pole nor the end of a domain hides the unknowns
-    points = [_point_at(problem, forms, at) for at in (root, root - reach, root + reach)]
+    points = [_point_at(problem, forms, {tear: at}) for at in (root, root - reach, root + reach)]
     if all(point is None or astray(problem, point) for point in points):
         return True
     for point in points:
         if point is not None:
             candidates.refine(list(point.values()))
     return is_listed()
+
+
+# --- two polynomials in two tears ---
+#
+# Where two polynomials p and q of x and y have a common root, their resultant by y, a polynomial of x, is 0,
+# and so is that by x, a polynomial of y (D. Cox, J. Little, D. O'Shea, *Ideals, Varieties, and Algorithms*,
+# section 3.6): the real roots of both are counted, and tried in pairs. Of p and q with a common factor, a
+# curve, one of the two is 0 everywhere.
+
+
+HIGHEST_OF_TWO, HIGHEST_RESULTANT = 6, 15
+"""Degree of two residuals in each tear, and of their resultants."""
+
+
+def solve_by_resultant(problem: BlockProblem, candidates: Candidates) -> bool:
+    """Find the answers; False where the block is no such system, or rounding leaves a doubt."""
+    tears = problem.kernel.block.tears
+    if len(tears) != 2 or any(problem.turn(tear) is not None for tear in tears):
+        return False
+    followed = _followed(problem)
+    if followed is None:
+        return False
+    forms, ((p, _), (q, _)) = followed
+    if not all(0 < max(f.degree(tear) for f in (p, q)) <= HIGHEST_OF_TWO for tear in tears):
+        return False
+    from rulesheets.algebra.polynomials import resultant_of  # brings sympy
+
+    roots = []
+    for unknowns in (tears, tears[::-1]):
+        resultant = resultant_of(p, q, unknowns)
+        found = _clear_roots(simple_part(resultant)) if 0 < len(resultant) <= HIGHEST_RESULTANT + 1 else None
+        if found is None:
+            return False
+        roots.append(found)
+    trial = Candidates(problem)
+    for pair in itertools.product(*roots):
+        expect_time()
+        at = dict(zip(tears, pair, strict=True))
+        if not (_misses(p, at) or _misses(q, at) or _refined(problem, trial, forms, at)):
+            return False
+    candidates.take(trial)
+    return True
+
+
+def _misses(polynomial: Polynomial, at: Mapping[str, float]) -> bool:
+    """Whether a polynomial is not 0 anywhere near a point, by more than the rounding of the inputs."""
+    terms = [
+        c * math.prod(Fraction(at[name]) ** exponent for name, exponent in monomial)
+        for monomial, c in polynomial.items()
+    ]
+    return not _cancels(terms, TOUCHING * HIGHEST_DEGREE)
+
+
+def _refined(problem: BlockProblem, trial: Candidates, forms: Forms, tears: dict[str, float]) -> bool:
+    """Whether the point with these tears is next to an answer, which is kept, or to one out of range."""
+    point = _point_at(problem, forms, tears)
+    if point is None:
+        return False
+    outside = trial.outside
+    trial.refine(list(point.values()))
+    sizes = problem.sizes_at(list(point.values()), 1e-3)
+    near = (
+        all(abs(v - one.values[n]) <= POLISHED * s for (n, v), s in zip(point.items(), sizes, strict=True))
+        for one in trial.answers
+    )
+    return trial.outside is not outside or any(near)

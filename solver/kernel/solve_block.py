@@ -14,6 +14,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from rulesheets.evaluate import value
+from rulesheets.functions import named
 from rulesheets.model import Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call
@@ -33,6 +34,8 @@ FEW_TEARS, MANY_TEARS = 3, 4
 """Tears of a block up to which starts at random are sure to come across the sensible answer; the same of a
 small one with phasors."""
 
+_CIRCULAR = named(lambda row: row.turn and not row.half_turn)
+
 
 def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Method]:
     """The methods in order, up to the last resort; ``thorough`` where a proof is asked for.
@@ -44,10 +47,14 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
         yield Method.LINEAR
     elif is_large(kernel):
         yield Method.SPARSE
-    if may_be_polynomial(kernel):
+    # Those that count the answers. A polynomial in half an angle has a higher degree than a formula.
+    turning = any(map(kernel.graph.turn, tears))
+    if not turning and may_be_polynomial(kernel):
         yield Method.POLYNOMIAL
     if kernel.closed is not None:
         yield Method.FORMULA
+    if turning and may_be_polynomial(kernel):
+        yield Method.POLYNOMIAL
     # A block of some size without angles may be a network, most of whose answers nobody asks about, or the
     # speeds of a mechanism, whose few answers all count.
     some = MAX_SEARCHED[0] < n <= MAX_SEARCHED[1]
@@ -87,14 +94,17 @@ def affords_dense(kernel: BlockKernel) -> bool:
 
 
 def may_be_polynomial(kernel: BlockKernel) -> bool:
-    """Whether the block may lead to one polynomial in its tear."""
+    """Whether the block may lead to one polynomial in a tear, or in the tangent of half of it."""
     tears, unknowns = kernel.block.tears, frozenset(kernel.unknowns)
-    if len(tears) != 1 or kernel.graph.turn(tears[0]):
+    turning = any(kernel.graph.turn(tear) for tear in tears)
+    if not 1 <= len(tears) <= 2 or (turning and len(tears) == 2):
         return False
+    admitted = _CIRCULAR if turning else frozenset[str]()
 
     def found() -> bool:
         calls = (node for form in kernel.forms for node in walk(form) if isinstance(node, Call))
-        return all(unknowns.isdisjoint(nodes.names(call)) for call in calls)
+        moving = (call for call in calls if not unknowns.isdisjoint(nodes.names(call)))
+        return all(call.function in admitted for call in moving)
 
     return kernel.once("polynomial", found)
 
@@ -228,9 +238,10 @@ class _Search:
                 self._sparsely()
                 solved = bool(candidates.answers)
             case Method.POLYNOMIAL:
-                from solver.kernel.polynomial_block import solve_as_polynomial
+                from solver.kernel import polynomial_block as polynomial
 
-                solved = solve_as_polynomial(problem, candidates)
+                by = polynomial.solve_as_polynomial if self.torn_once else polynomial.solve_by_resultant
+                solved = by(problem, candidates)
             case Method.FORMULA:
                 solved = kernel.closed is not None and solve_by_formula(problem, candidates, kernel.closed)
             case Method.RANGE:
