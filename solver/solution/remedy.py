@@ -86,7 +86,8 @@ def givings(asked: Asked, branch: Branch, missing: Set[str], useless: Set[str]) 
     if not found:
         most = min(useful[:trials], key=lambda u: len(undetermined(system, (u,))))
         return Givings((), names[most])
-    return Givings(tuple(tuple([names[u] for u in one]) for one in found))
+    least = min(map(len, found))
+    return Givings(tuple(tuple([names[u] for u in one]) for one in found if len(one) == least))
 
 
 def _undetermined_part(asked: Asked, branch: Branch) -> tuple[tuple[str, ...], Incidence]:

@@ -90,6 +90,15 @@ def test_to_give_what_is_asked_for_is_no_help(
     assert not any(note.startswith(f"give {want[0]}") for note in notes)
 
 
+def test_what_conditions_read_may_determine_all_by_itself() -> None:
+    rules = (
+        "8*c*b = b\nif w < 4.16 then 2*c = ln(pi + c)\nif w >= 4.16 then c = pi\n"
+        "if b < -0.17 then b^3*w = b\nif b >= -0.17 then b*c^2*cosd(b) = 0.5*b"
+    )
+    (told,) = solver.solve(rulesheets.loads(rules)).diagnoses
+    assert (told.code, told.notes) == ("S510", ("give w",))
+
+
 def test_failed_names_the_rules_and_a_range_to_give() -> None:
     text = "x*y^2 + sin(x*y)*z = 4\nx*z + cos(y*z) = 3\nx*x + y*y + z*z = sin(x*y*z)"
     result = solver.solve(rulesheets.loads(text))
