@@ -1,18 +1,24 @@
 """Models: read from files and texts, and kept on disk.
 
 A file that the same code has read before, with the same files that it uses, is neither parsed nor checked
-again: then neither the grammar nor lark is imported, a fifth of the time in which a command starts.
+again: then neither the grammar nor lark is imported, a fifth of the time in which a command starts. What is
+found out about a kept model whatever its numbers are can be kept, too.
 """
 
 from __future__ import annotations
 
 import gc
+import marshal
 import os
 import pickle
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from importlib.machinery import PathFinder
+from io import BytesIO
+from types import FunctionType
+from typing import Any
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.files import MAIN_SHEET, confined, find_sheet, outside, read_source
@@ -91,6 +97,7 @@ def _model(
         if kept is not None:
             found: tuple[Model, list[Source], dict[str, str]] = pickle.loads(kept)
             if _current(*found[1:], within):
+                found[0].__dict__["_key"] = key, found[1]
                 return found[0]
         from rulesheets.build import build, gather  # with them comes lark
 
@@ -102,10 +109,57 @@ def _model(
                 _ = model.unit_warnings  # which commands ask for
                 made = model, program.texts, program.links
                 save("model", key, pickle.dumps(made, pickle.HIGHEST_PROTOCOL))
+                model.__dict__["_key"] = key, program.texts
         return model
     finally:
         if collecting:
             gc.enable()
+
+
+class _Writer(pickle.Pickler):
+    """Writes which rule it is instead of a rule, and how a compiled function is made again."""
+
+    def __init__(self, file: BytesIO, model: Model) -> None:
+        super().__init__(file, pickle.HIGHEST_PROTOCOL)
+        self.places = {id(part): place for place, part in enumerate((model, *model.equations))}
+
+    def persistent_id(self, part: object) -> int | None:
+        return self.places.get(id(part))
+
+    def reducer_override(self, part: Any) -> Any:
+        again = getattr(part, "again", None) if isinstance(part, FunctionType) else None
+        return NotImplemented if again is None else (again, (marshal.dumps(part.__code__),))
+
+
+class _Reader(pickle.Unpickler):
+    def __init__(self, data: bytes, model: Model) -> None:
+        super().__init__(BytesIO(data))
+        self.parts = model, *model.equations
+
+    def persistent_load(self, place: int) -> Any:
+        return self.parts[place]
+
+
+def _question(model: Model, question: str) -> bytes:
+    """The key of what was found out about a kept model; empty for another one."""
+    key: bytes
+    key, texts = model.__dict__.get("_key", (b"", ()))
+    return key and key + repr((question, [(text.name, text.text) for text in texts])).encode()
+
+
+def recall(model: Model, question: str) -> None:
+    """Hang on a kept model what was found out about it for the same question before."""
+    if (key := _question(model, question)) and (kept := look_up("found", key)):
+        model.__dict__.update(_Reader(kept, model).load())
+
+
+def keep(model: Model, question: str, *once: Callable[[Model], object]) -> None:
+    """Keep what these functions found ``once`` of a kept model, where all of it can be written."""
+    if key := _question(model, question):
+        file, found = BytesIO(), {function.__name__: function(model) for function in once}
+        with suppress(AttributeError, TypeError, RecursionError, pickle.PicklingError):
+            _Writer(file, model).dump(found)
+            save("found", key, file.getvalue())
 
 
 @cache

@@ -17,13 +17,14 @@ from rulesheets.diagnosis import RuleSheetError, plural, render
 from rulesheets.files import find_sheet, parsed, read_source
 from rulesheets.format import format_sheet
 from rulesheets.inputs import override, variable_named
-from rulesheets.loading import load
+from rulesheets.loading import keep, load, recall, stamp
 from rulesheets.model import Model
 from rulesheets.syntax import escaped
 from solver.commands import (
     UNSOLVED,
     Command,
     Option,
+    Request,
     add_input_options,
     add_sheet_options,
     answered,
@@ -34,6 +35,7 @@ from solver.commands import (
 from solver.facts import Status
 from solver.files import write_file
 from solver.path.planner import path_tree, planner
+from solver.ranking.ranking import signs_of
 from solver.report.path import reaches, tree_text
 from solver.report.sheet import diagnosis_json, result_csv, result_json, result_text
 from solver.solution.solving import Result, posted, solve
@@ -64,13 +66,30 @@ def _solve_arguments(parser: ArgumentParser) -> None:
     add("-o", "--output", metavar="FILE.csv", help="also write the variable sheet to a file")
 
 
+_CODE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+
+
+def remembered(asked: Request, **options: bool) -> Result:
+    """A solve with what an earlier one of the same names found out, whatever the numbers.
+
+    A path that is new is kept with what belongs to it.
+    """
+    model, inputs, want, guesses = asked.model, asked.inputs, asked.want, asked.guesses
+    question = repr((stamp(_CODE), sorted((name, value is None) for name, value in inputs.items()), want))
+    recall(model, question)
+    known = len(planner(model).paths)
+    result = solve(model, inputs, want, guesses, **options)
+    if len(planner(model).paths) > known:
+        keep(model, question, planner, signs_of)
+    return result
+
+
 def _solve(arguments: Namespace) -> int:
     """Solve, write, print; the exit code is that of the status."""
     request = read_request(arguments)
     if arguments.output:
         request.expect_output(arguments.output)
-    options = {"prove": arguments.prove, "limits": arguments.limits}
-    result = solve(request.model, request.inputs, request.want, request.guesses, **options)
+    result = remembered(request, prove=arguments.prove, limits=arguments.limits)
     if arguments.output:
         write_file(arguments.output, result_csv(result).encode())
     warnings = result.model.unit_warnings  # of the rules; the status stays

@@ -28,6 +28,8 @@ FEW = 30
 """Rules up to which each is looked at by itself, beyond it one of each shape."""
 DENSE = 300
 """Unknowns of a block beyond which its matrix is taken as a sparse one."""
+KEPT = ("graph", "block", "equations", "unknowns", "known", "closed", "degrees", "divisors")
+"""What is kept of a block for another run."""
 T = TypeVar("T")
 
 
@@ -48,6 +50,12 @@ class BlockKernel:
         kept = graph.kernels
         few = len(self.equations) <= FEW
         self._shared: dict[Any, Any] = kept.setdefault(("alike", self._pattern()), {}) if few else {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Kept without what is quickly made again, and what holds functions of arrays and of intervals."""
+        found = {name: self.__dict__[name] for name in KEPT if name in self.__dict__}
+        shared = {key: part for key, part in self._shared.items() if not isinstance(part, dict)}
+        return {**found, "_enclosures": {}, "_shared": shared}
 
     def _pattern(self) -> tuple[Any, ...]:
         """The block with places for names: what is found out about it without them holds for all blocks of

@@ -5,6 +5,7 @@ Jacobian, rules of one shape (``path/graph.py``) being the rows of one function 
 
 from __future__ import annotations
 
+import marshal
 import math
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
@@ -96,7 +97,11 @@ class _Source(Arithmetic[T]):
 
     def _kernel(self, lines: Iterable[str]) -> Callable[..., Any]:
         body = "\n    ".join(lines)
-        return FunctionType(_compiled(f"def kernel({self._header}):\n    {body}\n"), dict(self.globals))
+        return self.made(_compiled(f"def kernel({self._header}):\n    {body}\n"))
+
+    def made(self, code: CodeType) -> Callable[..., Any]:
+        """The function of this code, which calls functions by the tokens that are known here."""
+        return FunctionType(code, dict(self.globals))
 
     def assign(self, name: str, value: T) -> None:
         """From here on ``name`` stands for the value."""
@@ -110,6 +115,15 @@ class _Source(Arithmetic[T]):
 def _compiled(text: str) -> CodeType:
     """The code of a function: blocks of one shape have the same."""
     return next(c for c in compile(text, "<kernel>", "exec").co_consts if isinstance(c, CodeType))
+
+
+def made_again(code: bytes) -> Callable[..., Any]:
+    """A function of floats whose code was kept."""
+    kept, emitter = marshal.loads(code), Emitter(())
+    for name in kept.co_names:
+        if name.startswith(CALLED):
+            emitter.called(name.removeprefix(CALLED))
+    return emitter.made(kept)
 
 
 class Emitter(_Source[str]):
@@ -168,6 +182,12 @@ class Emitter(_Source[str]):
         own = {POWER: np.power if self._arrays else _power, EXPM1: np.expm1}
         self.globals[CALLED + name] = own.get(name) or self._functions[name]
         return CALLED + name
+
+    def made(self, code: CodeType) -> Callable[..., Any]:
+        made = super().made(code)
+        if not self._arrays:
+            made.__dict__["again"] = made_again  # what ``rulesheets.loading`` keeps it by
+        return made
 
 
 def compile_expressions(

@@ -34,8 +34,7 @@ from rulesheets.syntax.nodes import (
     subtract,
 )
 from rulesheets.syntax.program import degree, walk
-from solver.path import Isolation
-from solver.path.isolate import isolate
+from solver.path import Isolation, SolveBlock
 
 Array: TypeAlias = NDArray[np.float64]
 FOLDING = (0.0, 1.0, -1.0)
@@ -250,6 +249,12 @@ class ModelGraph:
         self.kernels: dict[Any, Any] = {}
         self.torn: dict[Any, Any] = {}
 
+    def __getstate__(self) -> dict[str, object]:
+        """Kept without what paths alone are built by, and what blocks of one pattern share."""
+        kernels = {key: kernel for key, kernel in self.kernels.items() if isinstance(key, SolveBlock)}
+        emptied: dict[str, object] = {key: {} for key in ("_efforts", "_isolated", "torn")}
+        return {**self.__dict__, **emptied, "kernels": kernels}
+
     @cached_property
     def users(self) -> Mapping[str, Sequence[int]]:
         """Equations that read a variable, in their body or their guard."""
@@ -270,6 +275,8 @@ class ModelGraph:
         names of that, in the order of those of this one."""
         key = (equation, variable)
         if key not in self._isolations:
+            from solver.path.isolate import isolate  # most are kept from an earlier run
+
             body, unknown = self.model.equations[equation], self.names[variable]
             if unknown not in body.names:
                 return None, body.names
