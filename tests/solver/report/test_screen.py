@@ -113,6 +113,7 @@ def test_a_pipe_has_the_columns_it_is_told(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_words_that_are_set_off_are_the_same_words() -> None:
+    pytest.importorskip("rich")
     result = solver.solve(rulesheets.loads(SHEET))
     plain = result_text(result)
     before = SCREEN.set(Screen(None, True))
