@@ -1,7 +1,7 @@
 """What was found out once and need not be found out again: entries on disk, by the content they follow from.
 
 An entry is read only if it is this user's own, whole, and written under the same key, which is all that it
-follows from. Whatever else is there (half an entry, somebody else's) is taken for nothing,
+follows from and stands in it. Whatever else is there (half an entry, somebody else's) is taken for nothing,
 and so is a folder that cannot be written. The store therefore changes how fast an answer comes, never the
 answer.
 
@@ -38,7 +38,9 @@ def load(kind: str, key: bytes) -> bytes | None:
             data = file.read()
     except OSError:
         return None
-    return data[_SUM:] if data[:_SUM] == _sum(kind, key, data[_SUM:]) else None
+    head = _head(kind, key)
+    whole = data[:_SUM] == _sum(data[_SUM:]) and data.startswith(head, _SUM)
+    return data[_SUM + len(head) :] if whole else None
 
 
 def save(kind: str, key: bytes, data: bytes) -> None:
@@ -47,10 +49,10 @@ def save(kind: str, key: bytes, data: bytes) -> None:
     if path is None or len(data) > MAX_BYTES // 4:
         return
     with suppress(OSError):
-        head = _sum(kind, key, data)
-        if int(head, 16) % LOOKING == 0 and usage()[1] > MAX_BYTES:
+        content = _head(kind, key) + data
+        if crc32(content) % LOOKING == 0 and usage()[1] > MAX_BYTES:
             clear()
-        _write_beside(path, head + data)
+        _write_beside(path, _sum(content) + content)
 
 
 def folder() -> str | None:
@@ -105,9 +107,14 @@ def _name(kind: str, key: bytes) -> str:
     return f"{kind}-{crc32(key):08x}{adler32(key):08x}{len(key):x}"
 
 
-def _sum(kind: str, key: bytes, data: bytes) -> bytes:
-    """What an entry begins with: it tells a whole one from a damaged one, or one of another key."""
-    return b"%08x" % crc32(b"%s %s %s" % (kind.encode(), key, data))
+def _head(kind: str, key: bytes) -> bytes:
+    """What an entry begins with: all that it follows from."""
+    return b"%s %s\n" % (kind.encode(), key)
+
+
+def _sum(content: bytes) -> bytes:
+    """What tells a whole entry from a damaged one."""
+    return b"%08x" % crc32(content)
 
 
 def _own(found: os.stat_result) -> bool:

@@ -73,8 +73,10 @@ ExtendedValues: TypeAlias = Mapping[str, Any]
 """Floats or mpmath numbers (taken exactly) and symbols, by the full names of variables."""
 
 
+LARGE_BITS = 40
+"""Binary digits before the point of an exponent from which on it is large."""
 LARGEST_BITS = 4_000
-"""Binary digits before the point of an exponent from which on a power has no value here."""
+"""The same from which on a power has no value here: floats end at 1,024."""
 MOST_BITS = 100_000
 """Binary exponents of arguments beyond which a function may take all memory (``sin`` of e^1e300)."""
 
@@ -135,7 +137,10 @@ class Digits(Arithmetic[Extended]):
         negative_root = base < 0 and exponent != int(exponent)
         if negative_root or (base == 0 and exponent < 0):
             raise Undefined("^", (float(base), float(exponent)), node)
-        return base**exponent
+        if size <= LARGE_BITS or exponent == int(exponent):
+            return base**exponent
+        mp = context(self.digits + size // 3)  # a large exponent multiplies the rounding of the logarithm
+        return +context(self.digits).mpf(mp.mpf(base) ** mp.mpf(exponent))
 
     def applied(self, node: Call, arguments: list[Extended]) -> Extended:
         for argument in arguments:

@@ -24,6 +24,16 @@ def test_a_huge_whole_exponent_keeps_all_digits(x: float, z: float, digits: int)
         assert abs(mpmath.mpf(found) / expected - 1) < mpmath.mpf(10) ** (1 - digits)
 
 
+def test_a_huge_exponent_with_a_fraction_keeps_all_digits() -> None:
+    context = mpmath.MPContext()
+    context.dps = 300
+    z = context.mpf(10) ** 20 + context.mpf(0.25)
+    found = extended(POWER, {"x": 7.0, "z": z}, 50)
+    with mpmath.workdps(300):
+        expected = mpmath.exp(mpmath.mpf(z) * mpmath.ln(7))
+        assert abs(mpmath.mpf(found) / expected - 1) < mpmath.mpf("1e-49")
+
+
 def test_an_exponent_of_hundreds_of_digits() -> None:
     with mpmath.workdps(1100):
         for k in range(20):
