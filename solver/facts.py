@@ -28,6 +28,11 @@ class Status(Enum):
     def __str__(self) -> str:
         return self.value
 
+    @property
+    def exit_code(self) -> int:
+        """That of the command: 0 where it is solved."""
+        return 0 if self is Status.SOLVED else 1
+
 
 class Unsolved(Exception):
     """There is no answer. ``status`` says why in a word, ``diagnoses`` in sentences, found when asked for."""

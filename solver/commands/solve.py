@@ -21,7 +21,6 @@ from rulesheets.loading import keep, load, recall, stamp
 from rulesheets.model import Model
 from rulesheets.syntax import escaped
 from solver.commands import (
-    UNSOLVED,
     Command,
     Option,
     Request,
@@ -32,7 +31,6 @@ from solver.commands import (
     number_of,
     read_request,
 )
-from solver.facts import Status
 from solver.files import write_file
 from solver.path.planner import path_tree, planner
 from solver.ranking.ranking import signs_of
@@ -114,7 +112,7 @@ def _solve(arguments: Namespace) -> int:
         print(derived.text(), file=sys.stderr)
     elif derived:
         print(f"\n{derived.text()}")
-    return 0 if result.status is Status.SOLVED else UNSOLVED
+    return result.status.exit_code
 
 
 def _derived(result: Result, arguments: Namespace) -> Any:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -112,7 +113,12 @@ def lacking(figure: Figure, values: Mapping[str, Value]) -> str:
 
 def drawable(figures: Iterable[Figure], values: Mapping[str, Value]) -> tuple[Diagram | None, ...]:
     """Every figure at these values; None for one that they do not determine."""
-    return tuple(None if lacking(figure, values) else diagram(figure, values) for figure in figures)
+    found: list[Diagram | None] = []
+    for figure in figures:
+        found.append(None)
+        with suppress(ValueError):
+            found[-1] = diagram(figure, values)
+    return tuple(found)
 
 
 def require_matplotlib() -> None:

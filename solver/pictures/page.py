@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, TypeAlias
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from PIL import Image
@@ -323,7 +324,11 @@ def _box(middle: complex, along: complex, length: float, width: float) -> list[c
     return [middle + complex(u * length / 2, v * width / 2) * along for u, v in corners]
 
 
-_DATES: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+_DATES: dict[str, dict[str, Any]] = {
+    "png": {"Software": None},
+    "svg": {"Date": None},
+    "pdf": {"CreationDate": None},
+}
 """What would make two files of one picture differ."""
 
 
@@ -331,7 +336,7 @@ def encode(figure: Figure, form: str, dpi: float) -> bytes:
     """The page as ``png``, ``svg`` or ``pdf``: the same bytes for the same picture."""
     file = BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": "backsolve"}):
-        figure.savefig(file, format=form, dpi=dpi, metadata=_DATES.get(form))
+        figure.savefig(file, format=form, dpi=dpi, metadata=_DATES[form])
     return file.getvalue()
 
 
@@ -449,7 +454,14 @@ def images(film: Sequence[Frame], dpi: float) -> Iterator[Image.Image]:
 
 
 def gif(pictures: Iterable[Image.Image]) -> bytes:
-    """An endless GIF of the pictures."""
-    (first, *others), file = pictures, BytesIO()
+    """An endless GIF of the pictures, in the colours of a drawing and their shades up to that of paper, which
+    smooth the edges of its lines."""
+    inks = [to_rgb(ink) for ink in (INK, *(color for _, color, _ in STYLES.values()))]
+    shades = (part + (1 - part) * step / 16 for ink in inks for step in range(16) for part in ink)
+    colors = Image.new("P", (1, 1))
+    colors.putpalette([255, 255, 255, *(int(255 * shade) for shade in shades)])
+    none = Image.Dither.NONE
+    first, *others = (picture.quantize(palette=colors, dither=none) for picture in pictures)
+    file = BytesIO()
     first.save(file, "GIF", save_all=True, append_images=others, duration=MILLISECONDS, loop=0)
     return file.getvalue()

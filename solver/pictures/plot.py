@@ -17,7 +17,7 @@ from rulesheets.inputs import readable
 from rulesheets.model import Model
 from solver.facts import FALSE, Mark
 from solver.files.tables import Array, Table
-from solver.pictures.page import INK, encode
+from solver.pictures.page import encode
 
 CURVES = 8
 """Curves that one panel may have, so that each can be told from the others."""
@@ -117,7 +117,7 @@ def _nothing(reason: str) -> RuleSheetError:
     return RuleSheetError(error("E445", f"this sweep cannot be drawn: {reason}", notes=notes))
 
 
-GRID = "#dddddd"
+INK, GRID = "#222222", "#dddddd"
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#5b3c88", "#222222")
 """Okabe and Ito (2008), which people with any colour vision tell apart; strokes differ too."""
 STROKES = ("solid", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (5, 1.5, 1.2, 1.5)))
@@ -196,12 +196,28 @@ def _draw_maps(figure: Figure, maps: Maps, model: Model) -> None:
     rows: Any = figure.subplots(len(maps.fields), 1, sharex=True, squeeze=False)
     for axes, (name, field) in zip(rows[:, 0], maps.fields.items(), strict=True):
         shown = np.ma.masked_invalid(field)
-        mesh = axes.pcolormesh(maps.columns, maps.lines, shown, shading="nearest", rasterized=True)
-        if shown.count():  # beside a pole all else would have one colour
-            mesh.set_clim(*np.quantile(shown.compressed(), [0.01, 0.99]))
-        figure.colorbar(mesh, ax=axes, label=titled([name], model), extend="both")
+        low, high, extend = colored(field)
+        mesh = axes.pcolormesh(
+            maps.columns, maps.lines, shown, shading="nearest", rasterized=True, vmin=low, vmax=high
+        )
+        figure.colorbar(mesh, ax=axes, label=titled([name], model), extend=extend)
         axes.set_ylabel(titled([maps.up], model))
     rows[-1, 0].set_xlabel(titled([maps.across], model))
+
+
+def colored(field: Any) -> tuple[float | None, float | None, str]:
+    """The ends of the colours, and which of them have values beyond.
+
+    A pole beside ordinary values would leave one colour for these: where the outermost hundredths span
+    more than the rest, the colours end there, and the bar has points.
+    """
+    values = field[np.isfinite(field)]
+    if not len(values):
+        return None, None, "neither"
+    least, low, high, most = (float(v) for v in np.quantile(values, [0.0, 0.01, 0.99, 1.0]))
+    below, above = (high - least > 2 * (high - low)), (most - low > 2 * (high - low))
+    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
+    return low if below else least, high if above else most, extend
 
 
 def titled(names: Sequence[str], model: Model) -> str:

@@ -14,7 +14,7 @@ import solver
 from rulesheets.diagnosis import RuleSheetError
 from solver.__main__ import main
 from solver.files.tables import Table
-from solver.pictures.plot import Curves, Maps, arranged, broken, panels, titled
+from solver.pictures.plot import Curves, Maps, arranged, broken, colored, panels, titled
 
 
 def columns(values: dict[str, object], answers: list[int] | None = None) -> Table:
@@ -89,6 +89,16 @@ def test_an_angle_does_not_run_back_through_the_picture() -> None:
     x, y = broken(np.arange(4.0), np.array([170.0, 179.0, -179.0, -170.0]), 360.0)
     assert x.tolist() == [0, 1, 2, 2, 3]
     assert np.array_equal(y, [170, 179, np.nan, -179, -170], equal_nan=True)
+
+
+def test_a_pole_leaves_colours_for_the_rest() -> None:
+    field = np.linspace(-1.0, 1.0, 10_000)
+    assert colored(field) == (-1.0, 1.0, "neither")
+    field[0] = -1e9
+    low, high, extend = colored(field)
+    assert low == pytest.approx(-0.98, abs=1e-3)
+    assert (high, extend) == (1.0, "min")
+    assert colored(np.full(3, np.nan)) == (None, None, "neither")
 
 
 def test_variables_of_one_unit_share_a_panel() -> None:
