@@ -314,6 +314,8 @@ def _singular_root(square: Square, numbers: Mapping[str, Fraction]) -> bool:
             return False  # a kink is no double root, though 0 stands for its slope
     except Undefined:
         return False
+    if Call("pi", ()) in walk(*square.forms):
+        raise Inexact("a power of π in a rule is of a degree that is not counted")
     degree = sum(part == Call("pi", ()) for partial in square.partials for part in walk(partial))
     for pi in map(Fraction, range(1, degree + 2)):
         rows = square.rows([exactly(partial, numbers, pi) for partial in square.partials])
