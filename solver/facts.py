@@ -146,7 +146,7 @@ class NoRoot(NamedTuple):
 
 
 class RankLoss(NamedTuple):
-    """A block whose equations do not determine ``free``, which moves along ``direction``.
+    """A block whose equations do not determine ``free``, which moves along ``direction`` from ``point``.
 
     ``everywhere``: linear equations that say the same thing whatever the values (under-determined);
     otherwise a singular point (dead centre, double root).
@@ -156,6 +156,7 @@ class RankLoss(NamedTuple):
     free: tuple[str, ...]
     direction: Mapping[str, float]
     everywhere: bool
+    point: Mapping[str, Value]
 
 
 class Beside(NamedTuple):

@@ -293,7 +293,7 @@ def check_names(scope: Scope) -> Iterator[Diagnosis]:
 
 
 def _reserved(name: str) -> bool:
-    return name.lower() in TABLE and name.lower() not in FREE
+    return name.lower() in TABLE and name.lower() not in FREE and name not in ("Pi", "PI")
 
 
 def check_rows(program: Program) -> Iterator[Diagnosis]:

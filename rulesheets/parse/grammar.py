@@ -123,7 +123,7 @@ class Builder(Transformer[Any, Any]):
         return nodes.Symbol(str(token)[1:], self._span(token))
 
     def name(self, token: Token) -> nodes.Name | nodes.Call:
-        if token.lower() == "pi":
+        if token.lower() == "pi" and token not in self.source.variables_like_pi:
             return nodes.Call("pi", (), self._span(token))
         return nodes.Name(str(token), self._span(token))
 
@@ -335,7 +335,8 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
 
     Raises RuleSheetError with what is wrong. The shape of the line has been found right before.
     """
-    leaves = forms.leaves_of(line.code) if kind == "rule" and len(source.text) > forms.LONG else None
+    long = len(source.text) > forms.LONG and not source.variables_like_pi
+    leaves = forms.leaves_of(line.code) if kind == "rule" and long else None
     if leaves is None:
         return _read(source, line, kind)
     known = grammar().forms

@@ -28,6 +28,11 @@ class Source:
         """Offset of the first character of every line."""
         return (0, *(found.end() for found in re.finditer("\n", self.text)))
 
+    @cached_property
+    def variables_like_pi(self) -> frozenset[str]:
+        """``Pi`` and ``PI``, if a row of variables or a rule begins with it, as in ``Pi = V*I``."""
+        return frozenset(re.findall(r"^[ \t]*(P[iI])[ \t]*(?:[=~\[\"]|in\b|$)", self.text, re.MULTILINE))
+
     def place(self, offset: int) -> tuple[int, int]:
         """Line and column of an offset, both counted from 1."""
         line = bisect_right(self.line_starts, offset)

@@ -297,7 +297,8 @@ def left_free(
             everywhere = stays_deficient(problem, point)
         except (ArithmeticError, np.linalg.LinAlgError):
             everywhere = False
-    fact = RankLoss(problem.equations, free, direction, everywhere)
+    there = {**problem.here, **dict.fromkeys(problem.unknowns, 1.0), **point}
+    fact = RankLoss(problem.equations, free, direction, everywhere, there)
     fixed = {name: number for name, number in point.items() if name not in free}
     return BlockOutcome((Answer(fixed),), complete=True, facts=(fact,), free=free)
 

@@ -311,10 +311,12 @@ class ModelGraph:
 
     @cached_property
     def weighed(self) -> Set[str]:
-        """What is nothing but an angle to the rules, but larger or smaller than something to a condition: a
-        whole turn of it may make a difference."""
+        """What is nothing but an angle to the rules, but larger or smaller than something to a condition or
+        an absolute value: a whole turn of it may make a difference."""
         required = (requirement.comparison for requirement in self.model.requirements)
-        conditions = (*self.model.conditions, *required)
+        sums = (side for rules in by_shape(self.model) for rule in rules for side in (rule.left, rule.right))
+        chosen = (part for side in sums if is_angle_sum(side) for part in walk(side) if _chooses(part))
+        conditions = (*self.model.conditions, *required, *chosen)
         return self.angles.keys() - _angles(self.model, conditions) if conditions else set()
 
     def turn(self, name: str) -> float | None:
@@ -333,11 +335,12 @@ class ModelGraph:
         return (found := self.angles.get(name)) is not None and found[1] == 1
 
 
+Node: TypeAlias = nodes.Expression | nodes.Condition
 Angle: TypeAlias = tuple[float, int]
 """The turn, in the unit of the angle, and how many of them after which all that reads it repeats itself."""
 
 
-def _evidence(*parts: nodes.Expression | nodes.Condition) -> Iterator[tuple[str, float, int]]:
+def _evidence(*parts: Node) -> Iterator[tuple[str, float, int]]:
     """The names in expressions and in the inequalities of conditions: for each occurrence the period of the
     function that it stands under and how many of them are to be counted, or 0 for a plain number."""
     stack = [*parts]
@@ -369,7 +372,7 @@ def _reads_angles(rule: Equation) -> bool:
     return any(TABLE[name].turn or TABLE[name].angle for name in calls)
 
 
-def _angles(model: Model, conditions: Iterable[nodes.Condition] = ()) -> dict[str, Angle]:
+def _angles(model: Model, conditions: Iterable[Node] = ()) -> dict[str, Angle]:
     """Variables that occur only where whole turns make no difference."""
     plain: set[str] = set()
     sums: dict[str, list[Equation]] = {}
@@ -445,8 +448,21 @@ def within_half_turns(number: float, turn: float) -> float:
 
 
 def is_angle_sum(side: nodes.Expression) -> bool:
-    """Names and numbers added up: no evidence of angles, and harmless to them unless one of them is none."""
-    return all(isinstance(part, Name | Number | Negative | Sum) for part in walk(side))
+    """Names, a whole number of times each, and numbers added up, compared or not: no evidence of angles, and
+    harmless to them unless one of them is none."""
+    return all(
+        isinstance(part, Name | Number | Negative | Sum) or _is_multiple(part) or _chooses(part)
+        for part in walk(side)
+    )
+
+
+def _is_multiple(part: Node) -> bool:
+    factors = (part.left, part.right) if isinstance(part, Product) else ()
+    return any(isinstance(factor, Number) and factor.value.is_integer() for factor in factors)
+
+
+def _chooses(part: Node) -> bool:
+    return isinstance(part, Call) and part.function in ("abs", "min", "max")
 
 
 def _addends(argument: nodes.Expression) -> tuple[tuple[str, Ratio], ...] | None:

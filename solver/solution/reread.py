@@ -338,15 +338,16 @@ def look_behind(
         if isinstance(value, float) and all(leaf.branch.values.get(name) == value for leaf in found.leaves)
     }
     reduced, open_ = _reduced(model, values)
-    repeated = {place for fact in lost if (place := _repeated(model, fact, values)) is not None}
+    repeated = {place for fact in lost if (place := _repeated(model, fact)) is not None}
     if not open_ and not repeated:
         return None
     left = (e.but(nodes.ZERO, nodes.ZERO) if e.index in repeated else e for e in reduced.equations)
     reduced = replace(reduced, equations=tuple(left))
     again = explore_refined(asked._replace(model=reduced), always)
+    again = replace(again, leaves=tuple(leaf for leaf in again.leaves if _stands(model, leaf)))
     told = judge(asked._replace(model=reduced), again)._replace(reread=bool(open_))
     if told.status is not Status.INFEASIBLE:
-        if not told.leaves or not all(_stands(model, leaf) for leaf in told.leaves):
+        if not again.leaves:
             return None
         known = [
             sum(name in leaf.branch.values for leaf in one.leaves[:1] for name in asked.judged)
@@ -378,18 +379,15 @@ def _stands(model: Model, leaf: Leaf) -> bool:
     return all(check_rule(rule, values).holds for rule in known_rules(model, decided, values))
 
 
-def _repeated(model: Model, fact: RankLoss, values: Mapping[str, float]) -> int | None:
+def _repeated(model: Model, fact: RankLoss) -> int | None:
     """A rule of a block that follows from its others, to first order: the one that has most part in it."""
-    equations = [model.equations[index] for index in fact.equations]
-    unknowns = [n for n in dict.fromkeys(n for e in equations for n in e.names) if n not in values]
-    at = {**values, **dict.fromkeys(unknowns, 1.0)}
     try:
-        slopes = [sides(e, at).slopes for e in equations]
+        slopes = [sides(model.equations[index], fact.point).slopes for index in fact.equations]
     except Undefined:
         return None
-    rows = [[slope.get(n, 0.0) for n in unknowns] for slope in slopes]
+    rows = [[slope.get(n, 0.0) for n in fact.direction] for slope in slopes]
     sizes = [max(map(abs, row), default=0.0) for row in rows]
-    if len(rows) != len(unknowns) or not all(sizes):
+    if not all(sizes):
         return None
     unit = [[entry / size for entry in row] for row, size in zip(rows, sizes, strict=True)]
     shares = null_direction(list(zip(*unit, strict=True)), [1.0] * len(rows))

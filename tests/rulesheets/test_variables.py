@@ -178,6 +178,19 @@ def test_wrong_inputs_are_refused(inputs, guesses, code, note):
     assert note is None or note in caught.value.diagnoses[0].notes
 
 
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("eta = Po/Pi\nPi = U*I", {"eta", "Po", "Pi", "U", "I"}),
+        ('variables\n  PI = 4 [W] " power\nrules\n  eta = Po/PI', {"eta", "Po", "PI"}),
+        ("r = a/pi\n  Pi=3*pi", {"r", "a", "Pi"}),
+        ("eta = Pi/r\nr = Pi*PI", {"eta", "r"}),
+    ],
+)
+def test_a_row_or_a_rule_that_begins_with_pi_in_capitals_names_a_variable(text: str, names: set[str]):
+    assert loads(text).variables.keys() == names
+
+
 def test_the_ends_of_a_range_belong_to_it_unless_they_are_open():
     assert override(MODEL, {"theta": 180}).values["theta"] == 180.0
     assert override(MODEL, {"r": 5e-324}).values["r"] == 5e-324

@@ -79,7 +79,7 @@ def test_no_part_is_exchanged_that_lacks_an_occurrence_of_the_unknown(
 def test_rules_of_one_shape_tell_their_angles_by_their_own_names_and_numbers() -> None:
     rules = [f"x{k} = r*cosd(t{k}/{k}) + sind(t{k} + u{k})" for k in (1, 2, 3)]
     graph = planner(
-        rulesheets.loads("\n".join([*rules, "y = 2*u3", "z = r*cosd(2*v)", "w = r*cosd(3*v)"]))
+        rulesheets.loads("\n".join([*rules, "y = r*u3", "z = r*cosd(2*v)", "w = r*cosd(3*v)"]))
     ).graph
     assert {name: graph.turn(name) for name in ("t1", "t2", "t3", "u1", "u3", "v", "r")} == {
         "t1": 360.0,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from cmath import phase
 
 import pytest
 
@@ -64,3 +65,27 @@ def test_the_angle_of_a_cone_is_one_answer() -> None:
     rules = "r1/h1 = tand(th/2)\nr2/h2 = tand(th/2)\nh = h2 - h1"
     result = solver.solve(rulesheets.loads(rules), {"r1": 1.0, "r2": 2.0, "h": 3.0})
     assert [s["th"] for s in result.solutions] == pytest.approx([2 * math.degrees(math.atan(1 / 3))])
+
+
+LOOP = "110*sind(t3) = 80*sind(t4) - 40*sind(50)\n110*cosd(t3) = 100 + 80*cosd(t4) - 40*cosd(50)\n"
+
+
+@pytest.mark.parametrize(
+    ("rule", "value", "complete"),
+    [
+        ("mu = abs(t4 - t3)", lambda t3, t4: abs(t4 - t3), False),
+        ("mu = min(t4 - t3, 180 + t3 - t4)", lambda t3, t4: min(t4 - t3, 180 + t3 - t4), False),
+        ("mu = 180 + 2*t3 - 4*t4", lambda t3, t4: 180 + 2 * t3 - 4 * t4, True),
+    ],
+)
+def test_what_is_made_of_angles_does_not_call_for_their_other_turns(rule: str, value, complete: bool) -> None:
+    """The two positions of a four-bar linkage, by the circles of its joints, and its transmission angle."""
+    crank = 40 * complex(math.cos(math.radians(50)), math.sin(math.radians(50)))
+    far, pivot = abs(100 - crank), (100 - crank) / abs(100 - crank)
+    along = (110**2 - 80**2 + far**2) / (2 * far)
+    joints = [crank + pivot * complex(along, side * math.sqrt(110**2 - along**2)) for side in (1, -1)]
+    angles = [[math.degrees(phase(j - crank)), math.degrees(phase(j - 100))] for j in joints]
+    result = solver.solve(rulesheets.loads(LOOP + rule))
+    found = sorted([s["t3"], s["t4"], s["mu"]] for s in result.solutions)
+    assert found == [pytest.approx([*pair, value(*pair)], rel=1e-9) for pair in sorted(angles)]
+    assert result.complete == complete

@@ -87,3 +87,49 @@ def test_a_block_that_says_the_same_twice_and_is_read_by_nothing_stays_open() ->
     result = solver.solve(rulesheets.loads("x + y = 2\nx + k*y = 2\nz = x - y"), {"k": 1.0})
     assert result.status is solver.Status.PARTIAL
     assert [d.code for d in result.diagnoses] == ["S511"]
+
+
+TRIANGLE = rulesheets.loads(
+    "c^2 = a^2 + b^2 - 2*a*b*cosd(C)\na/sind(A) = c/sind(C)\nb/sind(B) = c/sind(C)\nA + B + C = 180\n"
+    "area = a*b*sind(C)/2"
+)
+
+
+@pytest.mark.parametrize("given", ["bAS", "acS", "CcS", "bBS"])
+def test_a_rule_that_follows_from_others_takes_no_place_from_one_that_is_needed(given: str) -> None:
+    """The sides 7 and 9 with 50° between them: the law of cosines follows from that of sines, the area from
+    neither."""
+    a, b, turn = 7.0, 9.0, math.radians(50)
+    c = math.sqrt(a**2 + b**2 - 2 * a * b * math.cos(turn))
+    triangle = {"a": a, "b": b, "c": c, "C": 50.0, "S": a * b * math.sin(turn) / 2}
+    triangle["A"] = math.degrees(math.asin(a * math.sin(turn) / c))
+    triangle["B"] = 130 - triangle["A"]
+    inputs = {"area" if name == "S" else name: triangle[name] for name in given}
+    result = solver.solve(TRIANGLE, inputs)
+    assert result.status is solver.Status.SOLVED
+    assert [result[name] for name in "abcABC"] == pytest.approx([triangle[n] for n in "abcABC"], rel=1e-9)
+
+
+def test_answers_of_the_other_rules_that_break_one_are_left_out() -> None:
+    """Freudenstein's equation repeats the loop of a four-bar linkage in part: beside ``b*sind(th3)`` it has
+    answers with th3 in the wrong quadrant."""
+    model = rulesheets.loads(
+        "b*sind(th3) = c*sind(th4) - a*sind(th2)\nb*cosd(th3) = d + c*cosd(th4) - a*cosd(th2)\n"
+        "d/a*cosd(th4) - d/c*cosd(th2) + (a^2 - b^2 + c^2 + d^2)/(2*a*c) = cosd(th2 - th4)\n"
+        "w4*c*sind(th4 - th3) = a*sind(th2 - th3)"
+    )
+    sides = {"a": 40.0, "b": 110.0, "c": 80.0, "d": 100.0}
+    x, y = 100 - 40 * math.cos(math.radians(50)), 40 * math.sin(math.radians(50))  # from crank to pivot
+    far = math.hypot(x, y)
+    at_pivot = math.acos((far**2 + 80**2 - 110**2) / (2 * far * 80))
+    th4 = math.pi - math.atan2(y, x) - at_pivot
+    th3 = math.atan2(80 * math.sin(th4) - y, x + 80 * math.cos(th4))
+    ratio = 40 * math.sin(math.radians(50) - th3) / (80 * math.sin(th4 - th3))
+    result = solver.solve(model, {**sides, "w4": ratio})
+    assert result.status is solver.Status.SOLVED
+    found = [[s["th2"], s["th3"], s["th4"]] for s in result.solutions]
+    expected = [50.0, math.degrees(th3), math.degrees(th4)]
+    assert any(angles == pytest.approx(expected, rel=1e-9) for angles in found)
+    for angles in found:
+        crank, link, rocker = (math.cos(math.radians(angle)) for angle in angles)
+        assert 110 * link == pytest.approx(100 + 80 * rocker - 40 * crank, abs=1e-9)
