@@ -2,10 +2,11 @@
 
 In this order: nearest to the guesses; fewest negative values (angles aside, and variables whose declared
 range reaches below 0; a temperature, mass or pressure below its zero counts double), a trivial zero counting
-as one; fewest trivial zeros, factors among them; fewest angles beyond a right one; sizes near to those that
-the rules and the inputs suggest, within half a decade of the nearest; angles nearest to 0; the nearest sizes;
-and for what is still alike, the variables one by one, in the order of their names. Answers with a number of
-unlikely size come after all others, the farthest last. Nothing depends on the order of rules or variables.
+as one; fewest trivial zeros, factors among them; the smoothest, where rules of one form pass a quantity on
+from place to place; fewest angles beyond a right one; sizes near to those that the rules and the inputs
+suggest, within half a decade of the nearest; angles nearest to 0; the nearest sizes; and for what is still
+alike, the variables one by one, in the order of their names. Answers with a number of unlikely size come
+after all others, the farthest last. Nothing depends on the order of rules or variables.
 
 The sign of an angle says nothing, nor that of what follows from one alone, nor of a kind of quantity that
 has negative values anyhow, given or in every answer: where a crank turns clockwise, its pin has a negative
@@ -18,8 +19,10 @@ The rule is written once, over numbers or arrays of them.
 from __future__ import annotations
 
 import itertools
+from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
+from itertools import chain
 from math import pi
 from typing import Any
 
@@ -57,8 +60,8 @@ GRAIN = 1e6
 SLACK = 0.5
 """Decades by which sizes may be farther from the suggested ones than the best are, and count alike."""
 LINKS = 3
-"""Quantities that are passed on, from which on they are a series."""
-SIZE = 5
+"""Steps by which a quantity is passed on, from which on it is a series."""
+SIZE = 6
 """The place of the size in a key."""
 WAVES = frozenset({"sin", "cos", "sind", "cosd"})
 DIGITS = 6
@@ -126,15 +129,26 @@ class Signs:
         return frozenset(found)
 
     @cached_property
-    def series(self) -> Collection[frozenset[str]]:
-        """Quantities that rules of one shape pass on, each to the next of them: those of ``H3 = H2 + m3``."""
-        groups = by_shape(self.model) if len(self.model.variables) <= MANY else ()
-        found = set[frozenset[str]]()
-        for columns in (zip(*(rule.names for rule in rules), strict=True) for rules in groups):
-            for one, other in itertools.combinations(map(frozenset, columns), 2):
-                if len(one & other) >= LINKS:
-                    found.add(one | other)
+    def series(self) -> Sequence[Sequence[tuple[str | float, str | float]]]:
+        """Neighbours, names or numbers, of quantities that rules of one form pass on, each to the next of
+        them: those of ``H3 = H2 + m3``, or of ``u0 - 2*u1 + u2 = f*u1``."""
+        forms = defaultdict[Sequence[object], list[Sequence[_Leaf]]](list)
+        for equation in self.model.equations if len(self.model.variables) <= MANY else ():
+            if not self.angles.keys() & set(equation.names):  # a linkage goes anywhere
+                form, leaves = _form(equation.left, equation.right)
+                forms[form].append(leaves)
+        found = []
+        for places in (list(map(_column, zip(*rules, strict=True))) for rules in forms.values()):
+            for one, other in itertools.combinations(places, 2):
+                pairs = list(zip(one, other, strict=True))
+                if _passed_on(pairs) and all(map(self._are_alike, pairs)):
+                    found.append(pairs)
         return found
+
+    def _are_alike(self, pair: tuple[str | float, str | float]) -> bool:
+        """Whether two names are different quantities of one kind, unless one is a number."""
+        numbers = isinstance(pair[0], float) or isinstance(pair[1], float)
+        return numbers or (pair[0] != pair[1] and len({self.kinds.get(str(name)) for name in pair}) == 1)
 
     @cached_property
     def factors(self) -> Collection[Sequence[Monomial]]:
@@ -203,6 +217,45 @@ def _angles(model: Model) -> dict[str, float]:
             if turn := next((found[name] for name in sorted(names) if name in found), None):
                 found |= {name: turn for name in names if name not in found}
     return found
+
+
+_Leaf = tuple[str | float, bool]
+"""A name or a number, and whether it is subtracted."""
+
+
+def _form(*sides: Expression) -> tuple[tuple[object, ...], list[_Leaf]]:
+    """What rules that differ in names, numbers and signs only have in common, and their names and numbers."""
+    form, leaves = list[object](), list[_Leaf]()
+    nodes: list[tuple[Any, bool]] = [(side, False) for side in sides]
+    while nodes:
+        node, negative = nodes.pop()
+        match node:
+            case Name(leaf) | Number(leaf):
+                leaves.append((leaf, negative))
+            case Negative(operand):
+                nodes.append((operand, not negative))
+            case _:
+                form += len(leaves), type(node), getattr(node, "function", len(node.parts))
+                nodes += [(part, False) for part in node.parts]
+    return (*form, len(leaves)), leaves
+
+
+def _column(leaves: Sequence[_Leaf]) -> Sequence[str | float]:
+    """What stands at one place of rules of one form; numbers with their sign beside that of names."""
+    negative = next((sign for leaf, sign in leaves if isinstance(leaf, str)), False)
+    return [-leaf if isinstance(leaf, float) and sign != negative else leaf for leaf, sign in leaves]
+
+
+def _passed_on(pairs: Collection[tuple[str | float, str | float]]) -> bool:
+    """Whether ``LINKS`` pairs in a row lead from name to name, and not round."""
+    onward = dict(pairs)
+    for start in onward:
+        path = [start]
+        while len(path) <= LINKS and (after := onward.get(path[-1])) is not None and after not in path:
+            path.append(after)
+        if len(path) > LINKS and all(isinstance(name, str) for name in path[1:-1]):
+            return True
+    return False
 
 
 def _terms(*sides: Expression) -> set[str]:
@@ -298,10 +351,15 @@ class Ranking:
         self._aside = [name in signs.aside for name in self.names]
         self.angles = [name in signs.angles for name in self.names]
         place = {name: k for k, name in enumerate(self.names)}
-        series = (
-            sorted(place[n] for n in names if n in place) for names in sorted(map(sorted, signs.series))
-        )
+        series = sorted({tuple(sorted({place[n] for n in chain(*p) if n in place})) for p in signs.series})
         self._series = [own for own in series if len(own) >= LINKS]
+        whole = {name: k for k, name in enumerate((*self.read, *self.known))}
+        pairs = {pair for pairs in signs.series for pair in pairs if signs.aside.isdisjoint(pair)}
+        self._neighbours = [
+            tuple(whole[one] if isinstance(one, str) else one for one in pair)
+            for pair in sorted(pairs, key=repr)
+            if place.keys() & set(pair) and all(isinstance(one, float) or one in whole for one in pair)
+        ]
         self._right = [signs.angles.get(name, 0.0) / 4.0 for name in self.names]
         self._floors = [signs.floor(name) for name in self.names]
         places = {name: place for place, name in enumerate(every)}
@@ -361,7 +419,9 @@ class Ranking:
         counted = [positive[kind] for kind in self._kinds]
         factors = [self._factored([*row, *given], counted, on) for row in rows]
         sizes = self._suggested(on, given, zero)
-        keys = [self._key(*row, most, tops, weights, sizes, on) for row in zip(rows, factors, strict=True)]
+        rough = [self._roughness([*row, *given], on) for row in rows]
+        told = zip(rows, factors, rough, strict=True)
+        keys = [self._key(*row, most, tops, weights, sizes, on) for row in told]
         least = -on.largest([-key[SIZE] for key in keys])
         for key in keys:  # what is within half a decade of the best is of the same size
             key[SIZE] = on.rounded(GRAIN * on.largest([key[SIZE] - least - SLACK, 0.0]))
@@ -390,6 +450,7 @@ class Ranking:
         self,
         row: Sequence[Figure],
         factors: tuple[Figure, Figure, Figure],
+        rough: Figure,
         most: Sequence[Figure],
         tops: Sequence[Figure],
         weights: Sequence[Figure],
@@ -425,7 +486,7 @@ class Ranking:
                 distance = distance + len(decades) * spread
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
         guessed, trivial = self._guessed(row, on), zeros + none
-        return [far, guessed, negatives + zeros, trivial, wide, distance, angle, size, *signs]
+        return [far, guessed, negatives + zeros, trivial, rough, wide, distance, angle, size, *signs]
 
     def _factored(
         self, numbers: Sequence[Figure], counted: Sequence[Figure], on: Arithmetic
@@ -453,6 +514,13 @@ class Ranking:
                 rest = abs(total) if not alone else -on.largest([-abs(total), -alone])
                 lost = lost + weight * (on.decade(size) - on.decade(on.largest([rest, ZERO * size])))
         return crossed, lost, none
+
+    def _roughness(self, numbers: Sequence[Figure], on: Arithmetic) -> Figure:
+        """The decade of the sum of the squares of differences between neighbours."""
+        if not self._neighbours:
+            return 0.0
+        ends = [[numbers[n] if isinstance(n, int) else n for n in pair] for pair in self._neighbours]
+        return on.rounded(GRAIN * on.decade(sum((a - b) * (a - b) for a, b in ends)))
 
     def _apart(self, row: Sequence[Figure], sizes: _Suggested, on: Arithmetic) -> list[Figure]:
         """Decades from the suggested size, one a name; 0 of angles and of what is 0."""
@@ -492,7 +560,7 @@ def _away(apart: Figure, determined: bool) -> Figure:
 
 def is_measured(place: int) -> bool:
     """Whether a part of a key is a measure, and not a count or a sign."""
-    return place in (1, SIZE, 6, 7) or (place > 7 and place % 2 == 1)
+    return place in (1, 4, SIZE, 7, 8) or (place > 8 and place % 2 == 0)
 
 
 SPAN = 1e9

@@ -7,9 +7,11 @@ import math
 import random
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root
 
 import rulesheets
 import solver
@@ -363,6 +365,46 @@ def test_the_last_step_of_a_series_goes_on_like_those_before() -> None:
     result = solver.solve(rulesheets.loads(cooling_tower(5).sheet))
     assert result["t5"] == pytest.approx(fine, rel=1e-2)
     assert result.complete
+
+
+def field(count: int, rule: str, left: float, right: float, **known: float) -> str:
+    """A rule about each node of a line and its neighbours."""
+    lines = [f"{name} = {value}" for name, value in {**known, "h": 1 / (count + 1)}.items()]
+    names = [left, *(f"u{k}" for k in range(1, count + 1)), right]
+    around = zip(names, names[1:], names[2:], strict=False)
+    return "\n".join([*lines, *(rule.format(a=a, b=b, c=c) for a, b, c in around)]) + "\n"
+
+
+@pytest.mark.parametrize(("count", "strength"), [(3, 2.0), (5, 3.0)])
+def test_a_field_is_the_one_that_grows_from_rest(count: int, strength: float) -> None:
+    """Bratu's equation, u'' + k exp(u) = 0, and a membrane that is drawn down, u'' = k/(1 - u)^2: of their
+    answers the one that k leads to from 0, where u is 0 everywhere."""
+    for rule, source, k in [
+        ("({a} - 2*{b} + {c})/h^2 + k*exp({b}) = 0", np.exp, strength),
+        ("({a} - 2*{b} + {c})/h^2 + k/(1 - {b})^2 = 0", lambda u: (1 - u) ** -2, 0.4 * strength),
+    ]:
+
+        def missed(u: np.ndarray, k: float, source: Any = source) -> np.ndarray:
+            return np.diff([0.0, *u, 0.0], 2) * (count + 1) ** 2 + k * source(u)
+
+        u = np.zeros(count)
+        for share in np.linspace(0.05, 1.0, 20):
+            u = root(missed, u, args=(share * k,)).x
+        model = rulesheets.loads(field(count, rule, 0, 0, k=k))
+        names = [f"u{i}" for i in range(1, count + 1)]
+        assert [solver.solve(model)[name] for name in names] == pytest.approx(u, rel=1e-6)
+        plan = solver.prepare(model, ["k"], names)
+        assert plan(k) == pytest.approx(u, rel=1e-6)
+        assert plan.sweep([0.9 * k, k])[names[0]][1] == pytest.approx(u[0], rel=1e-6)
+
+
+def test_a_flow_goes_evenly_from_end_to_end() -> None:
+    """Burgers' equation between 1 and -1: u falls all along and is odd about the middle."""
+    rule = "{b}*({c} - {a})/(2*h) = nu*({a} - 2*{b} + {c})/h^2"
+    result = solver.solve(rulesheets.loads(field(4, rule, 1, -1, nu=0.3)))
+    u = [1.0, *(float(result[f"u{k}"]) for k in range(1, 5)), -1.0]
+    assert sorted(u, reverse=True) == u
+    assert u[1] == pytest.approx(-u[4], rel=1e-12)
 
 
 def test_water_flows_slowly_beyond_the_critical_depth() -> None:
