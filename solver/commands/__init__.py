@@ -29,8 +29,6 @@ from rulesheets.loading import load, loads
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Source, Span, escaped
 from rulesheets.units import with_display_unit, with_display_units
-from rulesheets.variables import read_variable_sheet
-from solver.files import expect_no_input
 from solver.report import screen_of, shown_on
 
 UNSOLVED = 1
@@ -161,6 +159,8 @@ class Request(NamedTuple):
     def expect_output(self, path: str | None) -> None:
         """Raise RuleSheetError (E418) if a file to write is one that was read."""
         if path is not None:
+            from solver.files import expect_no_input
+
             expect_no_input(path, self.files)
 
 
@@ -231,6 +231,8 @@ def read_request(arguments: Namespace) -> Request:
         beside = "." if arguments.sheet == "-" else arguments.sheet
         filled_in = find_variable_sheet(arguments.variables, beside)
         files = (*files, filled_in)
+        from rulesheets.variables import read_variable_sheet
+
         written = read_variable_sheet(filled_in, model)
         inputs, guesses, tolerances = dict(written.inputs), dict(written.guesses), dict(written.tolerances)
     options: dict[str, Value | None] = {}

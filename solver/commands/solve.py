@@ -15,7 +15,6 @@ from typing import Any
 
 from rulesheets.diagnosis import RuleSheetError, plural, render
 from rulesheets.files import find_sheet, parsed, read_source
-from rulesheets.format import format_sheet
 from rulesheets.inputs import override, variable_named
 from rulesheets.loading import keep, load, recall, stamp
 from rulesheets.model import Model
@@ -31,10 +30,8 @@ from solver.commands import (
     number_of,
     read_request,
 )
-from solver.files import write_file
 from solver.path.planner import path_tree, planner
 from solver.ranking.ranking import signs_of
-from solver.report.path import reaches, tree_text
 from solver.report.sheet import diagnosis_json, result_csv, result_json, result_text
 from solver.solution.solving import Result, posted, solve
 
@@ -89,6 +86,8 @@ def _solve(arguments: Namespace) -> int:
         request.expect_output(arguments.output)
     result = remembered(request, prove=arguments.prove, limits=arguments.limits)
     if arguments.output:
+        from solver.files import write_file
+
         write_file(arguments.output, result_csv(result).encode())
     warnings = result.model.unit_warnings  # of the rules; the status stays
     if not arguments.json and len(warnings) > MOST_WARNINGS:
@@ -233,6 +232,9 @@ def _format_arguments(parser: ArgumentParser) -> None:
 
 def _format(arguments: Namespace) -> int:
     """Print or write the sheet; ``--check`` exits with 1 where it would change."""
+    from rulesheets.format import format_sheet
+    from solver.files import write_file
+
     path = find_sheet(arguments.sheet)
     source = read_source(path)
     text = format_sheet(parsed(source, path))
@@ -250,6 +252,8 @@ def _format(arguments: Namespace) -> int:
 
 def _path(arguments: Namespace) -> int:
     """Print the path; the exit code is 0 where it reaches every wanted variable, at least in some case."""
+    from solver.report.path import reaches, tree_text
+
     request = read_request(arguments)
     model, given = request.model, override(request.model, request.inputs, request.guesses).values
     wanted = request.want or posted(model)

@@ -13,7 +13,6 @@ from itertools import zip_longest
 from typing import NamedTuple
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
-from rulesheets.evaluate.digits import extended, in_many_digits
 from rulesheets.evaluate.number import enclose, number_text
 from rulesheets.functions import TABLE
 from rulesheets.model import Value, Variable
@@ -263,8 +262,11 @@ class StepSolver:
         """
         start, stages = self.isolation.start, self.isolation.stages
         alone = self.isolation.identity and len(self.equation.names) == 1
-        if alone and not isinstance(start, Number) and in_many_digits(start):
-            return float(extended(start, {}))
+        if alone and not isinstance(start, Number):
+            from rulesheets.evaluate.digits import extended, in_many_digits
+
+            if in_many_digits(start):
+                return float(extended(start, {}))
         takes_root = any(stage.operation in ("power", "root") for stage in stages)
         if len(stages) < 2 and self.isolation.quadratic is None and not takes_root:
             return number
