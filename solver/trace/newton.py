@@ -18,8 +18,8 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cached_property, partial, reduce
-from itertools import islice
+from functools import cached_property
+from itertools import chain, combinations, combinations_with_replacement
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -219,34 +219,47 @@ class BlockNewton:
         return None, False
 
     def _write(self) -> None:
-        """The operations of a step, of the correction of a root that was rounded (by the slopes of the step
-        before), and of what rounding may move the unknowns by: an inverse of the slopes times the sizes of
-        the rules, with signs drawn once (Higham, Accuracy and Stability, ch. 15)."""
-        kernel, count = self.kernel, len(self.start)
+        """The operations of a step, those of the root that it leads next to (rounded, then corrected by the same
+        slopes), and those of what rounding may move the unknowns by: an inverse of the slopes times the sizes
+        of the rules, with signs drawn once (Higham, Accuracy and Stability, ch. 15)."""
         self.flow = flow = Flow(plain=True)
-        every = (*kernel.unknowns, *self.known)
+        unknowns, every = self.kernel.unknowns, (*self.kernel.unknowns, *self.known)
         places = {name: flow.input(i) for i, name in enumerate(every)}
         places.update({name: flow.constant(number) for name, number in self.fixed.items()})
-        rounded = {name: flow.input(len(every) + i) for i, name in enumerate(kernel.unknowns)}
         slopes = self._slopes(flow, places)
         numbers = {(i, j): self.slopes[i][j] for i, j in slopes}
         inverse = eliminate(flow, dict(slopes), numbers, self.scale)
         self.step = inverse.solve([flow.expression(form, places) for form in self.forms])
-        self.last = inverse.solve([flow.expression(form, {**places, **rounded}) for form in self.forms])
-        self.moved = inverse.solve([*self._sizes(flow, places, slopes)])
-        found = [inverse.upper[place] for place in inverse.pivots]
-        self.pivots = [node for node in found if flow.value_of(node) is None]
-        at_sample = Numbers(flow, dict(enumerate((*self.start, *self.sample, *self.start))))
-        self.sizes = [float(at_sample(node)) for node in self.pivots]
-        moves = (float(at_sample(node)) / s for node, s in zip(self.moved, self.scale, strict=True))
-        self.quiet = math.hypot(*moves) <= QUIET * CONDITION and all(self.sizes)
-        ending = Ending((*self.step, *self.pivots, *self.last, *self.moved), (), ())
+        ends = (flow.raw("sub", places[x], d) for x, d in zip(unknowns, self.step, strict=True))
+        near = places | {x: _rounded(flow, end) for x, end in zip(unknowns, ends, strict=True)}
+        last = inverse.solve([flow.expression(form, near) for form in self.forms])
+        moved = inverse.solve([*self._sizes(flow, places, slopes)])
+        self.root = [flow.raw("sub", near[x], d) for x, d in zip(unknowns, last, strict=True)]
+        self.lengths = [self._length(some) for some in (self.step, last, moved)]
+        self._tell_quiet([inverse.upper[place] for place in inverse.pivots])
+        parts = [*self.step, self.lengths[0]], [*self.root, self.lengths[1]], [self.alike], self.lengths[2:]
         self._newton: Callable[..., tuple[float, ...] | None] = block_function(
-            Program(flow, len(every) + count, (ending,)),
+            Program(flow, len(every), (Ending(tuple(chain(*parts)), (), ()),)),
             ", ".join([*_names(len(every)), "near=False"]),
-            [count, len(self.pivots), count, count],
+            list(map(len, parts)),
             self._loop,
         )
+
+    def _tell_quiet(self, pivots: Sequence[int]) -> None:
+        """Whether rounding hardly moves the root at the sample, and so wherever ``pivots`` are like those."""
+        flow, raw = self.flow, self.flow.raw
+        at_sample = Numbers(flow, dict(enumerate((*self.start, *self.sample))))
+        sizes = {node: float(at_sample(node)) for node in pivots if flow.value_of(node) is None}
+        self.quiet = at_sample(self.lengths[2]) <= (QUIET * CONDITION) ** 2 and all(sizes.values())
+        shares = (raw("mul", node, 1.0 / size) for node, size in sizes.items() if self.quiet)
+        alike = (raw("le", raw("abs", raw("sub", share, 1.25)), 0.75) for share in shares)
+        self.alike = flow.over("and", alike) if self.quiet else flow.false
+
+    def _length(self, steps: Sequence[int]) -> int:
+        """The square of the length of a step, in units of the unknowns."""
+        raw = self.flow.raw
+        shares = [raw("mul", d, 1.0 / s) for d, s in zip(steps, self.scale, strict=True)]
+        return self.flow.total(raw("mul", share, share) for share in shares)
 
     def _slopes(self, flow: Flow, places: dict[str, int]) -> Entries:
         """The nodes of the slopes that are not 0 throughout, by row and column."""
@@ -287,33 +300,24 @@ class BlockNewton:
         Powers of a single number up to ``POWERS``, squares and products of a few. Empty where the roots
         beside the sample are not found.
         """
-        moves = [BESIDE * (abs(number) or 1.0) for number in self.sample]
-        if len(moves) > MAX_BENT:
+        count, moves = len(self.sample), [BESIDE * (abs(number) or 1.0) for number in self.sample]
+        if count > MAX_BENT:
             return {}
-
-        def moved(*by: tuple[int, float]) -> Array:
-            known = list(self.sample)
-            for place, share in by:
-                known[place] += share * moves[place]
-            return np.array(self.scalar(*known)) - self.start
-
-        bends = {}
+        unit: Array = np.eye(count)
+        ways = [*unit, *-unit, *(one + other for one, other in combinations(unit, 2))]
+        powers = [at for n in (1, 2) for at in combinations_with_replacement(range(count), n)]
+        if count == 1:
+            ways = [share * unit[0] for share in range(-POWERS // 2, POWERS // 2 + 1) if share]
+            powers = [(0,) * n for n in range(1, POWERS + 1)]
         try:
-            if len(moves) == 1:
-                shares = [share for share in range(-POWERS // 2, POWERS // 2 + 1) if share]
-                powers = [[float(share) ** (n + 1) for n in range(POWERS)] for share in shares]
-                fitted = np.linalg.solve(powers, np.array([moved((0, share)) for share in shares]))
-                bends = {(0,) * n: fitted[n - 1] for n in range(2, POWERS + 1)}
-            else:
-                ahead = [moved((j, 1.0)) for j in range(len(moves))]
-                for j in range(len(moves)):
-                    bends[j, j] = (ahead[j] + moved((j, -1.0))) / 2.0
-                    bends.update(((j, k), moved((j, 1.0), (k, 1.0)) - ahead[j] - ahead[k]) for k in range(j))
+            roots = [self.scalar(*(self.sample + way * moves).tolist()) for way in ways]
+            shares = [[math.prod(way[j] for j in places) for places in powers] for way in ways]
+            found = np.linalg.solve(shares, np.subtract(roots, self.start))
         except (ArithmeticError, ValueError):
             return {}
-        small = LAST * np.array(self.scale)
-        sizes = {places: math.prod(moves[j] for j in places) for places in bends}
-        return {at: np.where(np.abs(c) > small, c / sizes[at], 0.0) for at, c in bends.items()}
+        found[abs(found) <= LAST * np.array(self.scale)] = 0.0
+        bends = zip(powers, found, strict=True)
+        return {at: c / math.prod(moves[j] for j in at) for at, c in bends if len(at) > 1}
 
     def _predicted(self, flow: Graph, known: Sequence[int]) -> list[int]:
         """Where the root is by the tangent and the bends."""
@@ -353,86 +357,47 @@ class BlockNewton:
         )
 
     def _loop(self, *parts: tuple[list[str], list[str]]) -> list[str]:
-        """The iteration around the statements of a step, and those of the correction behind it: steps until
-        one is shorter; the last of them is not gone."""
-        steps, (below, pivots), (last, ends), (error, moved) = parts
-        every, inputs = range(len(self.start)), len(self.start) + len(self.sample)
-        sizes = zip(pivots, self.sizes, strict=True) if self.quiet else ()
-        near = " and ".join(["near", *(f"0.5 <= {text} * {1.0 / size!r} <= 2.0" for text, size in sizes)])
-        inside = [
-            *steps[0],
-            *(f"d{i} = {text}" for i, text in enumerate(steps[1])),
-            f"length = {self._length([f'd{i}' for i in every])}",
-            f"if length < {CONVERGED**2!r}: break",
-            "if not length <= before: return None",
-            f"if length > {QUIET**2!r}: near = False",
-            f"before = length * {CONTRACTION**2!r}",
-            *(f"a{i} = a{i} - d{i}" for i in every),
-        ]
+        """The iteration around the statements of a step, and those of the root behind it: steps until one is
+        shorter; the last of them is not gone."""
+        (steps, (*off, length)), (below, (*root, last)), (pivots, (alike,)), (error, (moved,)) = parts
+        names = _names(len(off))
         return [
             "before = inf",
             f"for _ in ({', '.join('0' * ITERATIONS)}):",
-            *(f"    {line}" for line in inside),
+            *(f"    {line}" for line in steps),
+            f"    length = {length}",
+            f"    if length < {CONVERGED**2!r}: break",
+            "    if not length <= before: return None",
+            f"    if length > {QUIET**2!r}: near = False",
+            f"    before = length * {CONTRACTION**2!r}",
+            f"    {', '.join(names)} = {', '.join(f'{a} - {d}' for a, d in zip(names, off, strict=True))}",
             "else: return None",
             *below,
-            *(f"z = a{i} - d{i}; c = z * {SPLITTER!r}; a{inputs + i} = c - (c - z)" for i in every),
-            *last,
-            *(f"d{i} = {text}" for i, text in enumerate(ends)),
-            f"if not {self._length([f'd{i}' for i in every])} <= {LAST**2!r}: return None",
-            f"if not ({near}):",
+            f"if not {last} <= {LAST**2!r}: return None",
+            *pivots,
+            f"if not (near and {alike}):",
             *(f"    {line}" for line in error),
-            f"    if not {self._length(moved)} <= {CONDITION**2!r}: return None",
-            f"return ({', '.join(f'a{inputs + i} - d{i}' for i in every)},)",
+            f"    if not {moved} <= {CONDITION**2!r}: return None",
+            f"return ({', '.join(root)},)",
         ]
-
-    def _length(self, steps: Sequence[str]) -> str:
-        """The square of the length of a step, in units of the unknowns."""
-        return " + ".join(f"({d} * {1.0 / s!r}) ** 2" for d, s in zip(steps, self.scale, strict=True))
 
     def unrolled(self, flow: Graph, known: Sequence[int]) -> list[int]:
         """The root as nodes of another graph, by as many steps as it takes beside the record; nan where these
         are not enough.
         """
         x = self._predicted(flow, known)
-        step = copied(self.flow, flow, self.step, [*x, *known])
         for _ in range(1, self._enough):
-            x = [flow.raw("sub", a, d) for a, d in zip(x, step, strict=True)]
             step = copied(self.flow, flow, self.step, [*x, *known])
-        return self._corrected(flow, x, known, step, alike=self._alike)
+            x = [flow.raw("sub", a, d) for a, d in zip(x, step, strict=True)]
+        return copied(self.flow, flow, self._found(self._alike), [*x, *known])
 
-    def _corrected(
-        self,
-        flow: Graph,
-        x: Sequence[int],
-        known: Sequence[int],
-        step: Sequence[int],
-        *,
-        alike: bool = False,
-    ) -> list[int]:
-        """The root that a last step leads next to, rounded and corrected; nan where that goes far, or where
-        rounding may. With ``alike``, pivots like those of the record tell that it does not.
-        """
-        scale, add, rounded = self.scale, flow.raw, []
-        for a, d in zip(x, step, strict=True):
-            root = add("sub", a, d)
-            large = add("mul", root, SPLITTER)
-            rounded.append(add("sub", large, add("sub", large, root)))
-        more = self.pivots if alike else self.moved
-        found = copied(self.flow, flow, (*self.last, *more), [*x, *known, *rounded])
-        last, more = found[: len(x)], found[len(x) :]
-        within, limited = [], [(step, CONVERGED), (last, LAST)]
-        if alike:
-            for node, size in zip(more, self.sizes, strict=True):
-                share = add("sub", add("mul", node, 1.0 / size), 1.25)
-                within.append(add("le", add("abs", share), 0.75))
-        else:
-            limited.append((more, CONDITION))
-        for some, limit in limited:
-            shares = [add("mul", d, 1.0 / s) for d, s in zip(some, scale, strict=True)]
-            length = flow.total(add("mul", share, share) for share in shares)
-            within.append(add("le", length, limit**2))
-        good, pairs = reduce(partial(add, "and"), within), zip(rounded, last, strict=True)
-        return [add("where", good, add("sub", z, d), math.nan) for z, d in pairs]
+    def _found(self, alike: bool) -> list[int]:
+        """The root that a last step leads next to; nan where that goes far, or where rounding may. With
+        ``alike``, pivots like those of the record tell that it does not."""
+        raw, limits = self.flow.raw, (CONVERGED, LAST, CONDITION)
+        asked = [raw("le", length, limit**2) for length, limit in zip(self.lengths, limits, strict=True)]
+        good = raw("and", raw("and", *asked[:2]), self.alike if alike else asked[2])
+        return [raw("where", good, root, math.nan) for root in self.root]
 
     def _beside(self) -> Iterator[list[float]]:
         """Known numbers a little farther from the sample than the bends of the root were fitted."""
@@ -447,11 +412,7 @@ class BlockNewton:
             roots = [(*self.scalar(*known), *known) for known in self._beside()] if self.quiet else []
         except ValueError:
             return False
-        numbers = [Numbers(self.flow, dict(enumerate(root))) for root in roots]
-        shares = [
-            float(here(p)) / s for here in numbers for p, s in zip(self.pivots, self.sizes, strict=True)
-        ]
-        return self.quiet and all(0.5 <= share <= 2.0 for share in shares)
+        return self.quiet and all(Numbers(self.flow, dict(enumerate(root)))(self.alike) for root in roots)
 
     @cached_property
     def _enough(self) -> int:
@@ -460,10 +421,9 @@ class BlockNewton:
         for known in self._beside():
             x = np.array(self._start(*known)[: len(self.start)])
             for count in range(1, MOST_STEPS + 1):
-                here = Numbers(self.flow, dict(enumerate((*x.tolist(), *known, *x.tolist()))))
-                step = np.array([float(here(node)) for node in self.step])
-                most, x = max(most, count), x - step
-                if np.linalg.norm(step / self.scale) < CONVERGED:
+                here = Numbers(self.flow, dict(enumerate((*x.tolist(), *known))))
+                most, x = max(most, count), x - [float(here(node)) for node in self.step]
+                if here(self.lengths[0]) < CONVERGED**2:
                     break
         return most
 
@@ -500,16 +460,14 @@ class BlockNewton:
 
     @cached_property
     def _kernels(self) -> tuple[ArrayKernel, ...]:
-        """What predicts roots, what a step takes away from them, and what corrects them."""
-        last, ends = Flow(plain=True), (len(self.start), len(self.sample), len(self.start))
-        places = iter([last.input(place) for place in range(sum(ends))])
-        corrected = self._corrected(last, *(list(islice(places, count)) for count in ends))
-        pairs = self.prediction, (self.flow, self.step), (last, corrected)
+        """What predicts roots, what steps from them and how long a step is, and where the last one leads."""
+        steps = *self.step, self.lengths[0]
+        pairs = self.prediction, (self.flow, steps), (self.flow, self._found(False))
         return tuple(ArrayKernel(flow, wanted) for flow, wanted in pairs)
 
     def _run(self, kernel: int, *columns: Array) -> Array:
-        """The results (unknowns, n) of one of the kernels."""
-        found = np.empty((len(self.start), columns[0].shape[1]))
+        """The results (k, n) of one of the kernels."""
+        found = np.empty((len(self._kernels[kernel].wanted), columns[0].shape[1]))
         self._kernels[kernel]([row for some in columns for row in some], list(found))
         return found
 
@@ -583,16 +541,14 @@ class BlockNewton:
         """As the loop of one row, on all rows that have not converged."""
         roots, left = np.full(x.shape, np.nan), np.arange(known.shape[1])
         before = np.full(known.shape[1], np.inf)
-        weights = (1.0 / np.array(self.scale))[:, None]
         for _ in range(ITERATIONS):
             if not left.size:
                 break
-            step = self._run(1, x, known)
-            length = np.square(step * weights).sum(axis=0)
+            *step, length = self._run(1, x, known)
             near = length < CONVERGED**2
             if near.any():
                 here = slice(None) if near.all() else near
-                roots[:, left[here]] = self._run(2, x[:, here], known[:, here], step[:, here])
+                roots[:, left[here]] = self._run(2, x[:, here], known[:, here])
             going = ~near & (length <= before)
             x, before = x - step, CONTRACTION**2 * length
             if not going.all():
@@ -615,6 +571,12 @@ def _between(at: Array, rows: Array, roots: Array) -> Array:
         others = (other for other in near if other is not there)
         found += roots[:, first + k] * math.prod((at - other) / (there - other) for other in others)
     return found
+
+
+def _rounded(flow: Flow, number: int) -> int:
+    """A number without its last binary digits."""
+    large = flow.raw("mul", number, SPLITTER)
+    return flow.raw("sub", large, flow.raw("sub", large, number))
 
 
 def _names(places: int) -> list[str]:
