@@ -212,7 +212,7 @@ class Inverses(Guards):
     def _roots(self, a: int, b: int, c: int) -> tuple[int, int]:
         """Both roots of ``a x² + b x + c`` without cancellation, required to be apart."""
         flow = self.flow
-        root = self._root(*self._discriminant(a, b, c))
+        root = self._root(flow.add("mul", b, b), flow.add("mul", 4.0, flow.add("mul", a, c)))
         signed = flow.add("where", flow.add("lt", b, 0.0), flow.add("neg", root), root)
         q = flow.add("mul", -0.5, flow.add("add", b, signed))
         flow.apart_from_zero(a)
@@ -220,11 +220,6 @@ class Inverses(Guards):
         for divisor in (a, q):
             flow.bound(divisor)
         return flow.add("div", q, a), flow.add("div", c, q)
-
-    def _discriminant(self, a: int, b: int, c: int) -> tuple[int, int]:
-        """``b²`` and ``4 a c``."""
-        flow = self.flow
-        return flow.add("mul", b, b), flow.add("mul", 4.0, flow.add("mul", a, c))
 
     def _root(self, one: int, other: int) -> int:
         """The root of a difference, of which something is left beside its terms."""
@@ -286,7 +281,7 @@ class Inverses(Guards):
     def _meets(self, a: int, b: int, k: int, square: int) -> Iterator[tuple[int, int]]:
         flow = self.flow
         length = flow.add("add", flow.add("mul", a, a), flow.add("mul", b, b))
-        root = self._root(*self._reach(a, b, k, square))
+        root = self._root(flow.add("mul", length, square), flow.add("mul", k, k))
         flow.require(flow.add("not", flow.is_zero(length)))
         flow.bound(length)
         for sign in ("sub", "add"):
@@ -294,12 +289,6 @@ class Inverses(Guards):
             x = flow.add(sign, flow.add("mul", a, k), flow.add("mul", b, root))
             y = flow.add(opposite, flow.add("mul", b, k), flow.add("mul", a, root))
             yield flow.add("div", x, length), flow.add("div", y, length)
-
-    def _reach(self, a: int, b: int, k: int, square: int) -> tuple[int, int]:
-        """``(a² + b²) square`` and ``k²``."""
-        flow = self.flow
-        length = flow.add("add", flow.add("mul", a, a), flow.add("mul", b, b))
-        return flow.add("mul", length, square), flow.add("mul", k, k)
 
 
 def _image(form: Expression, stage: Stage) -> tuple[float, float] | None:

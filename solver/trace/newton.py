@@ -219,9 +219,9 @@ class BlockNewton:
         return None, False
 
     def _write(self) -> None:
-        """The operations of a step, those of the root that it leads next to (rounded, then corrected by the same
-        slopes), and those of what rounding may move the unknowns by: an inverse of the slopes times the sizes
-        of the rules, with signs drawn once (Higham, Accuracy and Stability, ch. 15)."""
+        """The operations of a step, of the root that it leads next to (rounded, corrected by its slopes),
+        and of what rounding may move the unknowns by: an inverse of the slopes times the sizes of the rules,
+        with signs drawn once (Higham, Accuracy and Stability, ch. 15)."""
         self.flow = flow = Flow(plain=True)
         unknowns, every = self.kernel.unknowns, (*self.kernel.unknowns, *self.known)
         places = {name: flow.input(i) for i, name in enumerate(every)}

@@ -11,25 +11,24 @@ and asks the same impossible thing of it, clearly, is infeasible as well, whatev
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from itertools import compress
-from typing import Any, TypeAlias
+from typing import Any
 
 from rulesheets.deadline import TimeIsUp
 from rulesheets.model import Model, Value
 from solver.facts import Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.block import kernel_of
 from solver.leaves import Exploration, Leaf
-from solver.path import Circle, Evaluate, Let, Parabola, Select, SolveBlock
+from solver.path import SolveBlock
 from solver.path.cases import activity
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
 from solver.trace.folds import Unfolded
-from solver.trace.graph import NotCompilable, computed_from
-from solver.trace.guards import CLEAR, Pattern, State
+from solver.trace.graph import NotCompilable, computed_from, copied
+from solver.trace.guards import Pattern, State
 from solver.trace.nearby import Nearby
 from solver.trace.newton import BlockNewton
 from solver.trace.program import Program
@@ -40,7 +39,6 @@ BEYOND = 1e-6
 """How far outside of an image, relative to the numbers around, a target is refused without a second look."""
 ROUNDINGS = 2.0**10
 """How often what rounding may move a target by at the sample, it lies outside at least."""
-Preimages: TypeAlias = Callable[[State], list[int]]
 
 
 class Refusal(Recording):
@@ -93,7 +91,7 @@ class Refusal(Recording):
                 step = next(steps, None) or SolveBlock(equations, unknowns, ())
                 before = state.checks.copy()
                 try:
-                    return self._no_root(state, step)
+                    return self.flow.over("and", self._every_out(state, step))
                 except NotCompilable:
                     state.checks[:] = before
                     return self._excluded(self._on(state), step)
@@ -109,10 +107,9 @@ class Refusal(Recording):
             raise NotCompilable
         self._expect_known(state, equation, unknown)
         target = self._expression(state, isolation.start)
-        for place, stage in enumerate(isolation.stages):
+        for stage in isolation.stages:
             if stage.low > -math.inf or stage.high < math.inf:
-                some = isolation._replace(stages=isolation.stages[:place])
-                margin = self._margin(state, equation, target, partial(self._preimages, isolation=some))
+                margin = self._margin(state, equation, target)
                 return self._outside(target, max(stage.low, -1e300), min(stage.high, 1e300), margin)
             target, *others = self._undone(state, stage, target)
             if others:
@@ -149,52 +146,19 @@ class Refusal(Recording):
         if not known >= set(self.model.equations[equation].names):
             raise NotCompilable
 
-    def _margin(self, state: State, equation: int, node: int, found: Preimages) -> int:
-        """How far outside a number must lie that ``found`` computes from a state.
-
-        It is as far as the number moves where every given number moves by ``BEYOND`` of itself. Where that is
-        not known it goes by the largest number of the rule.
-        """
-        flow = self.flow
-        try:
-            moves = self._moves(state)
-            moved = self._moved_by(state, self.model.equations[equation].names, moves, node, found)
-        except (NotCompilable, ValueError):
+    def _margin(self, state: State, equation: int, node: int) -> int:
+        """How far outside a number must lie: as far as it moves, to first order, where every input moves by
+        ``BEYOND`` of itself. Behind a block that is iterated it goes by the largest number of the rule."""
+        flow, read = self.flow, computed_from(self.flow, [node])
+        if any(flow.nodes[one][0] == "root" for one in read):
             return flow.add("mul", BEYOND, self._size(state, equation))
-        return flow.add("add", moved, ROUNDINGS * self._numbers.error(node))
-
-    def _moves(self, state: State) -> dict[str, int]:
-        """How far each known number moves, to first order, where those that are given do.
-
-        Raises NotCompilable behind a block or a selection.
-        """
-        flow, moves = self.flow, dict[str, int]()
-        for name in self.given & state.values.keys():
-            moves[name] = flow.add("mul", flow.constant(BEYOND), flow.add("abs", state.values[name]))
-        for step in self.branch.steps:
-            match step:
-                case Evaluate(equation=equation, unknown=unknown) if unknown in state.values:
-                    found = partial(self._preimages, isolation=self._isolation(equation, unknown))
-                    names, node = self.model.equations[equation].names, state.values[unknown]
-                    moves[unknown] = self._moved_by(state, names, moves, node, found)
-                case SolveBlock() | Select():
-                    raise NotCompilable
-        return moves
-
-    def _moved_by(
-        self, state: State, names: Iterable[str], moves: Mapping[str, int], node: int, found: Preimages
-    ) -> int:
-        """How far a number moves, to first order, where each of the ``names`` does.
-
-        Raises ValueError where it is none of those ``found``.
-        """
-        flow, total, place = self.flow, self.flow.constant(0.0), found(state.fork()).index(node)
-        for name in dict.fromkeys(names):
-            if name in moves and flow.value_of(moves[name]) != 0.0:
-                away = state.fork()
-                away.values[name] = flow.add("add", state.values[name], moves[name])
-                apart = flow.add("sub", found(away)[place], node)
-                total = flow.add("add", total, flow.add("abs", apart))
+        total = flow.constant(ROUNDINGS * self._numbers.error(node))
+        inputs = list(map(flow.input, range(len(self.pattern.inputs))))
+        for place, number in enumerate(inputs):
+            if number in read:
+                moved = flow.add("mul", 1.0 + BEYOND, number)
+                (there,) = copied(flow, flow, [node], [*inputs[:place], moved, *inputs[place + 1 :]])
+                total = flow.add("add", total, flow.add("abs", flow.add("sub", there, node)))
         return total
 
     def _size(self, state: State, equation: int) -> int:
@@ -215,28 +179,8 @@ class Refusal(Recording):
         node, *others = self._preimages(state, isolation)
         if others:
             raise NotCompilable
-        margin = self._margin(state, equation, node, partial(self._preimages, isolation=isolation))
+        margin = self._margin(state, equation, node)
         return self._outside(node, variable.low, variable.high, margin)
-
-    def _no_root(self, state: State, step: SolveBlock) -> int:
-        """A discriminant clearly negative, or only candidates that need the root of a negative number."""
-        flow, generators = self.flow, dict(state.values)
-        with suppress(NotCompilable):
-            for formula in kernel_of(self.graph, step).closed or ():
-                match formula:
-                    case Let(name):
-                        generators[name] = self._let(generators, formula)
-                        continue
-                    case Parabola(_, a, b, c):
-                        one, other = self._discriminant(*self._coefficients(generators, a, b, c))
-                    case Circle(_, _, a, b, k, radius):
-                        one, other = self._reach(*self._coefficients(generators, a, b, k, radius))
-                size = flow.add("add", flow.add("abs", one), flow.add("abs", other))
-                less = flow.add("lt", flow.add("add", one, flow.add("mul", CLEAR, size)), other)
-                if self._numbers(less) is not True:
-                    break
-                return less
-        return flow.over("and", self._every_out(state, step))
 
     def _excluded(self, state: State, step: SolveBlock) -> int:
         """That the known numbers of a block lie within ranges for which it has no root."""
