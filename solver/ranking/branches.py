@@ -227,49 +227,15 @@ def distances(heading: Points, points: Points, turns: Points) -> Points:
     return total
 
 
-class Spans:
-    """The least and the largest number of each span of columns (n,) and the two rows before it, for
-    ``steady_runs``. Rows are taken in turn, as soon as they are there and while they are in the cache.
-    """
-
-    def __init__(self, columns: Sequence[Array]) -> None:
-        self.columns = columns
-        self.starts = np.arange(0, len(columns[0]) - SPAN + 1, SPAN)
-        self._ends: Points = np.empty((len(columns), 2, len(self.starts)))
-
-    def take(self, start: int, end: int) -> None:
-        """Some rows; they begin with a span."""
-        at = start // SPAN
-        here = self.starts[at : -(-end // SPAN)] - start
-        for column, ends in zip(self.columns if len(self.starts) else (), self._ends, strict=False):
-            for extreme, found in zip((np.minimum, np.maximum), ends, strict=True):
-                if len(here):
-                    extreme.reduceat(column[start:end], here, out=found[at : at + len(here)])
-                else:
-                    found[-1] = extreme(found[-1], extreme.reduce(column[start:end]))
-
-    def take_all(self) -> None:
-        for start in range(0, len(self.columns[0]), ROOM):
-            self.take(start, min(start + ROOM, len(self.columns[0])))
-
-    def ends(self) -> Points:
-        """(v, 2, spans), once all rows are taken."""
-        for column, ends in zip(self.columns, self._ends, strict=True):
-            before = column[self.starts[1:] - 1], column[self.starts[1:] - 2]
-            for extreme, found in zip((np.minimum, np.maximum), ends, strict=True):
-                extreme(found[1:], extreme(*before), out=found[1:])
-        return self._ends
-
-
 def steady_runs(
-    inputs: Sequence[Array], rows: Array | None, ends: Points, whole: Array, turns: Points
+    inputs: Sequence[Array], rows: Array | None, planes: Sequence[list[Array]], whole: Array, turns: Points
 ) -> list[tuple[int, int]]:
     """The runs of ``Answers`` among all or some ``rows`` (n,) of a sweep, those of spans whose inputs move
     steadily and whose answers are all there, ``whole`` (n,), and far apart: by bounds on what ``distances``
-    would be, from the ``ends`` (planes, v, 2, spans) of the numbers of the answers.
+    would be, from the least and the largest numbers of the answers in each span and the two rows before it.
     """
     starts = np.arange(0, len(whole) - SPAN + 1, SPAN)
-    if len(ends) < 2 or len(starts) < 2:
+    if len(planes) < 2 or len(starts) < 2 or not len(turns):
         return []
     far = np.logical_and.reduceat(whole, starts)
     if rows is not None:
@@ -277,9 +243,19 @@ def steady_runs(
         far &= rows[last] - rows[first] == last - first  # without gaps
     far &= moving(inputs)
     if far.any():
-        far &= far_apart(ends, turns)
+        far &= far_apart(np.array([[_ends(c, starts) for c in plane] for plane in planes]), turns)
     edges = np.append(starts, len(whole))[np.flatnonzero(np.diff(far, prepend=False, append=False))]
     return [(max(start - 2, 0), end) for start, end in edges.reshape(-1, 2).tolist()]
+
+
+@np.errstate(all="ignore")
+def _ends(column: Array, starts: Array) -> Points:
+    """The least and the largest number (2, spans) of each span of a column and the two rows before it."""
+    ends = np.empty((2, len(starts)))
+    for extreme, found in zip((np.minimum, np.maximum), ends, strict=True):
+        extreme.reduceat(column, starts, out=found)
+        extreme(found[1:], extreme(column[starts[1:] - 1], column[starts[1:] - 2]), out=found[1:])
+    return ends
 
 
 @np.errstate(all="ignore")

@@ -14,7 +14,6 @@ from solver.trace.flow import Flow
 from solver.trace.graph import DEGREE, LEAVES, OPERATIONS, RADIAN, Graph, Schedule, copied, operands, schedule
 
 Array: TypeAlias = NDArray[Any]
-Take: TypeAlias = Callable[[int, int], None]
 
 BLOCK = 16384
 """Rows of a block: a few dozen buffers of them fit into the second- or third-level cache."""
@@ -97,10 +96,8 @@ class ArrayKernel:
         self.taken = writer.taken
         self._room: list[tuple[list[Array], list[Array]]] = []
 
-    def __call__(self, columns: Sequence[Array], results: Sequence[Array], take: Take | None = None) -> None:
-        """Fill ``results`` (an array (n,) for each wanted node) from the columns (n,) of the inputs; ``take``
-        is told the ends of rows that are done.
-        """
+    def __call__(self, columns: Sequence[Array], results: Sequence[Array]) -> None:
+        """Fill ``results`` (an array (n,) for each wanted node) from the columns (n,) of the inputs."""
         count = len(results[0])
         size = min(BLOCK, count)
         if self._room and size == BLOCK:
@@ -117,8 +114,6 @@ class ArrayKernel:
                     buffers = [buffer[:short] for buffer in buffers]
                     masks = [mask[:short] for mask in masks]
                 self._block([c[rows] for c in columns], [r[rows] for r in results], buffers, masks)
-                if take is not None:
-                    take(rows.start, rows.stop)
         if size == BLOCK:
             self._room = [room]
 

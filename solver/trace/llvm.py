@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets import store
-from solver.trace.arrays import FORMS, Take
+from solver.trace.arrays import FORMS
 from solver.trace.flow import Flow
 from solver.trace.graph import DEGREE, OPERATIONS, Graph, NotCompilable, copied, intrinsic, operands, schedule
 
@@ -205,26 +205,16 @@ class NativeKernel:
         self.source = _Writer(flow, self.wanted, self.inputs).module()
         self._engine, self._run = _compiled(self.source, len(self.inputs) + len(self.wanted))
 
-    def __call__(self, columns: Sequence[Array], results: Sequence[Array], take: Take | None = None) -> None:
-        """Fill ``results`` (an array (n,) for each wanted node) from the columns (n,) of the inputs; ``take``
-        is told the ends of rows that are done.
-        """
+    def __call__(self, columns: Sequence[Array], results: Sequence[Array]) -> None:
+        """Fill ``results`` (an array (n,) for each wanted node) from the columns (n,) of the inputs."""
         arrays = [np.ascontiguousarray(columns[i], dtype=float) for i in self.inputs]
         pointers = [array.ctypes.data for array in (*arrays, *results)]
         count = len(results[0])
         threads = max(1, min(os.cpu_count() or 1, count // SHARE))
-
-        def run(start: int, end: int) -> None:
-            step = max(count, 1) if take is None else SHARE
-            for at in range(start, end, step):
-                self._run(at, min(at + step, end), *pointers)
-                if take is not None:
-                    take(at, min(at + step, end))
-
         ends = [*(count // SHARE * part // threads * SHARE for part in range(threads)), count]
         with ThreadPoolExecutor(threads) as pool:
-            others = [pool.submit(run, *ends[k : k + 2]) for k in range(1, threads)]
-            run(*ends[:2])
+            others = [pool.submit(self._run, *ends[k : k + 2], *pointers) for k in range(1, threads)]
+            self._run(*ends[:2], *pointers)
         for part in others:
             part.result()
 

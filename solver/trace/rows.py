@@ -14,7 +14,6 @@ from rulesheets.model import Value
 from solver.facts import Status
 from solver.ranking.branches import (
     Answers,
-    Spans,
     continued,
     far_apart,
     found_again,
@@ -126,22 +125,18 @@ class AnswerKernel:
         """In a ``steady`` sweep answers are in order as far as ``Answers.runs`` says, else in every row;
         ``rows`` (n,) are the places in it, where some are left out.
         """
-        several = steady and len(self.program.endings) > 1 and not any(self.symbols)
-        found, spans, within = self._columns().watched(columns, several)
+        found, within = self._columns()(columns)
         planes, there, holds = found
         if np.count_nonzero(left := within & ~holds) > MANY:
             self._columns(quick=False).replace(found, columns, np.flatnonzero(left))
-            if spans is not None:
-                spans.take_all()
         runs: list[tuple[int, int]] = []
-        if spans is not None:
+        if steady and len(self.program.endings) > 1 and not any(self.symbols):
             most = 2 * np.count_nonzero(there & holds, axis=1) > np.count_nonzero(holds)
             order = np.argsort(~most, kind="stable")
             each = int(np.count_nonzero(most))
             planes, there = [planes[place] for place in order.tolist()], there[order]
             whole = holds & there[:each].all(axis=0) & ~there[each:].any(axis=0)
-            ends = spans.ends().reshape(len(planes), len(self.turns), 2, -1)[order[:each]]
-            runs = steady_runs(columns, rows, ends, whole, self.turns)
+            runs = steady_runs(columns, rows, planes[:each], whole, self.turns)
             found = planes, there, holds
         if self.program.order.keys:
             runs = self._sort(found, columns, runs)
@@ -201,7 +196,7 @@ class AnswerKernel:
 
     def quick(self, columns: Sequence[Array]) -> _Found:
         """All answers of rows, as they stand."""
-        return self._columns()(columns)
+        return self._columns()(columns)[0]
 
     def _sort(
         self, found: _Found, columns: Sequence[Array], runs: Sequence[tuple[int, int]]
@@ -229,9 +224,9 @@ class AnswerKernel:
         """The first row of a run in which the record knows the order, looked for here and there."""
         rows = np.arange(start, end, 256)
         here = [column[rows] for column in columns]
-        knows = self._columns(in_order=True)(here)[2]
+        (_, _, knows), _ = self._columns(in_order=True)(here)
         if not knows[:1].all() and PATIENT in self._made:
-            knows = self._columns(in_order=True, quick=False)(here)[2]
+            (_, _, knows), _ = self._columns(in_order=True, quick=False)(here)
         return int(rows[np.argmax(knows)]) if knows.any() else None
 
     def _sort_rows(self, found: _Found, columns: Sequence[Array], rows: Array) -> None:
@@ -285,18 +280,14 @@ class _Columns(NamedTuple):
     within: Sequence[tuple[Any, int]]
     """What tells whether numbers lie in ranges, and how many it takes."""
 
-    def __call__(self, columns: Sequence[Array]) -> _Found:
-        return self.watched(columns, False)[0]
-
-    def watched(self, columns: Sequence[Array], watch: bool) -> tuple[_Found, Spans | None, Array]:
-        """With the spans of the numbers, if they are to be watched, and the rows that may lie in ranges."""
+    def __call__(self, columns: Sequence[Array]) -> tuple[_Found, Array]:
+        """With the rows that may lie in ranges."""
         count = len(columns[0])
         found = columns_of(self.numbers, count)
         logical = np.empty((self.places + 1, count), dtype=bool)
-        spans = Spans(found) if watch and found else None
         known = [np.empty((size, count)) for _, size in self.within]
         results = *found, *logical, *(row for some in known for row in some)
-        self.kernel(columns, results, spans and spans.take)
+        self.kernel(columns, results)
         inside = np.full(count, True)
         for (finder, _), some in zip(self.within, known, strict=True):
             told = finder.array(*some)
@@ -304,14 +295,14 @@ class _Columns(NamedTuple):
             inside &= told | np.isnan(some).any(axis=0)
         each = self.numbers // self.places
         planes = [found[place * each : (place + 1) * each] for place in range(self.places)]
-        return (planes, logical[:-1], logical[-1]), spans, inside
+        return (planes, logical[:-1], logical[-1]), inside
 
     def replace(self, found: _Found, columns: Sequence[Array], rows: Array) -> None:
         """Ask about some rows anew."""
         if not len(rows):
             return
         everywhere = len(rows) == len(columns[0])
-        planes, there, holds = self([column if everywhere else column[rows] for column in columns])
+        (planes, there, holds), _ = self([column if everywhere else column[rows] for column in columns])
         for target, source in zip((*found[0], found[1:]), (*planes, (there, holds)), strict=True):
             for column, values in zip(target, source, strict=True):
                 column[..., rows] = values
