@@ -103,21 +103,14 @@ def each_of(flow: Flow, conditions: Iterable[int]) -> Iterator[int]:
             yield condition
 
 
-class Place(NamedTuple):
-    """One place of the list of answers, as nodes: the wanted values, and what sorts them."""
-
-    results: tuple[int, ...]
-    order: tuple[int, ...] = ()
-
-
 class AllAnswers(NamedTuple):
     """``symbols`` (one a wanted name) are the words that a column of symbols has the numbers of, or None.
 
-    ``there`` tells of each place that its values stand at none before it. All of it counts where the node
-    ``holds`` is true.
+    ``places`` are the wanted values of each place; ``there`` tells of each that its values stand at none
+    before it. All of it counts where the node ``holds`` is true.
     """
 
-    places: tuple[Place, ...]
+    places: list[tuple[int, ...]]
     there: tuple[int, ...]
     symbols: tuple[tuple[str, ...] | None, ...]
     holds: int
@@ -132,12 +125,14 @@ def every(program: Program, in_order: bool, quick: bool) -> AllAnswers:
     symbols = tuple(map(_words, zip(*(ending.results for ending in program.endings), strict=True)))
     holds = flow.over("and", (counts(flow, ending, quick) for ending in program.endings))
     pairs = [zip(ending.results, symbols, strict=True) for ending in program.endings]
-    coded = [tuple(flow.constant(float(w.index(str(r)))) if w else int(r) for r, w in pair) for pair in pairs]
-    places = [Place(results) for results in coded]
+    places = [
+        tuple(flow.constant(float(w.index(str(r)))) if w else int(r) for r, w in pair) for pair in pairs
+    ]
     if in_order:
         holds = flow.over("and", (holds, *order.told))
-        places = _sorted(flow, [Place(*pair) for pair in zip(coded, order.keys, strict=True)])
-    return AllAnswers(tuple(places), tuple(_once(flow, places)), symbols, holds)
+        rows = (row + key for row, key in zip(places, order.keys, strict=True))
+        places = _sorted(flow, rows, len(symbols))
+    return AllAnswers(places, tuple(_once(flow, places)), symbols, holds)
 
 
 def _words(column: tuple[int | str, ...]) -> tuple[str, ...] | None:
@@ -148,26 +143,19 @@ def _words(column: tuple[int | str, ...]) -> tuple[str, ...] | None:
     return tuple(sorted(words)) or None
 
 
-def _sorted(flow: Flow, places: list[Place]) -> list[Place]:
-    placed: list[Place] = []
-    for place in places:
-        placed.append(place)
+def _sorted(flow: Flow, rows: Iterable[tuple[int, ...]], width: int) -> list[tuple[int, ...]]:
+    """The first nodes of rows, so many, sorted by the others."""
+    placed: list[tuple[int, ...]] = []
+    for row in rows:
+        placed.append(row)
         for at in range(len(placed) - 1, 0, -1):
-            placed[at - 1 : at + 1] = _exchanged(flow, *placed[at - 1 : at + 1])
-    return placed
-
-
-def _exchanged(flow: Flow, one: Place, other: Place) -> tuple[Place, Place]:
-    """Two places in their order."""
-    swap = _less(flow, other.order, one.order)
-
-    def chosen(yes: Place, no: Place) -> Place:
-        pairs = (yes.results, no.results), (yes.order, no.order)
-        return Place(
-            *(tuple(flow.add("where", swap, a, b) for a, b in zip(*pair, strict=True)) for pair in pairs)
-        )
-
-    return chosen(other, one), chosen(one, other)
+            one, other = placed[at - 1 : at + 1]
+            swap = _less(flow, other[width:], one[width:])
+            placed[at - 1 : at + 1] = (
+                tuple(flow.add("where", swap, a, b) for a, b in zip(*pair, strict=True))
+                for pair in ((other, one), (one, other))
+            )
+    return [row[:width] for row in placed]
 
 
 def _less(flow: Flow, one: tuple[int, ...], other: tuple[int, ...]) -> int:
@@ -178,10 +166,10 @@ def _less(flow: Flow, one: tuple[int, ...], other: tuple[int, ...]) -> int:
     return less
 
 
-def _once(flow: Flow, places: list[Place]) -> Iterator[int]:
+def _once(flow: Flow, places: list[tuple[int, ...]]) -> Iterator[int]:
     """Of each place the node that is true where its values stand at none before it."""
     for at, place in enumerate(places):
-        same = (flow.alike(before.results, place.results) for before in places[:at])
+        same = (flow.alike(before, place) for before in places[:at])
         yield flow.over("and", (flow.add("not", node) for node in same))
 
 

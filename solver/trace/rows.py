@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Iterator, Sequence
 from contextlib import suppress
 from functools import cached_property
-from typing import Any, NamedTuple, TypeAlias
+from itertools import chain
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,7 +99,7 @@ class AnswerKernel:
         if program.symbols:
             raise NotCompilable
         self.program, self.jit, self.turns = program, jit, turns
-        self._made = dict[tuple[bool, bool], _Columns]()
+        self._made = dict[tuple[bool, bool], Callable[..., None]]()
         flow = program.flow
         within = sorted(n for n in computed_from(flow, program.wanted) if flow.nodes[n][0] == "unfolded")
         self._within = [(flow.finders[int(flow.nodes[n][1])], operands(flow, n)) for n in within]
@@ -106,18 +107,40 @@ class AnswerKernel:
         self.symbols = every(program, in_order=False, quick=True).symbols
         self._asked, self._single = set[int](), dict[tuple[int, int], Callable[..., None]]()
 
-    def _columns(self, in_order: bool = False, quick: bool = True) -> _Columns:
-        """One form of the record, compiled when it is first asked for."""
-        if (in_order, quick) not in self._made:
+    def _computed(
+        self, columns: Sequence[Array], in_order: bool = False, quick: bool = True
+    ) -> tuple[_Found, Array]:
+        """What one form of the record finds, and the rows that may lie in ranges. It is compiled when it is
+        first asked for."""
+        form, within = (in_order, quick), self._within if quick else []
+        if form not in self._made:
             found = every(self.program, in_order, quick)
-            nodes = [node for place in found.places for node in place.results]
-            within = self._within if quick else []
-            known = [node for _, some in within for node in some]
-            wanted = (*nodes, *found.there, found.holds, *known)
-            kernel = kernel_of(self.program.flow, wanted, self.jit, quick)
-            asked = [(finder, len(some)) for finder, some in within]
-            self._made[in_order, quick] = _Columns(kernel, len(nodes), len(found.there), asked)
-        return self._made[in_order, quick]
+            known = (node for _, some in within for node in some)
+            wanted = (*chain(*found.places), *found.there, found.holds, *known)
+            self._made[form] = kernel_of(self.program.flow, wanted, self.jit, quick)
+        count, places, each = len(columns[0]), len(self.program.endings), len(self.symbols)
+        numbers, logical = columns_of(places * each, count), np.empty((places + 1, count), dtype=bool)
+        asked = [np.empty((len(some), count)) for _, some in within]
+        self._made[form](columns, (*numbers, *logical, *chain(*asked)))
+        inside = np.full(count, True)
+        for (finder, _), some in zip(within, asked, strict=True):
+            told = finder.array(*some)
+            logical[-1] &= told
+            inside &= told | np.isnan(some).any(axis=0)
+        planes = [numbers[place * each : (place + 1) * each] for place in range(places)]
+        return (planes, logical[:-1], logical[-1]), inside
+
+    def _replace(
+        self, found: _Found, columns: Sequence[Array], rows: Array, in_order: bool = False, quick: bool = True
+    ) -> None:
+        """Ask about some rows anew."""
+        if not len(rows):
+            return
+        here = columns if len(rows) == len(columns[0]) else [column[rows] for column in columns]
+        (planes, there, holds), _ = self._computed(here, in_order, quick)
+        for target, source in zip((*found[0], found[1:]), (*planes, (there, holds)), strict=True):
+            for column, values in zip(target, source, strict=True):
+                column[..., rows] = values
 
     def __call__(
         self, columns: Sequence[Array], steady: bool = False, rows: Array | None = None
@@ -125,10 +148,10 @@ class AnswerKernel:
         """In a ``steady`` sweep answers are in order as far as ``Answers.runs`` says, else in every row;
         ``rows`` (n,) are the places in it, where some are left out.
         """
-        found, within = self._columns()(columns)
+        found, within = self._computed(columns)
         planes, there, holds = found
         if np.count_nonzero(left := within & ~holds) > MANY:
-            self._columns(quick=False).replace(found, columns, np.flatnonzero(left))
+            self._replace(found, columns, np.flatnonzero(left), quick=False)
         runs: list[tuple[int, int]] = []
         if steady and len(self.program.endings) > 1 and not any(self.symbols):
             most = 2 * np.count_nonzero(there & holds, axis=1) > np.count_nonzero(holds)
@@ -156,8 +179,7 @@ class AnswerKernel:
         """Ranges of the numbers of all answers, then of all conditions."""
         found = every(self.program, in_order=False, quick=True)
         conditions = list(dict.fromkeys(each_of(self.program.flow, (found.holds, *found.there))))
-        nodes = [node for place in found.places for node in place.results]
-        return Ranges(self.program.flow, (*nodes, *conditions)), found, conditions
+        return Ranges(self.program.flow, (*chain(*found.places), *conditions)), found, conditions
 
     def clear(self, inputs: Sequence[Pair]) -> Array:
         """The spans (n,), from the ranges of their inputs, in which the answers lie far apart and all holds
@@ -188,7 +210,7 @@ class AnswerKernel:
         """Fill ``targets`` with one answer. Returns whether what is asked of every row holds."""
         flow, key = self.program.flow, (place, len(self._asked))
         if key not in self._single:
-            wanted = *self._ranges[1].places[place].results, flow.over("and", sorted(self._asked))
+            wanted = *self._ranges[1].places[place], flow.over("and", sorted(self._asked))
             self._single[key] = kernel_of(flow, wanted, self.jit, unrolled=True)
         holding = np.empty(len(columns[0]), dtype=bool)
         self._single[key](columns, (*targets, holding))
@@ -196,7 +218,7 @@ class AnswerKernel:
 
     def quick(self, columns: Sequence[Array]) -> _Found:
         """All answers of rows, as they stand."""
-        return self._columns()(columns)[0]
+        return self._computed(columns)[0]
 
     def _sort(
         self, found: _Found, columns: Sequence[Array], runs: Sequence[tuple[int, int]]
@@ -224,16 +246,16 @@ class AnswerKernel:
         """The first row of a run in which the record knows the order, looked for here and there."""
         rows = np.arange(start, end, 256)
         here = [column[rows] for column in columns]
-        (_, _, knows), _ = self._columns(in_order=True)(here)
+        (_, _, knows), _ = self._computed(here, in_order=True)
         if not knows[:1].all() and PATIENT in self._made:
-            (_, _, knows), _ = self._columns(in_order=True, quick=False)(here)
+            (_, _, knows), _ = self._computed(here, in_order=True, quick=False)
         return int(rows[np.argmax(knows)]) if knows.any() else None
 
     def _sort_rows(self, found: _Found, columns: Sequence[Array], rows: Array) -> None:
-        self._columns(in_order=True).replace(found, columns, rows)
+        self._replace(found, columns, rows, in_order=True)
         left = rows[~found[2][rows]]
         if len(left) > MANY or (len(left) and PATIENT in self._made):
-            self._columns(in_order=True, quick=False).replace(found, columns, left)
+            self._replace(found, columns, left, in_order=True, quick=False)
 
 
 def _row(planes: list[list[Array]], there: Array, row: int) -> Array:
@@ -269,43 +291,6 @@ def _named(column: Array, words: tuple[str, ...] | None) -> Array:
 
 _Found: TypeAlias = tuple[list[list[Array]], Array, Array]
 """Planes of answers, which of them are there (answers, n), and which rows they hold for (n,)."""
-
-
-class _Columns(NamedTuple):
-    """A kernel, and how many numbers and places of answers it has results of."""
-
-    kernel: Callable[..., None]
-    numbers: int
-    places: int
-    within: Sequence[tuple[Any, int]]
-    """What tells whether numbers lie in ranges, and how many it takes."""
-
-    def __call__(self, columns: Sequence[Array]) -> tuple[_Found, Array]:
-        """With the rows that may lie in ranges."""
-        count = len(columns[0])
-        found = columns_of(self.numbers, count)
-        logical = np.empty((self.places + 1, count), dtype=bool)
-        known = [np.empty((size, count)) for _, size in self.within]
-        results = *found, *logical, *(row for some in known for row in some)
-        self.kernel(columns, results)
-        inside = np.full(count, True)
-        for (finder, _), some in zip(self.within, known, strict=True):
-            told = finder.array(*some)
-            logical[-1] &= told
-            inside &= told | np.isnan(some).any(axis=0)
-        each = self.numbers // self.places
-        planes = [found[place * each : (place + 1) * each] for place in range(self.places)]
-        return (planes, logical[:-1], logical[-1]), inside
-
-    def replace(self, found: _Found, columns: Sequence[Array], rows: Array) -> None:
-        """Ask about some rows anew."""
-        if not len(rows):
-            return
-        everywhere = len(rows) == len(columns[0])
-        (planes, there, holds), _ = self([column if everywhere else column[rows] for column in columns])
-        for target, source in zip((*found[0], found[1:]), (*planes, (there, holds)), strict=True):
-            for column, values in zip(target, source, strict=True):
-                column[..., rows] = values
 
 
 class Steady:
