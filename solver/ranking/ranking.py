@@ -22,7 +22,6 @@ import itertools
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
-from itertools import chain
 from math import pi
 from typing import Any
 
@@ -350,19 +349,16 @@ class Ranking:
         self._own_kinds = [None if name in positive else signs.kinds.get(name) for name in self.names]
         self._aside = [name in signs.aside for name in self.names]
         self.angles = [name in signs.angles for name in self.names]
-        place = {name: k for k, name in enumerate(self.names)}
-        series = sorted({tuple(sorted({place[n] for n in chain(*p) if n in place})) for p in signs.series})
-        self._series = [own for own in series if len(own) >= LINKS]
-        whole = {name: k for k, name in enumerate((*self.read, *self.known))}
+        places = {name: place for place, name in enumerate(every)}
         pairs = {pair for pairs in signs.series for pair in pairs if signs.aside.isdisjoint(pair)}
         self._neighbours = [
-            tuple(whole[one] if isinstance(one, str) else one for one in pair)
+            [places[one] if isinstance(one, str) else one for one in pair]
             for pair in sorted(pairs, key=repr)
-            if place.keys() & set(pair) and all(isinstance(one, float) or one in whole for one in pair)
+            if not set(self.names).isdisjoint(pair)
+            and all(one in places for one in pair if isinstance(one, str))
         ]
         self._right = [signs.angles.get(name, 0.0) / 4.0 for name in self.names]
         self._floors = [signs.floor(name) for name in self.names]
-        places = {name: place for place, name in enumerate(every)}
         self._factors = [
             (
                 _is_plain(factor),
@@ -479,11 +475,6 @@ class Ranking:
             steps = _away(apart[place], sizes[1][place]) / UNLIKELY
             far = on.largest([far, on.rounded(steps - 0.5) * there])
             distance = distance + abs(apart[place]) * there * sizes[1][place]
-        for places in self._series:  # they are all as far from what is suggested
-            decades = [apart[place] for place in places if sizes[1][place]]
-            if decades:
-                spread = on.largest(decades) + on.largest([-decade for decade in decades])
-                distance = distance + len(decades) * spread
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
         guessed, trivial = self._guessed(row, on), zeros + none
         return [far, guessed, negatives + zeros, trivial, rough, wide, distance, angle, size, *signs]
