@@ -15,6 +15,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from rulesheets.deadline import expect_time
+from rulesheets.stack import in_one_chunk
 from solver.numerics.linear_algebra import Array
 from solver.numerics.one_unknown import split_point
 from solver.numerics.tolerances import EPS, NARROW
@@ -46,6 +47,7 @@ class Subdivision(NamedTuple):
         return tuple(tuple(lo + (hi - lo) / 2 for lo, hi in box) for box in self.proved)
 
 
+@in_one_chunk
 def branch_and_prune(
     enclose: BoxFunction,
     enclose_jacobian: BoxFunction,

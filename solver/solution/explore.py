@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace
 from rulesheets.model import Value
+from rulesheets.stack import in_one_chunk
 from rulesheets.syntax.nodes import Number
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import MANY, check_rule, half_unit
@@ -77,6 +78,7 @@ Pending: TypeAlias = tuple[Branch, Sequence[Step] | None, int]
 """A branch, the steps that it goes on with, and the first of them; without steps it is planned first."""
 
 
+@in_one_chunk
 def explore(
     asked: Asked,
     thorough: bool = False,

@@ -17,6 +17,7 @@ from rulesheets.deadline import TimeIsUp, grace, time_limit
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, plural
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Tolerance, Value
+from rulesheets.stack import in_one_chunk
 from solver.accuracy.forward_error import ForwardErrors
 from solver.facts import Attempt, OutOfTime, Proof, Status, UnknownName, Unmet
 from solver.leaves import Asked, CutOff, Exploration, Leaf, infinite, leaf_errors
@@ -189,6 +190,7 @@ GRACE = 2.0
 """Seconds to explain a verdict whose remedies took too long."""
 
 
+@in_one_chunk
 def solve(
     model: Model,
     inputs: Mapping[str, Value | None] | None = None,
