@@ -12,9 +12,12 @@ from hypothesis import settings
 # The matrices are small, and the processes several: threads would only wait for one another.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# Processes that tests start compile a module once, as they do for users.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 # The same examples everywhere; the profile `random` draws others.
 # How long an example takes says more about the machine's other work than about the code.
-settings.register_profile("backsolve", deadline=None, derandomize=True)
+settings.register_profile("backsolve", deadline=None, derandomize=True, max_examples=50)
 settings.register_profile("random", deadline=None, derandomize=False)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "backsolve"))
 

@@ -99,11 +99,11 @@ def fresh() -> dict[tuple[str, int], object]:
     }
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_after_any_other_questions(fresh: dict[tuple[str, int], object], seed: int) -> None:
     dice = random.Random(seed)
     models = {name: load(name) for name in QUESTIONS}
-    order = [(name, k) for name, questions in QUESTIONS.items() for k in range(len(questions))] * 3
+    order = [(name, k) for name, questions in QUESTIONS.items() for k in range(len(questions))] * 2
     dice.shuffle(order)
     for name, k in order:
         assert asked(models[name], QUESTIONS[name][k]) == fresh[name, k]

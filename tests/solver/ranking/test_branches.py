@@ -70,10 +70,10 @@ def test_a_long_sweep_shows_what_it_shows_in_one_piece(jit: bool, monkeypatch: p
     if jit:
         pytest.importorskip("llvmlite")
     model = rulesheets.load("offset_slider_crank")
-    out, back = np.linspace(4.6, 10.8, 24_000), np.linspace(10.3, 4.5, 12_000)
-    column = np.concatenate([out, [20.0], back, np.random.default_rng(6).uniform(5.0, 10.0, 3_000)])
+    out, back = np.linspace(4.6, 10.8, 6_000), np.linspace(10.3, 4.5, 3_000)
+    column = np.concatenate([out, [20.0], back, np.random.default_rng(6).uniform(5.0, 10.0, 800)])
     tables = []
-    for piece in (2**20, 2**13, 5000):
+    for piece in (2**20, 2**11, 1250):
         monkeypatch.setattr("solver.sweeps.PIECE", piece)
         plan = solver.prepare(model, ["xB"], ["thetaAO", "vB", "alphaAB"], {"thetaAO": None})
         plan(7.0)

@@ -134,7 +134,7 @@ def test_a_wrong_value_beside_a_zero_by_zero_is_no_answer() -> None:
 
 def test_the_limit_does_not_depend_on_the_order_of_rules() -> None:
     inputs = {"Thi": 100.0, "Tci": 20.0, "U": 3.0, "A": 1.0, "mh": 2.0, "mc": 2.0}
-    for rules in list(permutations(EXCHANGER.splitlines()))[::240]:
+    for rules in list(permutations(EXCHANGER.splitlines()))[240::240]:  # the first is among BACKWARD
         result = solver.solve(rulesheets.loads("\n".join(rules)), inputs, limits=True)
         assert result["Q"] == pytest.approx(96.0, rel=1e-14)
 
