@@ -61,7 +61,7 @@ BOXES_ASKED = 5
 CALMEST, LAST_LOOK = 50, 1.25
 """Boxes of a level that are still split when the limits are reached, those in which f rises or falls least;
 and the work that may go on so, as a multiple of the limit."""
-LOOKED_INTO = 24
+LOOKED_INTO = 50
 """Clusters left over that are looked into."""
 MANY = 50
 """Roots beyond which no others are looked for where boxes had to be left open."""
@@ -171,7 +171,7 @@ class _Search:
             tiny = cluster.low <= 0.0 <= cluster.high and max(-cluster.low, cluster.high) <= 1 / HORIZON
             if not self._is_remote(cluster.low, cluster.high) and (not tiny or self._may_vanish(0.0)):
                 clusters.append(cluster)
-        for number, cluster in enumerate(sorted(clusters, key=lambda cluster: cluster.rough)):
+        for number, cluster in enumerate(sorted(clusters, key=lambda c: (c.rough, *_ordinary(*c[:2])))):
             if number < LOOKED_INTO and not (cluster.rough and len(self.roots) > MANY):
                 self._resolve(cluster)
             else:
@@ -270,7 +270,7 @@ class _Search:
                 opened = [section for section in opened if not self._is_remote(section.low, section.high)]
             work = self.evaluations + 2 * BOXES_ASKED * len(opened)
             if unsplit or 2 * len(opened) > limits.alive or work > limits.boxes:
-                opened.sort(key=lambda s: max(map(abs, s.slope)) * (s.high - s.low) if s.smooth else inf)
+                opened.sort(key=lambda s: (_rise(s), *_ordinary(s.low, s.high)))
                 unsplit += [(section.low, section.high) for section in opened[CALMEST:]]
                 del opened[CALMEST:]
             idle = level + 1 == IDLE_LEVELS and len(opened) >> level == 2**PRESPLIT
@@ -343,10 +343,13 @@ class _Search:
     # Where nothing can be proven:
 
     def _is_flat(self, low: float, high: float) -> bool:
-        """Whether f is 0 to rounding at every sample of a cluster wider than rounding and underflow."""
-        if not isfinite(high - low) or high - low <= max(1e-4 * max(abs(low), abs(high)), 1 / HORIZON):
+        """Whether f is 0 to rounding at every sample of a cluster wider than rounding and underflow. A
+        narrower one, as wide as that of a multiple root, if f jumps or bends and is the same throughout."""
+        points, size = _spread(low, high)[1:-1], max(abs(low), abs(high))
+        steps = self._enclose_slope is None and len({value_at(self.value, x) for x in points}) == 1
+        if not isfinite(high - low) or high - low <= max((1e-7 if steps else 1e-4) * size, 1 / HORIZON):
             return False
-        values = (self._ranges([(x, x)])[0] for x in _spread(low, high)[1:-1])  # the first mostly tells
+        values = (self._ranges([(x, x)])[0] for x in points)  # the first mostly tells
         return all(f is not None and f[0] <= 0.0 <= f[1] and isfinite(f[1] - f[0]) for f in values)
 
     def _crossings(self, cluster: Cluster) -> list[float]:
@@ -379,6 +382,17 @@ class _Search:
             if not isnan(value_at(self.value, x)) and (x == points[-1] or self._may_vanish(x)):
                 self.touching.append(x + 0.0)
                 return
+
+
+def _rise(section: Section) -> float:
+    """How far f may rise or fall over a section."""
+    return max(map(abs, section.slope)) * (section.high - section.low) if section.smooth else inf
+
+
+def _ordinary(low: float, high: float) -> tuple[float, bool]:
+    """Sort key: boxes of the sizes that people write come first, positive ones before negative ones."""
+    middle = split_point(low, high)
+    return abs(math.log(abs(middle))) if middle else 0.0, middle < 0.0
 
 
 def _widened(below: float, above: float) -> Interval:

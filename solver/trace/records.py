@@ -70,8 +70,9 @@ class Refusal(Recording):
             super()._watch(start, leaf)
             return
         state, impossible = self._stopped(start, leaf)
-        if self._numbers(impossible) is True:
-            self._guard((*state.checks, impossible), state.finite)
+        if self._numbers(impossible) is not True:
+            raise NotCompilable
+        self._guard((*state.checks, impossible), state.finite)
 
     def _stopped(self, start: State, leaf: Leaf) -> tuple[State, int]:
         """What a leaf comes to before the step without a value, and whether that still has none."""
@@ -110,7 +111,9 @@ class Refusal(Recording):
         for stage in isolation.stages:
             if stage.low > -math.inf or stage.high < math.inf:
                 margin = self._margin(state, equation, target)
-                return self._outside(target, max(stage.low, -1e300), min(stage.high, 1e300), margin)
+                outside = self._outside(target, max(stage.low, -1e300), min(stage.high, 1e300), margin)
+                if self._numbers(outside) is True:
+                    return outside
             target, *others = self._undone(state, stage, target)
             if others:
                 raise NotCompilable

@@ -51,3 +51,31 @@ def test_a_root_at_the_end_of_floats_spoils_no_ordinary_one() -> None:
     assert result.status is Status.SOLVED
     assert [s["rad"] for s in result.solutions] == pytest.approx([1.8999999953, -1.8999999953], rel=1e-9)
     assert not result.complete
+
+
+@pytest.mark.parametrize(
+    ("rule", "total"),
+    [
+        ("total = round(net*1.21*100)/100", 768.29),
+        ("total = round(net*100)", 12100.0),
+        ("total = int(net/0.05)*0.05", 12.35),
+        ("total = round(net*121)", 12100.0),
+    ],
+)
+def test_a_narrow_plateau_leaves_its_unknown_free(rule: str, total: float) -> None:
+    """Prices to the cent: all within a ten thousandth give one total, and none of them is a double root."""
+    result = solver.solve(rulesheets.loads(rule), {"total": total})
+    assert result.status is Status.PARTIAL
+    assert result.undetermined == ("net",)
+
+
+def test_of_many_roots_the_ordinary_ones_are_looked_into_first() -> None:
+    """Stairs of n steps of 18 cm, for which H/17.5 cm rounds to n: up to 17 of them, as 0.18/0.175*n - n is
+    below a half."""
+    steps = {float(n) for n in range(-17, 18) if n and round(0.18 * n / 0.175) == n}
+    result = solver.solve(rulesheets.loads("n = round(H/0.175)\nrise = H/n"), {"rise": 0.18})
+    found = [solution["n"] for solution in result.solutions]
+    assert result.status is Status.SOLVED
+    assert {1.0, 2.0, 5.0, 10.0} <= set(found) <= steps
+    assert result["n"] > 0.0
+    assert not result.complete or set(found) == steps
