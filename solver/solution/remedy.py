@@ -16,7 +16,7 @@ from solver.path import equations_of
 from solver.path.cases import activity, comparisons, outcomes, value_said
 from solver.path.planner import planner
 from solver.solution.explore import explore
-from solver.structure.decomposition import Incidence, undetermined
+from solver.structure.decomposition import Incidence, dulmage_mendelsohn, undetermined
 
 MAX_SIZE, MAX_SETS = 4, 400
 """Inputs of a set that may be missing, and how many sets are tried at most."""
@@ -131,13 +131,24 @@ def clash(
     rules, given = derivation(asked, leaf, equations)
     if len(rules) + len(given) > MAX_FILTER:
         return rules, given
+    counts = _is_overdetermined(asked.model, rules, given)  # else rules repeat one another by their numbers
     for item in (*reversed(rules), *reversed(given)):
         if patience.lost:
             break
         fewer = [e for e in rules if e != item], [n for n in given if n != item]
-        if fewer[0] and _contradictory(asked, *fewer, patience):
+        if not fewer[0] or (counts and not _is_overdetermined(asked.model, *fewer)):
+            continue
+        if _contradictory(asked, *fewer, patience):
             rules, given = fewer
     return rules, given
+
+
+def _is_overdetermined(model: Model, rules: Sequence[int], given: Sequence[str]) -> bool:
+    """Whether some of the rules are more than their unknowns."""
+    number: dict[str, int] = {}
+    read = ([name for name in model.equations[e].names if name not in given] for e in rules)
+    occurs = tuple(tuple(sorted(number.setdefault(name, len(number)) for name in names)) for names in read)
+    return bool(dulmage_mendelsohn(Incidence(occurs, ({},) * len(occurs), len(number))).over.equations)
 
 
 def derivation(

@@ -147,3 +147,27 @@ def test_isolated_answers_are_shown_beside_a_curve(text: str, isolated: dict[str
     assert not result.complete
     (note,) = result.diagnoses
     assert (note.code, note.variables) == ("S596", (free,))
+
+
+def test_a_contradiction_behind_a_long_search_still_says_what_to_leave_out() -> None:
+    """The force on a nozzle is proportional to the pressure, and to the square of both diameters at once."""
+    model = rulesheets.loads(
+        "A1 = pi*D1^2/4\nA2 = pi*D2^2/4\np + rho*V1^2/2 = rho*V2^2/2\nA1*V1 = A2*V2\nQ = Cd*A2*V2\n"
+        "F = p*A1 - rho*Q*(V2 - V1)"
+    )
+    inputs = {"p": 250000.0, "D1": 0.08, "D2": 0.03, "rho": 1000.0, "Cd": 0.95}
+    force = solver.solve(model, inputs)["F"]
+    (clash,) = solver.solve(model, {**inputs, "F": 1.05 * force}).diagnoses
+    assert clash.code == "S520"
+    assert {*clash.variables} >= {*inputs, "F"} - {"rho"}
+    assert "leave out p: the other inputs make it 262500" in clash.notes
+
+
+def test_a_given_number_may_determine_what_a_condition_says_but_for_its_rounding() -> None:
+    """The total, given back, makes the shipping -2e-14; by the rule it is 0."""
+    model = rulesheets.loads(
+        "net = price*3*(1 - 15/100)\nif net > 500 then ship = 0 else ship = 12.5\ntotal = (net + ship)*1.21"
+    )
+    result = solver.solve(model, {"price": 249.0, "total": 768.2895})
+    assert (str(result.status), result["ship"]) == ("solved", 0.0)
+    assert str(solver.solve(model, {"price": 249.0, "total": 768.2896}).status) == "inconsistent"
