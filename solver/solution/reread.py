@@ -64,7 +64,8 @@ NOTHING = 1e-12
 NEAR = 1e-4
 """Relative distance within which an answer beside a known one is that, moved."""
 PLACES = 6
-"""Decimals to which a nearest miss is rounded, to see whether a rule is 0/0 there, and rules must hold."""
+"""Decimals and digits to which a nearest miss is rounded, to see whether a rule is 0/0 there, and to which
+rules must hold."""
 MOVED = 6
 """Inputs that are moved, one after another, until answers come of it."""
 TINY = 1e-30
@@ -112,27 +113,43 @@ def _filled(model: Model, values: Mapping[str, Value]) -> Iterator[tuple[int, tu
 
 
 def answers_between(asked: Asked, known: Sequence[Leaf] = ()) -> tuple[Leaf, ...]:
-    """Answers at which rules are 0/0, and that answers for inputs on both sides of the given ones lead to,
-    others than those to the ``known`` answers."""
+    """Answers at which rules are 0/0, and that answers for given numbers on both sides of one lead to, others
+    than those to the ``known`` answers."""
     model, inputs = asked.model, asked.inputs
     every = walk(*(side for e in model.equations for side in (e.left, e.right)))
     if not any(isinstance(part, Quotient) for part in every):
         return ()
     read = Counter(name for e in model.equations for name in e.names)
-    numbers = {name: given for name, given in inputs.items() if isinstance(given, float) and read[name]}
+    rules = {name: (rule, number) for rule in model.equations for name, number in _told_by(rule)}
+    given = {**{name: number for name, (_, number) in rules.items()}, **inputs}
+    numbers = {name: number for name, number in given.items() if isinstance(number, float) and read[name]}
     for name in sorted(numbers, key=lambda name: (numbers[name] != 1.0, -read[name]))[:MOVED]:
         number = numbers[name]
         size = 2.0 ** math.frexp(number)[1] if number else 1.0  # both results hold the step exactly
         moved = (number + sign * step * size for step in STEPS for sign in (1, -1))
-        beside = (_beside(asked._replace(inputs={**inputs, name: there})) for there in moved)
+        free = asked if name in inputs else asked._replace(model=_without_rule(model, rules[name][0]))
+        beside = (_beside(free._replace(inputs={**inputs, name: there})) for there in moved)
         sides = list(takewhile(partial(_are_others, known), beside))
         if len(sides) < 2 * len(STEPS):
             continue
-        found = (_between(leaf, sides, inputs) for leaf in sides[-1])
+        found = (_between(leaf, sides, {**inputs, name: number}) for leaf in sides[-1])
         leaves = tuple(filter(None, (_standing(model, leaf, inputs) for leaf in found if leaf is not None)))
         if leaves:
             return leaves
     return ()
+
+
+def _told_by(rule: Equation) -> Iterator[tuple[str, float]]:
+    """The name to which a rule gives a number, ``C = 2000``, and that number."""
+    match rule.left, rule.right, rule.guard:
+        case Name(name), Number(number), ():
+            yield name, number
+
+
+def _without_rule(model: Model, rule: Equation) -> Model:
+    """The model with a rule that says nothing in the place of one."""
+    equations = (e.but(e.left, e.left) if e is rule else e for e in model.equations)
+    return replace(model, equations=tuple(equations))
 
 
 def _are_others(known: Sequence[Leaf], found: Sequence[Leaf]) -> bool:
@@ -219,7 +236,7 @@ def _holds_beside(equation: Equation, values: Mapping[str, Value]) -> bool:
 def hole(model: Model, leaf: Leaf, fact: NoRoot) -> Indeterminacy | None:
     """A rule that is 0/0 next to the nearest miss of a block, where rules nearly hold."""
     best = {**leaf.branch.values, **fact.best}
-    there = {**best, **{name: round(x, PLACES) + 0.0 for name, x in fact.best.items()}}
+    there = {**best, **{name: float(f"{round(x, PLACES):.{PLACES}g}") + 0.0 for name, x in fact.best.items()}}
     rules = [model.equations[e] for e in fact.equations]
     sizes = zip(rules, fact.misses, strict=False)
     if any(abs(miss) > 10.0**-PLACES * gross(rule, best) for rule, miss in sizes):

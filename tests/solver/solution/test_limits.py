@@ -162,3 +162,16 @@ def test_an_answer_that_is_a_limit_is_named_where_no_other_is_found() -> None:
     assert diagnosis.code == "S545"
     assert "the limit is 800" in diagnosis.message
     assert solver.solve(model, inputs, limits=True)["i"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_limits_are_found_where_rules_give_the_numbers() -> None:
+    """A balanced exchanger: Q = C*UA/(C + UA)*(Thi - Tci), with the same difference at both ends."""
+    numbers = "".join(
+        f"{name} = {value}\n" for name, value in [("Thi", 90), ("Tci", 20), ("mh", 2), ("mc", 2)]
+    )
+    model = rulesheets.loads(f"{numbers}U = 3\nA = 1\n{EXCHANGER}")
+    refused = solver.solve(model).diagnoses[0]
+    assert refused.code == "S545"
+    assert refused.message.endswith("the limit is 28")
+    result = solver.solve(model, limits=True)
+    assert {name: result[name] for name in ("Q", "Tho", "Tco")} == {"Q": 84.0, "Tho": 48.0, "Tco": 62.0}
