@@ -233,16 +233,20 @@ def _holds_beside(equation: Equation, values: Mapping[str, Value]) -> bool:
 # --- blocks without an answer whose equations are 0/0 where there would be one ---
 
 
-def hole(model: Model, leaf: Leaf, fact: NoRoot) -> Indeterminacy | None:
-    """A rule that is 0/0 next to the nearest miss of a block, where rules nearly hold."""
-    best = {**leaf.branch.values, **fact.best}
+def hole(asked: Asked, leaf: Leaf, fact: NoRoot) -> Indeterminacy | None:
+    """A rule that is 0/0 next to the nearest miss of a block, where rules nearly hold, and its limit at the
+    answer that there would be."""
+    model, best = asked.model, {**leaf.branch.values, **fact.best}
     there = {**best, **{name: float(f"{round(x, PLACES):.{PLACES}g}") + 0.0 for name, x in fact.best.items()}}
     rules = [model.equations[e] for e in fact.equations]
     sizes = zip(rules, fact.misses, strict=False)
     if any(abs(miss) > 10.0**-PLACES * gross(rule, best) for rule, miss in sizes):
         return None
-    found = (indeterminacy(rule, there) for rule in rules)
-    return next((hole for hole in found if hole and hole.limit is not None), None)
+    found = [rule for rule in rules if (at := indeterminacy(rule, there)) and at.limit is not None]
+    answers = [there] if all(_holds_beside(rule, there) for rule in found) else []
+    answers = answers or [other.branch.values for other in answers_between(asked)]
+    holes = (indeterminacy(rule, answer) for rule in found for answer in answers)
+    return next((hole for hole in holes if hole and hole.limit is not None), None)
 
 
 # --- given numbers that the rules fix otherwise, whatever the unknowns are ---
@@ -459,7 +463,7 @@ def judged_again(
             verdict = judge(asked._replace(model=by), found)._replace(reread=by is not asked.model)
         elif verdict.status is Status.FAILED and verdict.leaves:
             roots = (fact for fact in verdict.facts if isinstance(fact, NoRoot))
-            undefined = tuple(filter(None, (hole(by, verdict.leaves[0], fact) for fact in roots)))
+            undefined = tuple(filter(None, (hole(asked, verdict.leaves[0], fact) for fact in roots)))
             if undefined:
                 verdict = Verdict(Status.SINGULAR, verdict.leaves, undefined)
         if verdict.status in (Status.FAILED, Status.INFEASIBLE):
