@@ -110,7 +110,6 @@ class Graph:
         """The number of a node at the sample of a record, where there is one."""
         self.nodes: list[Node] = []
         self.checks: list[int] = []
-        self.finite: list[int] = []
         self.finders: list[Any] = []
         """The roots of blocks as functions of known numbers, each a ``BlockNewton``, and whether a block has
         as many roots, an ``Unfolded``."""
@@ -219,17 +218,18 @@ class Graph:
 
     def bound(self, number: int) -> None:
         """A number that must be finite, because what is computed from it could hide that it is not."""
-        if self.value_of(number) is None and number not in self.finite:
-            self.finite.append(number)
+        if self.value_of(number) is None:
+            self.require(self.node("finite", number))
 
     @contextmanager
     def only_if(self, condition: int) -> Iterator[None]:
-        """What is required inside is required where the condition holds."""
+        """What is required inside, but for finite numbers, is required where the condition holds."""
         outside, self.checks = self.checks, []
         yield
         inside, self.checks = self.checks, outside
         for check in inside:
-            self.require(self.add("or", self.add("not", condition), check))
+            bound = self.nodes[check][0] == "finite"
+            self.require(check if bound else self.add("or", self.add("not", condition), check))
 
     def beside_one(self, node: int) -> int | None:
         """What is added to 1, where a node is such a sum."""

@@ -53,7 +53,6 @@ class State:
     settled: set[int] = field(default_factory=set)
     used: set[int] = field(default_factory=set)
     checks: list[int] = field(default_factory=list)
-    finite: list[int] = field(default_factory=list)
 
     def fork(self) -> State:
         return State(*(part.copy() for part in vars(self).values()))
@@ -90,7 +89,7 @@ class Guards:
 
     def _on(self, state: State) -> State:
         """Let what is required from here on be required of this state."""
-        self.flow.checks, self.flow.finite = state.checks, state.finite
+        self.flow.checks = state.checks
         return state
 
     def _expression(self, state: State, expression: Expression) -> int:
@@ -187,12 +186,12 @@ class Guards:
         symbols = [symbol_of(side, state.symbols) for side in (equation.left, equation.right)]
         if symbols != [None, None]:
             return flow.constant(symbols[0] == symbols[1])
-        checks, finite = flow.checks.copy(), flow.finite.copy()
+        checks = flow.checks.copy()
         met = self._balanced(state, equation, equation.left, equation.right)
         if not all(map(self._numbers, (*flow.checks[len(checks) :], met))):
             form = subtract(equation.left, equation.right)
             if (other := without_logarithm(form)) is not form:
-                flow.checks[:], flow.finite[:] = checks, finite
+                flow.checks[:] = checks
                 return self._balanced(state, equation, other, ZERO)
         return met
 

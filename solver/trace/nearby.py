@@ -52,7 +52,7 @@ class Nearby:
     def __init__(self, program: Program, sample: Numbers, settles: Callable[[Numbers], bool]) -> None:
         assert program.ranked is not None and program.brief is not None
         self.program, self.ranked, self.settles = program, program.ranked, settles
-        self.endings = program.brief.alone
+        self.endings = program.brief.endings
         self.box: Box | None = None
         self.call: Callable[..., Any] | None = None
         """What tells the first answer of rows in the box."""

@@ -239,7 +239,7 @@ class BlockNewton:
         self._tell_quiet([inverse.upper[place] for place in inverse.pivots])
         parts = [*self.step, self.lengths[0]], [*self.root, self.lengths[1]], [self.alike], self.lengths[2:]
         self._newton: Callable[..., tuple[float, ...] | None] = block_function(
-            Program(flow, len(every), (Ending(tuple(chain(*parts)), (), ()),)),
+            Program(flow, len(every), (Ending(tuple(chain(*parts)), ()),)),
             ", ".join([*_names(len(every)), "near=False"]),
             list(map(len, parts)),
             self._loop,
@@ -350,7 +350,7 @@ class BlockNewton:
             within.append(f"{number - reach!r} <= a{j} <= {number + reach!r}")
         near = " and ".join(within)
         self._start: Callable[..., tuple[float, ...]] = block_function(
-            Program(flow, count, (Ending((*predicted,), (), ()),)),
+            Program(flow, count, (Ending((*predicted,), ()),)),
             ", ".join(_names(count)),
             [len(self.start)],
             lambda part: [*part[0], f"return {', '.join([*part[1], *_names(count), near])}"],

@@ -11,7 +11,7 @@ Comparisons are decided of numbers alone that are asked to be finite.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple, TypeAlias
@@ -22,14 +22,11 @@ from solver.trace.order import UNORDERED, Order, Ranked
 
 
 class Ending(NamedTuple):
-    """One answer as nodes of the graph: the wanted values (a symbol by its name).
-
-    They count where all that ``holds`` is true and all that is ``finite`` is a finite number.
-    """
+    """One answer as nodes of the graph: the wanted values (a symbol by its name), which count where all that
+    ``holds`` is true."""
 
     results: tuple[int | str, ...]
     holds: tuple[int, ...]
-    finite: tuple[int, ...]
 
 
 @dataclass(slots=True)
@@ -44,9 +41,9 @@ class Program(NamedTuple):
     """``inputs`` is how many numbers it takes; ``symbols`` are the inputs, by place, that must be these.
 
     The endings are all answers of a row, in the order of the sample; ``order`` tells that of a row. Where one
-    of them does not count, none does. ``brief`` tells the first answer of most rows with less work: of the
-    endings that it has ``alone``, each with what is asked of all, only the first one has to count. Where
-    answers are iterated, ``ranked`` is what orders them. Each input lies within the ``box``.
+    of them does not count, none does. ``brief`` tells the first answer of most rows with less work: of its
+    endings the first one ``alone`` has to count. Where answers are iterated, ``ranked`` is what orders them.
+    Each input lies within the ``box``.
     """
 
     flow: Flow
@@ -55,27 +52,35 @@ class Program(NamedTuple):
     symbols: tuple[tuple[int, str], ...] = ()
     order: Order = UNORDERED
     brief: Program | None = None
-    alone: tuple[Ending, ...] = ()
+    alone: bool = False
     ranked: Ranked | None = None
     box: Box | None = None
 
     @property
     def wanted(self) -> tuple[int, ...]:
         """Every node that is read of the answers."""
-        return tuple(
-            node
-            for e in self.endings
-            for node in (*e.holds, *e.finite, *(r for r in e.results if isinstance(r, int)))
-        )
+        return *self.holds, *(r for e in self.endings for r in e.results if isinstance(r, int))
+
+    @property
+    def holds(self) -> tuple[int, ...]:
+        """All that is asked of the answers."""
+        return tuple(dict.fromkeys(check for ending in self.endings for check in ending.holds))
 
 
-def counts(flow: Flow, ending: Ending, quick: bool = False) -> int:
-    """The node that is true where an ending counts; ``quick``: only where it is soon seen to count."""
-    holds = flow.over("and", (_straight(flow, check, quick) for check in ending.holds))
-    opposites = [n for n in computed_from(flow, ending.holds) if flow.nodes[n][0] in ("not", "xor")]
+def parted(flow: Flow, conditions: Sequence[int]) -> tuple[list[int], dict[int, int]]:
+    """Conditions, and the numbers that others of them ask to be finite, by these."""
+    finite = {n: int(flow.nodes[n][1]) for n in conditions if flow.nodes[n][0] == "finite"}
+    return [n for n in dict.fromkeys(conditions) if n not in finite], finite
+
+
+def counts(flow: Flow, conditions: Sequence[int], quick: bool = False) -> int:
+    """The node that is true where conditions hold; ``quick``: only where they are soon seen to hold."""
+    checks, numbers = parted(flow, conditions)
+    holds = flow.over("and", (_straight(flow, check, quick) for check in checks))
+    opposites = [n for n in computed_from(flow, checks) if flow.nodes[n][0] in ("not", "xor")]
     read = computed_from(flow, opposites)  # rows have no sines of huge angles (nan), and nan is not less
     sines = sorted(n for n in read if flow.nodes[n][0] in ("sind", "cosd"))
-    finite = dict.fromkeys((*ending.finite, *sines))
+    finite = dict.fromkeys((*numbers.values(), *sines))
     return flow.add("and", holds, flow.node("finite", flow.over("add", finite))) if finite else holds
 
 
@@ -123,7 +128,7 @@ def every(program: Program, in_order: bool, quick: bool) -> AllAnswers:
     """
     flow, order = program.flow, program.order
     symbols = tuple(map(_words, zip(*(ending.results for ending in program.endings), strict=True)))
-    holds = flow.over("and", (counts(flow, ending, quick) for ending in program.endings))
+    holds = counts(flow, program.holds, quick)
     pairs = [zip(ending.results, symbols, strict=True) for ending in program.endings]
     places = [
         tuple(flow.constant(float(w.index(str(r)))) if w else int(r) for r, w in pair) for pair in pairs
@@ -214,27 +219,26 @@ class _Lean:
         self.ranges: dict[int, Pieces] = {}
         self.nodes: dict[int, int] = {}
         """What stands for a node."""
-        self.sure = self._with(node for ending in program.endings for node in ending.finite)
+        self.checks, self.finite = parted(self.flow, program.holds)
+        self.sure = self._with(self.finite.values())
 
     def program(self) -> Program:
         old, order = self.old, self.order
-        holds = [list(each_of(self.flow, ending.holds)) for ending in old.endings]
-        checks = dict.fromkeys(check for some in holds for check in some)
         kept: dict[int, int] = {}
-        for check in checks:
+        for check in dict.fromkeys(each_of(self.flow, self.checks)):
             self._meet([check])
             if self.nodes[check] != self.flow.true:
                 kept[check] = self.nodes[check]
                 self._assume(check, True)
         self._meet((*old.wanted, *order.nodes))
         heads = self._heads()
+        kept |= {one: self.nodes[one] for one, number in self.finite.items() if number in heads}
         endings = tuple(
             Ending(
                 tuple(r if isinstance(r, str) else self.nodes[r] for r in ending.results),
-                tuple(dict.fromkeys(kept[check] for check in some if check in kept)),
-                tuple(self.nodes[node] for node in ending.finite if node in heads),
+                tuple(dict.fromkeys(kept[one] for one in each_of(self.flow, ending.holds) if one in kept)),
             )
-            for ending, some in zip(old.endings, holds, strict=True)
+            for ending in old.endings
         )
         keys = tuple(tuple(self.nodes[n] for n in key) for key in order.keys)
         asked = tuple(self.nodes[n] for n in order.told if self.nodes[n] != self.flow.true)
@@ -363,7 +367,7 @@ class _Lean:
     def _heads(self) -> set[int]:
         """Of numbers that must be finite those with which all of them are."""
         heads, sure = set[int](), set[int]()
-        for node in sorted({n for ending in self.old.endings for n in ending.finite}, reverse=True):
+        for node in sorted({*self.finite.values()}, reverse=True):
             if node not in sure:
                 heads.add(node)
                 sure = self._with([node], sure)

@@ -20,7 +20,7 @@ from rulesheets.functions import TABLE
 from rulesheets.model import Value
 from solver.trace.flow import Flow
 from solver.trace.graph import DEGREE, OPERATIONS, RADIAN, Operand, computed_from, operands
-from solver.trace.program import Ending, Program
+from solver.trace.program import Ending, Program, parted
 
 NEAR = 45.0
 """Angles up to this need no reduction."""
@@ -168,7 +168,7 @@ class _Writer:
         arguments = [f"a{i}" for i in range(program.inputs)]
         self.indent = " " * 12
         self._inputs()
-        self._conditions(program.endings)
+        self._conditions(() if program.alone else program.holds)
         if len(program.endings) > 1 or program.order.usual:
             self._sorted(program.endings)
         else:
@@ -237,14 +237,14 @@ class _Writer:
         self._line(f"first = min(({pairs}))[1]")
         for place, ending in enumerate(endings):
             with self._under(f"if first == {place}:"):
-                self._conditions(self.program.alone[place : place + 1])
+                self._conditions(ending.holds if self.program.alone else ())
                 self._line(f"return {self._row(ending)}")
 
-    def _conditions(self, endings: Sequence[Ending]) -> None:
-        self._require(dict.fromkeys(check for ending in endings for check in ending.holds))
-        finite = dict.fromkeys(node for ending in endings for node in ending.finite)
-        if finite:
-            self._line(f"total = {' + '.join(map(self.text, finite))}")
+    def _conditions(self, conditions: Sequence[int]) -> None:
+        checks, numbers = parted(self.flow, conditions)
+        self._require(checks)
+        if numbers:
+            self._line(f"total = {' + '.join(map(self.text, dict.fromkeys(numbers.values())))}")
             self._line("if total - total != 0.0: break")
 
     def _require(self, checks: Iterable[int]) -> None:
@@ -324,8 +324,7 @@ class _Writer:
 
 def reads(program: Program) -> Counter[int]:
     """How often each node that matters is read, or stands in a text that reads it."""
-    alone = program._replace(endings=program.alone)
-    nodes = *program.wanted, *alone.wanted, *program.order.nodes
+    nodes = *program.wanted, *program.order.nodes
     count = Counter(nodes)
     for node in computed_from(program.flow, nodes):
         for operand in operands(program.flow, node):

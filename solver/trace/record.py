@@ -46,7 +46,7 @@ REMOTE = 1e60
 MAX_DEAD = 8
 """Branches without an answer that a record watches."""
 _DIRECTIONS = named(lambda row: row.angle) | {"direction", "directiond"}
-_BOUNDED = frozenset({"sind", "cosd", "sin", "cos", "lt", "le"})
+_BOUNDED = frozenset({"sind", "cosd", "sin", "cos", "lt", "le", "finite"})
 
 
 Proof: TypeAlias = tuple[tuple[object, ...], Unfolded]
@@ -72,7 +72,7 @@ class Recording(Inverses):
         super().__init__(model, planner, pattern, leaves[0].branch.values)
         self.leaves, self.branch, self.corrects = leaves, leaves[0].branch, corrects
         self.endings: list[Ending] = []
-        self._guards = Ending((), (), ())
+        self._guards = dict[int, None]()
         """What is asked of all answers together."""
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
         self._kept = set[tuple[object, ...]]()
@@ -96,8 +96,7 @@ class Recording(Inverses):
             with suppress(NotCompilable, KeyError):
                 self._watch(start, leaf)
         self._keep_usual()
-        alone = tuple(_joined(ending, self._guards) for ending in self.endings)
-        endings = (alone[0], *self.endings[1:])
+        endings = tuple(Ending(results, (*holds, *self._guards)) for results, holds in self.endings)
         iterated = len(self._iterates(endings[:1])) < len(self._iterates(endings))
         order = order_of(self.flow, ranked, self._numbers, not iterated, double) if ranked else Order()
         program = Program(self.flow, len(self.pattern.inputs), endings, symbols, order)
@@ -105,10 +104,9 @@ class Recording(Inverses):
             return lean(program)
         brief = None
         if iterated:
-            bare = tuple(Ending(ending.results, (), ()) for ending in endings)
-            brief = program._replace(endings=bare, alone=alone)
+            brief = program._replace(alone=True)
         elif order.first:
-            brief = lean(program._replace(endings=alone[:1], order=Order(usual=order.first)))
+            brief = lean(program._replace(endings=endings[:1], order=Order(usual=order.first)))
         return lean(program)._replace(brief=brief, ranked=ranked if iterated else None)
 
     def _different(self) -> list[int]:
@@ -118,7 +116,7 @@ class Recording(Inverses):
         if len(places) == len(rows):
             return several
         tagged = tuple(
-            Ending((*ending.results, self.flow.constant(float(place))), (), ())
+            Ending((*ending.results, self.flow.constant(float(place))), ())
             for place, ending in enumerate(self.endings)
         )
         every = compile_scalar(Program(self.flow, len(self.pattern.inputs), tagged), all_answers=True)
@@ -170,7 +168,7 @@ class Recording(Inverses):
         for node in results:
             if isinstance(node, int):
                 self.flow.bound(node)
-        self.endings.append(Ending(results, tuple(state.checks), tuple(state.finite)))
+        self.endings.append(Ending(results, tuple(state.checks)))
         return state
 
     def _steps(self, state: State, leaf: Leaf) -> State:
@@ -419,10 +417,9 @@ class Recording(Inverses):
         flow.require(flow.within(flow.add("sub", found, other), MATCHES, flow.add("abs", other)))
         return other
 
-    def _guard(self, checks: Iterable[int], finite: Iterable[int]) -> None:
+    def _guard(self, *checks: int) -> None:
         """Require more of the record."""
-        holds = tuple(node for node in checks if node != self.flow.true)
-        self._guards = _joined(self._guards, Ending((), holds, tuple(finite)))
+        self._guards.update(dict.fromkeys(node for node in checks if node != self.flow.true))
 
     def _watch(self, start: State, leaf: Leaf) -> None:
         """Require that a branch which came to no answer still comes to none, for the same reason."""
@@ -435,12 +432,12 @@ class Recording(Inverses):
             elif isinstance(fact, Conflict) and len(fact.equations) == 1:
                 broken = flow.add("or", broken, self._broken(state, self.model.equations[fact.equations[0]]))
         if self._numbers(broken) is True:
-            self._guard((*state.checks, broken), state.finite)
+            self._guard(*state.checks, broken)
 
     def _keep_usual(self) -> None:
         """No numbers that products of a few could lose: inputs of a size that has a meaning."""
         flow = self.flow
-        wanted = Program(flow, 0, (*self.endings, self._guards)).wanted
+        wanted = *Program(flow, 0, tuple(self.endings)).wanted, *self._guards
         odd = {
             operand
             for node in computed_from(flow, wanted)
@@ -456,7 +453,7 @@ class Recording(Inverses):
                 checks.append(flow.add("or", flow.add("and", *ends), flow.is_zero(node)))
         if not all(self._numbers(check) for check in checks):
             raise NotCompilable
-        self._guard(checks, ())
+        self._guard(*checks)
 
     # --- blocks without a form ---
 
@@ -500,7 +497,7 @@ class Recording(Inverses):
         if found is None:
             found = Unfolded(kernel, known, varying)
             self._proofs.append((about, found))
-        self._guard([self._within(found, compress(places, varying))], ())
+        self._guard(self._within(found, compress(places, varying)))
 
     def _within(self, found: Unfolded, known: Iterable[int]) -> int:
         """The condition that the numbers known to a block lie where its roots neither appear nor vanish."""
@@ -550,9 +547,3 @@ def _is_zero(flow: Graph, node: int) -> bool:
     """Whether a number is 0, whatever the inputs are."""
     kind, *parts = flow.nodes[node]
     return flow.value_of(node) == 0.0 or (kind in ("neg", "div") and _is_zero(flow, int(parts[0])))
-
-
-def _joined(one: Ending, other: Ending) -> Ending:
-    """An ending that asks for what another one does, too."""
-    holds, finite = (dict.fromkeys((*a, *b)) for a, b in zip(one[1:], other[1:], strict=True))
-    return Ending(one.results, tuple(holds), tuple(finite))

@@ -31,7 +31,7 @@ from solver.trace.graph import NotCompilable, computed_from, copied
 from solver.trace.guards import Pattern, State
 from solver.trace.nearby import Nearby
 from solver.trace.newton import BlockNewton
-from solver.trace.program import Program
+from solver.trace.program import Ending, Program
 from solver.trace.python import compile_scalar
 from solver.trace.record import MAX_DEAD, Proof, Recording
 
@@ -58,11 +58,11 @@ class Refusal(Recording):
         start, symbols = self._start()
         for leaf in self.leaves:
             state, impossible = self._stopped(start, leaf)
-            self._guard((*state.checks, impossible), state.finite)
+            self._guard(*state.checks, impossible)
         if any(isinstance(finder, BlockNewton) for finder in self.flow.finders):
             raise NotCompilable  # of the roots of a block it follows those that the sample has
         self._keep_usual()
-        return Program(self.flow, len(self.pattern.inputs), (self._guards,), symbols)
+        return Program(self.flow, len(self.pattern.inputs), (Ending((), tuple(self._guards)),), symbols)
 
     def _watch(self, start: State, leaf: Leaf) -> None:
         """The same of a branch that came to a step without a value."""
@@ -72,7 +72,7 @@ class Refusal(Recording):
         state, impossible = self._stopped(start, leaf)
         if self._numbers(impossible) is not True:
             raise NotCompilable
-        self._guard((*state.checks, impossible), state.finite)
+        self._guard(*state.checks, impossible)
 
     def _stopped(self, start: State, leaf: Leaf) -> tuple[State, int]:
         """What a leaf comes to before the step without a value, and whether that still has none."""
@@ -118,8 +118,7 @@ class Refusal(Recording):
             if others:
                 raise NotCompilable
         negative = self._undefined(target)
-        for asked in (state.checks, state.finite):  # nothing is asked of what has no value
-            asked[:] = filter(self._has_value, asked)
+        state.checks[:] = filter(self._has_value, state.checks)  # nothing is asked of what has none
         return negative
 
     def _has_value(self, node: int) -> bool:

@@ -441,7 +441,7 @@ class AnswerSweeper:
         if program.symbols or not len(left):
             return left
         flow, ending = program.flow, program.endings[0]
-        holds_in = self._kept(program, lambda: kernel_of(flow, [counts(flow, ending)], self.jit))
+        holds_in = self._kept(program, lambda: kernel_of(flow, [counts(flow, ending.holds)], self.jit))
         if holds_in is None:
             return left
         holds = np.empty(len(left), dtype=bool)

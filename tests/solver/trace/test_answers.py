@@ -38,7 +38,7 @@ def programs(draw: st.DrawFn) -> Program:
         key = flow.constant(float(draw(st.integers(0, 3)))) if known else order
         results: tuple[int | str, ...] = (one, flow.add("mul", one, other), draw(st.sampled_from("ab")))
         holds = (flow.add("le", zero, check),)
-        endings.append(Ending(results, holds, (one,)))
+        endings.append(Ending(results, (*holds, flow.node("finite", one))))
         keys.append((key,))
     return Program(flow, 4 * count, tuple(endings), (), Order(tuple(keys) if count > 1 else ()))
 
@@ -61,7 +61,7 @@ def test_arrays_list_what_straight_line_code_lists(program: Program, data: st.Da
 def test_a_symbol_beside_a_number_is_left_to_straight_line_code() -> None:
     flow = Flow()
     number = flow.input(0)
-    endings = tuple(Ending((result,), (), (number,)) for result in (number, "open"))
+    endings = tuple(Ending((result,), (flow.node("finite", number),)) for result in (number, "open"))
     assert compile_scalar(Program(flow, 1, endings), all_answers=True)(2.0) == [(2.0,), ("open",)]
     with pytest.raises(NotCompilable):
         AnswerKernel(Program(flow, 1, endings), False, np.array([np.inf]))
