@@ -17,7 +17,6 @@ pytest.importorskip("flint")
 
 MODEL = rulesheets.load(Path(__file__).parent.parent.parent / "models/offset_slider_crank/model.tk")
 AO, AB, OFFSET, OMEGA, ALPHA = 3.0, 8.0, 2.0, -15.0, -10.0
-OUTPUTS = ("xA", "thetaAB", "m2", "vB", "omegaAB", "aB", "alphaAB")
 DISTANCES = tuple(10.0**-k for k in range(1, 16))
 SOME = (DISTANCES[4], DISTANCES[9], DISTANCES[14])
 

@@ -23,6 +23,8 @@ from solver.numerics.sparse_newton import Triplets, sparse_newton
 from solver.path import SolveBlock
 from solver.path.graph import ModelGraph
 
+pytestmark = pytest.mark.usefixtures("processor_clock")
+
 
 def _solved(lines: list[str]) -> solver.Result:
     result = solver.solve(rulesheets.loads("\n".join(lines) + "\n"), timeout=5.0)

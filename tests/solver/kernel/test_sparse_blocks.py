@@ -19,6 +19,8 @@ from solver.kernel.root_check import RootCheck, check_root
 from solver.path import SolveBlock
 from solver.path.planner import planner
 
+pytestmark = pytest.mark.usefixtures("processor_clock")
+
 NETWORKS = [pipes(5), radiation(60), plate(7), plate(7, 0.02), plate(19), bratu(120)]
 NETWORKS += [gas(3), gas(5), direct_current(15), direct_current(40), direct_current(600)]
 NETWORKS += [load_flow(5), load_flow(6), load_flow(30)]
