@@ -349,6 +349,7 @@ class _Rule:
     def __init__(self, equation: Equation, values: Mapping[str, Value]) -> None:
         self.sides: tuple[Expression, ...] = equation.left, equation.right
         self.values: dict[str, Any] = {name: values[name] for name in equation.names}
+        self.underflows = True
 
     def miss(self, digits: int, moved: Mapping[str, Any] | None = None) -> Any:
         """F at the values, some of them ``moved``. Raises Undefined."""
@@ -364,6 +365,7 @@ class _Rule:
     def judged(self, miss: Any, digits: int) -> RuleCheck:
         """Whether F, which is ``miss``, vanishes within a small enough change of the values."""
         shown = number if math.isfinite(number := float(miss)) else None
+        self.underflows = abs(miss) < SMALLEST_NORMAL
         try:
             gross = sum(abs(extended(side, self.values, digits)) for side in self.sides)
             moves = self.moves(digits, STEEP * gross / BACKWARD)
@@ -465,10 +467,12 @@ class _Rule:
         return None
 
     def _numbers(self, digits: int) -> Iterator[tuple[str, Any, Any]]:
-        """The variables, their values, and the sizes of these."""
+        """The variables, their values, and the sizes of these: 0 stands for what is too small for a float
+        only if F, too, is that small."""
         mp = context(digits)
         for name, number in self.values.items():
-            yield name, mp.mpf(number), mp.mpf(max(abs(number), SMALLEST_NORMAL))
+            least = SMALLEST_NORMAL if number or self.underflows else 0.0
+            yield name, mp.mpf(number), mp.mpf(max(abs(number), least))
 
 
 # --- true equality told from a residual below the working precision ---

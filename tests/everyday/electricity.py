@@ -271,3 +271,25 @@ def battery_max_power(E, r, R):
 def cable_drop(L, I, V, rho, A):  # noqa: E741
     R = 2 * L * rho / A
     return {"R": R, "dV": I * R, "pct": 100 * I * R / V, "P": I**2 * R}
+
+
+@sheet(OWN, "Vo > Vin, Vo > RL, Pz > Rs, Iz > RL, Vo Pz > Vz RL")
+def zener_regulator(Vin, Rs, Vz, rz, RL):
+    Vo = (Vin / Rs + Vz / rz) / (1 / Rs + 1 / rz + 1 / RL)
+    Iz = (Vo - Vz) / rz
+    return {"Vo": Vo, "Iz": Iz, "IL": Vo / RL, "Is": Iz + Vo / RL, "Pz": Vo * Iz}
+
+
+@sheet(OWN, "I > Vs, V > R, V > Is, rd > T, P > Vs, P rd > Is T")
+def diode_loop(Vs, R, Is, n, T):
+    Vt = 1.380649e-23 * T / 1.602176634e-19
+    V = root(lambda v: Is * (exp(v / (n * Vt)) - 1) * R + v - Vs, 0, 1)
+    current = (Vs - V) / R
+    return {"Vt": Vt, "I": current, "V": V, "P": V * current, "rd": n * Vt / current}
+
+
+@sheet(OWN, "Vout > Rf, IL > Vin, Iin > Rin")
+def limited_amplifier(Vin, Rin, Rf, Vs, RL):
+    G = -Rf / Rin
+    Vout = max(-Vs, min(Vs, G * Vin))
+    return {"G": G, "Vout": Vout, "IL": Vout / RL, "Iin": Vin / Rin}

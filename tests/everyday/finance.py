@@ -109,3 +109,11 @@ def retirement(S, m, r, years, infl):
     i = r / 1200
     K = S * (1 + i) ** (12 * years) + m * ((1 + i) ** (12 * years) - 1) / i
     return {"i": i, "K": K, "real": K / (1 + infl / 100) ** years}
+
+
+@sheet(OWN, "total > price, net > disc, total > vat, net > qty")
+def web_shop(price, qty, disc, vat):
+    net = price * qty * (1 - disc / 100)
+    ship = 0.0 if net > 500 else 12.5
+    total = (net + ship) * (1 + vat / 100)
+    return {"net": net, "ship": ship, "total": total, "pay": round(total * 100) / 100}

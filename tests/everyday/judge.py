@@ -43,6 +43,7 @@ FUNCTIONS: dict[str, Any] = {
     "abs": abs,
     "min": min,
     "max": max,
+    "round": lambda x: mpmath.sign(x) * mpmath.floor(abs(x) + mpmath.mpf(1) / 2),
     "pi": mpmath.pi,
 }
 

@@ -252,3 +252,30 @@ def incline_block(m1, m2, th, mu, g, s):
     N = m1 * g * cos(radians(th))
     a = (m2 * g - m1 * g * sin(radians(th)) - mu * N) / (m1 + m2)
     return {"N": N, "a": a, "T": m2 * (g - a), "v": sqrt(2 * a * s), "t": sqrt(2 * s / a)}
+
+
+@sheet(OWN, "swing > a, swing > c, p2 > d, Q > a, p1 p2 > a b")
+def rocker_dead_centres(a, b, c, d):
+    ends = b - a, b + a
+    c1, c2 = ((c**2 + d**2 - far**2) / (2 * c * d) for far in ends)
+    g1, g2 = (degrees(acos((d**2 + far**2 - c**2) / (2 * d * far))) for far in ends)
+    p1, p2 = degrees(acos(c1)), degrees(acos(c2))
+    lag = abs(g1 - g2)
+    found = {"c1": c1, "c2": c2, "p1": p1, "p2": p2, "g1": g1, "g2": g2}
+    return {**found, "swing": p2 - p1, "Q": (180 + lag) / (180 - lag)}
+
+
+@sheet(OWN, "w3 > w2, w4 > w2, mu > d, th4 > d")
+def freudenstein(a, b, c, d, th2, w2):
+    th3, th4 = four_bar_angles(a, b, c, d, th2, 1)
+    t2, t3, t4 = map(radians, (th2, th3, th4))
+    return {
+        "K1": d / a,
+        "K2": d / c,
+        "K3": (a**2 - b**2 + c**2 + d**2) / (2 * a * c),
+        "th3": th3,
+        "th4": th4,
+        "w4": a * w2 * sin(t2 - t3) / (c * sin(t4 - t3)),
+        "w3": a * w2 * sin(t4 - t2) / (b * sin(t3 - t4)),
+        "mu": abs(th4 - th3),
+    }

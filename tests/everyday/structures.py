@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan, cos, cosh, degrees, exp, hypot, pi, radians, sin, sinh, sqrt, tan
+from math import atan, atan2, cos, cosh, degrees, exp, hypot, pi, radians, sin, sinh, sqrt, tan
 
 import numpy as np
 from scipy.optimize import brentq
@@ -181,3 +181,12 @@ def portal_sway(H, h, L, E, Ic, Ib):
         "V": H * h / L,
         "sway": H * h**3 / (12 * E * Ic * 1e-2) * (2 + 1 / k) * 1000,
     }
+
+
+@sheet(OWN, "R vm > sx txy, vm > txy, n > sx, thp > txy")
+def plane_stress(sx, sy, txy, Sy):
+    savg, R = (sx + sy) / 2, sqrt(((sx - sy) / 2) ** 2 + txy**2)
+    s1, s2 = savg + R, savg - R
+    vm = sqrt(s1**2 - s1 * s2 + s2**2)
+    thp = degrees(atan2(2 * txy, sx - sy)) / 2
+    return {"savg": savg, "R": R, "s1": s1, "s2": s2, "thp": thp, "vm": vm, "n": Sy / vm}

@@ -177,3 +177,10 @@ def trilateration(xA, yA, xB, yB, rA, rB):
 def slope_distance(s, z, hi, ht, H1):
     d, H2 = s * sind(z), H1 + hi + s * cosd(z) - ht
     return {"d": d, "H2": H2, "grade": 100 * (H2 - H1) / d}
+
+
+@sheet(OWN, "A area > C a, area c > C b, area c > a b, A > C, B > a")
+def triangle_area(a, b, C):
+    c = sqrt(a**2 + b**2 - 2 * a * b * cosd(C))
+    A = degrees(acos((b**2 + c**2 - a**2) / (2 * b * c)))
+    return {"c": c, "A": A, "B": 180 - C - A, "area": a * b * sind(C) / 2}

@@ -236,3 +236,15 @@ def counterflow_ntu(mh, ch, mc, cc, Thi, Tci, UA):
     e = (1 - left) / (1 - hot / cold * left)
     q = e * hot * (Thi - Tci)
     return {"Cr": hot / cold, "N": UA / hot, "e": e, "q": q, "Tho": Thi - q / hot, "Tco": Tci + q / cold}
+
+
+@sheet(
+    OWN,
+    "A > U, A > Thi, A > Tho, A > Tci, A > Tco, q > Tci, LMTD > Tho, LMTD > Tci, dT1 > Thi, mh > Tho,"
+    " eps > Tci",
+)
+def water_exchanger(Thi, Tho, Tci, Tco, U, mc, cp):
+    dT1, dT2, q = Thi - Tco, Tho - Tci, mc * cp * 1000 * (Tco - Tci)
+    LMTD, mh = (dT1 - dT2) / log(dT1 / dT2), q / (cp * 1000 * (Thi - Tho))
+    eps = q / (min(mc, mh) * cp * 1000 * (Thi - Tci))
+    return {"dT1": dT1, "dT2": dT2, "LMTD": LMTD, "q": q, "mh": mh, "A": q / (U * LMTD), "eps": eps}
