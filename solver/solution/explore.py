@@ -605,7 +605,7 @@ class PathSearch:
             check = check_rule(equation, values)
             if check.holds:
                 worst = max(worst, check.scaled)
-            elif not self._agreed(branch, equation.index):
+            elif not (equation.guard and self._agreed(branch, equation.index)):  # no step has asked it
                 self.delicate = self.delicate or check.delicate
                 undefined = indeterminacy(equation, values) if check.miss is None else None
                 conflicts.append(undefined or Conflict((equation.index,), check.miss, values))
