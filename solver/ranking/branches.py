@@ -187,7 +187,8 @@ def _alike(sizes: Array) -> Iterator[Array]:
 
 
 def _along(inputs: Sequence[Array], counts: Array, rows: Array, line: int, at: int) -> NDArray[np.bool_]:
-    """Whether the step into each of these rows is one of a sweep, as even as the one before or after it."""
+    """Whether the step into each of these rows is one of a sweep, as even as those before and after it: of
+    rows without an order one in nine is by chance as even as one of them."""
 
     def step(into: Array) -> Points:
         there = (into > 0) & (into < len(counts)) & ((into + at) % line != 0)
@@ -201,8 +202,9 @@ def _along(inputs: Sequence[Array], counts: Array, rows: Array, line: int, at: i
         alike: NDArray[np.bool_] = (((one == 0.0) & (other == 0.0)) | near).all(axis=0) & near.any(axis=0)
         return alike
 
-    here = step(rows)
-    along = even(step(rows - 1), here) | even(here, step(rows + 1))
+    before, here, after = map(step, (rows - 1, rows, rows + 1))
+    one, other = even(before, here), even(here, after)
+    along = (one | np.isnan(before[0])) & (other | np.isnan(after[0])) & (one | other)
     return np.asarray(along & (rows > 0) & (counts[rows - 1] > 0))
 
 

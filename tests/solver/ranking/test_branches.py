@@ -45,6 +45,14 @@ def test_unrelated_rows_have_each_their_own_first_answer() -> None:
     assert table.answers.tolist() == [len(plan.all(value)) for value in s.tolist()]
 
 
+def test_three_rows_that_are_even_by_chance_are_no_sweep() -> None:
+    """One row in five was next to such a step, and went on with an answer that is not the first."""
+    plan = solver.prepare(rulesheets.loads(LINE), ["s"], ["x"])
+    s = np.random.default_rng(3).uniform(-2, 2, 400)
+    alone = np.array([plan(value)[0] for value in s.tolist()])
+    assert (abs(plan.sweep(s)["x"] - alone) <= 1e-12 * abs(alone)).mean() > 0.97
+
+
 def test_a_branch_ends_where_its_answers_do() -> None:
     """Below s = -2.25 there is none: the rule decides again where there is one."""
     model = rulesheets.loads(LINE)
