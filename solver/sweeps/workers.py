@@ -19,6 +19,7 @@ from contextlib import ExitStack, closing, suppress
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import version
+from itertools import takewhile
 from math import inf
 from threading import Lock, local
 from time import thread_time
@@ -63,7 +64,7 @@ def in_order(
     """
     under_way, left = deque[Any](), iter(chunks)
     while True:
-        while len(under_way) < window() and not interrupted() and (chunk := next(left, None)) is not None:
+        while len(under_way) < window() and (chunk := next(left, None)) is not None:
             under_way.append(submit(chunk))
         if not under_way or (rows := _awaited(under_way.popleft(), interrupt)) is None:
             return
@@ -261,8 +262,9 @@ def solved_pieces(
 
     ``jobs`` is a number of processes; None starts as many as there are processors where that pays.
     Functions that are registered in this process alone are computed by it. ``scheduler`` is the address of a
-    dask cluster.
+    dask cluster. An interrupt ends the pieces.
     """
+    chunks = takewhile(lambda _: not interrupted(), chunks)
     if scheduler is not None:
         return solved_on_cluster(work, chunks, scheduler)
     if in_memory(side for one in work.model.equations for side in (one.left, one.right)):
