@@ -36,7 +36,7 @@ FLOORS = (
 ISLANDS = ("solver.structure", "solver.numerics")
 """Rooms that import nothing of ours but themselves."""
 
-EVERYWHERE = ("rulesheets.deadline", "rulesheets.stack")
+EVERYWHERE = ("rulesheets.deadline",)
 """What is at hand in every room, islands included, like a module of the standard library."""
 
 DOORS = {

@@ -14,8 +14,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from rulesheets.deadline import expect_time
-from rulesheets.stack import in_one_chunk
+from rulesheets.deadline import expect_time, in_one_chunk
 from solver.numerics.linear_algebra import Array
 from solver.numerics.one_unknown import split_point
 from solver.numerics.tolerances import EPS, NARROW

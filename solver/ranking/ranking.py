@@ -85,13 +85,14 @@ class Signs:
         self.angles = _angles(model)
         self.suggestions: dict[tuple[Sequence[str], Sequence[str]], Suggestions] = {}
         found = set(self.angles)  # and what rules tell from one of them alone
-        rules = [names for e in model.equations if len(names := frozenset(e.names)) == 2] if found else []
+        rules = [e for e in model.equations if len(e.names) == 2] if found else []
         before = -1
         while len(found) > before:
             before = len(found)
-            for names in rules:
-                if len(names - found) == 1:
-                    found |= names
+            for rule in rules:
+                told = set(rule.names) - found
+                if len(told) == 1 and any(_tells_sign(side, *told) for side in (rule.left, rule.right)):
+                    found |= told
         ranged = (
             n for n, v in model.variables.items() if v.low < 0.0 and (v.low > -np.inf or v.high < np.inf)
         )
@@ -255,6 +256,16 @@ def _passed_on(pairs: Collection[tuple[str | float, str | float]]) -> bool:
         if len(path) > LINKS and all(isinstance(name, str) for name in path[1:-1]):
             return True
     return False
+
+
+def _tells_sign(node: Any, name: str) -> bool:
+    """Whether something but an even power reads a name."""
+    match node:
+        case Name(read):
+            return read == name
+        case Power(_, Number(exponent)) if exponent % 2.0 == 0.0:
+            return False
+    return any(_tells_sign(part, name) for part in node.parts)
 
 
 def _terms(*sides: Expression) -> set[str]:

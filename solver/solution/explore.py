@@ -9,9 +9,8 @@ from functools import cached_property, partial
 from itertools import chain, islice
 from typing import TypeAlias
 
-from rulesheets.deadline import TimeIsUp, expect_time, grace
+from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
 from rulesheets.model import Value
-from rulesheets.stack import in_one_chunk
 from rulesheets.syntax.nodes import Number
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import MANY, check_rule, half_unit

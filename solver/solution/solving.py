@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.deadline import TimeIsUp, grace, time_limit
+from rulesheets.deadline import TimeIsUp, grace, in_one_chunk, time_limit
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, plural
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Tolerance, Value
-from rulesheets.stack import in_one_chunk
 from solver.accuracy.forward_error import ForwardErrors
 from solver.facts import Attempt, OutOfTime, Proof, Status, UnknownName, Unmet
 from solver.leaves import Asked, CutOff, Exploration, Leaf, infinite, leaf_errors

@@ -407,6 +407,14 @@ def test_a_flow_goes_evenly_from_end_to_end() -> None:
     assert u[1] == pytest.approx(-u[4], rel=1e-12)
 
 
+def test_a_square_tells_no_sign() -> None:
+    """Water has the refractive index 1.333 by the angle of its rainbow (Descartes), and not -1.333."""
+    model = rulesheets.loads("cosd(i)^2 = (n^2 - 1)/3\nsind(i) = n*sind(r)\nD = 180 + 2*i - 4*r")
+    angle = solver.solve(model, {"n": 1.333}, guesses={"i": 59, "r": 40})["D"]
+    for inputs in ({"D": angle}, {"i": 59.4}, {"r": 40.2}):
+        assert float(solver.solve(model, inputs)["n"]) == pytest.approx(1.333, abs=2e-3)
+
+
 def test_water_flows_slowly_beyond_the_critical_depth() -> None:
     """Of the two depths of one specific energy the one near to it."""
     model = rulesheets.loads("q = 2.5\ng = 9.81\nv = q/y\nE = y + v^2/(2*g)\nyc = (q^2/g)^(1/3)\n")

@@ -7,7 +7,7 @@ from functools import partial
 
 import pytest
 
-from rulesheets.stack import in_one_chunk
+from rulesheets.deadline import in_one_chunk
 
 resource = pytest.importorskip("resource")
 DEPTHS = range(300)
