@@ -36,7 +36,7 @@ def test_list_that_is_cut_off_says_so_and_where() -> None:
 
 
 def test_endless_roots_are_not_claimed_to_be_all() -> None:
-    result = solved("y = 0\ny = j0(x)")
+    result = solved("y = 0\ny = y0(x)")
     assert len(result.solutions) > 64
     assert not result.complete
     assert [gap.code for gap in result.gaps] == ["S594"]
@@ -55,6 +55,12 @@ def test_range_lists_the_answers_there() -> None:
 
 
 def test_guess_lists_those_nearest_to_it() -> None:
+    result = solved("y = 0\ny = y0(x)", {"x": 1000.0})
+    assert abs(result["x"] - 1000.0) < 3.2
+    assert not result.complete
+
+
+def test_guess_lists_the_nearest_first() -> None:
     result = solved("y = 0\ny = sin(x)/x", {"x": 1000.0})
     assert result["x"] == pytest.approx(318 * pi, rel=1e-15)
     assert not result.complete
