@@ -17,13 +17,12 @@ from rulesheets.inputs import declared, valued
 from rulesheets.library import Library
 from rulesheets.model import Model, Variable
 from rulesheets.registered import run_python
-from rulesheets.syntax import Source, Span, nodes
+from rulesheets.syntax import LIKE_PI, Source, Span, nodes
 from rulesheets.syntax.nodes import Number, children, leaves, names
 from rulesheets.syntax.program import Program, bodies, components, names_of, rules_of, walk
 from rulesheets.units import differences, library_of, unit_named
 
 _MEASURE = re.compile(r"\[(?<=[\d.]\[)")  # a pattern that begins with a certain character is found fast
-_PI = re.compile("P[iI]")
 
 
 class File(NamedTuple):
@@ -214,7 +213,7 @@ def _wrong_units(program: Program, units: Library) -> Iterator[Diagnosis]:
 
 def _respelt(program: Program) -> Iterator[Diagnosis]:
     """A note on the first ``Pi``, which is read as the number."""
-    parts = _rule_parts(program, _PI)
+    parts = _rule_parts(program, LIKE_PI)
     if not parts:
         return
     parts += [row.value for row in program.rows if row.value is not None]

@@ -20,7 +20,7 @@ from rulesheets.diagnosis import (
     suggestion,
 )
 from rulesheets.functions import PLANNED, TABLE
-from rulesheets.syntax import Span, nodes
+from rulesheets.syntax import LIKE_PI, Span, nodes
 from rulesheets.syntax.nodes import children
 from rulesheets.syntax.program import Program, bodies, components, names_of, rules_of, walk
 
@@ -293,7 +293,7 @@ def check_names(scope: Scope) -> Iterator[Diagnosis]:
 
 
 def _reserved(name: str) -> bool:
-    return name.lower() in TABLE and name.lower() not in FREE and name not in ("Pi", "PI")
+    return name.lower() in TABLE and name.lower() not in FREE and not LIKE_PI.fullmatch(name)
 
 
 def check_rows(program: Program) -> Iterator[Diagnosis]:

@@ -16,6 +16,10 @@ def escaped(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
+LIKE_PI = re.compile("P[iI]")
+"""How ``pi`` is written, too; these may be variables."""
+
+
 @dataclass(frozen=True)
 class Source:
     """A text and the name that messages call it by (a path, or ``<text>``)."""
@@ -31,7 +35,9 @@ class Source:
     @cached_property
     def variables_like_pi(self) -> frozenset[str]:
         """``Pi`` and ``PI``, if a row of variables or a rule begins with it, as in ``Pi = V*I``."""
-        return frozenset(re.findall(r"^[ \t]*(P[iI])[ \t]*(?:[=~\[\"]|in\b|$)", self.text, re.MULTILINE))
+        return frozenset(
+            re.findall(rf"^[ \t]*({LIKE_PI.pattern})[ \t]*(?:[=~\[\"]|in\b|$)", self.text, re.MULTILINE)
+        )
 
     def place(self, offset: int) -> tuple[int, int]:
         """Line and column of an offset, both counted from 1."""

@@ -29,7 +29,7 @@ from solver.numerics.one_unknown import (
     split_point,
     value_at,
 )
-from solver.numerics.tolerances import EVEN
+from solver.numerics.tolerances import EVEN, MULTIPLE, PLATEAU
 
 Interval: TypeAlias = tuple[float, float]
 Intervals: TypeAlias = list[Interval]
@@ -347,7 +347,9 @@ class _Search:
         narrower one, as wide as that of a multiple root, if f jumps or bends and is the same throughout."""
         points, size = _spread(low, high)[1:-1], max(abs(low), abs(high))
         steps = self._enclose_slope is None and len({value_at(self.value, x) for x in points}) == 1
-        if not isfinite(high - low) or high - low <= max((1e-7 if steps else 1e-4) * size, 1 / HORIZON):
+        if not isfinite(high - low) or high - low <= max(
+            (PLATEAU if steps else MULTIPLE) * size, 1 / HORIZON
+        ):
             return False
         values = (self._ranges([(x, x)])[0] for x in points)  # the first mostly tells
         return all(f is not None and f[0] <= 0.0 <= f[1] and isfinite(f[1] - f[0]) for f in values)

@@ -182,6 +182,10 @@ COVERED = 1e-12
 MULTIPLE = 1e-4
 """An answer that rounding leaves open by more than this, relative to its size, is a multiple root."""
 
+PLATEAU = 1e-7
+"""Relative width from which on roots side by side are a stretch on which a rule with jumps is constant: far
+wider than ε, and narrower than what prices to the cent leave open."""
+
 SIMPLE = 1e-10
 """The same, below which it is a simple root, even if Newton's method stalled in the rounding of a rule."""
 

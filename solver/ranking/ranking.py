@@ -224,7 +224,9 @@ _Leaf = tuple[str | float, bool]
 
 
 def _form(*sides: Expression) -> tuple[tuple[object, ...], list[_Leaf]]:
-    """What rules that differ in names, numbers and signs only have in common, and their names and numbers."""
+    """What rules that differ in names, numbers and signs only have in common, and their names and numbers.
+
+    Looser than a ``Shape``: at the ends of a row of nodes numbers stand in the place of names."""
     form, leaves = list[object](), list[_Leaf]()
     nodes: list[tuple[Any, bool]] = [(side, False) for side in sides]
     while nodes:
