@@ -196,6 +196,13 @@ class RestsOnRounding(NamedTuple):
     unknown: str
 
 
+class DeadEnd(NamedTuple):
+    """What was tried ends at ``reason``; ``unknowns`` before it may have other values."""
+
+    reason: NoValue | OutOfRange | NoRoot
+    unknowns: tuple[str, ...] = ()
+
+
 class BeyondFloats(NamedTuple):
     """``equation`` solved for ``unknown`` does not hold at any float: too large, too small, too near."""
 
@@ -254,6 +261,7 @@ Fact: TypeAlias = (
     | DoubleRoot
     | Unfixed
     | RestsOnRounding
+    | DeadEnd
     | BeyondFloats
     | Unmet
     | Indeterminacy

@@ -13,10 +13,11 @@ from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import And, Name
 from solver import facts
 from solver.leaves import Asked, Leaf, Patience
-from solver.solution.remedy import bounds, clash, cures, derivation, givings, rounded
+from solver.solution.remedy import bounds, clash, cures, derivation, found_near, givings, rounded
 from solver.solution.verdict import Verdict
 
 MAX_INPUTS = 10
+MAX_UNCHANGED = 4
 
 
 def explain(asked: Asked, verdict: Verdict, hasty: bool = False) -> tuple[Diagnosis, ...]:
@@ -138,6 +139,8 @@ class _Explanation:
             case facts.Conflict(equations, miss):
                 notes = () if miss is None else (f"together they miss by {number_text(miss)}",)
                 return self._error("S520", "these rules contradict each other", equations, (), *notes)
+            case facts.DeadEnd():
+                return self._dead_end(fact)
             case facts.BeyondFloats(equation, unknown):
                 asked = f"the value that this rule asks of {unknown}"
                 message = f"{asked} can't be held by a floating point number"
@@ -235,8 +238,40 @@ class _Explanation:
             notes.append(f"{ranges}: the search iterates on {them}")
         else:
             notes.append(f"--prove searches the ranges of {listed(tears)} without a limit on the work")
+        notes[:0] = self._found_near(fact.equations, fact.unknowns, fact.best)
         message = f"no values of {listed(fact.unknowns)} were found that satisfy these rules together"
         return self._error("S550", message, fact.equations, fact.unknowns, *notes)
+
+    def _dead_end(self, end: facts.DeadEnd) -> Diagnosis:
+        fact = end.reason
+        match fact:
+            case facts.NoValue(_, unknown, reading):
+                why = f"no value of {unknown} satisfies this rule: it needs {reading}"
+            case facts.OutOfRange(_, unknown, value):
+                why = f"{unknown} would be {number_text(value)}, outside the range that the sheet gives it"
+            case facts.NoRoot(_, unknowns):
+                why = f"no values of {listed(unknowns)} satisfy these rules together"
+        rules, missing = facts.about(fact), self.leaf.missing if self.leaf else ()
+        values = self.leaf.branch.values if self.leaf else {}
+        point = {name: value for name, value in values.items() if isinstance(value, float)}
+        notes = self._found_near(rules, self.judged, point)
+        posted = [name for name in end.unknowns if self.model.variables[name].posted]
+        cure = f"give a guess for {listed(posted or missing, 'or')}, or a range: name in [a, b]"
+        message = f"no answer was found; at the values that were tried {why}"
+        return self._error("S552", message, rules, missing, *notes, cure)
+
+    def _found_near(
+        self, equations: Sequence[int], unknowns: Sequence[str], point: Mapping[str, float]
+    ) -> tuple[str, ...]:
+        """At which other values of an input, of those that were changed if there are any, an answer was found
+        from a point that comes near to one."""
+        asked = self.asked._replace(want=unknowns, judged=unknowns)
+        movable = self._movable(equations)
+        changed = [name for name in movable if self._is_changed(name)] or movable[:MAX_UNCHANGED]
+        found = found_near(asked, changed, point, self.patience)
+        near = [f"{name} = {value:.6g}" for name, value in found]
+        text = "with the other inputs as they are, an answer was found at "
+        return (text + listed(near, "or"),) if near else ()
 
     def _no_case(self) -> Diagnosis:
         if self.verdict.status is facts.Status.FAILED:
@@ -289,16 +324,22 @@ class _Explanation:
         self, equations: Sequence[int], unknowns: Sequence[str], read: Sequence[str] = ()
     ) -> tuple[str, ...]:
         """How far each input that these rules, or what is ``read``, depend on would have to move."""
+        found = bounds(self.asked, self._movable(equations, read)[:MAX_INPUTS], unknowns, self.patience)
+        sides = [f"{b.name} {b.relation} {number_text(b.value)}" for b in found]
+        text = f"with the other inputs as they are, a solution needs {listed(sides, 'or')}" if sides else ""
+        return tuple(filter(None, (text,)))
+
+    def _movable(self, equations: Sequence[int], read: Sequence[str] = ()) -> list[str]:
+        """The inputs that these rules, or what is ``read``, depend on, those that were changed first."""
         if self.leaf is None:
             numeric = [name for name, value in self.inputs.items() if isinstance(value, float)]
         else:
             _, numeric = derivation(self.asked, self.leaf, equations, read)
-        own = {name: variable.value for name, variable in self.model.variables.items()}
-        changed_first = sorted(numeric, key=lambda name: self.inputs[name] == own[name])
-        found = bounds(self.asked, changed_first[:MAX_INPUTS], unknowns, self.patience)
-        sides = [f"{b.name} {b.relation} {number_text(b.value)}" for b in found]
-        text = f"with the other inputs as they are, a solution needs {listed(sides, 'or')}" if sides else ""
-        return tuple(filter(None, (text,)))
+        return sorted(numeric, key=self._is_changed, reverse=True)
+
+    def _is_changed(self, name: str) -> bool:
+        """Whether an input has another value than the sheet gives it."""
+        return self.inputs[name] != self.model.variables[name].value
 
     # --- making diagnoses ---
 

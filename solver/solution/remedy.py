@@ -28,6 +28,8 @@ ROUGH = 1e-6
 """How near to a number, relative to the given value, an edge is taken for that number."""
 CLOSE = 1e-7
 """How closely an edge is found, relative to it."""
+NEARLY = 1e-3
+"""The same for an edge that nothing proves."""
 DEAR = 1_000
 """Work from which on a search without success is not repeated where many starts serve."""
 NEAR = 1e-9
@@ -239,13 +241,27 @@ def bounds(
     return tuple(found)
 
 
-class _Trials:
-    """Whether there is a solution at other values of one input; ``known`` is the last one that was found, and
-    a search for all of them is ``dear`` if one without success took long."""
+def found_near(
+    asked: Asked, names: Sequence[str], miss: Mapping[str, float], patience: Patience
+) -> tuple[tuple[str, float], ...]:
+    """Values of single inputs near the given ones, where Newton's method leads to a solution from the nearest
+    ``miss``: for each input the nearest value that a short search tells."""
+    found = []
+    for name in names:
+        given, trials = asked.inputs[name], _Trials(asked, name, patience, miss)
+        edge = _edge(trials, given, NEARLY) if isinstance(given, float) else None
+        if edge is not None:
+            short = rounded(edge, 3)
+            found.append((name, short if short != given and trials.beside(short) else edge))
+    return tuple(found)
 
-    def __init__(self, asked: Asked, name: str, patience: Patience) -> None:
-        self.asked, self.name, self.patience = asked, name, patience
-        self.known: dict[str, float] = {}
+
+class _Trials:
+    """Whether there is a solution at other values of one input; ``known`` is the last one that was found, or
+    a point to begin at, and a search for all of them is ``dear`` if one without success took long."""
+
+    def __init__(self, asked: Asked, name: str, patience: Patience, known: Mapping[str, float] = {}) -> None:
+        self.asked, self.name, self.patience, self.known = asked, name, patience, known
         self.dear = False
 
     def beside(self, value: float) -> bool:
@@ -297,7 +313,7 @@ def rounded(value: float, digits: int = 6) -> float:
     return float(f"{value:.{digits}g}")
 
 
-def _edge(trials: _Trials, given: float) -> float | None:
+def _edge(trials: _Trials, given: float, close: float = CLOSE) -> float | None:
     """The feasible value nearest to the given one along the line, as far as a short search tells: of its own
     sign, if there is one."""
     size = abs(given) or 1.0
@@ -309,7 +325,7 @@ def _edge(trials: _Trials, given: float) -> float | None:
         return None
     for _ in range(MAX_TRIALS):
         middle = 0.5 * (outside + inside)
-        if abs(outside - inside) <= CLOSE * max(abs(inside), CLOSE) or middle in (outside, inside):
+        if abs(outside - inside) <= close * max(abs(inside), close) or middle in (outside, inside):
             break
         if trials.beside(middle):
             inside = middle

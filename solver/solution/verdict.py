@@ -229,7 +229,11 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
         leaves = [leaf for leaf in leaves if len(leaf.missing) == fewest]
         verdict = _unfinished(model, _ordered(asked, leaves), inputs)
         if verdict.status in (Status.INFEASIBLE, Status.INCONSISTENT) and not _conclusive(found):
-            return Verdict(Status.FAILED, verdict.leaves)
+            ends = [
+                f for f in verdict.facts if isinstance(f, facts.NoValue | facts.OutOfRange | facts.NoRoot)
+            ]
+            before = next((gap.unknowns for gap in found.gaps if gap.unknowns), ())
+            return Verdict(Status.FAILED, verdict.leaves, tuple(facts.DeadEnd(f, before) for f in ends[:1]))
         if verdict.status is Status.INFEASIBLE and found.contradicted:
             return _contradicted(found)  # there is a way that has every value, and only a rule against it
         return verdict

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +13,7 @@ import solver
 from solver.report.path import rule_status_table
 from solver.report.sheet import result_text
 
+MODELS = Path(__file__).parents[3] / "models"
 GEARS = "n2 = n1*z1/z2\nn3 = n2*z3/z4\ni = n1/n3\n"
 TEETH = {"z1": 20.0, "z2": 60.0, "z3": 25.0, "z4": 80.0}
 
@@ -171,3 +174,35 @@ def test_a_given_number_may_determine_what_a_condition_says_but_for_its_rounding
     result = solver.solve(model, {"price": 249.0, "total": 768.2895})
     assert (str(result.status), result["ship"]) == ("solved", 0.0)
     assert str(solver.solve(model, {"price": 249.0, "total": 768.2896}).status) == "inconsistent"
+
+
+@pytest.mark.parametrize(
+    ("name", "inputs", "changed"),
+    [
+        ("oscillating_cylinder", {"xs": -0.3, "BO": None, "omegaBO": 3.0}, "omegaBO"),
+        ("trunnion", {"omegaCD": -12.5, "BC": None, "thetaBC": 600.0}, "thetaBC"),
+        ("whitworth_quick_return", {"vE": -0.9, "phi": None, "OC": 0.3}, "OC"),
+    ],
+)
+def test_where_nothing_is_proven_a_value_at_which_there_is_an_answer_is_told(
+    name: str, inputs: dict[str, float | None], changed: str
+) -> None:
+    model = rulesheets.load(MODELS / name / "model.tk")
+    first = solver.solve(model).solutions[0]
+    inputs = {n: first[n] if n != changed and value is not None else value for n, value in inputs.items()}
+    result = solver.solve(model, inputs)
+    assert str(result.status) == "failed"
+    (note,) = (n for n in result.diagnoses[0].notes if "an answer was found at" in n)
+    told = {n: float(value) for n, value in re.findall(r"(\w+) = ([-\d.e]+)", note)}
+    assert changed in told
+    for other, value in told.items():
+        assert str(solver.solve(model, {**inputs, other: value}).status) == "solved"
+
+
+def test_failed_names_the_rule_at_which_what_was_tried_ends() -> None:
+    model = rulesheets.load(MODELS / "whitworth_quick_return" / "model.tk")
+    result = solver.solve(model, {"vE": solver.solve(model).solutions[0]["vE"], "phi": None, "OC": 0.3})
+    (diagnosis,) = result.diagnoses
+    assert diagnosis.code == "S552"
+    assert "no value of theta1 satisfies this rule: it needs sind = -1.5" in diagnosis.message
+    assert len(diagnosis.labels) == 1
