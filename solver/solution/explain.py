@@ -223,10 +223,15 @@ class _Explanation:
         return self._error(code, message, fact.equations, fact.free, *notes)
 
     def _not_found(self, fact: facts.NoRoot) -> Diagnosis:
-        best = ", ".join(f"{name} = {number_text(value)}" for name, value in fact.best.items())
-        notes = [f"the nearest miss was at {best}"] if best else []
-        missed = zip(fact.equations, fact.misses, strict=False)
-        notes += [f"rule {self._line(e)} is off by {number_text(miss)} there" for e, miss in missed if miss]
+        notes = [*self._found_near(fact.equations, fact.unknowns, fact.best)]
+        posted = [name for name in fact.best if self.model.variables[name].posted] or [*fact.best]
+        if posted and not notes:
+            best = [f"{name} = {number_text(rounded(fact.best[name]))}" for name in posted]
+            notes.append(f"the nearest miss was at {listed(best)}")
+            missed = zip(fact.misses, fact.equations, strict=False)
+            worst, equation = max(missed, key=lambda one: abs(one[0]), default=(0.0, 0))
+            if worst:
+                notes.append(f"rule {self._line(equation)} is off by {number_text(rounded(worst, 3))} there")
         # what narrows the search most: a range for what it iterates on; or else no limit on the work
         steps = () if self.leaf is None else self.leaf.branch.attempts
         tears = next((step.tears for step in steps if step.equations == fact.equations), ())
@@ -238,7 +243,6 @@ class _Explanation:
             notes.append(f"{ranges}: the search iterates on {them}")
         else:
             notes.append(f"--prove searches the ranges of {listed(tears)} without a limit on the work")
-        notes[:0] = self._found_near(fact.equations, fact.unknowns, fact.best)
         message = f"no values of {listed(fact.unknowns)} were found that satisfy these rules together"
         return self._error("S550", message, fact.equations, fact.unknowns, *notes)
 
