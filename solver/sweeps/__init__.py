@@ -31,8 +31,9 @@ from solver.leaves import Asked, Exploration, blocked, different
 from solver.path.planner import planner
 from solver.ranking.branches import Answers, found_again, kept, together
 from solver.solution.explain import explain
+from solver.solution.explore import explore
 from solver.solution.solving import conclude
-from solver.solution.verdict import Verdict
+from solver.solution.verdict import Verdict, judge
 from solver.trace.guards import Pattern
 from solver.trace.python import float_of, with_resort
 from solver.trace.records import Records
@@ -177,10 +178,29 @@ class Plan:
             raise Unsolved(status, lambda: self._explained(numbers, verdict or self.judged(numbers)[0]))
         return found
 
-    def outcome(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
-        """The status of one row and, where it is solved, the wanted values of every answer in order."""
+    def outcome(
+        self, numbers: tuple[Value, ...], beside: Status | None = None
+    ) -> tuple[Status, list[tuple[Value, ...]]]:
+        """The status of one row and, where it is solved, the wanted values of every answer in order.
+
+        Where the row ``beside`` it has no answer, and a brief search finds none either, this is not asked for
+        last resorts, which have not helped there.
+        """
         found = self._known(numbers)
-        return self._solved(numbers)[:2] if found is None else (Status.SOLVED, found)
+        if found is not None:
+            return Status.SOLVED, found
+        if beside in (Status.FAILED, Status.INFEASIBLE) and self._refused(numbers) is None:
+            brief = self._briefly(numbers)
+            if brief in (beside, Status.INFEASIBLE):
+                return brief, []
+        return self._solved(numbers)[:2]
+
+    def _briefly(self, numbers: tuple[Value, ...]) -> Status:
+        """The status of a row as far as a brief search tells."""
+        asked = Asked(self.model, self._values(numbers), self.want, self.guesses, self.want)
+        with suppress(TimeIsUp), time_limit(self.timeout):
+            return judge(asked, explore(asked, brief=True)).status
+        return Status.FAILED
 
     def _solved(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]], Verdict | None]:
         """The outcome of a row step by step, and the verdict unless a record refuses it.
@@ -383,13 +403,16 @@ def _alike(
         one, rows = plan.outcome(())
         return np.full(count, CODES[one], dtype=np.int8), listed([rows] * count)
     status = np.zeros(count, dtype=np.int8)
+    beside: Status | None = None
 
     def outcome(row: int) -> tuple[Status, list[tuple[Value, ...]]]:
+        nonlocal beside
         if (watch := WATCH.get()) is not None:
             watch(row)
         if interrupted():
             return Status.FAILED, []
-        return plan.outcome(tuple(float(column[row]) for column in columns))
+        beside, found = plan.outcome(tuple(float(column[row]) for column in columns), beside)
+        return beside, found
 
     def keep(rows: Array, outcome: Status) -> None:
         status[rows] = CODES[outcome]
