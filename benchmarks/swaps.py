@@ -277,9 +277,9 @@ def wide_section(found: list[Swap]) -> Section:
     ]
     low, high = WIDE
     remark = (
-        f"Processor time of {WIDE_ROWS} rows over {low} to {high} times the state, of swaps drawn by a seed. "
-        "The first sweep solves the rows that no record settles yet. Many of them cross a fold, beyond which "
-        "there is no answer, or another number of them."
+        f"Processor time of {WIDE_ROWS} rows over {low} to {high} times the state, for randomly drawn swaps. "
+        "The first sweep solves the rows that no record covers yet. Many of them cross a fold, beyond which "
+        "the number of answers differs or is 0."
     )
     return Section("wide sweeps", "Wide sweeps", (f"{len(found)} swaps", *QUANTILES), table, [remark])
 

@@ -47,7 +47,7 @@ def measure(rounds: int) -> Section:
         "Compiling to machine code",
         ("ms", "first time, wall", "first time, cpu", "from disk, wall", "from disk, cpu"),
         rows,
-        ("Of a sweep of 20 rows that a sweep without machine code has been through.",),
+        ("For a sweep of 20 rows, after the same sweep without machine code.",),
         [
             Claim(f"{words}, {when}", limit, 1e3 * best[name][1], "ms of processor time")
             for when, best, limit in (("first time", first, 300), ("from disk", again, 50))
