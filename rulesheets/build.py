@@ -111,7 +111,7 @@ class _Gathering:
             names = [os.path.basename(file.shown) for file in trail[circle.index(key) :]]
             message = "a file uses itself" if len(names) == 1 else "files use each other in a circle"
             ring = " → ".join((*names, names[0]))
-            note = f"the way round: {ring}; move what both need into a file of its own"
+            note = f"the circle is {ring}; move what both need into a file of its own"
             self.complaints.append(said("E307", message, place, note, label="closes the circle"))
             return None
         if key in self.seen:

@@ -84,7 +84,7 @@ class Expansion:
             self._expand(rule.body, Context(scope, guard, place))
             if len(self.equations) + len(self.requirements) > MAX_EQUATIONS:
                 reason = f"the model has more than {MAX_EQUATIONS:,} equations"
-                note = "call fewer functions in functions"
+                note = "nest fewer calls"
                 raise RuleSheetError(said("E216", reason, place, note, label="one of them"))
             called, self._called = self._called, []
             for call in called:

@@ -44,15 +44,15 @@ def read_source(path: str | os.PathLike[str]) -> Source:
 def parsed(source: Source, path: str | None) -> RuleSheet:
     """The rule sheet that a text says; ``path`` is its file.
 
-    Raises RuleSheetError with what is wrong line by line, or (E312) for a file that is no rule sheet.
+    Raises RuleSheetError with what is wrong line by line, or (E312) for a file that is not a rule sheet.
     """
     try:
         return parse(source)
     except RuleSheetError:
         if path is None or is_sheet(path):
             raise
-        note = f"a sheet that ends in {ENDING} is shown where it is wrong"
-        raise RuleSheetError(said("E312", f"{source.name} is no rule sheet", None, note)) from None
+        note = f"mistakes are shown only in files that end in {ENDING}"
+        raise RuleSheetError(said("E312", f"{source.name} is not a rule sheet", None, note)) from None
 
 
 def is_sheet(path: str) -> bool:
@@ -104,7 +104,7 @@ def _not_text(name: str, data: bytes, place: int) -> Diagnosis:
     if b"\0" in data:
         note = "a rule sheet is a UTF-8 text file"
         return said("E303", f"{name} is a binary file, not a rule sheet", None, note)
-    label = f"byte 0x{data[place]:02x} is no character"
+    label = f"byte 0x{data[place]:02x} is not valid in UTF-8"
     note = "save the sheet in the encoding UTF-8"
     return said("E303", f"{name} is not UTF-8 text", here if is_sheet(name) else None, note, label=label)
 

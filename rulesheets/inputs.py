@@ -391,9 +391,9 @@ def _checked(given: Value | SupportsFloat, variable: Variable, model: Model) -> 
     if isinstance(given, str):
         symbol = symbol_name(given)
         if symbol is None:
-            why = "a text is read as a symbol, and this is none"
+            why = "a text is read as a symbol, and this is not one"
             note = "give numbers as numbers, and symbols by their names ('open')"
-            message = f"{given!r} is no value for {variable.name}: {why}"
+            message = f"{given!r} is not a valid value for {variable.name}: {why}"
             raise RuleSheetError(said("E406", message, None, note))
         if variable.name in quantities(model):
             raise RuleSheetError(symbol_for_number(symbol, variable, model))
@@ -420,7 +420,8 @@ def _number(given: SupportsFloat, variable: Variable) -> float:
     try:
         number = float(given)
     except (TypeError, ValueError):
-        message = f"{given!r} is no value for {variable.name}: neither a number nor a symbol"
+        why = "neither a number nor a symbol"
+        message = f"{given!r} is not a valid value for {variable.name}: {why}"
         note = "a sweep takes lists and arrays; a solve takes one value of each input"
         raise RuleSheetError(said("E406", message, None, note)) from None
     except OverflowError:

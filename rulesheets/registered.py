@@ -77,7 +77,7 @@ def function(
 
 def _checked_name(name: str) -> str:
     if not _NAME.fullmatch(name):
-        raise ValueError(f"{name!r} is no name of a function: letters, digits and _ are")
+        raise ValueError(f"{name!r} is not a name for a function: use letters, digits and _")
     name = name.lower()
     known = TABLE.get(name)
     if name in PLANNED or (known is not None and known.source is None):
@@ -192,7 +192,7 @@ def _slope(value: Callable[..., float], slopes: Sequence[Value | None], place: i
         slope, wrong = slope_by_differences(value, place, arguments)
         scale = abs(value(*arguments)) / (abs(arguments[place]) or 1.0)
         if not wrong <= TOLD * max(abs(slope), scale):
-            raise ValueError("differences do not tell the slope there")
+            raise ValueError("finite differences give no slope there")
         return slope
 
     own = slopes[place] if place < len(slopes) else None

@@ -146,7 +146,7 @@ def _speaks(row: dict[str, str], line: Span) -> bool:
     if status not in ("", "I", "O", "G"):
         message = f"there is no status {status}"
         if status == "L":
-            message = "a variable with the status L holds a list, and lists are not there yet"
+            message = "a variable with the status L holds a list, and lists are not supported yet"
         note = "the column St is blank, or G for a guess, or C for a comment row"
         raise RuleSheetError(said("E412", message, _cell(line, row["st"]), note))
     if not row["name"]:

@@ -21,17 +21,17 @@ COMMANDS = {
     "chart": ("commands.chart", "measure methods on a sheet: speed against accuracy"),
     "path": ("commands.solve", "show the order in which the rules are solved"),
     "why": ("commands.solve", "show the chain of rules behind one number"),
-    "check": ("commands.solve", "read a sheet and say what is wrong with it"),
+    "check": ("commands.solve", "report the mistakes in a sheet"),
     "format": ("commands.solve", "print a sheet in its canonical form"),
     "open": ("page.serving", "open a sheet as a page in the browser"),
     "export": ("page.serving", "write a sheet as one file with sliders"),
     "watch": ("commands.solve", "solve a sheet whenever it is saved"),
-    "tutor": ("commands.about", "learn the first steps, in five minutes"),
-    "lsp": ("page.serving", "serve an editor: the language server"),
-    "completion": ("commands.about", "print what a shell completes commands by"),
+    "tutor": ("commands.about", "learn the first steps in five minutes"),
+    "lsp": ("page.serving", "run the language server for an editor"),
+    "completion": ("commands.about", "print a completion script for a shell"),
     "models": ("commands.about", "list the sheets that come with Backsolve"),
-    "codes": ("commands.about", "say what the code of a message means"),
-    "cache": ("commands.about", "show what is kept between runs, or clear it"),
+    "codes": ("commands.about", "explain the code of a message"),
+    "cache": ("commands.about", "show or clear the cache"),
 }
 """Each by its name, with its module in the solver, and what it does."""
 
@@ -43,7 +43,7 @@ Write what you know as rules in any order; Backsolve solves them forward or back
 commands:
 {commands}
 
-`backsolve COMMAND --help` tells the options of a command, `backsolve --version` the version.
+`backsolve COMMAND --help` lists the options of a command, `backsolve --version` the version.
 A sheet is a file, a folder with a model.tk, or the name of a sheet that `backsolve models` lists."""
 
 

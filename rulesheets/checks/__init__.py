@@ -148,7 +148,7 @@ def _usage(function: nodes.Function) -> str:
 _ELSEWHERE = {
     "convert": "write the factor as a number; values are converted where they are given: x = 3[in]",
     "converttemp": "temperatures are converted where they are given: --set T=20degC",
-    "integral": "integrals are not there yet",
+    "integral": "integrals are not supported yet",
     **dict.fromkeys(PROPERTIES, WRITE_IN_PYTHON),
 }
 """What stands in place of functions that people know from EES."""
@@ -198,7 +198,7 @@ def check_builtin(
     """A call of no function of one's own; ``own`` and ``variables`` are what may be meant instead."""
     name, place = call.function.lower(), name_in(call)
     if name in PLANNED:
-        message = f"{call.function} works on lists, which are not there yet"
+        message = f"{call.function} works on lists, which are not supported yet"
         yield said("E202", message, place, "write the terms out, as in `a + b + c`", label="not there yet")
     elif name not in TABLE:
         written = place.text if place is not None and place != call.span else call.function
@@ -245,7 +245,7 @@ def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diag
         steps = zip(pairwise(ring), pairwise(names), strict=True)
         places = [(calls[a][b], f"{caller} calls {target}") for (a, b), (caller, target) in steps]
         message = f"{names[0]} calls itself" + (" through others" if len(names) > 2 else "")
-        note = f"the calls go round: {' → '.join(names)}; rules of a function cannot lead back to it"
+        note = f"the calls form a circle: {' → '.join(names)}; a function cannot call itself"
         yield error("E208", message, *labels(*places), notes=(note,))
         return
     depths: dict[str, int] = {}
@@ -254,7 +254,7 @@ def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diag
     if (depth := depths[""]) > MAX_DEPTH:
         reason = f"calls nest {depth} deep; {MAX_DEPTH} is the limit"
         place = next(iter(calls[""].values()))
-        yield said("E216", reason, place, "call fewer functions in functions", label="called here")
+        yield said("E216", reason, place, "nest fewer calls", label="called here")
 
 
 def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
@@ -263,7 +263,7 @@ def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
         if isinstance(part, nodes.Equality) and len(part.left) != len(part.right):
             left, right = len(part.left), len(part.right)
             message = f"the two sides differ in length: {left} on the left, {right} on the right"
-            note = "write as many expressions on either side, as in (a, b) = (c, d)"
+            note = "write the same number on both sides, as in (a, b) = (c, d)"
             yield said("E213", message, part.span, note, label="one equation for each pair")
 
 
@@ -302,7 +302,7 @@ def check_rows(program: Program) -> Iterator[Diagnosis]:
         place = row.span and row.span.part(0, len(row.name))
         if row.name in first:
             places = labels((place, "again"), (first[row.name], "first here"))
-            message = f"{row.name} stands twice in the variables section"
+            message = f"{row.name} has two rows in the variables section"
             yield error("E215", message, *places, notes=("keep one of the two rows",))
         first.setdefault(row.name, place)
 
@@ -314,7 +314,7 @@ def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
         yield from check_constant(end)
         for node in walk(end):
             if isinstance(node, nodes.Name) and node.name not in scope.names:
-                message = f"the end of a range names {node.name}, which is no variable of this sheet"
+                message = f"the end of a range names {node.name}, not a variable of this sheet"
                 notes = suggestion(node.name, scope.names) or (f"no rule and no other row names {node.name}",)
                 yield said("E218", message, node.span, *notes)
 
@@ -329,7 +329,7 @@ def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
             continue
         if isinstance(node, nodes.Given):
             if node.name not in scope.names:
-                message = f"given('{node.name}) asks for a variable that is not there"
+                message = f"given('{node.name}) asks for an unknown variable"
                 notes = suggestion(node.name, scope.names) or (f"no rule and no row names {node.name}",)
                 yield said("E214", message, node.span, *notes)
         elif not isinstance(node, nodes.Comparison):
@@ -347,7 +347,7 @@ def _symbols_in(node: nodes.Expression | nodes.Condition) -> Iterator[Diagnosis]
         if isinstance(part, nodes.Symbol):
             yield said(
                 "E211",
-                f"the symbol '{part.name} is no number, so there is no arithmetic with it",
+                f"the symbol '{part.name} is not a number, so there is no arithmetic with it",
                 part.span,
                 f"a symbol can be given to a variable (x = '{part.name}) or be compared by = and <>",
                 f"if the variable {part.name} is meant, leave out the apostrophe",
@@ -366,7 +366,7 @@ def check_constant(expression: nodes.Expression) -> Iterator[Diagnosis]:
 def check_head(function: nodes.Function) -> Iterator[Diagnosis]:
     place = head_of(function)
     if function.name.lower() in TABLE or function.name.lower() in PLANNED:
-        message = f"{function.name} is a built-in function and cannot be defined anew"
+        message = f"{function.name} is a built-in function and cannot be redefined"
         yield said("E207", message, place, f"give it a name of its own, such as my_{function.name}")
     roles: dict[str, list[str]] = {}
     for role, names in (
@@ -381,5 +381,5 @@ def check_head(function: nodes.Function) -> Iterator[Diagnosis]:
             distinct = list(dict.fromkeys(held))
             role = " and ".join(distinct) if len(distinct) > 1 else f"twice {held[0]}"
             note = "a name is either an argument, a result or a parameter, and is listed once"
-            label = f"{name} has one role too many"
+            label = f"{name} has more than one role"
             yield said("E209", f"{name} is {role} of {function.name}", place, note, label=label)

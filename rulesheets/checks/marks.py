@@ -118,14 +118,14 @@ def _check_expression(
         elif isinstance(node, Call):
             yield from check_builtin(node, (), variables)
         elif isinstance(node, Symbol):
-            message = f"the symbol '{node.name} is no coordinate"
+            message = f"the symbol '{node.name} is not a coordinate"
             yield said("E233", message, node.span, "a figure is drawn from numbers")
 
 
 def _twice(what: str, name: str, again: Span | None, first: Span | None) -> Diagnosis:
     return error(
         "E232",
-        f"the {what} {name} is there twice",
+        f"the {what} {name} is defined twice",
         *labels((again, "again"), (first, "first here")),
         notes=("give one of the two another name",),
     )

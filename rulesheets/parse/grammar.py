@@ -107,7 +107,7 @@ class Builder(Transformer[Any, Any]):
         value = float(token)
         if value == float("inf") or (value == 0.0 and token.lower().partition("e")[0].strip("0.")):
             label = "too large" if value else "too small"
-            note = "numbers reach from 5e-324 to 1.8e308 in size"
+            note = "numbers range from 5e-324 to 1.8e308 in size"
             wrong = said("E107", f"the number {token} is out of range", self._span(token), note, label=label)
             raise RuleSheetError(wrong)
         return nodes.Number(value, self._span(token))
@@ -261,7 +261,7 @@ def _bounded(bounds: Sequence[Bound]) -> Range | None:
     ends: dict[str, Bound] = {}
     for bound in bounds:
         if bound.operator == "<>":
-            raise RuleSheetError(wrong_range("<> is no bound", bound.span))
+            raise RuleSheetError(wrong_range("<> is not a bound", bound.span))
         if ends.setdefault(bound.operator[0], bound) is not bound:
             raise RuleSheetError(wrong_range("this end of the range is already set", bound.span))
     lower, upper = (ends[sign].limit if sign in ends else None for sign in "><")

@@ -232,7 +232,7 @@ def unknown_section(word: str, span: Span) -> Diagnosis:
     near = closest(word, SECTIONS)
     if word.lower() == "end":
         note = "leave it out: a function ends where the next section begins"
-        return said("E116", f"`{word}` ends nothing here", span, note)
+        return said("E116", f"`{word}` has nothing to end here", span, note)
     if near is None:
         message = f"`{word}` alone is neither a rule nor the head of a section"
         note = "a rule is an equation, such as V = I*R"
@@ -307,7 +307,7 @@ def without_variable(rule: Equality | Inequality) -> Diagnosis | None:
     for node in walk(*children(rule)):
         if isinstance(node, Name) or (isinstance(node, Call) and node.function != "pi"):
             return None
-    message, note = "no variable stands in this rule", "write a name on one side: x = 3"
+    message, note = "this rule has no variable", "write a name on one side: x = 3"
     return said("E114", message, rule.span, note, label="only numbers")
 
 

@@ -155,7 +155,7 @@ class _Reading:
         elif (planned := mistakes.told()["planned"].get(word)) is not None:
             self._place_comments()
             self.section = _SKIPPED
-            message = f"{planned['name']} not there yet"
+            message = f"{planned['name']} not supported yet"
             raise RuleSheetError(said("E190", message, line.place(self.source), planned["cure"]))
         elif word == "rules" and self.section == "function" and not self.blocks[-1].begun:
             self._place_comments()

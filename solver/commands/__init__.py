@@ -58,7 +58,7 @@ def run(name: str, commands: Mapping[str, tuple[str, str]], words: list[str]) ->
     command.add_arguments(parser)
     parser.set_defaults(commands=commands)
     if command.keeps:
-        parser.add_argument("--no-cache", action="store_true", help="neither look up nor keep anything")
+        parser.add_argument("--no-cache", action="store_true", help="do not use the cache")
     try:
         arguments = parser.read(words)
     except SystemExit as end:
@@ -167,10 +167,10 @@ class Request(NamedTuple):
 def add_sheet_options(parser: ArgumentParser) -> None:
     """The arguments of every command that loads a sheet."""
     add = parser.add_argument
-    add("sheet", metavar="SHEET", help="a rule sheet, a shipped one by its name, or - for stdin")
+    add("sheet", metavar="SHEET", help="a rule sheet, the name of a shipped one, or - for stdin")
     allowed = "run the Python files that the sheet names (use python)"
     add("--allow-python", action="store_true", help=allowed)
-    add("--within", metavar="FOLDER", help="read sheets of this folder alone, links resolved")
+    add("--within", metavar="FOLDER", help="read only files in this folder, links resolved")
 
 
 def load_sheet(arguments: Namespace) -> Model:
@@ -207,11 +207,11 @@ def add_input_options(parser: ArgumentParser, *, want: bool = True, units: bool 
     parser.add_argument("variables", metavar="VARIABLES.csv", nargs="?", help="a variable sheet to fill in")
     add = parser.add_argument
     add("--set", metavar="NAME=VALUE[unit]", action="append", default=[], help="give an input")
-    add("--clear", metavar="NAME", action="append", default=[], help="take an input back: solve for it")
-    add("--timeout", metavar="SECONDS", type=seconds, help="stop then, with what is known so far")
+    add("--clear", metavar="NAME", action="append", default=[], help="clear an input to solve for it")
+    add("--timeout", metavar="SECONDS", type=seconds, help="stop after this time")
     add("--guess", metavar="NAME=VALUE", action="append", default=[], help="a first guess")
     if want:
-        add("--want", metavar="NAME,…", action="append", default=[], help="solve for these alone")
+        add("--want", metavar="NAME,…", action="append", default=[], help="solve for these only")
     if units:
         add("--unit", metavar="NAME=UNIT", action="append", default=[], help="show a variable in this unit")
         add("--units", choices=("si", "us"), help="show every variable in units of this system")

@@ -62,7 +62,7 @@ def _cache(arguments: Namespace) -> int:
     """Say where the entries are, how many, and their size; with ``--clear`` remove them first."""
     folder = store.folder()
     if folder is None:
-        print("nothing is kept: BACKSOLVE_CACHE is empty")
+        print("the cache is off: BACKSOLVE_CACHE is empty")
         return 0
     try:
         count, size = (store.clear(), 0) if arguments.clear else store.usage()
@@ -158,7 +158,7 @@ def tutor() -> dict[str, Any]:
 
 
 def _tutor_arguments(parser: ArgumentParser) -> None:
-    parser.epilog = "Nothing is written but a sheet in a temporary folder."
+    parser.epilog = "It writes only to a temporary folder."
 
 
 def _tutor(arguments: Namespace) -> int:

@@ -233,8 +233,8 @@ def _picture(
 def _arguments(parser: ArgumentParser) -> None:
     add_input_options(parser)
     along = parser.add_mutually_exclusive_group()
-    along.add_argument("--over", metavar="NAME=START:STOP:STEP", help="a chart over the values of an input")
-    towards = "a chart towards a limit of it, such as NAME=3:1e-1..1e-15"
+    along.add_argument("--over", metavar="NAME=START:STOP:STEP", help="measure over values of an input")
+    towards = "measure towards a limit of an input, such as NAME=3:1e-1..1e-15"
     along.add_argument("--approach", metavar="NAME=X:A..B", help=towards)
     parser.add_argument("-o", "--output", metavar="FILE", help="write the chart: .png, .svg or .csv")
 

@@ -99,11 +99,11 @@ def _arguments(parser: ArgumentParser) -> None:
     add_input_options(parser, want=False)
     add = parser.add_argument
     over = "NAME=A,B,… or NAME=START:STOP:STEP"
-    add("--over", metavar=over, action="append", default=[], help="states side by side, or a film")
+    add("--over", metavar=over, action="append", default=[], help="a column for each value, or a film")
     add("--all", action="store_true", help="draw every answer, side by side")
-    add("--figure", metavar="NAME,…", action="append", default=[], help="draw these figures alone")
-    add("--dpi", type=float, help=f"dots an inch; {_SHARP:g} for pictures, {_FILM:g} for films")
-    add("-o", "--output", metavar="FILE", help="a file that ends in .png, .svg, .pdf, or for a film .gif")
+    add("--figure", metavar="NAME,…", action="append", default=[], help="draw only these figures")
+    add("--dpi", type=float, help=f"dots per inch; {_SHARP:g} for pictures, {_FILM:g} for films")
+    add("-o", "--output", metavar="FILE", help="the output file: .png, .svg, .pdf, or .gif for a film")
 
 
 def _run(arguments: Namespace) -> int:
@@ -117,8 +117,8 @@ def _run(arguments: Namespace) -> int:
     request.expect_output(path)
     dpi = (_FILM if motion else _SHARP) if arguments.dpi is None else arguments.dpi
     if not 10.0 <= dpi <= 2400.0:
-        notes = ("give 10 to 2400 dots an inch",)
-        raise RuleSheetError(error("E434", f"--dpi {dpi:g} is no resolution", notes=notes))
+        notes = ("give 10 to 2400 dots per inch",)
+        raise RuleSheetError(error("E434", f"--dpi {dpi:g} is not a resolution", notes=notes))
     states = [dict(zip(side_by_side, values, strict=True)) for values in product(*side_by_side.values())]
     studio = _Studio(request, figures, states, arguments.all)
     data, tally = studio.film(motion, dpi) if motion else studio.picture(kind[1:], dpi)

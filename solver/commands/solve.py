@@ -45,15 +45,15 @@ def _solve_arguments(parser: ArgumentParser) -> None:
     add, flag = parser.add_argument, "store_true"
     add("--all", action=flag, help="show every answer, side by side")
     add("--explain", action=flag, help="show locals, path, and rules used")
-    add("--digits", action=flag, help="print each number with the digits that are right")
-    add("--prove", action=flag, help="prove every answer, and that there is no other")
-    add("--limits", action=flag, help="take rules that are 0/0 by their limits")
-    slopes = "derivatives of outputs by inputs: of those named, else of all"
+    add("--digits", action=flag, help="print only the digits that are correct")
+    add("--prove", action=flag, help="prove every answer, and that there are no others")
+    add("--limits", action=flag, help="replace rules that are 0/0 by their limits")
+    slopes = "derivatives of outputs by inputs, for the names given or for all"
     add("--sensitivity", metavar="NAME,…", nargs="?", const="", help=slopes)
-    add("--tolerances", action=flag, help="tolerances of the outputs (shown where inputs have some)")
-    add("--monte-carlo", metavar="N", type=samples, help="compare with N samples within the tolerances")
+    add("--tolerances", action=flag, help="tolerances of the outputs (default if inputs have some)")
+    add("--monte-carlo", metavar="N", type=samples, help="compare the tolerances with N random samples")
     add("--seed", metavar="K", type=int, default=0, help="the seed of the samples (0)")
-    how = "of the samples: anywhere within the tolerance, or normal with the tolerance at 3 sigma"
+    how = "uniform within the tolerances, or normal with tolerances of 3 sigma"
     add("--distribution", choices=("uniform", "normal"), default="uniform", help=how)
     forms = parser.add_mutually_exclusive_group()
     forms.add_argument("--json", action=flag, help="print one JSON object")
@@ -184,9 +184,9 @@ def _saved(files: Iterable[str]) -> dict[str, float]:
 
 def _check_arguments(parser: ArgumentParser) -> None:
     add_sheet_options(parser)
-    parser.add_argument("--equations", action="store_true", help="list the equations, calls expanded")
+    parser.add_argument("--equations", action="store_true", help="list the equations with calls expanded")
     parser.add_argument("--latex", action="store_true", help="list the equations as LaTeX")
-    parser.add_argument("--json", action="store_true", help="print what is wrong as a JSON object")
+    parser.add_argument("--json", action="store_true", help="print the messages as a JSON object")
 
 
 def _check(arguments: Namespace) -> int:
@@ -227,7 +227,7 @@ def _format_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("sheet", metavar="SHEET", help="a rule sheet, or the name of a shipped one")
     how = parser.add_mutually_exclusive_group()
     how.add_argument("-i", "--in-place", action="store_true", help="write the file instead of printing it")
-    how.add_argument("--check", action="store_true", help="only say whether the file is in canonical form")
+    how.add_argument("--check", action="store_true", help="only report whether the file is in canonical form")
 
 
 def _format(arguments: Namespace) -> int:
@@ -264,7 +264,7 @@ def _path(arguments: Namespace) -> int:
 
 def _why_arguments(parser: ArgumentParser) -> None:
     add_input_options(parser, want=False, units=True)
-    parser.add_argument("name", metavar="NAME", help="the variable to account for, a local by its full name")
+    parser.add_argument("name", metavar="NAME", help="the variable to explain; a local by its full name")
     forms = parser.add_mutually_exclusive_group()
     forms.add_argument("--markdown", action="store_true", help="print Markdown")
     forms.add_argument("--latex", action="store_true", help="print LaTeX")

@@ -129,16 +129,16 @@ def _arguments(parser: ArgumentParser) -> None:
     add, flag = parser.add_argument, "store_true"
     over = "values of an input, or NAME=A,B,…; several ranges make every combination"
     add("--over", metavar="NAME=START:STOP:STEP", action="append", default=[], help=over)
-    add("--zip", action=flag, help="take several ranges side by side instead")
-    add("--rows", metavar="FILE", help="inputs from the columns of a CSV or Parquet file, one row a solve")
-    add("--columns", metavar="NAME,…", action="append", default=[], help="take these columns of it alone")
-    add("--all", action=flag, help="every answer of a row, each in a row of its own")
+    add("--zip", action=flag, help="combine several ranges value by value instead")
+    add("--rows", metavar="FILE", help="take inputs from the columns of a CSV or Parquet file")
+    add("--columns", metavar="NAME,…", action="append", default=[], help="take only these columns")
+    add("--all", action=flag, help="give every answer a row of its own")
     add("--follow", action=flag, help="follow every branch of answers through its turning points")
     add("-o", "--output", metavar="FILE.csv|.parquet", help="write the table instead of printing it")
-    add("--resume", action=flag, help="go on with the rows that the file of -o does not have yet")
+    add("--resume", action=flag, help="continue with the rows that the file of -o lacks")
     add("--plot", metavar="FILE.png|.svg|.pdf", help="draw the wanted variables over the swept one")
-    add("--jobs", metavar="N", type=processes, help="processes that share the work (else as many as pay)")
-    add("--jit", action=flag, help="machine code: pays from about 100,000 rows")
+    add("--jobs", metavar="N", type=processes, help="number of processes (automatic by default)")
+    add("--jit", action=flag, help="compile to machine code; pays off from about 100,000 rows")
     add("--scheduler", metavar="ADDRESS", help="solve on a dask cluster")
 
 
@@ -186,7 +186,7 @@ def _prepared(
     options = {"every": arguments.all, "jit": arguments.jit, "timeout": arguments.timeout}
     work = work_of(plan, swept.lessons, swept.line, **options)
     if arguments.resume and (arguments.all or not arguments.output):
-        notes = ("add -o FILE, the file of the sweep that was cut off", "--all and --follow start anew")
+        notes = ("add -o FILE, the file of the interrupted sweep", "--all and --follow start anew")
         said = "--resume needs a file to go on with, of one answer a row"
         raise RuleSheetError(error("E448", said, notes=notes))
     if not arguments.resume or not os.path.exists(arguments.output):

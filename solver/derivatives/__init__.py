@@ -41,7 +41,7 @@ def diagnosis(model: Model, reason: Reason, group: Sequence[tuple[str, str]]) ->
             text = f"{what} does not exist: moved alone, {alone} would break this rule"
             note = "clear an input that the others determine"
         case "rough":
-            text = f"{what} can't be told here: this rule has no slope at these values"
+            text = f"{what} is unknown here: this rule has no slope at these values"
             note = "it has a corner or a vertical tangent there; move an input a little and ask again"
         case "kink":
             after, before = reason.sides
@@ -52,7 +52,7 @@ def diagnosis(model: Model, reason: Reason, group: Sequence[tuple[str, str]]) ->
             text = f"{what} does not exist: {listed(outputs)} has no number here"
             note = "take it out of the list, or solve for it"
         case "edges":
-            text = f"{what} can't be told here: the rules change at {listed(pairs)}"
+            text = f"{what} is unknown here: the rules change at {listed(pairs)}"
             note = "move an input a little and ask again"
         case _:
             text = f"{what} does not exist: the answer is singular there"

@@ -38,7 +38,7 @@ def wrong_cell(path: str, line: int, text: str, name: str, *, number: bool = Fal
     kinds = "a number" if number else "a number, a symbol ('open)"
     place = Span(Source(f"{path}, line {line}", text), 0, len(text))
     note = f"a cell is {kinds}, or blank where the row has no value"
-    return said("E440", f"line {line} of {path}: this is no value for {name}", place, note)
+    return said("E440", f"line {line} of {path}: this is not a valid value for {name}", place, note)
 
 
 def require_extra(extra: str, purpose: str, *packages: str, code: str = "E441") -> None:

@@ -299,13 +299,14 @@ def _plain(value: Any, name: str) -> float | str | None:
     if isinstance(value, str):
         symbol = symbol_name(value)
         if symbol is None:
-            why = "a text is read as a symbol, and this is none"
-            raise ValueError(f"{value!r} is no value for {name}: {why}")
+            why = "a text is read as a symbol, and this is not one"
+            raise ValueError(f"{value!r} is not a valid value for {name}: {why}")
         return symbol
     try:
         return float(value)
     except (TypeError, ValueError):
-        raise ValueError(f"{value!r} is no value for {name}: neither a number nor a symbol") from None
+        why = "neither a number nor a symbol"
+        raise ValueError(f"{value!r} is not a valid value for {name}: {why}") from None
 
 
 def one_length(names: Sequence[str], axes: Sequence[Sized]) -> None:
@@ -423,6 +424,6 @@ def table_file(path: str, names: Sequence[str], symbols: Collection[str]) -> Csv
     """
     ending = os.path.splitext(path)[1].lower()
     if ending not in CSV + PARQUET:
-        message, notes = f"{path} has an ending that no table is written under", ".csv or .parquet"
+        message, notes = f"{path} has an ending that is not one of a table", ".csv or .parquet"
         raise RuleSheetError(error("E442", message, notes=(f"choose a name that ends in {notes}",)))
     return CsvFile(Replacement(path), names) if ending in CSV else ParquetFile(path, names, symbols)

@@ -240,7 +240,7 @@ class Tab:
             reply = {"failed": str(refused)}
         except (KeyError, TypeError, ValueError) as wrong:
             _log.warning("refused %s: %r", message.get("do"), wrong)
-            reply = {"failed": "this request makes no sense"}
+            reply = {"failed": "this request is not valid"}
         except RuleSheetError as wrong:
             reply = {"wrong": [complaint(diagnosis) for diagnosis in wrong.diagnoses]}
         with suppress(WebSocketDisconnect, RuntimeError):  # the tab may have been closed meanwhile

@@ -107,7 +107,7 @@ def _export(arguments: Namespace) -> int:
 
 
 def _lsp_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("--stdio", action="store_true", help="as editors ask for it; it is always so")
+    parser.add_argument("--stdio", action="store_true", help="always in effect; editors pass it")
     _add_patience(parser)
 
 

@@ -75,7 +75,7 @@ def arranged(
     if count > CURVES:
         if len(inputs) == len(lengths) == 2 and answers == 1:
             return _maps(axes, {name: _spread(column, places, shape) for name, column in drawn.items()})
-        raise _nothing(f"{count:,} curves in one picture cannot be told apart")
+        raise _nothing(f"{count:,} curves are too many for one picture")
     at = dict(zip(inputs, places, strict=True))
     if others:
         number = number + answers * np.ravel_multi_index([at[name] for name in others], sizes)

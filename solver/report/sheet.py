@@ -288,7 +288,7 @@ def proof_lines(result: Result) -> Iterator[str]:
                     said = f"there are two answers, this far apart: {', '.join(apart)}"
                 yield f"proved: for the numbers exactly as they are {said}"
         if not any(proof.double or proof.beside for proof in proofs):
-            yield "not proved: a hair decides whether there are two answers, one or none"
+            yield "not proved: rounding decides whether there are two answers, one or none"
     if result.status is not Status.SOLVED:
         return
     if len(proved) < len(proofs):

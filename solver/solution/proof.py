@@ -147,7 +147,7 @@ class _Proving:
                 one, other = found
                 apart = {n: max(0.0, float(abs(at - other[n]).lower())) for n, at in one.items()}
             beside = ProvedRoots(tuple(square.unknowns), len(found), apart)
-            raise _Obstacle(f"{names}: {beside.roots or 'no'} roots, a hair apart", beside=beside)
+            raise _Obstacle(f"{names}: {beside.roots or 'no'} roots, just apart", beside=beside)
 
     def _certain(self, condition: nodes.Condition) -> bool | None:
         """How a condition comes out for all numbers in the balls; None where they do not agree."""

@@ -71,7 +71,8 @@ def _value(model: Model, name: str, given: Any) -> Value:
     if isinstance(given, str):
         symbol = symbol_name(given)
         if symbol is None:
-            raise TypeError(f"{given!r} is no value for {name}: a text is read as a symbol, and this is none")
+            why = "a text is read as a symbol, and this is not one"
+            raise TypeError(f"{given!r} is not a valid value for {name}: {why}")
         if name in quantities(model):
             raise TypeError(f"{name} is a number, and {given!r} a symbol")
         return symbol

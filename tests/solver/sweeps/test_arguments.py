@@ -61,7 +61,7 @@ def test_numbers_by_place_and_by_name(plan: Any, given: tuple[Any, ...], named: 
         ((1.0, 2.0), {"y": 3.0}, "y is given twice"),
         ((1.0,), {"Y": 3.0}, "Y is no input of this plan, which takes x, y; did you mean y?"),
         ((1.0, 2.0), {"mode": "open"}, "mode is no input of this plan"),
-        (("1.5", 2.0), {}, "'1.5' is no value for x: a text is read as a symbol"),
+        (("1.5", 2.0), {}, "'1.5' is not a valid value for x: a text is read as a symbol"),
         (("open", 2.0), {}, "x is a number, and 'open' a symbol"),
         ((None, 2.0), {}, "nan to have it solved"),
         (

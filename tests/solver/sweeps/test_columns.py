@@ -64,8 +64,8 @@ def test_symbols_and_numbers_share_a_column() -> None:
     [
         (np.zeros((2, 3)), "that of x is 2x3"),
         ([[1.0], [1.0, 2.0]], "neither a number|there are lists"),
-        (np.array([1j]), "1j is no value for x"),
-        (["1", "2"], "'1' is no value for x: a text is read as a symbol"),
+        (np.array([1j]), "1j is not a valid value for x"),
+        (["1", "2"], "'1' is not a valid value for x: a text is read as a symbol"),
         ([{}], "neither a number nor a symbol"),
     ],
 )
@@ -100,4 +100,4 @@ def test_what_is_no_value_of_an_input_is_said(value: Any) -> None:
         solver.solve(LINE, {"x": value})
     (diagnosis,) = refused.value.diagnoses
     assert diagnosis.code == "E406"
-    assert "no value for x" in diagnosis.message
+    assert "not a valid value for x" in diagnosis.message

@@ -338,7 +338,7 @@ def test_a_symbol_is_no_value_of_what_is_measured(run: Run, tmp_path: Path) -> N
     rows.write_text("thetaAO,branch\n30,open\nabc,crossed\n")
     code, out, err = run("sweep", "offset_slider_crank", "--rows", str(rows), "--want", "xB")
     assert (code, out) == (2, "")
-    assert "error[E440]" in err and "line 3 of" in err and "no value for thetaAO" in err
+    assert "error[E440]" in err and "line 3 of" in err and "not a valid value for thetaAO" in err
     code, out, err = run("sweep", "offset_slider_crank", "--over", "thetaAO=30,abc", "--want", "xB")
     assert (code, out) == (2, "")
     assert "error[E406]" in err and "thetaAO is a number in [deg], and 'abc is a symbol" in err
