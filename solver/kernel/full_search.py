@@ -22,7 +22,7 @@ from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import BlockOutcome, Candidates
 from solver.kernel.emitter import IntervalEmitter
 from solver.kernel.linear_block import left_free
-from solver.kernel.problem import BlockProblem
+from solver.kernel.problem import FIRST_ROUND, BlockProblem
 from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import (
     GAUSS_NEWTON,
@@ -124,6 +124,7 @@ def _in_batches(problem: BlockProblem, candidates: Candidates) -> None:
     """Refine what the starts lead to, round after round, until a round brings nothing new."""
     scale = problem.sizes
     found: list[Array] = []
+    problem.budget.used += FIRST_ROUND * len(scale)
     for turn, (first, last) in enumerate(ROUNDS):
         starts = starts_of(problem, first, last)
         ends = _arrivals(problem, starts)

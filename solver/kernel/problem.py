@@ -33,8 +33,8 @@ GLANCE = 1_500
 """For a block whose proof would be in vain, because it is known already that something was left out."""
 ROUNDS = 40
 LAST_RESORTS = 2
-STEP, PLAN, SEARCH, ROUND, LAST_RESORT = 10, 50, 100, 8_000, 100_000
-"""What else costs time, in the same unit."""
+STEP, PLAN, SEARCH, FIRST_ROUND, ROUND, LAST_RESORT = 10, 50, 100, 300, 8_000, 100_000
+"""What else costs time, in the same unit: the first round of starts for each unknown."""
 
 
 class Budget:
