@@ -1,4 +1,4 @@
-"""A sheet and the files that it uses to a model: checked, its values evaluated, its calls expanded."""
+"""A sheet and its used files as a model: parsed, checked, values evaluated, calls expanded."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MEASURE = re.compile(r"\[(?<=[\d.]\[)")  # a pattern that begins with a certain
 
 
 class File(NamedTuple):
-    """A parsed file: ``key`` tells it from others, ``folder`` is what its ``use`` paths are relative to."""
+    """A parsed file: ``key`` identifies it, ``folder`` is the base of its ``use`` paths."""
 
     key: str
     shown: str
@@ -50,7 +50,7 @@ def gather(
 
 
 class _Gathering:
-    """Depth-first over the uses."""
+    """Depth-first search over the ``use`` lines."""
 
     def __init__(self, first: File, within: str | None, python: bool) -> None:
         self.program, self.within, self.python = Program(first.sheet), within, python
@@ -59,7 +59,7 @@ class _Gathering:
         self.enter([first])
 
     def enter(self, trail: list[File]) -> None:
-        """Take in the last of these files, each of which uses the next, and what it uses."""
+        """Add the last of these files, each of which uses the next, and the files it uses."""
         file = trail[-1]
         self.seen.add(file.key)
         self.program.units += (row for row in file.sheet.units if isinstance(row, nodes.UnitRow))
@@ -78,7 +78,7 @@ class _Gathering:
                     self.enter([*trail, used])
 
     def run(self, path: str, place: Span | None, file: File) -> None:
-        """Run a file of Python that registers functions, if that is allowed."""
+        """Run a Python file that registers functions, if that is allowed."""
         shown = os.path.normpath(os.path.join(file.folder, path))
         if not self.python:
             message = f"the sheet needs the Python file {path}, which is not allowed to run"
@@ -100,7 +100,7 @@ class _Gathering:
                 self.complaints.extend(one._replace(labels=used) for one in wrong.diagnoses)
 
     def open(self, path: str, place: Span | None, trail: list[File]) -> File | None:
-        """The file that a ``use`` names; None where it was read before or cannot be used."""
+        """The file that a ``use`` names; None if it was read before or cannot be used."""
         shown = os.path.normpath(os.path.join(trail[-1].folder, path))
         key = self.program.links[shown] = os.path.realpath(shown)
         if not confined(shown, self.within):
@@ -132,7 +132,7 @@ class _Gathering:
 
 
 def place_of(path: str, use: nodes.Use) -> Span | None:
-    """Where a ``use`` names the path, quotes included."""
+    """The place of the path in a ``use`` line, quotes included."""
     start = use.span.text.find(f'"{path}"') if use.span is not None else -1
     return use.span if use.span is None or start < 0 else use.span.part(start, len(path) + 2)
 
@@ -191,7 +191,7 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
 
 
 def _rule_parts(program: Program, said: re.Pattern[str]) -> list[nodes.Expression | nodes.Condition]:
-    """The expressions of all rules, where a source of the program has what the pattern matches."""
+    """The expressions of all rules, if a source of the program matches the pattern."""
     owners: list[nodes.RuleSheet | nodes.Function] = [program.sheet, *program.functions.values()]
     sources = dict.fromkeys(owner.span.source for owner in owners if owner.span is not None)
     if not any(said.search(source.text) for source in sources):
@@ -212,7 +212,7 @@ def _wrong_units(program: Program, units: Library) -> Iterator[Diagnosis]:
 
 
 def _respelt(program: Program) -> Iterator[Diagnosis]:
-    """A note on the first ``Pi``, which is read as the number."""
+    """A note on the first ``Pi`` that is read as the number."""
     parts = _rule_parts(program, LIKE_PI)
     if not parts:
         return
@@ -227,7 +227,7 @@ def _respelt(program: Program) -> Iterator[Diagnosis]:
 
 
 def _passed(program: Program) -> set[str]:
-    """Names that the sheet's own rules only pass from the results of one call to the arguments of another."""
+    """Names that the sheet's own rules only pass from the results of one call to arguments of another."""
     results, arguments, used = set[str](), set[str](), set[str]()
     every = (body for rule in rules_of(program.sheet) for body in bodies(rule.body))
     for body in every if program.functions else ():

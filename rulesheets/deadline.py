@@ -1,6 +1,6 @@
-"""What long work is given: a limit in time; an interrupt, which lets the time be up; and room for its frames.
+"""Limits on long work: a time limit, an interrupt, which ends the time, and room for call frames.
 
-The limit belongs to the context (of a thread, too), so that every loop sees it without passing it on.
+The limit belongs to the context (and so to a thread), and every loop can read it without an argument.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _END: ContextVar[float] = ContextVar("_END", default=inf)
 
 
 class TimeIsUp(Exception):
-    """The limit in time of a solve was met."""
+    """The time limit of a solve was reached."""
 
 
 @contextmanager
@@ -36,7 +36,7 @@ def setting(variable: ContextVar[T], value: T) -> Iterator[None]:
 
 
 def time_limit(seconds: float | None) -> AbstractContextManager[None]:
-    """Raise TimeIsUp from :func:`expect_time` after so many seconds; None is no limit beside those around.
+    """Raise TimeIsUp from :func:`expect_time` after so many seconds; with None only outer limits apply.
 
     Raises ValueError for a limit that is not positive.
     """
@@ -46,12 +46,11 @@ def time_limit(seconds: float | None) -> AbstractContextManager[None]:
 
 
 def grace(seconds: float) -> AbstractContextManager[None]:
-    """So much time in any case: for what is to be said of a solve whose time is up."""
+    """A time limit of its own for the explanation of a solve whose time is up."""
     return setting(_END, monotonic() + seconds if limited() else inf)
 
 
 def limited() -> bool:
-    """Whether there is a limit at all."""
     return _END.get() < inf
 
 
@@ -78,14 +77,14 @@ _interrupted = False
 
 
 def interrupted() -> bool:
-    """Whether an interrupt has come: what is not solved by then fails."""
+    """Whether an interrupt has come: rows that are not solved by then fail."""
     return _interrupted
 
 
 class Interrupts:
-    """While this context lasts, the first interrupt lets the time be up, and a second one is raised.
+    """Within this context, the first interrupt ends the time, and a second one is raised.
 
-    Only the main thread hears signals: elsewhere nothing changes.
+    Only the main thread receives signals: elsewhere nothing changes.
     """
 
     def __init__(self) -> None:

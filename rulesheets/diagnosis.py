@@ -1,4 +1,4 @@
-"""A complaint with its code, its places and its notes; the catalogue of codes; names that may be meant."""
+"""Diagnoses with their codes, places and notes; the catalogue of codes; suggestions for names."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LONG = 500
 
 
 class Severity(StrEnum):
-    """How much a diagnosis matters: an error leaves no answer, or not the one that was asked for."""
+    """How serious a diagnosis is: an error means that there is no answer, or not the wanted one."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -28,7 +28,7 @@ class Severity(StrEnum):
 
 
 class Label(NamedTuple):
-    """A place with a word on why it is shown. The first label of a diagnosis is the primary one."""
+    """A place with a short explanation. The first label of a diagnosis is the primary one."""
 
     span: Span
     text: str = ""
@@ -50,7 +50,6 @@ class Diagnosis(NamedTuple):
 
 
 def labels(*places: tuple[Span | None, str]) -> tuple[Label, ...]:
-    """Labels for those of the places that are known."""
     return tuple(Label(span, text) for span, text in places if span is not None)
 
 
@@ -62,7 +61,7 @@ class RuleSheetError(Exception):
         self.diagnoses = diagnoses
 
     def _render_traceback_(self) -> list[str]:
-        """What a notebook shows in place of a traceback: places and carets, as the terminal does."""
+        """Displayed in a notebook instead of a traceback: places and carets, as in a terminal."""
         return [render(diagnosis, color=True) for diagnosis in self.diagnoses]
 
 
@@ -80,7 +79,7 @@ def error(code: str, message: str | None = None, *labels: Label, notes: tuple[st
 
 
 def said(code: str, message: str | None, place: Span | None, *notes: str, label: str = "") -> Diagnosis:
-    """An error at one place, where that is known."""
+    """An error at one place, if the place is known."""
     return error(code, message, *labels((place, label)), notes=notes)
 
 
@@ -105,7 +104,7 @@ class _Page(NamedTuple):
     width: int | None = None
 
     def folded(self, text: str, before: int, margin: int) -> str:
-        """A sentence that begins in the column ``before``, its other lines after a ``margin``."""
+        """A sentence from column ``before``, folded, with ``margin`` before its other lines."""
         if self.width is None or before + len(text) <= self.width:
             return text
         first, *rest = textwrap.wrap(text, self.width - margin, initial_indent=" " * (before - margin))
@@ -134,7 +133,7 @@ class _Page(NamedTuple):
         return lines
 
     def excerpt(self, label: Label, gutter: int, style: str) -> list[str]:
-        """The place, the line of the source that it begins in, and carets under it."""
+        """The place, the first line of the source at it, and carets below."""
         span = label.span
         number, column = span.source.place(span.start)
         shown, start, width = _clipped(
@@ -154,10 +153,10 @@ class _Page(NamedTuple):
 
 
 def _clipped(line: str, start: int, length: int, most: int) -> tuple[str, int, int]:
-    """A stretch of the line around the place; where the place begins in it, and how wide it is.
+    """The part of the line around the place, with the column and the width of the place in it.
 
-    Tabs become four blanks and other control characters one, so that carets stay below
-    what they mean.
+    A tab becomes four spaces and other control characters one, so that carets stay below their
+    text.
     """
     length = max(1, min(length, len(line) - start))
     first = 0 if start + length < most else max(0, min(start - most // 3, len(line) - most))
@@ -170,7 +169,7 @@ def _clipped(line: str, start: int, length: int, most: int) -> tuple[str, int, i
 
 
 def _clipped_text(text: str) -> str:
-    """A message or note, cut where a name of absurd length would fill the screen."""
+    """A message or note, truncated if a very long name would fill the screen."""
     return escaped(text if len(text) <= _LONG else text[:_LONG] + " …")
 
 
@@ -191,8 +190,9 @@ class Entry(NamedTuple):
 
 @cache
 def catalogue() -> dict[str, Entry]:
-    """What is known of every code: E1 syntax, E2 names and calls, E3 files, E4 variable sheets, command input
-    and units, W6 warnings about units, S5 outcomes of a solve."""
+    """The entries of all codes: E1 syntax, E2 names and calls, E3 files, E4 variable sheets, command input
+    and units, W6 warnings about units, S5 outcomes of a solve.
+    """
     import tomllib  # neither help nor a sheet without mistakes asks for it
 
     with open(os.path.join(os.path.dirname(__file__), "catalogue.toml"), "rb") as file:
@@ -203,10 +203,10 @@ def catalogue() -> dict[str, Entry]:
 
 
 def closest(word: str, known: Iterable[str]) -> str | None:
-    """The known word that ``word`` most likely stands for, or None where none is near.
+    """The known word that ``word`` most likely stands for; None if none is similar.
 
-    The same letters in another case come first, then Ratcliff and Obershelp's
-    similarity; among equals the first in the order given.
+    The same letters in another case come first, then Ratcliff and Obershelp's similarity; of
+    equals, the first in the given order.
     """
     candidates = list(dict.fromkeys(known))
     if same := [one for one in candidates if one.lower() == word.lower() and one != word]:
@@ -219,13 +219,13 @@ def closest(word: str, known: Iterable[str]) -> str | None:
 
 
 def suggestion(word: str, known: Iterable[str]) -> tuple[str, ...]:
-    """The note ``did you mean …?`` for a diagnosis, empty where nothing is near."""
+    """The note ``did you mean …?``, empty if nothing is similar."""
     near = closest(word, known)
     return (f"did you mean {near}?",) if near else ()
 
 
 def meant(name: str, variables: Iterable[str]) -> tuple[str, ...]:
-    """The note on a name that no variable has: the full name of a local, or what is spelt alike."""
+    """The note on an unknown variable: the full name of a local, or a similar name."""
     known = list(variables)
     locals_ = [full for full in known if full.endswith(f".{name}")]
     if locals_:

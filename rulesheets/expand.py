@@ -29,10 +29,10 @@ _NOWHERE = Span(Source("<tree>", ""), 0, 0)
 
 
 class Scope(NamedTuple):
-    """Names of one body of rules on their way to full names.
+    """The names of one body of rules and their full names.
 
-    ``bound`` maps arguments, results and parameters to full names; what is not in it is
-    local and gets ``prefix``. ``counts`` numbers the calls of each function.
+    ``bound`` maps arguments, results and parameters to full names; other names are local and get
+    ``prefix``. ``counts`` numbers the calls of each function.
     """
 
     prefix: str
@@ -44,7 +44,7 @@ class Scope(NamedTuple):
 
 
 class Context(NamedTuple):
-    """Where an expression stands: its scope, its premises and the rule that complaints and places name."""
+    """The context of an expression: its scope, its premises, and the rule that messages refer to."""
 
     scope: Scope
     guard: tuple[Premise, ...]
@@ -78,7 +78,7 @@ class Expansion:
     def _body(
         self, owner: nodes.RuleSheet | nodes.Function, scope: Scope, guard: tuple[Premise, ...]
     ) -> None:
-        """The rules of a sheet or a function, each with those of its calls behind it."""
+        """The rules of a sheet or a function, each followed by those of its calls."""
         for rule in rules_of(owner):
             place = rule.span or rule.body.span or _NOWHERE
             self._expand(rule.body, Context(scope, guard, place))
@@ -91,7 +91,9 @@ class Expansion:
                 self._body(*call)
 
     def _expand(self, body: nodes.RuleBody, context: Context) -> None:
-        """One rule; a stack holds the arms to come, so that long ``else if`` chains don't recurse."""
+        """Expand one rule; a stack holds the remaining arms, so that long ``else if`` chains do not
+        recurse.
+        """
         stack = [(body, context)]
         while stack:
             body, context = stack.pop()
@@ -128,7 +130,7 @@ class Expansion:
         results: tuple[nodes.Expression, ...] | None,
         context: Context,
     ) -> str:
-        """Bind a call and note its body; the full name of its first result.
+        """Bind a call and record its body; return the full name of its first result.
 
         With ``results`` None (a call in an expression) the results are locals of the call.
         """
@@ -158,7 +160,7 @@ class Expansion:
         self.equations.append(Equation(len(self.equations), body, guard, rule, scope.prefix))
 
     def _bind(self, node: Any, context: Context) -> Any:
-        """A node under full names, with calls of rule functions replaced by their results."""
+        """A node with full names, and with calls of rule functions replaced by their results."""
         if not self.functions:
             return node
         if isinstance(node, nodes.Name | nodes.Given):
@@ -178,6 +180,6 @@ class Expansion:
 
 
 def _exact(part: Any, rule: Span) -> Any:
-    """A part of a rule with what its constants are exactly put in: the text tells where there may be any."""
+    """A part of a rule with exact values of its constants put in; ``text`` tells whether it may have any."""
     text = (rule.text or "sin pi").lower()
     return with_round_values(part) if "pi" in text and any(f in text for f in ("sin", "cos", "tan")) else part

@@ -1,4 +1,4 @@
-"""Files: which one a name means, and what it says."""
+"""Finding, reading and writing files."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ _LARGEST = 64 * 2**20
 
 
 def read_source(path: str | os.PathLike[str]) -> Source:
-    """The text of a UTF-8 file (a byte order mark is dropped), line ends as ``\\n``.
+    """The text of a UTF-8 file (a byte order mark is dropped), line ends as ``\n``.
 
-    Raises RuleSheetError for a file that is missing, a folder, unreadable, too large, or no text.
+    Raises RuleSheetError for a file that is missing, a folder, unreadable, too large, or not a
+    text.
     """
     name = os.fspath(path)
     expect_regular(name)
@@ -42,9 +43,9 @@ def read_source(path: str | os.PathLike[str]) -> Source:
 
 
 def parsed(source: Source, path: str | None) -> RuleSheet:
-    """The rule sheet that a text says; ``path`` is its file.
+    """The rule sheet of a text; ``path`` is its file.
 
-    Raises RuleSheetError with what is wrong line by line, or (E312) for a file that is not a rule sheet.
+    Raises RuleSheetError with the mistakes, line by line, or (E312) for a file that is not a rule sheet.
     """
     try:
         return parse(source)
@@ -56,12 +57,12 @@ def parsed(source: Source, path: str | None) -> RuleSheet:
 
 
 def is_sheet(path: str) -> bool:
-    """Whether a file has the name of a rule sheet, links resolved: of no other is a line ever shown."""
+    """Whether a file has the name of a rule sheet, links resolved: others are never quoted."""
     return os.path.realpath(path).lower().endswith(ENDING)
 
 
 def confined(path: str, within: str | None) -> bool:
-    """Whether a file lies in the folder ``within``, links resolved. None is the whole file system."""
+    """Whether a file lies in the folder ``within``, links resolved; always for None."""
     if within is None:
         return True
     folder = os.path.realpath(within)
@@ -74,7 +75,7 @@ def outside(path: str, place: Span | None = None) -> Diagnosis:
 
 
 def near_files(path: str) -> tuple[str, ...]:
-    """The note on a file that is not there: its folder is not either, or holds one that is spelt alike."""
+    """The note on a missing file: its folder is missing too, or has a file with a similar name."""
     folder, name = os.path.split(path)
     if not os.path.isdir(folder or "."):
         return (f"there is no folder {folder} either",)
@@ -97,7 +98,7 @@ def decoded(name: str, data: bytes) -> str:
 
 
 def _not_text(name: str, data: bytes, place: int) -> Diagnosis:
-    """Says what the file seems to be, and where the first byte stands that is no text."""
+    """A diagnosis with the likely kind of the file and its first byte that is not text."""
     readable = data[:place].decode("utf-8", "replace")
     source = Source(name, readable.replace("\r\n", "\n"))
     here = Span(source, len(source.text), len(source.text) + 1)
@@ -132,9 +133,9 @@ def find_sheet(path: str) -> str:
 
 
 def find_variable_sheet(path: str, sheet: str) -> str:
-    """The file of a variable sheet: the path itself, or a file of that name beside the rule sheet.
+    """The file of a variable sheet: the path itself, or a file of that name next to the rule sheet.
 
-    ``sheet`` is what :func:`find_sheet` takes. Raises RuleSheetError (E310) where neither is there.
+    ``sheet`` is what :func:`find_sheet` takes. Raises RuleSheetError (E310) if neither exists.
     """
     folder = os.path.dirname(find_sheet(sheet))
     beside = os.path.join(folder, path)
@@ -155,12 +156,11 @@ def shipped_models() -> tuple[str, ...]:
 
 
 def shipped_model(name: str) -> str:
-    """The file of a shipped model."""
     return os.path.join(_models_folder(), name, MAIN_SHEET)
 
 
 def _models_folder() -> str:
-    """``rulesheets/models`` where installed, ``models`` beside the package in a checkout."""
+    """``rulesheets/models`` if installed, ``models`` next to the package in a checkout."""
     package = os.path.dirname(os.path.abspath(__file__))
     installed = os.path.join(package, "models")
     return installed if os.path.isdir(installed) else os.path.join(os.path.dirname(package), "models")
@@ -168,7 +168,7 @@ def _models_folder() -> str:
 
 @contextmanager
 def writing(path: str) -> Iterator[None]:
-    """Raise RuleSheetError (E416) where the system fails to write the file within the context."""
+    """Raise RuleSheetError (E416) if the system fails to write the file within the context."""
     try:
         yield
     except OSError as failure:

@@ -1,4 +1,4 @@
-"""Sheet → text: the canonical print, which ``parse`` reads back as the same sheet; rules in LaTeX."""
+"""A sheet as text in the canonical layout, which ``parse`` reads back; rules in LaTeX."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ def format_number(value: float) -> str:
 
 
 class Notation:
-    """Expressions and conditions on one line, as the language has them: sums are spaced, products are not."""
+    """Expressions and conditions on one line in the language: sums are spaced, products are not."""
 
     brackets = "({})"
     and_, or_, not_ = " and ", " or ", "not "
     relations: ClassVar[dict[str, str]] = {}
 
     def written(self, node: Node, place: int = _OR) -> str:
-        """In parentheses where it binds less than what stands in its place must."""
+        """In parentheses if it binds less tightly than its context requires."""
         text, binds = self.bound(node)
         return text if binds >= place else self.brackets.format(text)
 
     def bound(self, node: Node) -> tuple[str, int]:
-        """The text of a node without parentheses around it, and how tightly it binds."""
+        """The text of a node without outer parentheses, and how tightly it binds."""
         match node:
             case nodes.Number():
                 return self.number(node)
@@ -158,7 +158,7 @@ _LATEX_FUNCTIONS |= {"asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan",
 
 
 class Latex(Notation):
-    """The same in LaTeX, for mathematics mode: ``omegaAO*AO`` is ``\\omega_{AO} \\mathit{AO}``."""
+    """The same in LaTeX, in mathematics mode: ``omegaAO*AO`` is ``\omega_{AO} \mathit{AO}``."""
 
     brackets = r"\left({}\right)"
     and_, or_, not_ = r" \text{ and } ", r" \text{ or } ", r"\text{not } "
@@ -203,7 +203,7 @@ class Latex(Notation):
         return text[:3] + self.brackets.format(text[3:]) if text[3] == "-" else text
 
     def power(self, base: nodes.Expression, exponent: nodes.Expression) -> str:
-        """A power; of a function, with the exponent behind its name."""
+        """A power; for a function, the exponent follows its name."""
         raised = f"^{{{self.written(exponent)}}}"
         if isinstance(base, nodes.Call) and base.function not in ("pi", "sqrt", "abs"):
             inside = ", ".join(map(self.written, base.arguments))
@@ -211,7 +211,7 @@ class Latex(Notation):
         return self.written(base, _ATOM) + raised
 
     def chain(self, node: nodes.Expression) -> str:
-        """A product; with divisors, one fraction: ``-a*b/c`` is not ``- a b \\frac{1}{c}``."""
+        """A product; with divisors, one fraction: ``-a*b/c`` is not ``- a b \frac{1}{c}``."""
         (_, first), *others = nodes.chain(node)
         below = [factor for sign, factor in others if sign == "/"]
         above = [factor for sign, factor in others if sign == "*"]
@@ -225,7 +225,7 @@ class Latex(Notation):
         return f"- {text}" if negative else text
 
     def _times(self, factors: Sequence[nodes.Expression]) -> str:
-        """Factors side by side, with a dot before a number."""
+        """Factors next to each other, with a dot before a number."""
         if len(factors) == 1:
             return self.written(factors[0])
         first, *others = (self.written(factor, _FACTOR) for factor in factors)
@@ -278,8 +278,9 @@ def rule_lines(body: nodes.RuleBody) -> list[str]:
 
 
 def _arms(rule: nodes.IfRule) -> list[str]:
-    """``if … then …``, ``else if … then …``, ``else …``. A conditional after ``then`` goes in parentheses, so
-    that an ``else`` cannot be taken for its own."""
+    """``if … then …``, ``else if … then …``, ``else …``. A conditional after ``then`` is put in parentheses,
+    so that an ``else`` is not read as its own.
+    """
     arms = []
     word = "if"
     rest: nodes.RuleBody | None = rule
@@ -330,7 +331,7 @@ def _comment(text: str) -> str:
 
 
 def _commented(lines: list[str], comment: str, column: int) -> list[str]:
-    """The lines with a comment after the last, two blanks off or in the given column."""
+    """The lines with a comment after the last, two spaces away or in the given column."""
     if not comment:
         return lines
     *others, last = lines
@@ -341,7 +342,7 @@ def _commented(lines: list[str], comment: str, column: int) -> list[str]:
 
 
 def _lines(rows: Iterable[Any], written: Callable[[Any], list[str]], column: int) -> Iterator[str]:
-    """Rows as they are written, comments in a column; comment lines, and single blank lines, between them."""
+    """Rows as written, with comments in a column; comment lines and single blank lines between them."""
     for index, row in enumerate(rows):
         if row.gap and index:
             yield ""

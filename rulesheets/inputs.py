@@ -1,4 +1,4 @@
-"""What a variable can hold, and the values that the sheet and the caller give."""
+"""Values that a variable can have, and the inputs that the sheet and the caller give."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ from rulesheets.units import (
 def constant(expression: nodes.Expression) -> Value:
     """The value of an input as written: a symbol, or an expression of numbers evaluated once.
 
-    Raises RuleSheetError where it names a variable (E401), has no finite value (E402) or
-    breaks the rules of calls and symbols.
+    Raises RuleSheetError if it names a variable (E401), has no finite value (E402) or breaks the
+    rules of calls and symbols.
     """
     if isinstance(expression, nodes.Symbol):
         return expression.name
@@ -67,7 +67,7 @@ DIGITS = 10
 
 
 def readable(value: float | str | None) -> str:
-    """A value for the variable sheet: ``'open``, ``-41.46077186``, blank where there is none."""
+    """A value for the variable sheet: ``'open``, ``-41.46077186``, blank if there is none."""
     if value is None:
         return ""
     if isinstance(value, str):
@@ -85,7 +85,7 @@ def exact(value: float | str | None) -> str:
 def declared(rows: tuple[nodes.VariableRow, ...], units: Library) -> dict[str, Variable]:
     """The variables of the rows, in their order, with the ``units`` of their sheet.
 
-    Raises RuleSheetError with everything that is wrong with units, values, guesses and ranges.
+    Raises RuleSheetError with all mistakes in units, values, guesses and ranges.
     """
     variables: dict[str, Variable] = {}
     complaints: list[Diagnosis] = []
@@ -113,7 +113,7 @@ def declared(rows: tuple[nodes.VariableRow, ...], units: Library) -> dict[str, V
 
 
 def _place_of(unit: str | None, row: nodes.VariableRow) -> Span | None:
-    """Where the unit of a row stands in its text."""
+    """The place of the unit in the text of a row."""
     if row.span is None or unit is None:
         return row.span
     text = row.span.source.text
@@ -153,7 +153,7 @@ def valued(bare: Variable, row: nodes.VariableRow) -> Variable:
 
 
 def _end(written: nodes.Expression | None, endless: float, variable: Variable) -> float:
-    """An end of a range; one that names variables is a requirement, and none here."""
+    """An end of a range; one that names variables is a requirement, not an end."""
     if written is None or any(names(written)):
         return endless
     if measured(written) is not None:
@@ -177,7 +177,7 @@ def _given(expression: nodes.Expression, variable: Variable, difference: bool = 
 
 
 def symbolic(model: Model) -> frozenset[str]:
-    """Variables that are given a symbol, compared with one, or tied to such a variable by a rule."""
+    """Variables that are given a symbol, compared with one, or set equal to such a variable."""
     found = {name for name, variable in model.variables.items() if isinstance(variable.value, str)}
     nodes_ = (node for condition in model.conditions for node in walk(condition))
     pairs = [(equation.left, equation.right) for equation in model.equations]
@@ -190,10 +190,10 @@ def symbolic(model: Model) -> frozenset[str]:
 
 @once
 def quantities(model: Model) -> frozenset[str]:
-    """Variables that can be nothing but a number.
+    """Variables that can only be numbers.
 
-    They have a unit or a range, or a rule computes with them or with what is tied to them, and nothing says
-    that they may be symbols.
+    They have a unit or a range, or a rule computes with them or with variables set equal to them, and
+    nothing shows that they may be symbols.
     """
     variables = model.variables.values()
     given = (v.name for v in variables if v.unit or math.isfinite(v.low) or math.isfinite(v.high))
@@ -206,7 +206,7 @@ def quantities(model: Model) -> frozenset[str]:
 def _tied(
     found: Collection[str], pairs: Collection[tuple[nodes.Expression, nodes.Expression]]
 ) -> frozenset[str]:
-    """These variables, and those that rules set equal to one of them, one after another."""
+    """These variables, and those that rules set equal to one of them, directly or not."""
     neighbours: dict[str, list[str]] = {}
     for left, right in pairs:
         if isinstance(left, nodes.Name) and isinstance(right, nodes.Name):
@@ -226,7 +226,7 @@ _NOT_SYMBOLS = frozenset({"pi", "nan", "inf", "infinity"})
 
 
 class Inputs(NamedTuple):
-    """What a solve starts from: values of the inputs and first guesses, by full names."""
+    """The starting data of a solve: values of the inputs and first guesses, by full names."""
 
     values: Mapping[str, Value]
     guesses: Mapping[str, float]
@@ -235,8 +235,8 @@ class Inputs(NamedTuple):
 def parse_value(text: str, place: Span | None = None) -> Value:
     """A number, an expression of numbers, or a symbol (``open`` or ``'open``).
 
-    ``place`` is where the text stands, for messages. Raises RuleSheetError for anything else,
-    for what names a variable and for what has no finite value.
+    ``place`` is the place of the text, for messages. Raises RuleSheetError for anything else, for a
+    text that names a variable and for one without a finite value.
     """
     text = text.strip()
     place = place or Span(Source("<value>", text), 0, len(text))
@@ -264,7 +264,7 @@ def parse_value(text: str, place: Span | None = None) -> Value:
 
 
 def _plain_number(text: str) -> float | None:
-    """The number that a text is, written in digits."""
+    """The number that a text of digits stands for."""
     if not _DIGITS.issuperset(text):
         return None
     try:
@@ -274,7 +274,7 @@ def _plain_number(text: str) -> float | None:
 
 
 def symbol_name(text: str) -> str | None:
-    """The name of the symbol that a text is, its apostrophe left out."""
+    """The name of the symbol that a text stands for, without its apostrophe."""
     name = text.removeprefix("'")
     return name if name.isidentifier() and name.isascii() else None
 
@@ -282,11 +282,11 @@ def symbol_name(text: str) -> str | None:
 def parse_input(
     text: str, place: Span | None = None, variable: Variable | None = None
 ) -> tuple[Value, Tolerance | None]:
-    """A value, with a tolerance where one is written after it: ``3 ± 0.01``, ``3 +- 1%``.
+    """A value, with a tolerance if one follows it: ``3 ± 0.01``, ``3 +- 1%``.
 
     A unit after it (``3 in``, ``3 ± 0.1 [mm]``) is converted to that of the ``variable``. Raises
-    RuleSheetError as :func:`parse_value` does, for a tolerance that cannot be one (E405) and for units
-    (E460, E461).
+    RuleSheetError as :func:`parse_value` does, for an invalid tolerance (E405) and for units (E460,
+    E461).
     """
     sign = next((sign for sign in _PLUS_MINUS if sign in text), "")
     written, _, size = text.rpartition(sign) if sign else (text, "", "")
@@ -330,8 +330,8 @@ def override(
 ) -> Inputs:
     """The sheet's inputs and guesses, overridden by the caller's; None clears an input.
 
-    Raises RuleSheetError with every name that the model does not have and every value that
-    is not finite or lies outside the range of its variable; TypeError for what is no model, or no mapping.
+    Raises RuleSheetError with every name that the model does not have and every value that is not finite
+    or lies outside the range of its variable; TypeError for an argument that is not a model or a mapping.
     """
     expect_model(model)
     for mapping, word in ((inputs, "inputs"), (guesses, "guesses")):
@@ -363,7 +363,7 @@ def override(
 
 
 def variable_named(name: str, model: Model, place: Span | None = None) -> Variable:
-    """The variable of that full name. Raises RuleSheetError (E407) with what may be meant."""
+    """The variable of that full name. Raises RuleSheetError (E407) with a suggestion."""
     if not isinstance(name, str):
         raise TypeError(f"a variable is named by a text, and {name!r} is none")
     variable = model.variables.get(name)
@@ -378,7 +378,7 @@ def variables_named(names: Iterable[str], model: Model) -> tuple[str, ...]:
 
 
 def in_unit(model: Model, name: str, values: Any, unit: str) -> Any:
-    """Numbers or arrays of a variable, which are in its own unit, in another.
+    """Numbers or arrays of a variable, given in its own unit, converted to another one.
 
     Raises RuleSheetError (E407, E460, E461).
     """
@@ -405,7 +405,7 @@ def _checked(given: Value | SupportsFloat, variable: Variable, model: Model) -> 
 
 
 def _in_its_unit(given: Any, variable: Variable) -> Any:
-    """``"3 in"``, ``(3, "in")`` and pint quantities in the unit of the variable; all else as it is."""
+    """``"3 in"``, ``(3, "in")`` and pint quantities in the unit of the variable; others unchanged."""
     if isinstance(given, str) and (measured := parted(given)):
         return parse_input(given, None, variable)[0] if _plain_number(measured[0]) is not None else given
     if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str):
@@ -438,9 +438,9 @@ _TOLERATED = re.compile(rf"[-+]?{_NUMBER}(?:\s*(?:±|\+-)\s*{_NUMBER}\s*%?)?")
 
 
 def guarded(text: str) -> str:
-    """A cell that no spreadsheet computes: an apostrophe before what would begin a formula.
+    """A cell that no spreadsheet takes for a formula: an apostrophe is put before one.
 
-    Numbers stay as they are; :func:`unguarded` reads the text again.
+    Numbers are unchanged; :func:`unguarded` reads the text again.
     """
     return f"'{text}" if _FORMULA.match(text) and not _PLAIN.fullmatch(text) else text
 
@@ -450,12 +450,12 @@ def unguarded(text: str) -> str:
 
 
 def delimiter(heading: str) -> str:
-    """A comma, or what spreadsheets write instead where commas are decimal: a semicolon or a tab."""
+    """A comma, or the delimiter of spreadsheets with decimal commas: a semicolon or a tab."""
     return max(",;\t", key=heading.count)
 
 
 def decimal_point(text: str) -> str:
-    """A number with a decimal comma (``3,5``, ``3,5 ± 0,1``) with a point; any other cell as it is."""
+    """A number with a decimal comma (``3,5``, ``3,5 ± 0,1``) with a point; other cells unchanged."""
     if "," not in text or "." in text or not _TOLERATED.fullmatch(text.strip()):
         return text
     return text.replace(",", ".")
@@ -520,5 +520,5 @@ def not_a_value(text: str, place: Span, reason: str = "") -> Diagnosis:
 
 
 def unknown_variable(name: str, model: Model, place: Span | None = None) -> Diagnosis:
-    """The complaint about a name that the model does not have, with the name that may be meant."""
+    """The complaint about a name that the model does not have, with a suggestion."""
     return said("E407", f"{model.name} has no variable {name}", place, *meant(name, model.variables))

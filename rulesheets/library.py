@@ -1,4 +1,4 @@
-"""Units: texts like ``kJ/kg-K``, what names mean, exact conversion."""
+"""Units: texts like ``kJ/kg-K``, the meaning of names, exact conversion."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ANGLE = "rad"
 class Unit:
     """``reading · factor · π^pi + offset`` is the quantity in base units, whose exponents are ``bases``.
 
-    ``offset`` is not 0 for temperatures in °C and gauge pressures; such a unit inside a product is that of a
+    ``offset`` is not 0 for temperatures in °C and gauge pressures; inside a product such a unit is that of a
     difference.
     """
 
@@ -38,7 +38,7 @@ class Unit:
         return Unit(self.factor * other.factor, self.pi + other.pi, kept)
 
     def __pow__(self, exponent: Fraction) -> Unit:
-        """Raises ValueError for a root of a factor that is no power of integers or holds π."""
+        """Raises ValueError for a root of a factor that is not a power of integers or holds π."""
         bases = {base: one * exponent for base, one in self.bases.items() if exponent}
         power = self.pi * exponent
         if power.denominator != 1:
@@ -56,7 +56,7 @@ class Unit:
 
     @property
     def decades(self) -> float:
-        """How many powers of ten it is away from its base units, about."""
+        """Its approximate size in base units, as a power of ten."""
         return abs(self.factor.numerator.bit_length() - self.factor.denominator.bit_length()) * math.log10(
             2.0
         )
@@ -73,9 +73,9 @@ class Unit:
 
 
 def affine(source: Unit, target: Unit, difference: bool = False) -> tuple[float, float]:
-    """The factor and the number that turn readings in ``source`` into readings in ``target``.
+    """The factor and the offset that convert readings in ``source`` to readings in ``target``.
 
-    The factor is correctly rounded but for a power of π.
+    The factor is correctly rounded except for a power of π.
     """
     shift = Fraction(0) if difference else source.offset - target.offset
     factor = float(source.factor / target.factor) * math.pi ** (source.pi - target.pi)
@@ -83,7 +83,7 @@ def affine(source: Unit, target: Unit, difference: bool = False) -> tuple[float,
 
 
 def convert(number: float, source: Unit, target: Unit, difference: bool = False) -> float:
-    """A reading in ``source`` as a reading in ``target``; of a ``difference`` no scale begins anywhere."""
+    """A reading in ``source`` as a reading in ``target``; without offsets for a ``difference``."""
     if source.pi != target.pi:
         factor, start = affine(source, target, difference)
         return number * factor + start
@@ -124,7 +124,7 @@ def _in_range(unit: Unit) -> Unit:
 
 
 class UnitError(ValueError):
-    """A text that is no unit: ``place`` is where it goes wrong, ``name`` the unknown name if that is why."""
+    """A text is not a unit: ``place`` is where it goes wrong, ``name`` the unknown name if that is why."""
 
     def __init__(self, message: str, place: int, name: str = "") -> None:
         super().__init__(message)
@@ -134,9 +134,10 @@ class UnitError(ValueError):
 def read(text: str, lookup: Callable[[str], Unit | None]) -> Unit:
     """The unit of a text, ``W/m^2-K``, ``m3`` or ``(m/s)^2``; ``lookup`` gives that of a name.
 
-    As in EES, a blank, ``-`` and ``·`` multiply, and everything right of a ``/`` is divided by until ``*`` or
-    a parenthesis says otherwise: ``W/m^2-K`` is W/(m²·K), ``W/m^2*K`` is W·K/m². A digit behind a name is its
-    exponent. ``-`` alone, and nothing, are numbers without a unit; braces hold comments. Raises UnitError.
+    As in EES, a space, ``-`` and ``·`` multiply, and everything to the right of a ``/`` divides, up to a
+    ``*`` or a parenthesis: ``W/m^2-K`` is W/(m²·K), ``W/m^2*K`` is W·K/m². A digit after a name is its
+    exponent. ``-`` alone, and an empty text, are numbers without a unit; braces hold comments. Raises
+    UnitError.
     """
     blanked = _COMMENT.sub(lambda found: " " * len(found.group()), text)
     if blanked.strip() in ("", "-", "–"):
@@ -200,7 +201,7 @@ class _Reader:
             raise UnitError(str(wrong), sign.start()) from None
 
     def named(self, name: str, place: int) -> Unit:
-        """A name, or one with its exponent behind it: ``m3``."""
+        """A name, or one followed by its exponent: ``m3``."""
         found = self.lookup(name)
         if found is not None:
             return found
@@ -234,10 +235,10 @@ _MEANING = re.compile(rf"({_NUMBER})?\s*\*?\s*(pi\b)?\s*(.*?)\s*(/pi)?(?:\s([+-]
 
 
 class Library:
-    """Units by name; a definition is read when it is first asked for.
+    """Units by name; a definition is read on first use.
 
     ``own`` are definitions of a sheet, each ``name, other names = factor unit + offset``; a name without a
-    meaning is a unit of a kind of its own.
+    meaning is a unit with a dimension of its own.
     """
 
     def __init__(self, own: tuple[str, ...] = ()) -> None:
@@ -249,7 +250,7 @@ class Library:
 
     @cached_property
     def _definitions(self) -> dict[str, tuple[str, str, bool]]:
-        """Name → the first of its names, what that means, and whether it takes prefixes."""
+        """The first of its names, the meaning, and whether it takes prefixes, by name."""
         with open(_FILE, encoding="utf-8") as file:
             shipped = file.read().splitlines()
         found = {}
@@ -271,7 +272,7 @@ class Library:
         return found
 
     def named(self, name: str) -> Unit | None:
-        """The unit of one name, prefix and all; None where there is none of that name."""
+        """The unit of one name, with its prefix; None if there is none of that name."""
         key = f"\0{name}"
         if key not in self._units:
             self._units[key] = None  # a unit that is defined by itself is found to be unknown
@@ -279,7 +280,7 @@ class Library:
         return self._units[key]
 
     def names(self) -> tuple[str, ...]:
-        """What a suggestion may name."""
+        """The names that a suggestion may use."""
         return tuple(self._definitions)
 
     def _defined(self, name: str) -> Unit | None:
@@ -294,7 +295,7 @@ class Library:
         return None
 
     def meant(self, text: str) -> Unit:
-        """``1/180 pi rad``, ``5/9 K + 255.37``: a factor, perhaps π, a unit, and where its scale begins.
+        """``1/180 pi rad``, ``5/9 K + 255.37``: a factor, perhaps π, a unit, and the zero of the scale.
 
         Raises UnitError.
         """
@@ -309,9 +310,9 @@ class Library:
 
 
 def _from_pint(name: str) -> Unit | None:
-    """A unit that only pint knows, by its name alone; None where pint is absent or knows none.
+    """A unit that only pint knows, by a single name; None without pint or if pint does not know it.
 
-    Short names are not asked for: pint reads ``cfm`` as centifermi and ``Nm`` as a number of metres.
+    Short names are excluded: pint reads ``cfm`` as centifermi and ``Nm`` as a number of metres.
     """
     registry = _registry() if len(name) >= SHORTEST else None
     if registry is None:
@@ -336,7 +337,7 @@ def _registry() -> Any:
 
 
 def library(own: tuple[str, ...] = ()) -> Library:
-    """The units of a sheet: those that every sheet has, and its ``own`` definitions."""
+    """The units of a sheet: the common ones and its ``own`` definitions."""
     return _library(own)
 
 

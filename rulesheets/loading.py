@@ -1,8 +1,8 @@
 """Models: read from files and texts, and kept on disk.
 
-A file that the same code has read before, with the same files that it uses, is neither parsed nor checked
-again: then neither the grammar nor lark is imported, a fifth of the time in which a command starts. What is
-found out about a kept model whatever its numbers are can be kept, too.
+A file that the same code has read before, with the same used files, is neither parsed nor checked again.
+Neither the grammar nor lark is then imported, which saves a fifth of the start of a command. Results about
+a kept model that do not depend on numbers can be kept, too.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ def load(
     """The model of a rule sheet file.
 
     ``path`` is a file, a folder that holds ``model.tk``, or the bare name of a shipped model
-    (``offset_slider_crank``). For sheets of strangers ``within`` names a folder: the sheet and every file
-    that it uses must lie in it, links resolved. ``allow_python`` lets the files run that the sheet names by
-    ``use python``. Raises RuleSheetError where anything in it is wrong.
+    (``offset_slider_crank``). For sheets that you do not trust ``within`` names a folder: the sheet and
+    every file that it uses must lie in it, links resolved. ``allow_python`` lets the Python files run that
+    the sheet names by ``use python``. Raises RuleSheetError with all mistakes.
     """
     file = find_sheet(os.fsdecode(path))
     folder = None if within is None else os.fsdecode(within)
@@ -67,8 +67,8 @@ def loads(
 ) -> Model:
     """The model of a text. Messages call it ``name``; ``use`` paths are relative to the folder ``base``.
 
-    ``within`` confines used files to a folder, links resolved; ``allow_python`` lets files of Python run.
-    Raises RuleSheetError where anything in it is wrong, TypeError for what is no text.
+    ``within`` confines used files to a folder, links resolved; ``allow_python`` lets Python files run.
+    Raises RuleSheetError with all mistakes, TypeError for an argument that is not a text.
     """
     if not isinstance(text, str):
         raise TypeError(f"a text is needed, and this is of the type {type(text).__name__}")
@@ -80,10 +80,10 @@ def loads(
 def _model(
     source: Source, folder: str, file: str | None, name: str, within: str | None, python: bool
 ) -> Model:
-    """The model, kept or made.
+    """The model, from the cache or built.
 
-    The garbage collector rests: a large sheet has a million nodes, which all stay, and to look for garbage
-    among them takes longer than to make them.
+    Garbage collection is off: a large sheet has a million nodes, which all stay in use, and searching them
+    for garbage takes longer than making them.
     """
     # functions of one's own decide on what a sheet says, and are no part of it
     own = next(reversed(TABLE.values())).source is not None
@@ -117,7 +117,7 @@ def _model(
 
 
 class _Writer(pickle.Pickler):
-    """Writes which rule it is instead of a rule, and how a compiled function is made again."""
+    """Pickles a reference instead of a rule, and the source of a compiled function."""
 
     def __init__(self, file: BytesIO, model: Model) -> None:
         super().__init__(file, pickle.HIGHEST_PROTOCOL)
@@ -141,20 +141,20 @@ class _Reader(pickle.Unpickler):
 
 
 def _question(model: Model, question: str) -> bytes:
-    """The key of what was found out about a kept model; empty for another one."""
+    """The key of what is kept about a model in the cache; empty for another model."""
     key: bytes
     key, texts = model.__dict__.get("_key", (b"", ()))
     return key and key + repr((question, [(text.name, text.text) for text in texts])).encode()
 
 
 def recall(model: Model, question: str) -> None:
-    """Hang on a kept model what was found out about it for the same question before."""
+    """Attach to a model what the cache has about it for the same question."""
     if (key := _question(model, question)) and (kept := look_up("found", key)):
         model.__dict__.update(_Reader(kept, model).load())
 
 
 def keep(model: Model, question: str, *once: Callable[[Model], object]) -> None:
-    """Keep what these functions found ``once`` of a kept model, where all of it can be written."""
+    """Keep the ``once`` results of these functions for a model, if all can be pickled."""
     if key := _question(model, question):
         file, found = BytesIO(), {function.__name__: function(model) for function in once}
         with suppress(AttributeError, TypeError, RecursionError, pickle.PicklingError):
@@ -164,7 +164,7 @@ def keep(model: Model, question: str, *once: Callable[[Model], object]) -> None:
 
 @cache
 def stamp(code: str) -> bytes:
-    """What tells the code in a folder, and the units of pint, from any other that makes models."""
+    """Identifies the code in a folder, and the units of pint, among all that make models."""
     folders = [code, *(entry.path for entry in os.scandir(code) if entry.is_dir())]
     files = [file for folder in folders for file in os.scandir(folder) if file.name.endswith(_ENDINGS)]
     found = sorted((file.path, file.stat().st_mtime_ns, file.stat().st_size) for file in files)
@@ -174,7 +174,7 @@ def stamp(code: str) -> bytes:
 
 
 def _current(texts: list[Source], links: dict[str, str], within: str | None) -> bool:
-    """Whether the files that a model was made of, and the links to them, are still as they were."""
+    """Whether the files of a model, and the links to them, are unchanged."""
     if not all(os.path.realpath(path) == end and confined(path, within) for path, end in links.items()):
         return False
     with suppress(RuleSheetError):

@@ -64,7 +64,7 @@ class Variable:
 
     @property
     def measure(self) -> Unit | None:
-        """Its unit with what it is worth."""
+        """Its unit with its definition."""
         return self.units.unit(self.unit) if self.unit else None
 
     def admits(self, number: float) -> bool:
@@ -74,14 +74,14 @@ class Variable:
         return above and below
 
     def nearest(self, number: float) -> float:
-        """The number, or the end of the range that it lies beyond where that end belongs to the range."""
+        """The number, or the end of the range that it lies beyond if that end belongs to the range."""
         if number < self.low and not self.low_open:
             return self.low
         return self.high if number > self.high and not self.high_open else number
 
 
 class Premise(NamedTuple):
-    """A condition of the model (by index) that must come out ``holds`` for an equation to be active."""
+    """A condition of the model (by index), with the outcome that makes an equation active."""
 
     condition: int
     holds: bool
@@ -89,10 +89,10 @@ class Premise(NamedTuple):
 
 @dataclass(frozen=True)
 class Equation:
-    """``left = right`` wherever every premise of ``guard`` comes out as it says.
+    """``left = right`` if every premise of ``guard`` is satisfied.
 
-    ``rule`` is the place of the whole rule as the user wrote it (with its ``if``);
-    ``scope`` is the prefix of the call that it stands in (``""`` on the sheet itself).
+    ``rule`` is the place of the whole rule as the user wrote it (with its ``if``); ``scope`` is the
+    prefix of the call that it belongs to (``""`` on the sheet itself).
     """
 
     index: int
@@ -114,7 +114,7 @@ class Equation:
         return replace(self, body=nodes.Equality((left,), (right,)))
 
     def __getstate__(self) -> dict[str, object]:
-        """Pickled without what solves have found out about it."""
+        """Pickled without results of solves."""
         return {name: self.__dict__[name] for name in self.__match_args__}
 
     @cached_property
@@ -124,9 +124,9 @@ class Equation:
 
 
 class Requirement(NamedTuple):
-    """A comparison that answers have to satisfy wherever every premise of ``guard`` comes out as it says.
+    """A comparison that answers must satisfy if every premise of ``guard`` is satisfied.
 
-    It determines nothing. ``rule`` is the place of the rule, or of the range, that says it.
+    It determines nothing. ``rule`` is the place of the rule, or of the range, that states it.
     """
 
     comparison: nodes.Comparison
@@ -144,12 +144,12 @@ class Requirement(NamedTuple):
 class Model:
     """Variables (in the order of the sheet, then locals in order of appearance) and equations.
 
-    ``conditions[k]`` is the condition that ``Premise(k, …)`` refers to; an ``else`` arm shares
-    its condition with the ``then`` arm. All names are full names. ``figures`` say what can be
-    drawn of an answer, ``files`` are the paths that the model was read from, ``python`` those of the
-    Python files that it needs, ``notes`` what is to be said of them, though nothing is wrong.
-    ``limits``: rules that are 0/0 at an answer are taken by their limits. ``units`` are what
-    units are called in the sheet.
+    ``conditions[k]`` is the condition that ``Premise(k, …)`` refers to; an ``else`` arm shares its
+    condition with the ``then`` arm. All names are full names. ``figures`` define what can be drawn
+    of an answer, ``files`` are the paths that the model was read from, ``python`` those of the
+    Python files that it needs, ``notes`` are remarks that are not mistakes. ``limits``: rules that
+    are 0/0 at an answer are taken by their limits. ``units`` are the definitions of units in the
+    sheet.
     """
 
     name: str
@@ -165,7 +165,7 @@ class Model:
     units: Library = field(default=library(), compare=False, repr=False)
 
     def outcomes(self, guard: Iterable[Premise]) -> list[tuple[nodes.Condition, bool]]:
-        """The conditions of a guard, each with how it must come out."""
+        """The conditions of a guard, each with its required outcome."""
         return [(self.conditions[premise.condition], premise.holds) for premise in guard]
 
     def __repr__(self) -> str:
@@ -183,7 +183,7 @@ class Model:
 
     @cached_property
     def unit_warnings(self) -> tuple[Diagnosis, ...]:
-        """What is surely wrong with the units of its rules (``check_units``)."""
+        """The certain mismatches of units in its rules (``check_units``)."""
         found: tuple[Diagnosis, ...] = import_module("rulesheets.units.check").check_units(self, sure=True)
         return found
 
@@ -194,7 +194,7 @@ class Model:
 
 
 def once(make: Callable[[Model], T]) -> Callable[[Model], T]:
-    """A function of a model that is found once, and then hangs on it by the name of the function."""
+    """A function of a model that is computed once and stored on the model by the function's name."""
 
     @wraps(make)
     def found(model: Model) -> T:
@@ -207,7 +207,7 @@ def once(make: Callable[[Model], T]) -> Callable[[Model], T]:
 
 
 def expect_model(model: object) -> None:
-    """Raises TypeError for what is no model, with the call that gives one."""
+    """Raises TypeError for an argument that is not a model, with the call that loads one."""
     if not isinstance(model, Model):
         kind = type(model).__name__
         raise TypeError(f"a Model is needed, which rulesheets.load gives, and this is of the type {kind}")

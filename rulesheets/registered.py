@@ -1,4 +1,4 @@
-"""Functions of one's own, registered from Python: rows of the table with the facets that there are."""
+"""Functions registered from Python: rows of the table with the facets that are given."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def _checked_name(name: str) -> str:
 
 
 def _parameters(value: Value) -> list[str]:
-    """How the parameters are called that have to be given; one ``…`` for any number of them."""
+    """The names of the required parameters; one ``…`` for any number of them."""
     try:
         every = inspect.signature(value).parameters.values()
     except ValueError:
@@ -139,9 +139,10 @@ def _row(
 
 
 def _in_floats(name: str, value: Value) -> Callable[..., float]:
-    """The function as those of ``math`` are: a finite float, or ValueError or an ArithmeticError.
+    """The function with results like those of ``math``: a finite float, or ValueError or an
+    ArithmeticError.
 
-    Raises RuleSheetError (E315) for any other exception, and for what is no number.
+    Raises RuleSheetError (E315) for any other exception, and for a result that is not a number.
     """
 
     def at(*arguments: float) -> float:
@@ -169,7 +170,7 @@ def _line_of(wrong: BaseException) -> tuple[str, ...]:
 
 
 def _polished(value: Value, slope: Value, inverse: Value) -> Value:
-    """The inverse to the last digits: two steps of Newton's method from what it gives."""
+    """The inverse to the last digits: two steps of Newton's method from its result."""
 
     def at(t: float) -> float:
         x = float(inverse(t))
@@ -232,7 +233,7 @@ def slope_by_differences(
 
 
 def in_memory(expressions: Iterable[Expression]) -> bool:
-    """Whether these call a function that only this process knows, because no file registers it."""
+    """Whether these call a function that only this process has, because no file registers it."""
     parts = (part for expression in expressions for part in walk(expression))
     return any(isinstance(part, Call) and TABLE[part.function].source == PYTHON for part in parts)
 

@@ -1,11 +1,10 @@
-"""What was found out once and need not be found out again: entries on disk, by the content they follow from.
+"""A cache on disk: entries identified by all that they depend on.
 
-An entry is read only if it is this user's own, whole, and written under the same key, which is all that it
-follows from and stands in it. Whatever else is there (half an entry, somebody else's) is taken for nothing,
-and so is a folder that cannot be written. The store therefore changes how fast an answer comes, never the
-answer.
+An entry is read only if it is this user's own, complete, and written under the same key, which is stored in
+it. Anything else (a damaged entry, a file of another user) is ignored, and so is a folder that cannot be
+written. The cache therefore changes the speed of an answer, never the answer.
 
-``BACKSOLVE_CACHE`` names the folder; where it is set and empty, nothing is kept.
+``BACKSOLVE_CACHE`` names the folder; if it is set and empty, nothing is kept.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ _SUFFIX = ".entry"
 
 
 def load(kind: str, key: bytes) -> bytes | None:
-    """What was saved under this key, byte by byte; None where there is nothing to trust."""
+    """The bytes saved under this key; None if there is no trusted entry."""
     path = place(_name(kind, key))
     if path is None:
         return None
@@ -44,7 +43,7 @@ def load(kind: str, key: bytes) -> bytes | None:
 
 
 def save(kind: str, key: bytes, data: bytes) -> None:
-    """Keep ``data`` under a key. Where that is not possible nothing happens."""
+    """Keep ``data`` under a key. If that is impossible nothing happens."""
     path = place(_name(kind, key))
     if path is None or len(data) > MAX_BYTES // 4:
         return
@@ -56,7 +55,7 @@ def save(kind: str, key: bytes, data: bytes) -> None:
 
 
 def folder() -> str | None:
-    """The folder of the entries by the custom of the system; None where nothing is to be kept."""
+    """The folder of the entries by the convention of the system; None if nothing is to be kept."""
     own = os.environ.get("BACKSOLVE_CACHE")
     if own is not None:
         return os.path.abspath(own) if own else None
@@ -72,7 +71,7 @@ def folder() -> str | None:
 
 
 def place(name: str) -> str | None:
-    """The file of an entry of that name; None where nothing is to be kept. Its folder is made."""
+    """The file of an entry of that name; None if nothing is to be kept. Its folder is made."""
     base = folder()
     if base is None or not trusted(base):
         return None
@@ -86,13 +85,13 @@ def place(name: str) -> str | None:
 
 
 def usage() -> tuple[int, int]:
-    """How many entries there are, and their size in bytes."""
+    """The number of entries, and their size in bytes."""
     sizes = [found.st_size for _, found in _entries(folder())]
     return len(sizes), sum(sizes)
 
 
 def clear() -> int:
-    """Remove every entry; how many there were. Raises OSError where one cannot be removed."""
+    """Remove every entry; return their number. Raises OSError if one cannot be removed."""
     entries = list(_entries(folder()))
     for path, _ in entries:
         with suppress(FileNotFoundError):
@@ -108,12 +107,12 @@ def _name(kind: str, key: bytes) -> str:
 
 
 def _head(kind: str, key: bytes) -> bytes:
-    """What an entry begins with: all that it follows from."""
+    """The beginning of an entry: everything it depends on."""
     return b"%s %s\n" % (kind.encode(), key)
 
 
 def _sum(content: bytes) -> bytes:
-    """What tells a whole entry from a damaged one."""
+    """A checksum that identifies damaged entries."""
     return b"%08x" % crc32(content)
 
 
@@ -125,7 +124,7 @@ def _own(found: os.stat_result) -> bool:
 
 
 def trusted(base: str) -> bool:
-    """Whether a folder is this user's alone, or not there yet."""
+    """Whether a folder is this user's alone, or does not exist yet."""
     try:
         return _own(os.stat(base))
     except FileNotFoundError:
@@ -138,7 +137,7 @@ def trusted(base: str) -> bool:
 
 
 def _entries(base: str | None) -> Iterator[tuple[str, os.stat_result]]:
-    """Entries, and files that a writer left half done."""
+    """Entries, and incomplete files of interrupted writers."""
     if base is None or not os.path.isdir(base) or not trusted(base):
         return
     with os.scandir(base) as items:
@@ -149,7 +148,7 @@ def _entries(base: str | None) -> Iterator[tuple[str, os.stat_result]]:
 
 
 def _write_beside(target: str, data: bytes) -> None:
-    """Write to a file of a name of its own in the same folder, then give it the name of ``target``.
+    """Write to a new file in the same folder, then rename it to ``target``.
 
     Raises OSError, and leaves nothing behind then.
     """

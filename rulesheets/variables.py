@@ -45,7 +45,7 @@ _NAMELESS = error(
 
 
 class VariableSheet(NamedTuple):
-    """What a variable sheet overrides: inputs (None clears one), first guesses, and tolerances of inputs."""
+    """Overrides by a variable sheet: inputs (None clears one), first guesses, tolerances."""
 
     inputs: dict[str, Value | None]
     guesses: dict[str, float]
@@ -55,7 +55,7 @@ class VariableSheet(NamedTuple):
 def read_variable_sheet(path: str | os.PathLike[str], model: Model) -> VariableSheet:
     """The inputs and guesses of a CSV variable sheet for a model.
 
-    Raises RuleSheetError with every row that is wrong, each with its place.
+    Raises RuleSheetError with every wrong row and its place.
     """
     found = VariableSheet({}, {}, {})
     complaints: list[Diagnosis] = []
@@ -70,7 +70,7 @@ def read_variable_sheet(path: str | os.PathLike[str], model: Model) -> VariableS
 
 
 def _take(row: dict[str, str], line: Span, model: Model, found: VariableSheet) -> None:
-    """Add what a row says of its variable."""
+    """Add the content of a row for its variable."""
     name, given, guessed = row["name"], row["input"], row["st"].upper() == "G"
     variable, place = variable_named(name, model, _cell(line, name)), _cell(line, given)
     value, tolerance = None, None
@@ -139,7 +139,7 @@ def _heading(cells: list[str], line: Span) -> list[str]:
 
 
 def _speaks(row: dict[str, str], line: Span) -> bool:
-    """Whether a row is about a variable. Raises RuleSheetError (E412, E413) where that cannot be told."""
+    """Whether a row is about a variable. Raises RuleSheetError (E412, E413) if that is unclear."""
     status = row["st"].upper()
     if status == "C" or not (row["name"] or row["input"]):
         return False

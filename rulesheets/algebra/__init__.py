@@ -65,9 +65,10 @@ _RELATIONS: Mapping[str, Callable[..., Any]] = {
 
 
 def mathematics(node: Expression) -> Any:
-    """An expression in sympy, which puts arithmetic in its own order.
+    """An expression in sympy, which reorders arithmetic.
 
-    Variables are plain symbols of their full names, the symbol ``'open`` a symbol named ``'open``.
+    Variables are plain symbols with their full names; the symbol ``'open`` is a symbol named
+    ``'open``.
     """
     match node:
         case Number(value):
@@ -104,14 +105,14 @@ def _condition(node: Condition) -> Any:
 
 
 def number(value: float) -> Any:
-    """A sympy integer where the value is whole, else a float of the digits that the value prints with."""
+    """A sympy integer for a whole value, else a float with the digits that the value prints with."""
     if value.is_integer() and abs(value) < 1e15:
         return sympy.Integer(int(value))
     return sympy.Float(repr(value), 17)
 
 
 class SympyEquation(NamedTuple):
-    """``equation`` holds where ``guard`` does (``true`` for a rule without ``if``); ``place`` is its rule."""
+    """``equation`` holds if ``guard`` does (``true`` for a rule without ``if``); ``place`` is its rule."""
 
     equation: sympy.Eq
     guard: Any
@@ -159,7 +160,7 @@ def _row(rule: Equation | Requirement, model: Model, latex: bool) -> str:
 
 
 def _not(condition: Condition) -> Condition:
-    """What holds where the condition does not, without ``not`` where that is one comparison.
+    """The opposite of a condition, without ``not`` if it is a single comparison.
 
     The opposite of ``<`` is not ``>=``: compared with a symbol both are false.
     """
@@ -192,7 +193,7 @@ def html_table(heads: Sequence[str], rows: Iterable[Sequence[str]], numeric: Col
 
 
 def more(count: int, noun: str = "rows") -> str:
-    """How many rows are not shown."""
+    """A note on the rows that are not shown."""
     return f"<p>… {count - ROWS:,} more {noun}</p>" if count > ROWS else ""
 
 

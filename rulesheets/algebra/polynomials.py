@@ -33,7 +33,6 @@ Monomial: TypeAlias = tuple[tuple[str, int], ...]
 
 
 def exact(number: float | Fraction) -> Any:
-    """A number as a coefficient."""
     return QQ(*number.as_integer_ratio())
 
 
@@ -63,7 +62,7 @@ class Eliminant(NamedTuple):
 
 
 class NotAlgebraic(Exception):
-    """Something that is no algebraic function of low degree of the unknown."""
+    """The equation is not an algebraic function of low degree of the unknown."""
 
 
 def eliminant(
@@ -146,7 +145,7 @@ class _Elimination(Arithmetic[Any]):
         return self._bounded(super().product(node))
 
     def divided(self, node: Quotient, above: Any, below: Any) -> Any:
-        """The quotient, with a note of where both may be 0. Radicals may be so without a common factor."""
+        """The quotient, with a note of where both may be 0. Radicals may be 0 without a common factor."""
         if not below:
             raise NotAlgebraic
         one, other = above.numer, below.numer

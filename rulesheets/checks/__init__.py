@@ -1,4 +1,4 @@
-"""What a parsed program must satisfy before its calls are expanded: names, calls, recursion, size."""
+"""Checks of a parsed program before its calls are expanded: names, calls, recursion, size."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def check(program: Program) -> None:
 
 
 def _complaints(program: Program, each: bool) -> Iterator[Diagnosis]:
-    """Those about every rule, or about the first of those that are like one another."""
+    """Complaints about every rule, or about the first of rules of one form."""
     sheet = Scope(program, each)
     functions = {name: Scope(program, each, function) for name, function in program.functions.items()}
     yield from check_rows(program)
@@ -65,22 +65,23 @@ class Scope:
 
     @cached_property
     def declared(self) -> tuple[str, ...]:
-        """Names that stand in the variables section or in the head of the function."""
+        """Names in the variables section or in the head of the function."""
         if self.function is None:
             return tuple(row.name for row in self.program.rows)
         return (*self.function.arguments, *self.function.results, *self.function.parameters)
 
     @cached_property
     def bodies(self) -> list[nodes.RuleBody]:
-        """The rules and all that stands in their arms, in source order."""
+        """The rules and everything in their arms, in source order."""
         rules = rules_of(self.function or self.program.sheet)
         return [body for rule in rules for body in bodies(rule.body)]
 
     @cached_property
     def parts(self) -> list[nodes.RuleBody]:
-        """What the rules consist of, in source order: scalar equalities, calls, conditions …
+        """The parts of the rules in source order: scalar equalities, calls, conditions …
 
-        Of rules that are like one another the first stands for all, unless ``each`` is."""
+        With ``each``, those of every rule, else those of the first of rules of one form.
+        """
         found: dict[object, nodes.RuleBody] = {}
         for body in self.bodies:
             like = body.like if isinstance(body, nodes.Equality) and not self.each else None
@@ -89,12 +90,12 @@ class Scope:
 
     @cached_property
     def every(self) -> list[nodes.Expression | nodes.Condition]:
-        """All that the parts are made of, in source order."""
+        """All nodes of the parts, in source order."""
         return [*walk(*(one for part in self.parts for one in children(part)))]
 
     @cached_property
     def places(self) -> dict[str, nodes.RuleBody]:
-        """The variables in the rules, each with the first part that has it."""
+        """The variables in the rules, each with the first part that contains it."""
         found: dict[str, nodes.RuleBody] = {}
         for part in self.parts if self.each else self.bodies:
             for name in names_of(part):
@@ -102,20 +103,21 @@ class Scope:
         return found
 
     def place(self, name: str) -> Span | None:
-        """Where a variable stands first in the rules."""
+        """The first place of a variable in the rules."""
         inside = (node for operand in children(self.places[name]) for node in walk(operand))
         return next(node.span for node in inside if isinstance(node, nodes.Name) and node.name == name)
 
     @cached_property
     def names(self) -> dict[str, None]:
-        """All variables that the scope sees, the declared ones first."""
+        """All variables of the scope, the declared ones first."""
         return dict.fromkeys((*self.declared, *self.places))
 
     @cached_property
     def calls(self) -> list[tuple[nodes.Call | nodes.CallRule, nodes.Function | None]]:
-        """Calls with results beside them (``call f(a; x)``, ``x = f(a)``), then those in expressions.
+        """Calls with results (``call f(a; x)``, ``x = f(a)``), then those in expressions.
 
-        Each comes with its rule function, if it is of one."""
+        Each comes with its rule function, if it calls one.
+        """
         calls = (part for part in (*self.parts, *self.every) if isinstance(part, nodes.Call | nodes.CallRule))
         return [(call, self.program.functions.get(call.function.lower())) for call in calls]
 
@@ -124,7 +126,7 @@ class Scope:
 
 
 def head_of(function: nodes.Function) -> Span | None:
-    """The first line of a function: what it is called and what it takes."""
+    """The first line of a function: its name and its arguments."""
     span = function.span
     return span and span.part(0, len(span.text.partition("\n")[0].split('"')[0].rstrip()))
 
@@ -139,7 +141,7 @@ def name_in(call: nodes.Call | nodes.CallRule) -> Span | None:
 
 
 def _usage(function: nodes.Function) -> str:
-    """``position(thetaAO; xA, xB)`` as the head says it."""
+    """``position(thetaAO; xA, xB)`` as in the head."""
     return f"{function.name}({', '.join(function.arguments)}; {', '.join(function.results)})"
 
 
@@ -195,7 +197,7 @@ def _argument_count(
 def check_builtin(
     call: nodes.Call | nodes.CallRule, own: Iterable[str] = (), variables: Iterable[str] = ()
 ) -> Iterator[Diagnosis]:
-    """A call of no function of one's own; ``own`` and ``variables`` are what may be meant instead."""
+    """Check a call of a built-in function; ``own`` and ``variables`` may be suggested instead."""
     name, place = call.function.lower(), name_in(call)
     if name in PLANNED:
         message = f"{call.function} works on lists, which are not supported yet"
@@ -227,7 +229,7 @@ MAX_DEPTH = 100
 
 
 def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diagnosis]:
-    """A diagnosis for a ring of calls, if there is one, else for calls that nest too deep."""
+    """A diagnosis for a circle of calls, if there is one, else for calls nested too deeply."""
     scopes = {**functions, "": sheet}
     calls: dict[str, dict[str, Span | None]] = {name: {} for name in scopes}
     for name, scope in scopes.items():
@@ -258,7 +260,7 @@ def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diag
 
 
 def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
-    """Tuples of unlike length."""
+    """Tuples of different lengths."""
     for part in scope.parts:
         if isinstance(part, nodes.Equality) and len(part.left) != len(part.right):
             left, right = len(part.left), len(part.right)
@@ -275,7 +277,7 @@ currents need them: a function is always followed by a parenthesis, so nothing i
 
 
 def check_names(scope: Scope) -> Iterator[Diagnosis]:
-    """Names of functions that stand for variables, in the section or the head and then in rules."""
+    """Functions that are used as variables, in the section or the head and then in rules."""
     if scope.function is None:
         declared = [(row.name, row.span and row.span.part(0, len(row.name))) for row in scope.program.rows]
     else:
@@ -308,7 +310,7 @@ def check_rows(program: Program) -> Iterator[Diagnosis]:
 
 
 def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
-    """Ends of ranges that name variables: these are there, and the functions are built in."""
+    """Ends of ranges that name variables: the variables must exist, the functions be built in."""
     ranges = (row.range for row in scope.program.rows if row.range is not None)
     for end in (end for limits in ranges for end in (limits.lower, limits.upper) if end is not None):
         yield from check_constant(end)
@@ -320,8 +322,9 @@ def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
 
 
 def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
-    """Symbols in arithmetic (not those that a call passes on), and those that are compared by order; names
-    that ``given`` asks for."""
+    """Symbols in arithmetic (except those that a call passes on) or compared by order, and unknown names
+    in ``given``.
+    """
     own, every = scope.program.functions, scope.every
     kinds = set(map(type, every))
     for node in () if kinds.isdisjoint((nodes.Symbol, nodes.Given)) else every:
@@ -356,7 +359,7 @@ def _symbols_in(node: nodes.Expression | nodes.Condition) -> Iterator[Diagnosis]
 
 
 def check_constant(expression: nodes.Expression) -> Iterator[Diagnosis]:
-    """An input as written: numbers and built-in functions, no arithmetic with symbols."""
+    """An input as written: numbers and built-in functions, without arithmetic on symbols."""
     for node in walk(expression):
         if isinstance(node, nodes.Call):
             yield from check_builtin(node)

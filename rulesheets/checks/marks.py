@@ -1,4 +1,4 @@
-"""What a figure can hold: the kinds of its lines, each with its shape, and what the names in them mean."""
+"""The lines of figures: their kinds, the shape of each, and the names in them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rulesheets.syntax.program import Program, walk
 
 
 class Shape(Enum):
-    """What stands in the parentheses of a mark."""
+    """The arguments that a line of a figure takes."""
 
     COORDINATES = "two coordinates"
     POINTS = "points of the figure"
@@ -23,9 +23,10 @@ class Shape(Enum):
 
 
 class Kind(NamedTuple):
-    """A kind of mark. ``least`` and ``most`` count its arguments; ``example`` is how it is written.
+    """A kind of line of a figure. ``least`` and ``most`` count its arguments; ``example`` shows its
+    syntax.
 
-    ``named``: a name before the parentheses is required; else it is a label that may be left out.
+    ``named``: a name before the parentheses is required; otherwise it is an optional label.
     """
 
     shape: Shape
@@ -63,12 +64,12 @@ ARROWS = ("vector", "normal", "tangential", "sliding", "coriolis")
 
 
 def marks_of(figure: Figure) -> tuple[Mark, ...]:
-    """The marks of a figure, without the comment lines between them."""
+    """The lines of a figure without comment lines."""
     return tuple(mark for mark in figure.marks if isinstance(mark, Mark))
 
 
 def parts(mark: Mark) -> tuple[tuple[Name, ...], tuple[Expression, ...]]:
-    """The points that a mark names, and the expressions that it evaluates."""
+    """The points that a line names, and the expressions that it evaluates."""
     named = {Shape.COORDINATES: 0, Shape.DIRECTED: 1}.get(KINDS[mark.kind].shape, len(mark.arguments))
     points = tuple(node for node in mark.arguments[:named] if isinstance(node, Name))
     return points, mark.arguments[named:]
@@ -78,9 +79,9 @@ def parts(mark: Mark) -> tuple[tuple[Name, ...], tuple[Expression, ...]]:
 
 
 def check_figures(program: Program, variables: Collection[str]) -> Iterator[Diagnosis]:
-    """Names in figures are those of variables, or of points beside them.
+    """Check that names in figures are variables, or points of the figure.
 
-    ``variables`` are all of the model by their full names, locals of calls among them.
+    ``variables`` are all variables of the model by their full names, locals of calls included.
     """
     first: dict[str, Figure] = {}
     for figure in program.sheet.figures:

@@ -1,8 +1,8 @@
-"""Derivatives of expressions: numbers with their errors in one pass, or expressions again.
+"""Derivatives of expressions: as numbers with error bounds in one pass, or as expressions.
 
 Numbers come by reverse accumulation, over any arithmetic: the walk keeps the parts of an expression with the
-slope of each in those below it, and the gradient is summed from the top. In floats a bound of the rounding
-comes with it.
+slope of each in its own parts, and the gradient is summed from the top. In floats a bound of the rounding
+error comes with it.
 """
 
 from __future__ import annotations
@@ -48,11 +48,11 @@ BY_EXPONENT = Product(Power(Name("0"), Name("1")), Call("ln", (Name("0"),)))
 
 @dataclass(slots=True)
 class Part(Generic[T]):
-    """A part of an expression at a point: its value, its name if it is a variable, and the slope in each part
-    below it that varies.
+    """A part of an expression at a point: its value, its name if it is a variable, and its slope by each of
+    its own parts that varies.
 
-    ``rounded``: the size of the numbers that its own operation has rounded; infinite where it has lost all.
-    ``exact``: a number of the sheet, which neither varies nor has been rounded.
+    ``rounded``: the size of the numbers that its own operation has rounded; infinite if it has lost all
+    digits. ``exact``: a number of the sheet, which neither varies nor is rounded.
     """
 
     value: T
@@ -76,14 +76,14 @@ class Traced(Arithmetic[Part[T]]):
     # --- what an arithmetic says of its slopes and its rounding ---
 
     def slope(self, template: Expression, arguments: Sequence[Part[T]], node: Expression) -> T:
-        """A slope of ``node``: the template over the values of the arguments, by their places."""
+        """A slope of ``node``: the template with the arguments put in at their places."""
         raise NotImplementedError
 
     def by_base(self, base: Part[T], exponent: Part[T], node: Power) -> Any:
         return self.slope(BY_BASE, (base, exponent), node) if exponent.value else 0.0
 
     def rounded(self, node: Expression, result: T, parts: Sequence[Part[T]]) -> Any:
-        """The size of what an operation rounds. (Of a sum, that of its sums.)"""
+        """The size of the rounded terms of an operation (for a sum, of its partial sums)."""
         return 0.0
 
     # --- the walk ---
@@ -102,7 +102,7 @@ class Traced(Arithmetic[Part[T]]):
         return self.added([self.operations[type(term)](self, term) for term in node.terms])
 
     def added(self, parts: Sequence[Part[T]]) -> Part[T]:
-        """The sum of parts, and the size of all sums on the way."""
+        """The sum of parts, and the size of all partial sums."""
         total: Any = 0.0 + parts[0].value  # type: ignore[operator]
         rounded: Any = 0.0
         rounds = self.rounds
@@ -148,14 +148,13 @@ class Traced(Arithmetic[Part[T]]):
         return Part(result, "", below, self.rounded(node, result, arguments), not (below or self.rounds))
 
     def missing(self, node: Call) -> Any:
-        """In place of a slope without a formula."""
+        """The value for a slope without a formula."""
         return math.nan
 
     # --- what comes of it ---
 
     def gradient(self, part: Part[T], zero: Any = 0.0) -> tuple[dict[str, Any], Any]:
-        """The gradient, by variables in the order in which they are written, and the sum of what was
-        rounded."""
+        """The gradient, by variables in the order of the text, and the sum of the rounded sizes."""
         gradient: dict[str, Any] = {}
         noise: Any = 0.0
         pending: list[tuple[Any, Part[Any]]] = [(1.0, part)]
@@ -178,7 +177,7 @@ def _varying(*slopes: tuple[Any, Part[Any]]) -> tuple[tuple[Any, Part[Any]], ...
 
 @cache
 def partials(row: Function, count: int) -> tuple[Expression | None, ...]:
-    """The slopes of a function of the places of its arguments."""
+    """The slopes of a function, by places of its arguments."""
     return row.partials(tuple(Name(str(place)) for place in range(count)))
 
 
@@ -188,7 +187,7 @@ def partials(row: Function, count: int) -> tuple[Expression | None, ...]:
 def derivatives(expression: Expression, values: Values) -> tuple[float, dict[str, float]]:
     """Value and partial derivatives by every variable in the expression.
 
-    A derivative that does not exist at the point, or cannot be told there (``sqrt`` at 0), is nan. Raises as
+    A derivative that does not exist at the point, or is unknown there (``sqrt`` at 0), is nan. Raises as
     ``value`` does.
     """
     return rounded_derivatives(expression, values)[:2]
@@ -219,7 +218,7 @@ class TracedFloats(Traced[float]):
         return found if math.isfinite(found) else math.nan
 
     def rounded(self, node: Expression, result: float, parts: Sequence[Part[float]]) -> float:
-        """Infinite for a result below SMALLEST that is no 0 in exact numbers: it has lost digits, or all."""
+        """Infinite for a result below SMALLEST that is not exactly 0: it has lost digits, perhaps all."""
         size = abs(result)
         if type(node) is Product:
             exact = parts[0].value == 0.0 or parts[1].value == 0.0
@@ -238,7 +237,9 @@ class TracedFloats(Traced[float]):
 
 
 def _tied(parts: Sequence[Part[float]]) -> bool:
-    """Whether rounding decides which of these is the least or the greatest (``max(x, pi)`` at 3.14159…)."""
+    """Whether rounding decides which of the arguments is the least or the greatest (``max(x, pi)`` at
+    3.14159…).
+    """
     return any(
         one.value == other.value and (one.rounded or other.rounded)
         for place, one in enumerate(parts)
@@ -247,9 +248,9 @@ def _tied(parts: Sequence[Part[float]]) -> bool:
 
 
 def less_one(terms: Sequence[Expression], is_one: Callable[[Expression], bool]) -> tuple[int, int] | None:
-    """The places of ``exp(x)`` and of 1 in a sum that has their difference; None without them.
+    """The places of ``exp(x)`` and 1 in a sum that contains their difference; None otherwise.
 
-    Computed as one, they keep the digits that cancel at a small x.
+    Computed as one operation, they keep the digits that cancel at a small x.
     """
     away = [isinstance(term, Negative) for term in terms]
     parts = [term.operand if isinstance(term, Negative) else term for term in terms]
@@ -311,7 +312,7 @@ def slopes_by_name(expression: Expression, of: Collection[str]) -> dict[str, Exp
 
 
 def signed_root(expression: Expression) -> Expression | None:
-    """x of ``sgn(x)*sqrt(abs(x))`` or ``sgn(x)*abs(x)^p``, which rises with x and does not jump."""
+    """x in ``sgn(x)*sqrt(abs(x))`` or ``sgn(x)*abs(x)^p``, increasing in x and without jumps."""
     match expression:
         case Product(Call("sgn", (x,)), Call("sqrt", (Call("abs", (size,)),))) if size == x:
             return x

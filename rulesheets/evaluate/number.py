@@ -38,17 +38,16 @@ from rulesheets.syntax.nodes import (
 
 
 def number_text(x: float) -> str:
-    """Six digits of x, or all where six would pass it off as a whole number."""
+    """Six digits of x, or all if six would make it look like a whole number."""
     text = f"{x:.6g}"
     return repr(x) if float(text) != x and float(text).is_integer() else text
 
 
 class Undefined(ArithmeticError):
-    """An operation that has no value at its arguments; the text reads ``sqrt of -3.2``.
+    """An operation has no value at its arguments; the text reads ``sqrt of -3.2``.
 
-    ``operation`` is the name of a function, or ``/``, ``^``, ``overflow``, ``symbol``;
-    ``expression`` is the part of the tree that it stands for. ``overflow``: there is a value, that no float
-    holds.
+    ``operation`` is the name of a function, or ``/``, ``^``, ``overflow``, ``symbol``; ``expression`` is
+    the part of the tree that it stands for. ``overflow``: the value is outside the range of floats.
     """
 
     def __init__(
@@ -80,8 +79,8 @@ class Undefined(ArithmeticError):
 
     @property
     def hole(self) -> bool:
-        """Whether it divides by 0, be it by a power, or asks for the direction of the origin: a point without
-        a value among points that have one.
+        """Whether the operation is undefined at isolated points: a division by 0, also by a negative power,
+        or the direction of the origin.
         """
         return (
             self.operation == "/"
@@ -94,12 +93,11 @@ T = TypeVar("T")
 
 
 class Arithmetic(Generic[T]):
-    """The value of an expression in numbers of the type T; ``of`` raises Undefined where it has none.
+    """The value of an expression in numbers of the type T; ``of`` raises Undefined if it has none.
 
-    A subclass says what a number is: how constants and variables enter, and the operations that Python has
-    no sign for, or that may have no value. All else is written once here, for any numbers with the signs
-    ``+ - *``. (As in ``core/calculus.hpp`` of CasADi: J. Andersson et al., Math. Programming Computation 11
-    (2019) 1–36.)
+    A subclass defines constants, variables, and the operations that have no Python operator or may have no
+    value. Everything else is written once here, for any numbers with ``+ - *``. (As in
+    ``core/calculus.hpp`` of CasADi: J. Andersson et al., Math. Programming Computation 11 (2019) 1–36.)
     """
 
     __slots__ = ()
@@ -116,7 +114,7 @@ class Arithmetic(Generic[T]):
     # --- what an arithmetic says of its numbers ---
 
     def number(self, node: Number) -> T:
-        """A number of the sheet, which is taken exactly."""
+        """A number of the sheet, taken as exact."""
         raise NotImplementedError
 
     def name(self, node: Name) -> T:
@@ -143,7 +141,7 @@ class Arithmetic(Generic[T]):
         return value
 
     def sum(self, node: Sum) -> T:
-        """The terms added left to right."""
+        """The terms added from left to right."""
         operations, terms = self.operations, node.terms
         total: T = operations[type(terms[0])](self, terms[0])
         for term in terms[1:]:
@@ -176,7 +174,7 @@ Values: TypeAlias = Mapping[str, float | str]
 
 
 class Floats(Arithmetic[float]):
-    """Floats; a variable with a symbol has no number."""
+    """Floats; a variable whose value is a symbol has no number."""
 
     __slots__ = ("values",)
 
@@ -247,11 +245,10 @@ def holds(
 ) -> bool:
     """Whether ``condition`` is true; ``given`` are the names of the inputs.
 
-    ``=`` and ``<>`` of numbers use the comparison tolerance (or ``same``), the orders are exact. A symbol
-    equals itself only; compared with anything else every relation but ``<>`` is false.
-    Terms of ``and`` and ``or`` that cannot be evaluated do not matter where another term
-    settles the outcome. Raises KeyError (a variable without a value) or Undefined where
-    the condition cannot be settled.
+    ``=`` and ``<>`` of numbers use the comparison tolerance (or ``same``); the other comparisons are
+    exact. A symbol is equal only to itself; compared with anything else every relation but ``<>`` is
+    false. Terms of ``and`` and ``or`` that cannot be evaluated do not matter if another term decides.
+    Raises KeyError (a variable without a value) or Undefined if the condition is undecided.
     """
     match condition:
         case Comparison():
@@ -267,10 +264,10 @@ def holds(
 
 
 def meets(comparison: Comparison, values: Values) -> bool:
-    """Whether numbers are as a requirement asks, with the comparison tolerance in every relation.
+    """Whether numbers satisfy a requirement, with the comparison tolerance in every relation.
 
-    Numbers that are equal within it satisfy ``<=`` and ``>=``, and neither ``<`` nor ``>``.
-    Raises KeyError and Undefined as :func:`holds` does.
+    Numbers that are equal within it satisfy ``<=`` and ``>=``, but neither ``<`` nor ``>``. Raises
+    KeyError and Undefined as :func:`holds` does.
     """
     operator, left, right = comparison.operator, comparison.left, comparison.right
     if operator not in ("=", "<>") and _compare(Comparison("=", left, right), values, _equal_sides):
@@ -281,7 +278,7 @@ def meets(comparison: Comparison, values: Values) -> bool:
 def _any(
     terms: tuple[Condition, ...], wanted: bool, values: Values, given: Collection[str], same: Same
 ) -> bool:
-    """Whether some term comes out as ``wanted``."""
+    """Whether some term evaluates to ``wanted``."""
     obstacle: KeyError | Undefined | None = None
     for term in terms:
         try:
@@ -314,17 +311,17 @@ _ORDERS = {"<": lt, "<=": le, ">": gt, ">=": ge}
 
 
 def enclose(expression: Expression, box: Mapping[str, Interval]) -> Interval:
-    """Bounds of ``expression`` where every variable lies between its two ends in ``box``.
+    """Bounds of ``expression`` for every value of its variables between the two ends in ``box``.
 
-    They contain every value that the expression has, in exact arithmetic, where all its
-    operations are defined; nan where it is defined nowhere on the box. Raises KeyError for a
-    variable that is not in the box and Undefined for arithmetic with a symbol.
+    They contain every exact value for which all operations are defined; nan if there is none on the
+    box. Raises KeyError for a variable that is not in the box and Undefined for arithmetic with a
+    symbol.
     """
     return Intervals(box).of(expression)
 
 
 class Intervals(Arithmetic[Interval]):
-    """Pairs of floats, which Python has no signs for."""
+    """Pairs of floats, for which Python has no operators."""
 
     def __init__(self, box: Mapping[str, Interval]) -> None:
         self.box = box
@@ -365,20 +362,20 @@ LARGEST = 64
 
 
 class Inexact(Exception):
-    """The value is no rational number, or none that is known exactly."""
+    """The value is not a rational number, or not known exactly."""
 
 
 def exactly(expression: Expression, numbers: Mapping[str, Fraction], pi: Fraction | None = None) -> Fraction:
-    """The exact value; floats in the expression are the numbers that they are, ``pi`` is what stands for π.
+    """The exact value; floats in the expression are exact binary numbers, ``pi`` stands for π.
 
-    Raises Inexact where an operation leaves the rational numbers or is undefined, and for a variable without
-    a number.
+    Raises Inexact if an operation leaves the rational numbers or is undefined, and for a variable without a
+    number.
     """
     return Rationals(numbers, pi).of(expression)
 
 
 class Rationals(Arithmetic[Fraction]):
-    """Rational numbers; ``pi``: what stands for π."""
+    """Rational numbers; ``pi`` stands for π."""
 
     def __init__(self, numbers: Mapping[str, Fraction], pi: Fraction | None) -> None:
         self.numbers, self.pi = numbers, pi
@@ -469,8 +466,9 @@ def _root(number: int) -> int:
 
 
 def with_round_values(expression: Any) -> Any:
-    """An expression or a condition with every sine, cosine and tangent of a part of π that is 0, ±1/2 or ±1
-    put in."""
+    """An expression or condition with sines, cosines and tangents of fractions of π replaced by 0, ±1/2 or
+    ±1 if that is their value.
+    """
     parts = children(expression)
     if not parts:
         return expression

@@ -1,8 +1,7 @@
 """The table of functions: a row each, with its values, slopes, inverse, ranges and traits.
 
-A new function of the language is a new row. The table costs little to import: the forms for arrays
-(``arrays``), for many digits and for balls (``evaluate``) stand in modules of their own, because each needs a
-heavy library.
+A new function of the language is a new row. The table is cheap to import: the forms for arrays (``arrays``),
+for many digits and for balls (``evaluate``) are in modules of their own, because each needs a large library.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ def _both_signs(name: str) -> Branches:
 
 
 def _row(name: str, meaning: str, example: str, **facets: Any) -> Function:
-    """A row whose forms in the libraries have its name, unless it says otherwise or has a definition."""
+    """A row; its forms in the libraries have the same name unless given otherwise or defined."""
     named = ("array",) if "definition" in facets else ("array", "digits", "ball", "sympy")
     return Function(name=name, meaning=meaning, example=example, **dict.fromkeys(named, name) | facets)
 
@@ -48,7 +47,7 @@ _jumping = partial(_row, smooth=False, jumps=True)
 
 
 def _extreme(choose: Callable[[tuple[Any, ...]], Any], word: str, example: str) -> Function:
-    """The row of ``min`` or ``max``, which ``choose`` is in Python."""
+    """The row of ``min`` or ``max``, named ``choose`` in Python."""
     name, chosen = choose.__name__, getattr(intervals, word)
     return _row(
         *(name, f"{word} of its arguments", example),
@@ -217,7 +216,7 @@ _EXPONENTIAL = (
 
 
 def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Function, ...]:
-    """The functions of angles in a unit, whose names have this ``end``; ``half`` a turn as it is written."""
+    """The functions of angles in a unit, whose names have this ``end``; ``half`` is half a turn as text."""
     degrees = end == "d"
     radian, per_unit = (row.DEGREE, row.RADIAN) if degrees else (ONE, ONE)
     straight, right = ("180", "90") if degrees else ("pi", "pi/2")
@@ -226,7 +225,6 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
     )
 
     def takes(name: str, word: str, example: str, **facets: Any) -> Function:
-        """A function of an angle."""
         if degrees:
             facets["digits"] = getattr(digits, f"{name}d")
             facets["ball"] = lambda arb, x: getattr(x / 180, f"{name}_pi")()
@@ -235,7 +233,6 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
         return _row(name + end, f"{word} of x {unit}", example, value=value, turn=turn, **facets)
 
     def gives(name: str, meaning: str, example: str, **facets: Any) -> Function:
-        """A function whose result is an angle."""
         if degrees:
             facets["definition"] = lambda *x: call(name, *x) / call("pi") * 180.0
         elif name != "atan2":
@@ -511,5 +508,5 @@ LOGARITHMS = frozenset({"ln", "log", "log10"})
 
 
 def named(trait: Callable[[Function], Any]) -> frozenset[str]:
-    """The names of the built-in functions that have a trait."""
+    """The names of the built-in functions with a trait."""
     return frozenset(row.name for row in _ROWS if trait(row))

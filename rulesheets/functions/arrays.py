@@ -1,8 +1,8 @@
 """The functions of the language on numpy arrays.
 
 Arguments broadcast; outside its domain a function gives nan or inf. Callers silence numpy's floating point
-warnings (``numpy.errstate``). Here are the functions that neither numpy nor scipy has; in degrees by the
-scheme of ``floats``, with the same exact answers.
+warnings (``numpy.errstate``). This module has the functions that neither numpy nor scipy has; those in
+degrees follow the method of ``floats``, with the same exact results.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 
 def _library(name: str) -> Callable[..., Any]:
-    """The function of that name here or in numpy; ``special.…`` is scipy's, imported when it is needed."""
+    """The function of that name here or in numpy; ``special.…`` is scipy's, imported on demand."""
     if name.startswith("special."):
         function: Callable[..., Any] = getattr(import_module("scipy.special"), name.removeprefix("special."))
     else:
@@ -104,7 +104,7 @@ _in_degrees: Callable[..., Any] = floats.in_degrees
 
 
 def _reduced(degrees: Array) -> tuple[NDArray[np.int64], Array]:
-    """Number of right angles modulo 4 and what is left, from -45 to 45, both exact."""
+    """The number of right angles modulo 4 and the remainder, from -45 to 45, both exact."""
     turn = np.fmod(degrees, 360.0)
     quarters = np.rint(turn / 90.0)
     rest = turn - 90.0 * quarters
@@ -112,7 +112,7 @@ def _reduced(degrees: Array) -> tuple[NDArray[np.int64], Array]:
 
 
 def _sine(degrees: Array, ahead: int) -> Array:
-    """Sine of angles and ``ahead`` right angles."""
+    """The sine of angles plus ``ahead`` right angles."""
     quarters, rest = _reduced(np.asarray(degrees, dtype=float))
     quarters = quarters + ahead
     high, low = _scaled(rest, *floats.RADIAN)

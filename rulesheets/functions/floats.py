@@ -47,7 +47,7 @@ def atan2(y: float, x: float) -> float:
 
 
 def step(x: float, a: float) -> float:
-    """1 where x is a or more, else 0."""
+    """1 if x is a or more, else 0."""
     return 1.0 if x >= a else 0.0
 
 
@@ -109,7 +109,7 @@ def scaled(x: float, head: float, tail: float) -> tuple[float, float]:
 
 
 def _wave(degrees: float, ahead: int) -> float:
-    """Sine of an angle and ``ahead`` right angles; what is left to the nearest right angle is exact."""
+    """The sine of an angle plus ``ahead`` right angles, reduced exactly to the nearest right angle."""
     turn = fmod(degrees, 360.0)
     nearest = round(turn / 90.0)
     rest, quarters = turn - 90.0 * nearest, nearest + ahead
@@ -122,7 +122,6 @@ def _wave(degrees: float, ahead: int) -> float:
 
 
 def sind(degrees: float) -> float:
-    """Sine of an angle in degrees."""
     return _wave(degrees, 0)
 
 
@@ -151,7 +150,7 @@ def in_degrees(radians: float) -> float:
 
 
 def _inverse(radians: Callable[[float], float], known: dict[float, float]) -> Callable[[float], float]:
-    """An inverse function in degrees; ``known``: where the answer is a float."""
+    """An inverse function in degrees; ``known`` has the arguments whose result is a float."""
 
     def degrees(x: float) -> float:
         exact = known.get(x)

@@ -1,9 +1,9 @@
-"""Intervals as pairs of floats, and rounding outward.
+"""Intervals as pairs of floats, rounded outward.
 
-Infinite ends mean unbounded, two nan mean empty; one nan alone is an end that nothing is known of. Every
-operation contains the exact result of every choice of real arguments from its intervals for which it is
-defined; where there is none it is empty, and an empty argument makes the result empty. (R. E. Moore, R. B.
-Kearfott, M. J. Cloud, *Introduction to Interval Analysis*, 2009.)
+Infinite ends mean unbounded, two nan mean empty; a single nan is an unknown end. Every operation contains
+the exact result for every choice of real arguments from its intervals for which it is defined; if there is
+none it is empty, and an empty argument makes the result empty. (R. E. Moore, R. B. Kearfott, M. J. Cloud,
+*Introduction to Interval Analysis*, 2009.)
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def up(x: float, ulps: float = 1.0) -> float:
 
 
 def magnitudes(low: float, high: float) -> Interval:
-    """Range of the absolute value, exact."""
+    """The range of the absolute value, exact."""
     if low >= 0.0:
         return low, high
     if high <= 0.0:
@@ -48,12 +48,12 @@ def magnitudes(low: float, high: float) -> Interval:
 
 
 def least(a: float, b: float) -> float:
-    """The smaller one; nan where one of them is."""
+    """The smaller one; nan if either is."""
     return a if a < b or isnan(a) else b
 
 
 def greatest(a: float, b: float) -> float:
-    """The larger one; nan where one of them is."""
+    """The larger one; nan if either is."""
     return a if a > b or isnan(a) else b
 
 
@@ -77,7 +77,7 @@ def multiply(a_low: float, a_high: float, b_low: float, b_high: float) -> Interv
 
 
 def divide(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
-    """Quotient over the divisors that are not 0: a half line where 0 is an end of the divisor."""
+    """The quotient over the divisors that are not 0: a half line if 0 is an end of the divisor."""
     if a_low > 0.0 < b_low:
         low, high = a_low / b_high, a_high / b_low
         if low > 0.0 and high == high:
@@ -95,14 +95,14 @@ def divide(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval
 
 
 def both(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
-    """What lies in two intervals that enclose the same; the first where nothing is known of the second."""
+    """The intersection of two enclosures of the same value; the first if the second is unknown."""
     if isnan(b_low) or isnan(b_high):
         return a_low, a_high
     return greatest(a_low, b_low), least(a_high, b_high)
 
 
 def _quotient(a: float, b: float) -> float:
-    """a/b; infinite where b is a zero and a is not, with the sign that both make."""
+    """a/b; infinite if b is a zero and a is not, with the sign of the quotient."""
     if b:
         return a / b
     return copysign(inf, a) * copysign(1.0, b) if a else nan
@@ -118,8 +118,9 @@ def _hull(
     b_low: float,
     b_high: float,
 ) -> Interval:
-    """Least and greatest of four corners, rounded outward, but not across 0 where the signs of a and b
-    exclude that; an indeterminate corner (0*inf, 0/0, inf/inf) counts as 0."""
+    """The least and the greatest of four corners, rounded outward, but not across 0 if the signs of a
+    and b exclude that; an indeterminate corner (0*inf, 0/0, inf/inf) counts as 0.
+    """
     low, high = (first, second) if first < second else (second, first)
     low, high = (third, high) if third < low else (low, third if third > high else high)
     low, high = (fourth, high) if fourth < low else (low, fourth if fourth > high else high)
@@ -192,7 +193,7 @@ def _whole_power(low: float, high: float, exponent: float) -> Interval:
 
 
 def _raised(base: float, exponent: float) -> float:
-    """The power as a float, infinite where it overflows or has a pole; a base below 0 has an odd exponent."""
+    """The power as a float, infinite if it overflows or has a pole; a base below 0 has an odd exponent."""
     try:
         return float(base**exponent)
     except (OverflowError, ZeroDivisionError):
@@ -202,8 +203,8 @@ def _raised(base: float, exponent: float) -> float:
 def _real_power(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
     """Corners suffice: for a base of 0 or more the power is monotone in either argument.
 
-    A negative base has a power at whole exponents only. Where the exponent may be one, the
-    powers of the magnitude, of both signs, are included.
+    A negative base has a power only for whole exponents. If the exponent may be one, the powers of
+    the magnitude, of both signs, are included.
     """
     if isnan(a_high) or isnan(b_high):
         return -inf, inf
@@ -227,7 +228,7 @@ _LARGEST_ANGLE = 1e15
 
 
 def unknown(*ends: float) -> Interval:
-    """The range of a function of which nothing is known."""
+    """The range of a function about which nothing is known."""
     return EMPTY if any(isnan(low) for low in ends[::2]) else LINE
 
 
@@ -237,9 +238,9 @@ def constant(below: float) -> Callable[[], Interval]:
 
 
 class Monotone(NamedTuple):
-    """Range of a monotone function; ``image`` has ends that are floats exactly.
+    """The range of a monotone function; ``image`` has ends that are exact floats.
 
-    Where ``value`` raises at an end of its domain, or overflows, its value is the nearer end of the image.
+    If ``value`` raises at an end of its domain, or overflows, its value is the nearer end of the image.
     """
 
     value: Callable[[float], float]
@@ -267,7 +268,7 @@ class Monotone(NamedTuple):
 
 
 class Even(NamedTuple):
-    """Range of an even function from that for arguments that are not negative."""
+    """The range of an even function, from that for arguments that are not negative."""
 
     rising: Monotone
 
@@ -279,7 +280,7 @@ class Even(NamedTuple):
 
 
 def _may_contain(low: float, high: float, offset: float) -> bool:
-    """Whether some whole number plus ``offset`` may lie between two counts of turns."""
+    """Whether a whole number plus ``offset`` may lie between two numbers of turns."""
     first = low - offset - SLACK * (abs(low) + 1.0)
     return ceil(first) <= floor(high - offset + SLACK * (abs(high) + 1.0))
 
@@ -331,10 +332,10 @@ def tand(low: float, high: float) -> Interval:
 
 
 def direction(half_turn: float, unit: float) -> Callable[[float, float, float, float], Interval]:
-    """Range of atan2(y, x), in (-half turn, half turn], ``unit`` to a radian.
+    """The range of atan2(y, x), in (-half turn, half turn], ``unit`` to a radian.
 
-    Away from the cut (y = 0, x < 0) the direction of a box is bounded by its corners; a box
-    across the cut has directions up to the half turn both ways.
+    Away from the cut (y = 0, x < 0) the direction of a box is bounded by its corners; a box across
+    the cut has directions up to half a turn both ways.
     """
 
     def enclosure(y_low: float, y_high: float, x_low: float, x_high: float) -> Interval:
@@ -350,7 +351,7 @@ def direction(half_turn: float, unit: float) -> Callable[[float, float, float, f
 
 
 def cut(y_low: float, y_high: float, x_low: float, _: float) -> bool:
-    """Where the direction of (x, y) may jump from one half turn to the other, or is undefined."""
+    """Whether the direction of (x, y) may jump by a full turn, or is undefined."""
     return not (y_low > 0.0 or y_high < 0.0 or x_low > 0.0)
 
 
@@ -358,7 +359,7 @@ def cut(y_low: float, y_high: float, x_low: float, _: float) -> bool:
 
 
 def each_end(value: Callable[[float], float]) -> Callable[[float, float], Interval]:
-    """Range of a rising function that floats compute exactly."""
+    """The range of an increasing function that floats compute exactly."""
 
     def at(x: float) -> float:
         return x if isnan(x) or (isinf(x) and value is not floats.sgn) else value(x)
@@ -377,7 +378,9 @@ def frac(low: float, high: float) -> Interval:
 
 
 def mod(x_low: float, x_high: float, y_low: float, y_high: float) -> Interval:
-    """Remainder: the sign of x, smaller than y, no larger than x; exact within a period of a fixed y."""
+    """The remainder: it has the sign of x, is smaller than y and no larger than x; exact within a period
+    of a fixed y.
+    """
     reach = magnitudes(y_low, y_high)[1]
     if isnan(x_low) or isnan(y_low) or reach == 0.0:
         return EMPTY

@@ -1,8 +1,8 @@
-"""A row of the table of functions: all that is known about one function of the language.
+"""A row of the table of functions: everything that is known about one function of the language.
 
-A facet that is missing costs only what needs it. Facets that come from a library are given by their name
-there, or as a function of the library and the arguments, so that no row imports it: ``digits="erfc"`` is
-``mpmath``'s, ``sympy=lambda s, x: s.sin(s.pi * x / 180)`` is built from sympy's.
+A facet that is missing costs only the features that need it. Facets from a library are given by their
+name there, or as a function of the library and the arguments, so that no row imports it:
+``digits="erfc"`` is ``mpmath``'s, ``sympy=lambda s, x: s.sin(s.pi * x / 180)`` is built from sympy's.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ Facet: TypeAlias = str | Callable[..., Any] | None
 
 
 class Inverse(NamedTuple):
-    """How ``f(x) = t`` is solved for ``x``.
+    """The solutions of ``f(x) = t`` for ``x``.
 
-    ``branches(t)`` lists every solution within one ``period`` of x (all of them where ``period``
-    is None), the principal one first. They are solutions wherever ``t`` lies in the image, the
-    interval from ``low`` to ``high`` without the ends that are marked open.
+    ``branches(t)`` lists every solution within one ``period`` of x (all of them if ``period`` is
+    None), the principal one first. They are solutions for every ``t`` in the image, the interval
+    from ``low`` to ``high`` without the ends that are marked open.
     """
 
     branches: Branches
@@ -106,12 +106,12 @@ class Function:
 
     @property
     def usage(self) -> str:
-        """How it is written."""
+        """The function with its arguments, as it is written."""
         return self.name if self.name == "pi" else f"{self.name}({self.arguments})"
 
     @property
     def direction(self) -> bool:
-        """Whether it is the direction of a point (x, y), which jumps by a turn behind the origin."""
+        """Whether it is the direction of a point (x, y), which jumps at negative x."""
         return self.angle is not None and self.arguments == "y, x"
 
     @property
@@ -121,7 +121,7 @@ class Function:
 
     @property
     def sine_and_cosine(self) -> tuple[str, str]:
-        """The sine and the cosine of angles in the unit of its own."""
+        """The sine and the cosine of angles in its own unit."""
         return ("sind", "cosd") if self.in_degrees else ("sin", "cos")
 
     def accepts(self, count: int) -> bool:
@@ -132,8 +132,9 @@ class Function:
     def form(
         self, facet: str, library: Any, evaluate: Callable[[Expression, dict[str, Any]], Any]
     ) -> Callable[..., Any] | None:
-        """The form of a library, or what ``evaluate`` makes of the definition over the arguments, which are
-        named by their places there; None where there is neither."""
+        """The form of a library, or the definition evaluated by ``evaluate`` over the arguments, which are
+        named by their places; None if there is neither.
+        """
 
         def defined(*arguments: Any) -> Any:
             assert self.definition is not None
@@ -150,13 +151,13 @@ class Function:
                 return partial(form, library)
 
     def partials(self, arguments: tuple[Expression, ...]) -> tuple[Expression | None, ...]:
-        """The partial derivatives by every argument, None where there is no formula."""
+        """The partial derivatives by every argument; None for one without a formula."""
         found = (None,) * len(arguments) if self.slopes is None else self.slopes(*arguments)
         return found if isinstance(found, tuple) else (found,)
 
 
 class Forms(Mapping[str, Callable[..., Any]]):
-    """One facet of every row of a table, by name; ``make`` turns a row into it when it is first asked for."""
+    """One facet of every row of a table, by name; ``make`` turns a row into it on first use."""
 
     def __init__(self, table: Mapping[str, Function], make: Callable[[Function], Callable[..., Any]]) -> None:
         self._table, self._made = table, cache(make)
@@ -194,7 +195,7 @@ def arc_sine(x: Expression) -> Expression:
 
 
 def direction(radian: Expression) -> Slopes:
-    """Partials of atan2(y, x) where a radian is so much."""
+    """Partials of atan2(y, x) in a unit of so many radians."""
 
     def partials(y: Expression, x: Expression) -> tuple[Expression, ...]:
         distance = x**2.0 + y**2.0
@@ -204,7 +205,7 @@ def direction(radian: Expression) -> Slopes:
 
 
 def _extreme(name: str, beats: Callable[[Expression, Expression], Expression]) -> Slopes:
-    """Partials of min or max: 1 for the argument that is it (the first of equals), 0 for the others."""
+    """Partials of min or max: 1 for the selected argument (the first of equals), 0 for the others."""
 
     def partials(*arguments: Expression) -> tuple[Expression, ...]:
         slopes: list[Expression] = []
@@ -230,10 +231,10 @@ def beta(a: Expression, b: Expression) -> tuple[Expression, ...]:
 
 
 def first_order(name: str) -> Callable[[Expression], Expression]:
-    """Slope of j1 or y1 by the recurrence that has no division by x."""
+    """The slope of j1 or y1 by the recurrence without division by x."""
     return lambda x: (call(f"{name}0", x) - call(f"{name}n", Number(2.0), x)) / 2.0
 
 
 def any_order(name: str) -> Slopes:
-    """Partials of jn or yn: unknown in the order, by recurrence in x."""
+    """Partials of jn or yn: unknown by the order, by recurrence in x."""
     return lambda order, x: (None, (call(name, order - 1.0, x) - call(name, order + 1.0, x)) / 2.0)

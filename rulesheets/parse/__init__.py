@@ -1,4 +1,4 @@
-"""Text → RuleSheet: lines (layout), sections, and what each line says (grammar, builder)."""
+"""Text → RuleSheet: logical lines (layout), sections, and the content of each line (grammar)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from rulesheets.syntax.nodes import RuleSheet
 
 
 def parse(source: Source) -> RuleSheet:
-    """The rule sheet that a text says. Raises RuleSheetError with what is wrong, line by line."""
+    """The rule sheet of a text. Raises RuleSheetError with the mistakes, line by line."""
     from rulesheets.parse.sections import read  # with it comes lark
 
     return read(source)

@@ -1,4 +1,4 @@
-"""A logical line → a node, by lark and ``rules.lark``: the one door to lark.
+"""A logical line → a node, by lark and ``rules.lark``: the only module that imports lark.
 
 The parser calls :class:`Builder` as it reduces, so it never builds a tree of its own.
 """
@@ -51,7 +51,7 @@ def _unit(text: str) -> tuple[str | None, str | None]:
 
 
 class Unparsed(Exception):
-    """A line that cannot be read; ``place`` is where, as an offset into the line's code."""
+    """A line cannot be read; ``place`` is where, as an offset into the line's code."""
 
     def __init__(self, place: int) -> None:
         super().__init__(f"not parsed beyond {place}")
@@ -59,12 +59,10 @@ class Unparsed(Exception):
 
 
 def _of_two(kind: Callable[..., Any]) -> Callable[..., Any]:
-    """What makes a node of its two parts."""
     return lambda self, left, right: kind(left, right, self._span(left, right))
 
 
 def _of_many(kind: Callable[..., Any]) -> Callable[..., Any]:
-    """What makes a node of its terms."""
     return lambda self, *terms: kind(terms, self._span(terms[0], terms[-1]))
 
 
@@ -81,9 +79,9 @@ def _listed(kind: Callable[..., Any]) -> Callable[..., Any]:
 
 @v_args(inline=True)
 class Builder(Transformer[Any, Any]):
-    """What the grammar recognises, as nodes: one method for each rule of ``rules.lark``.
+    """Builds nodes: one method for each rule of ``rules.lark``.
 
-    The methods get nodes, tuples of nodes, and tokens, for the line that ``begin`` has named.
+    The methods get nodes, tuples of nodes, and tokens, for the line that ``begin`` has set.
     """
 
     def __init__(self) -> None:
@@ -91,11 +89,11 @@ class Builder(Transformer[Any, Any]):
         self.begin(Source("", ""), 0, "rule")
 
     def begin(self, source: Source, offset: int, kind: str) -> None:
-        """Where the line at hand begins, and what kind of line it is."""
+        """Set the start of the current line and its kind."""
         self.source, self.offset, self.kind = source, offset, kind
 
     def _span(self, first: Any, last: Any = None) -> Span:
-        """The place of a token or a node, or from one to another."""
+        """The span of a token or a node, or from one to another."""
         last = first if last is None else last
         start = first.span.start if hasattr(first, "span") else self.offset + first.start_pos
         end = last.span.end if hasattr(last, "span") else self.offset + last.end_pos
@@ -247,7 +245,7 @@ class Builder(Transformer[Any, Any]):
 
 
 class Bound(NamedTuple):
-    """``< 5`` and the like, beside a name in the variables section."""
+    """A bound such as ``< 5`` after a name in the variables section."""
 
     operator: str
     limit: Expression
@@ -255,7 +253,7 @@ class Bound(NamedTuple):
 
 
 def _bounded(bounds: Sequence[Bound]) -> Range | None:
-    """All bounds of a row together, each end once; None where there are none."""
+    """All bounds of a row together, each end once; None if there are none."""
     if not bounds:
         return None
     ends: dict[str, Bound] = {}
@@ -287,7 +285,7 @@ class Grammar(threading.local):
     def _parser(
         self, name: str, start: list[str], edit: Callable[[TerminalDef], object] | None = None
     ) -> Lark:
-        """A parser whose tables lark keeps on disk, where there is a folder for that."""
+        """A parser whose tables lark keeps on disk, if there is a folder for that."""
         return Lark.open(
             _GRAMMAR,
             parser="lalr",
@@ -325,7 +323,7 @@ def _before_a_unit(terminal: TerminalDef) -> None:
 
 @cache
 def grammar() -> Grammar:
-    """The grammar, compiled when it is first needed."""
+    """The grammar, compiled on first use."""
     return Grammar()
 
 
@@ -367,7 +365,7 @@ def _read(source: Source, line: Line, kind: str) -> Any:
 
 
 def _trees(node: Any, kind: str) -> Iterable[Any]:
-    """What may be deep in a line."""
+    """Nodes of a line that may be deep."""
     match kind:
         case "rule":
             return (node,)

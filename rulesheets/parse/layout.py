@@ -1,7 +1,7 @@
-"""Text → logical lines: where a line goes on, and where its comments are.
+"""Text → logical lines: where a line continues, and where its comments are.
 
-A logical line may span several lines of text. Its comments are blanked out in ``code``,
-which keeps every offset, so the grammar knows neither of comments nor of line ends.
+A logical line may span several lines of text. Its comments are blanked out in ``code``, which keeps
+every offset, so the grammar knows neither comments nor line ends.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ _HEAD = re.compile(
 class Line:
     """One logical line; all offsets count from the start of the text.
 
-    ``code`` begins at ``start`` and has blanks for comments; ``end`` is where it ends without
-    trailing blanks. ``comment`` is what the comments say, joined by ``; ``, or None. ``gap``:
-    a blank line stands before. ``unclosed`` are the parentheses that are never closed, ``stray``
-    the closing ones that nothing opened, ``too_deep`` is the first beyond NESTING.
+    ``code`` begins at ``start`` and has blanks for comments; ``end`` is the end without trailing
+    blanks. ``comment`` is the text of the comments, joined by ``; ``, or None. ``gap``: a blank
+    line precedes it. ``unclosed`` are the parentheses that are never closed, ``stray`` the closing
+    ones without a partner, ``too_deep`` is the first beyond NESTING.
     """
 
     start: int
@@ -54,7 +54,7 @@ class Line:
         return self.end == self.start
 
     def place(self, source: Source) -> Span:
-        """Where it stands, without the blanks before it."""
+        """Its start, without the blanks before it."""
         start = self.start + len(self.code) - len(self.code.lstrip())
         return Span(source, min(start, self.end), self.end)
 
@@ -88,8 +88,8 @@ class Line:
 def logical_lines(text: str) -> Iterator[Line]:
     """The logical lines of a text in order; blank ones are left out.
 
-    A parenthesis that is not closed before the next section head, or at all, does not make
-    its line go on: one slip should not swallow the sheet.
+    A parenthesis that is not closed before the next section head, or at all, does not continue its
+    line: one slip should not swallow the sheet.
     """
     position, gap = 0, False
     while position < len(text):
@@ -141,7 +141,7 @@ def _gather(text: str, start: int, gap: bool, through_parentheses: bool) -> tupl
 
 
 def _carried_on(text: str, position: int) -> int:
-    """Where the next line that says anything begins, if it does so with ``then`` or ``else``; else -1."""
+    """The start of the next line that is not blank, if it begins with ``then`` or ``else``; else -1."""
     while position < len(text):
         if _CARRIES_ON.match(text, position):
             return position

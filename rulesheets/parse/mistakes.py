@@ -1,4 +1,4 @@
-"""What is wrong with a line that cannot be read: a table of mistakes, and what a pattern cannot tell."""
+"""Explains lines that cannot be read: by a table of mistakes, and by checks that patterns cannot do."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from rulesheets.syntax.program import walk
 
 
 class Mistake(NamedTuple):
-    """A row of ``mistakes.toml``, which tells what its columns are."""
+    """A row of ``mistakes.toml``, which explains the columns."""
 
     pattern: re.Pattern[str]
     code: str
@@ -46,7 +46,7 @@ class Mistake(NamedTuple):
     near: tuple[str, ...] = ()
 
     def cured(self, groups: Mapping[str, str]) -> str | None:
-        """What to write instead; None where it is no mistake after all."""
+        """What to write instead; None if it is not a mistake."""
         if not self.near:
             return self.cure.format(**groups)
         word = groups["at"].lower()
@@ -56,7 +56,7 @@ class Mistake(NamedTuple):
 
 @cache
 def told() -> dict[str, Any]:
-    """What ``mistakes.toml`` has."""
+    """The contents of ``mistakes.toml``."""
     with open(os.path.join(os.path.dirname(__file__), "mistakes.toml"), "rb") as file:
         return tomllib.load(file)
 
@@ -86,7 +86,7 @@ _WORD = re.compile(r"\[[^\]\n]*\]|\d[\d.]*|'?[^\W\d]\w*(?:\.\w+)*|<>|[<>]=|\S")
 
 
 class Stop:
-    """Where reading a line stopped: the text before and after that place, and the ``word`` there."""
+    """Where reading a line stopped: the text before and after it, and the ``word`` there."""
 
     def __init__(self, source: Source, line: Line, place: int) -> None:
         self.source, self.line = source, line
@@ -108,7 +108,7 @@ class Stop:
         return Span(self.source, begin + first, begin + last)
 
     def match(self, pattern: re.Pattern[str]) -> re.Match[str] | None:
-        """Where a pattern fits: one with a mark at the stop, any other around it."""
+        """The match of a pattern: one with a mark at the stop, any other around it."""
         if _MARK in pattern.pattern:
             return pattern.search(f"{self.before}{_MARK}{self.after}")
         first, last = len(self.before), len(self.before) + len(self.word)
@@ -116,7 +116,7 @@ class Stop:
         return next((one for one in found if one.start() <= first and last <= one.end()), None)
 
     def explained(self, mistake: Mistake, found: re.Match[str]) -> Diagnosis | None:
-        """What is said of a mistake where its pattern fits."""
+        """The diagnosis of a mistake if its pattern matches."""
         groups = {name: _plain(text) for name, text in found.groupdict().items()}
         groups |= {name: "(…)" for name in ("a", "b") if groups.get(name) in ("(", ")")}
         groups |= {"word": self.word, "found": found.group()}
@@ -133,7 +133,7 @@ class Stop:
 
 
 def explain_line(source: Source, line: Line, place: int, kind: str) -> Diagnosis:
-    """The most telling diagnosis of a line of a ``kind`` in whose code reading stops at a place."""
+    """The most helpful diagnosis of a line of a ``kind`` that cannot be read beyond a place."""
     stop = Stop(source, line, place)
     if kind in told()["heads"]:
         return _wrong_head(stop, kind)
@@ -149,7 +149,7 @@ def explain_line(source: Source, line: Line, place: int, kind: str) -> Diagnosis
 
 
 def _plain(text: str | None) -> str:
-    """What a group has found, on one line."""
+    """The text of a group, on one line."""
     return " ".join((text or "…").replace(_MARK, "").split())
 
 
@@ -163,7 +163,7 @@ _QUOTED = re.compile(r'\[[^\[\]\n]*\]|"[^"\n]*"')
 
 @cache
 def _signs() -> dict[str, str]:
-    """What to write for a character."""
+    """What to write instead of a character."""
     return {one: cure for alike, cure in told()["characters"].items() for one in alike}
 
 
@@ -190,7 +190,7 @@ def strange_characters(source: Source, line: Line) -> Iterator[Diagnosis]:
 
 
 def _is_letter(character: str) -> bool:
-    """Whether it may stand in a name: a letter with no other spelling (π is taken for pi)."""
+    """Whether it may stand in a name: a letter with no other spelling (π is read as pi)."""
     return (
         character not in _signs()
         and f"a{character}".isidentifier()
@@ -217,7 +217,7 @@ SECTIONS = ("variables", "rules", "units", "function", "parameters", "use", "fig
 
 
 def _wrong_head(stop: Stop, kind: str) -> Diagnosis:
-    """What is wrong with a ``use``, ``function``, ``parameters`` or ``figure`` line."""
+    """The mistake in a ``use``, ``function``, ``parameters`` or ``figure`` line."""
     source, line, note = stop.source, stop.line, told()["heads"][kind]
     if kind == "use" and (line.comment is not None or '"' in line.code):
         start = max(source.text.rfind('"', line.start, line.end + 2), line.start)
@@ -228,7 +228,7 @@ def _wrong_head(stop: Stop, kind: str) -> Diagnosis:
 
 
 def unknown_section(word: str, span: Span) -> Diagnosis:
-    """A lone word that is no section head."""
+    """A word alone that is not a section head."""
     near = closest(word, SECTIONS)
     if word.lower() == "end":
         note = "leave it out: a function ends where the next section begins"
@@ -251,7 +251,7 @@ FACTORS = 300
 
 
 def wrong_shape(source: Source, line: Line) -> Diagnosis | None:
-    """What parentheses and length say against a line; None where it may be read."""
+    """A mistake in the parentheses or the length of a line; None if it may be read."""
     if line.end - line.start > LONGEST:
         message = f"this line is too long to be a rule: {line.end - line.start:,} characters"
         note = f"a rule has at most {LONGEST:,} characters; give parts of it names of their own"
@@ -300,7 +300,7 @@ def _nested(span: Span, label: str) -> Diagnosis:
 
 
 def without_variable(rule: Equality | Inequality) -> Diagnosis | None:
-    """What is wrong with a rule about numbers alone; None for any other.
+    """The mistake in a rule with numbers only; None for any other.
 
     A call counts as a variable: its function may have parameters.
     """
@@ -317,7 +317,7 @@ MARK_SHAPE = "a line of a figure reads point A = (x, y), line (O, A) or slider (
 
 
 def _misshapen(stop: Stop) -> Diagnosis:
-    """A line that is nothing of a figure, or a mark whose parentheses are not reached."""
+    """A line that is not a line of a figure, or one that ends before its parentheses."""
     word = (stop.line.code.split() or [""])[0].lower()
     if word in KINDS:
         return said("E130", "this line of a figure cannot be read", stop.here, f"write {KINDS[word].example}")
@@ -328,7 +328,7 @@ def _misshapen(stop: Stop) -> Diagnosis:
 
 
 def wrong_mark(mark: Mark) -> Diagnosis | None:
-    """What is wrong with a mark that the grammar accepts: its kind, or what it lacks."""
+    """The mistake in a line of a figure that the grammar accepts: its kind, or a missing part."""
     kind = KINDS.get(mark.kind)
     if kind is None:
         near = closest(mark.kind, KINDS)

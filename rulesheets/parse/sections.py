@@ -1,4 +1,4 @@
-"""A text → RuleSheet: each line goes to the section that it stands in."""
+"""A text → RuleSheet: each line goes to its section."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def head_word(code: str) -> str | None:
 
 @dataclass
 class _Block:
-    """A function or a figure so far: where it ends, and whether the rules of a function have begun."""
+    """A function or a figure in progress: its end so far, and whether its rules have begun."""
 
     node: Any
     end: int
@@ -71,7 +71,7 @@ def read(source: Source) -> nodes.RuleSheet:
 
 @dataclass
 class _Reading:
-    """The sheet so far, and the section that the next line belongs to."""
+    """The sheet read so far, and the section of the next line."""
 
     source: Source
     uses: list[nodes.Use] = field(default_factory=list)
@@ -83,7 +83,7 @@ class _Reading:
     section: str = ""
 
     def take(self, line: Line) -> None:
-        """Take in the next line; what is wrong with it joins the complaints."""
+        """Add the next line; its mistakes join the complaints."""
         try:
             if line.blank:
                 self.waiting.append(nodes.CommentLine(line.comment or "", line.place(self.source), line.gap))
@@ -122,7 +122,6 @@ class _Reading:
 
     @property
     def _lines(self) -> list[Any]:
-        """Where the lines of the section at hand go."""
         if self.section in ("function", "figure"):
             return self.blocks[-1].lines
         return self.parts.setdefault(self.section if self.section in ("variables", "units") else "rules", [])
@@ -130,12 +129,12 @@ class _Reading:
     # --- comment lines ---
 
     def _place_comments(self) -> None:
-        """Put comment lines that wait where they stand: into the section at hand."""
+        """Put waiting comment lines into the current section."""
         (self._lines if self._begun() else self.comments).extend(self.waiting)
         self.waiting = []
 
     def _above(self, line: Line) -> tuple[nodes.CommentLine, ...]:
-        """Take out the waiting comment lines that stand right above a section head."""
+        """Take out the waiting comment lines directly above a section head."""
         gaps = [index for index, comment in enumerate(self.waiting) if comment.gap]
         cut = len(self.waiting) if line.gap else next(reversed(gaps), 0)
         above = tuple(self.waiting[cut:])
@@ -143,7 +142,7 @@ class _Reading:
         return above
 
     def _begun(self) -> bool:
-        """Whether anything but comments has come yet."""
+        """Whether anything but comments has been read."""
         return bool(self.section or self.parts.get("rules") or self.uses)
 
     # --- section heads ---
@@ -194,7 +193,7 @@ class _Reading:
             self._remark(line)
 
     def _remark(self, line: Line) -> None:
-        """A comment beside a section head becomes the first line of the section."""
+        """A comment next to a section head becomes the first line of the section."""
         if line.comment:
             self.waiting.append(nodes.CommentLine(line.comment, line.place(self.source)))
 
@@ -229,7 +228,7 @@ class _Reading:
         )
 
     def _emptiness(self) -> Iterable[Diagnosis]:
-        """What is said of a sheet, a function or a figure with nothing in it."""
+        """The complaint about an empty sheet, function or figure."""
         functions = [block for block in self.blocks if isinstance(block.node, nodes.Function)]
         if not (functions or self.parts.get("units") or _filled(self.parts.get("rules", ()))):
             note, message = "write a rule, such as V = I*R", f"{self.source.name} has no rule"
@@ -246,7 +245,7 @@ class _Reading:
 
 
 def _unit_row(code: str, span: Span) -> nodes.UnitRow:
-    """The row of a line. Raises RuleSheetError (E128) for one that defines no unit."""
+    """The row of a line. Raises RuleSheetError (E128) if it defines no unit."""
     left, equals, right = code.partition("=")
     names = tuple(map(str.strip, left.split(",")))
     if not all(map(_UNIT.fullmatch, names)) or bool(equals) is not bool(right.strip()):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 
 def escaped(text: str) -> str:
-    """A text without characters that steer a terminal: ``\\x1b`` stands for the escape character."""
+    """A text without control characters for a terminal: ``\x1b`` stands for the escape character."""
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
@@ -22,7 +22,7 @@ LIKE_PI = re.compile("P[iI]")
 
 @dataclass(frozen=True)
 class Source:
-    """A text and the name that messages call it by (a path, or ``<text>``)."""
+    """A text and its name in messages (a path, or ``<text>``)."""
 
     name: str
     text: str = field(repr=False)
@@ -60,7 +60,6 @@ class Span(NamedTuple):
 
     @property
     def file(self) -> str:
-        """The name of the source."""
         return self.source.name
 
     @property

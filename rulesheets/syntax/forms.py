@@ -40,7 +40,7 @@ Sides: TypeAlias = tuple[tuple[Expression, ...], tuple[Expression, ...]]
 
 
 class Leaves(NamedTuple):
-    """A line: what its tree depends on (``key``), its names and its numbers in the order of the text."""
+    """A line: the ``key`` that determines its tree, and its names and numbers in order."""
 
     key: str
     names: list[str]
@@ -48,8 +48,9 @@ class Leaves(NamedTuple):
 
 
 class Form:
-    """What rules share: the ``sides`` of the first. ``called`` are the functions in them, and ``exponents``
-    tell which numbers, by their order, stand as such. ``kept`` is for what is found out about them."""
+    """The common part of rules of one form: the ``sides`` of the first, the ``called`` functions, and the
+    ``exponents``: which numbers, by their order, stand as such. ``kept`` holds further results about them.
+    """
 
     def __init__(self, sides: Sides) -> None:
         self.sides = sides
@@ -81,7 +82,7 @@ class Like(NamedTuple):
         return Like(form, tuple(places), pattern, numbers)
 
     def sides(self, span: Span) -> Sides:
-        """The sides of the rule that stands there."""
+        """The sides of the rule in these places."""
         names = iter([self.names[k] for k in self.pattern])
         numbers = iter(self.numbers)
 
@@ -97,14 +98,14 @@ class Like(NamedTuple):
         return tuple(map(made, left)), tuple(map(made, right))
 
     def rule(self, span: Span) -> Equality:
-        """The rule, whose sides are made when they are asked for."""
+        """The rule, whose sides are made on first use."""
         made: Equality = Equality.__new__(Equality)
         made.span, made.like = span, self
         return made
 
 
 def leaves_of(code: str) -> Leaves | None:
-    """None where the line is long, or has a number out of range."""
+    """None if the line is long, or has a number out of range."""
     if len(code) > LONGEST:
         return None
     parts = _LEAF.split(code)

@@ -1,8 +1,7 @@
 """The syntax of a rule sheet as values.
 
-Every node keeps its place in the text (``span``), which equality ignores: two
-sheets are equal when they say the same. Expressions serve both as syntax and,
-once names are bound, as the mathematics that the solver works on.
+Every node keeps its place in the text (``span``), which equality ignores. Expressions serve both as
+syntax and, once names are bound, as the mathematics that the solver works on.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ _PLACES = frozenset({"span", "gap", "like"})
 class Fields(type):
     """Makes the annotated names of a class its fields: slots, and the arguments of its constructor.
 
-    ``dataclass`` does so as well, in more than twice the time, at every start.
+    ``dataclass`` does this too, but takes more than twice the time at every start.
     """
 
     def __new__(cls, name: str, bases: tuple[type, ...], space: dict[str, Any]) -> Fields:
@@ -36,10 +35,9 @@ class Fields(type):
 
 
 class Node(metaclass=Fields):
-    """A value of its fields, of which ``span`` and ``gap`` tell only where it stands.
+    """A value of its fields; ``span`` and ``gap`` are only its position in the text.
 
-    ``parts`` are the expressions and conditions that it consists of, left to right. No node is changed once
-    it is made.
+    ``parts`` are its expressions and conditions from left to right. No node is changed once it is made.
     """
 
     parts: ClassVar[Any] = property(lambda node: ())
@@ -145,7 +143,7 @@ class Operators(Node):
 
 
 class Number(Operators):
-    """A number as written; ``unit`` is the text in the brackets of ``9.81[m/s^2]``, which no solve sees."""
+    """A number as written; ``unit`` is the text in the brackets of ``9.81[m/s^2]``, ignored by a solve."""
 
     value: float
     span: Span | None = None
@@ -306,7 +304,7 @@ class IfRule(Node):
 
 
 class Inequality(Node):
-    """``a < b`` as a rule; of a chain such as ``0 < x < 1``, the comparison of each two neighbours."""
+    """``a < b`` as a rule; for a chain such as ``0 < x < 1``, a comparison of each two neighbours."""
 
     comparisons: tuple[Comparison, ...]
     span: Span | None = None
@@ -319,7 +317,7 @@ RuleBody: TypeAlias = Equality | Inequality | CallRule | IfRule
 class Rule(Node):
     """One rule of a sheet with its trailing comment (without the comment mark).
 
-    ``gap`` says, here and below, that a blank line stands before it.
+    ``gap``, here and below: a blank line precedes it.
     """
 
     body: RuleBody
@@ -329,7 +327,7 @@ class Rule(Node):
 
 
 class CommentLine(Node):
-    """A line that only comments, kept so that a formatted sheet loses nothing."""
+    """A line with only a comment, kept so that a formatted sheet loses nothing."""
 
     text: str
     span: Span | None = None
@@ -340,7 +338,7 @@ class CommentLine(Node):
 
 
 class Range(Node):
-    """Where a solution may lie: ``in [a, b]``, ``> 0``, ``< b``; ends may name variables."""
+    """The allowed values of a variable: ``in [a, b]``, ``> 0``, ``< b``; ends may have variables."""
 
     lower: Expression | None = None
     upper: Expression | None = None
@@ -360,8 +358,8 @@ class Tolerance(Node):
 class VariableRow(Node):
     """A row of the variables section.
 
-    ``value`` is the input as written (an expression of numbers, or a symbol), ``guess``
-    the expression after ``~``; at most one of the two is there.
+    ``value`` is the input as written (an expression of numbers, or a symbol), ``guess`` the
+    expression after ``~``; at most one of the two is given.
     """
 
     name: str
@@ -377,7 +375,7 @@ class VariableRow(Node):
 
 
 class UnitRow(Node):
-    """A line of the units section: ``names = meaning``; ``""`` for a unit of a kind of its own."""
+    """A line of the units section: ``names = meaning``; ``""`` for a unit without another."""
 
     names: tuple[str, ...]
     meaning: str = ""
@@ -392,7 +390,7 @@ class UnitRow(Node):
 
 
 class Use(Node):
-    """``use "a.tk", "b.tk"``: paths as written; ``python``: files of Python, which register functions."""
+    """``use "a.tk", "b.tk"``: paths as written; ``python``: Python files, which register functions."""
 
     paths: tuple[str, ...]
     comment: str = ""
@@ -403,7 +401,7 @@ class Use(Node):
 class Function(Node):
     """A rule function: ``function f(arguments; results)``, ``parameters``, ``rules``.
 
-    ``above`` are the comment lines that stand right above its head.
+    ``above`` are the comment lines directly above its head.
     """
 
     name: str
@@ -429,9 +427,9 @@ class Mark(Node):
 
 
 class Figure(Node):
-    """``figure name [unit]`` with what is drawn in it; the comment beside the head is its caption.
+    """``figure name [unit]`` with its lines; the comment next to the head is its caption.
 
-    ``unit`` is that of its coordinates, ``above`` are the comment lines right above its head.
+    ``unit`` is that of its coordinates, ``above`` are the comment lines directly above its head.
     """
 
     name: str
@@ -460,12 +458,14 @@ def children(node: Expression) -> tuple[Expression, ...]: ...
 @overload
 def children(node: Expression | Condition | RuleBody) -> tuple[Expression | Condition, ...]: ...
 def children(node: Any) -> Any:
-    """The expressions and conditions that a node consists of, left to right; not the arms of an ``if``."""
+    """The expressions and conditions of a node, from left to right; not the arms of an ``if``."""
     return node.parts
 
 
 def rebuilt(node: _Tree, parts: tuple[Any, ...], span: Span | None = None) -> _Tree:
-    """The node with other direct parts: the inverse of :func:`children`; elsewhere, with a span."""
+    """The node with other direct parts: the inverse of :func:`children`; with a span, elsewhere in
+    the text.
+    """
     kind: Any = type(node)
     found, span = node, span or node.span
     match node:
@@ -519,7 +519,7 @@ def units_of(node: Expression | Condition) -> Iterator[str]:
 
 
 def chain(node: Expression) -> list[tuple[str, Expression]]:
-    """The factors of ``a*b/c`` with their signs, by a loop: a chain may be longer than recursion reaches."""
+    """The factors of ``a*b/c`` with their signs, by a loop: a chain may exceed the recursion limit."""
     parts: list[tuple[str, Expression]] = []
     while isinstance(node, Product | Quotient):
         parts.append(("*" if isinstance(node, Product) else "/", node.right))
@@ -528,7 +528,7 @@ def chain(node: Expression) -> list[tuple[str, Expression]]:
 
 
 def bare(node: Expression) -> bool:
-    """Whether an expression is a plain number: it adopts the unit of what it is added to or equals."""
+    """Whether an expression is a plain number: it adopts the unit of the terms next to it."""
     return next(names(node), None) is None and next(units_of(node), None) is None
 
 
@@ -544,14 +544,14 @@ def substitute(expression: Expression, replacements: Mapping[str, Expression]) -
 
 
 def exchange(expression: Expression, old: Expression, new: Expression) -> Expression:
-    """The expression with ``new`` wherever it has ``old``."""
+    """The expression with ``old`` replaced by ``new`` everywhere."""
     if expression == old:
         return new
     return rebuilt(expression, tuple(exchange(part, old, new) for part in children(expression)))
 
 
 def map_leaves(expression: Expression, change: Callable[[Name | Number | Symbol], Expression]) -> Expression:
-    """The expression with every name, number and symbol turned into what ``change`` makes of it."""
+    """The expression with ``change`` applied to every name, number and symbol."""
     if isinstance(expression, Name | Number | Symbol):
         return change(expression)
     return rebuilt(expression, tuple(map_leaves(part, change) for part in children(expression)))

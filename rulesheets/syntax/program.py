@@ -1,4 +1,4 @@
-"""A sheet with every function that it can call: what a file and the files it uses amount to."""
+"""A sheet with all functions that it can call, from its own file and the used ones."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class Program:
 
     @property
     def rows(self) -> tuple[nodes.VariableRow, ...]:
-        """The rows of the variables section, without its comment lines and settings."""
+        """The rows of the variables section, without comment lines and settings."""
         rows = (row for row in self.sheet.variables or () if isinstance(row, nodes.VariableRow))
         return tuple(row for row in rows if _setting(row.name, row.value) is None)
 
     @property
     def limits(self) -> bool:
-        """Whether the sheet says ``limits = yes``, in its variables section or among its rules."""
+        """Whether the sheet has ``limits = yes``, in its variables section or among its rules."""
         rows = (row for row in self.sheet.variables or () if isinstance(row, nodes.VariableRow))
         settings = [_setting(row.name, row.value) for row in rows]
         settings += [_said(rule) for rule in self.sheet.rules if isinstance(rule, nodes.Rule)]
@@ -42,7 +42,7 @@ class Program:
 
 
 def _setting(name: str, value: nodes.Expression | None) -> bool | None:
-    """What ``limits = yes`` and ``limits = no`` say; None for anything else."""
+    """The value of ``limits = yes`` or ``limits = no``; None for any other node."""
     if name != "limits" or not isinstance(value, nodes.Name) or value.name not in ("yes", "no"):
         return None
     return value.name == "yes"
@@ -82,7 +82,7 @@ def names_of(body: nodes.RuleBody) -> Iterable[str]:
 
 
 def walk(*roots: nodes.Expression | nodes.Condition) -> Iterator[nodes.Expression | nodes.Condition]:
-    """Nodes and all their parts, each before its own parts, left to right."""
+    """Nodes and all their parts, left to right, each before its own parts."""
     stack = [*reversed(roots)]
     while stack:
         item = stack.pop()
@@ -93,8 +93,8 @@ def walk(*roots: nodes.Expression | nodes.Condition) -> Iterator[nodes.Expressio
 def components(rule: nodes.RuleBody, functions: Mapping[str, nodes.Function]) -> tuple[nodes.RuleBody, ...]:
     """An equality as scalar equalities and calls, in order; any other rule alone.
 
-    ``(x, y) = f(a)`` and ``x = f(a)`` are calls of f with these results. Sides of
-    unlike length that no call explains come back as they are.
+    ``(x, y) = f(a)`` and ``x = f(a)`` are calls of f with these results. Sides of different length
+    that no call explains are returned unchanged.
     """
     if not isinstance(rule, nodes.Equality):
         return (rule,)

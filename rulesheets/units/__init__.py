@@ -1,6 +1,7 @@
-"""Values with units, in the units of their variables and in those that they are shown in.
+"""Values with units, converted to the units of their variables and to display units.
 
-Differences of temperatures are told from points of a scale. A solve never sees a unit."""
+Differences of temperatures are distinguished from points of a scale. A solve never sees a unit.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +39,7 @@ _BARE = re.compile(r"[\d./]+(?:[eE][-+]?\d+)?")
 
 
 def parted(text: str) -> tuple[str, str] | None:
-    """``50 [mm]``, ``50mm`` or ``50 mm`` as the value and the unit; None for a value without one."""
+    """The value and the unit of ``50 [mm]``, ``50mm`` or ``50 mm``; None without a unit."""
     found = _BRACKETED.fullmatch(text) or _PLAIN.fullmatch(text)
     return (found[1], found[2].strip()) if found else None
 
@@ -50,7 +51,7 @@ def converted(
     place: Span | None = None,
     difference: bool = False,
 ) -> list[float]:
-    """Numbers in ``unit`` as numbers in the unit of the variable; a ``difference`` has no zero point.
+    """Numbers in ``unit`` converted to the unit of the variable; a ``difference`` has no zero point.
 
     Raises RuleSheetError for an unknown unit, one of another kind, and for a variable without a unit.
     """
@@ -84,7 +85,7 @@ def _units(unit: str, variable: Variable, place: Span | None) -> tuple[Unit, Uni
 
 
 def unit_named(text: str, place: Span | None, units: Library) -> Unit:
-    """The unit of a text. Raises RuleSheetError (E460) with what may be meant."""
+    """The unit of a text. Raises RuleSheetError (E460) with a suggestion."""
     try:
         return units.unit(text)
     except UnitError as wrong:
@@ -139,13 +140,13 @@ def cannot_show(name: str, unit: str | None, display: str | None, place: Span | 
 
 
 def shown(number: float, variable: Variable, difference: bool = False) -> float:
-    """A number of a variable in its display unit, where it has one."""
+    """A number of a variable in its display unit, if it has one."""
     units = _shown_in(variable)
     return convert(number, *units, difference or variable.difference) if units else number
 
 
 def displaying(variable: Variable) -> tuple[float, float]:
-    """Factor and shift from the unit of a variable to its display unit, where it has one."""
+    """Factor and shift from the unit of a variable to its display unit, if it has one."""
     units = _shown_in(variable)
     return affine(*units, variable.difference) if units else (1.0, 0.0)
 
@@ -177,7 +178,7 @@ class Rule(NamedTuple):
     slopes: tuple[dict[str, float], ...]
 
     def holds(self, differences: set[str]) -> bool:
-        """Whether it holds on as all points move together."""
+        """Whether it still holds if all points shift together."""
         moved = (sum(s for name, s in row.items() if name not in differences) for row in self.slopes)
         sizes = (sum(map(abs, row.values())) for row in self.slopes)
         return all(abs(total) <= NOISE * size for total, size in zip(moved, sizes, strict=True))
@@ -190,10 +191,10 @@ class Rule(NamedTuple):
 class Weights:
     """``differences`` are the temperatures of a model that are differences of points of a scale.
 
-    A law of nature does not depend on where a scale begins: if all points of a rule move by one kelvin and
+    A law of nature does not depend on the zero of a scale: if all points in a rule shift by one kelvin and
     the differences stay, it still holds. ``dT = T1 - T2`` and ``Q = m*c*(T1 - T2)`` do so if dT is a
-    difference; ``p*v = R*T`` does not, and needs an absolute temperature. The slopes of a rule by its
-    temperatures at a few places tell.
+    difference; ``p*v = R*T`` does not, and needs an absolute temperature. This is decided by the slopes of
+    a rule by its temperatures at a few places.
     """
 
     def __init__(self, model: Model) -> None:
@@ -217,7 +218,7 @@ class Weights:
                 pass
 
     def _rule(self, equation: Equation) -> Rule | None:
-        """The slopes of a rule, None where it has no temperature or they are not to be had."""
+        """The slopes of a rule; None if it has no temperature or no slopes."""
         here = [name for name in equation.names if name in self.units]
         rows = (TABLE.get(part.function) for part in _parts(equation) if isinstance(part, Call))
         if not here or any(row is None or row.source for row in rows):  # a file's own Python is not run
@@ -240,7 +241,7 @@ class Weights:
     # --- what must be a difference ---
 
     def _candidates(self, rule: Rule) -> list[str]:
-        """The points one of which is a difference, if the others are points indeed."""
+        """The points of which one is a difference, if the others are points."""
         points = rule.points(self.differences)
         return [name for name in points if len(points) > 2 and rule.holds(self.differences | {name})]
 
@@ -250,14 +251,14 @@ class Weights:
         return len(found) == 1
 
     def _alone_on_a_side(self, rule: Rule) -> bool:
-        """``dT = T1 - T2`` is said of dT, though T2 might be the difference."""
+        """``dT = T1 - T2`` is taken as the definition of dT, though T2 might be the difference."""
         sides = [side.name for side in (rule.equation.left, rule.equation.right) if isinstance(side, Name)]
         found = [name for name in self._candidates(rule) if name in sides]
         self.differences.update(found[:1])
         return bool(found)
 
     def _of_differences(self, rule: Rule) -> bool:
-        """``LMTD = (a - b)/ln(a/b)``: what is computed from differences alone is one."""
+        """``LMTD = (a - b)/ln(a/b)``: a value computed only from differences is one."""
         left, right = rule.equation.left, rule.equation.right
         for side, other in ((left, right), (right, left)):
             rest = set(names(other)) & self.units.keys()
@@ -270,7 +271,7 @@ class Weights:
     # --- what is wrong ---
 
     def warnings(self, sure: bool) -> Iterator[tuple[Equation, Diagnosis]]:
-        """Points of °C and °F where only absolute temperatures or differences fit, and zeros that differ."""
+        """Points of °C and °F in rules that need absolute temperatures, and scales that differ."""
         for rule in self.rules:
             points = rule.points(self.differences)
             scaled = [name for name in points if self.units[name].offset]
@@ -360,7 +361,7 @@ def with_display_units(model: Model, system: str | None, chosen: Mapping[str, st
 
 
 def _in_system(variable: Variable, units: Mapping[str, Unit]) -> Variable:
-    """The variable in a unit of the system; as it is where the system has none of its kind."""
+    """The variable in a unit of the system; unchanged if the system has none of its kind."""
     own = variable.measure
     if variable.unit in units:
         return replace(variable, display_unit=None)

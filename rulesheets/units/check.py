@@ -1,9 +1,9 @@
 """Do the units of a model fit its rules? Dimensions first, then factors such as 1000.
 
-A rule computes with readings in the units of its variables. Where these are N, m and kg it needs no factor;
-where one is kN, a factor of 1000 must stand in it. The check therefore compares how large the units of both
-sides are, and excuses a difference that the numbers written in the rule explain. An empirical formula, which
-is right in its own units alone, is left out by a comment that begins with ``unchecked``.
+A rule computes with readings in the units of its variables. With N, m and kg it needs no factor; if one of
+them is in kN, it needs a factor of 1000. The check therefore compares the sizes of the units of both sides,
+and accepts a difference that the numbers written in the rule explain. An empirical formula, which holds only
+in its own units, is left out by a comment that begins with ``unchecked``.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
 
 
 def inferred(model: Model) -> dict[str, str]:
-    """The units that rules give variables of the sheet that have none written."""
+    """The units that rules imply for variables of the sheet without a written unit."""
     dimensions = inference(model)
     if dimensions is None:
         return {}
@@ -88,7 +88,7 @@ def inferred(model: Model) -> dict[str, str]:
 
 
 def inference(model: Model) -> Dimensions | None:
-    """What the rules of a model say of its units; None where it has none."""
+    """The dimensions that the rules of a model imply; None if it has no units."""
     units = {name: v.measure for name, v in model.variables.items() if v.measure is not None}
     if not units:
         return None
@@ -111,7 +111,7 @@ def inference(model: Model) -> Dimensions | None:
 
 
 def _unchecked(place: Span) -> bool:
-    """Whether the comment behind a rule says so."""
+    """Whether the comment after a rule excludes it."""
     text, end = place.source.text, place.end
     if '"' not in text[end : end + 80]:
         return False
@@ -123,7 +123,7 @@ def _unchecked(place: Span) -> bool:
 
 
 def _constants(statement: Statement) -> list[float]:
-    """Written numbers that may well have a unit: 9.81, 8.314 and 3600, but not 2, 1/2 or exponents."""
+    """Written numbers that may have a unit: 9.81, 8.314 and 3600, but not 2, 1/2 or exponents."""
     nodes = [*walk(statement.left), *walk(statement.right)]
     exponents = {id(node.exponent) for node in nodes if isinstance(node, Power)}
     found = (n.value for n in nodes if isinstance(n, Number) and n.unit is None and id(n) not in exponents)
@@ -131,7 +131,7 @@ def _constants(statement: Statement) -> list[float]:
 
 
 def _curable(found: Mismatch, statement: Statement) -> bool:
-    """Whether the unit of a constant would cure a mismatch, or it is a common logarithm of a quantity."""
+    """Whether a unit of a constant would resolve a mismatch, or it is a logarithm of a quantity."""
     logarithms = [Call(name, (found.left,)) for name in ("log", "log10") if found.right is None]
     return bool(_constants(statement)) or any(
         node in logarithms for node in (*walk(statement.left), *walk(statement.right))
@@ -142,7 +142,6 @@ def _curable(found: Mismatch, statement: Statement) -> bool:
 
 
 def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnosis:
-    """What is said of a mismatch."""
     statement = dimensions.statements[found.statement]
     chain = dict.fromkeys(dimensions.statements[index].place.text for index in sorted(found.why))
     rules = [" ".join(rule.split()) for rule in chain if rule != statement.place.text]
@@ -186,7 +185,7 @@ def _of_angle(call: Call, factor: float, argument: str, unit: str) -> tuple[str,
 
 
 def _constant(found: Mismatch, statement: Statement) -> list[str]:
-    """The unit that would make the mismatch go away, if a constant of the rule had it."""
+    """The unit of a constant of the rule that would resolve the mismatch."""
     if found.right is None:
         return []
     one, other = (Form(form.dimension) for form in found.forms)
@@ -199,7 +198,7 @@ def _constant(found: Mismatch, statement: Statement) -> list[str]:
 
 
 def _written(node: Expression, model: Model) -> str | None:
-    """The unit of an expression, as its variables write theirs where that is short."""
+    """The unit of an expression, written with the units of its variables if that is short."""
     match node:
         case Name(name):
             return model.variables[name].unit
@@ -231,7 +230,7 @@ def _factors_of(node: Expression, power: Fraction = Fraction(1)) -> Iterator[tup
 
 
 def _shown(node: Expression, place: Span) -> str:
-    """An expression of the rule at a place as it is written there."""
+    """An expression of the rule at a place, as written there."""
     if node.span is None:
         return "the figure"
     return format_expression(node) if node.span == place else " ".join(node.span.text.split())

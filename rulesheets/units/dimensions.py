@@ -54,7 +54,7 @@ RELATIVE = 1e-3
 
 
 def angle_of(function: str) -> Exponents | None:
-    """The unit of the angle that a function takes or gives; None where there is none."""
+    """The unit of the angle that a function takes or returns; None if there is none."""
     row = TABLE[function]
     if row.turn is None and row.angle is None:
         return None
@@ -62,7 +62,7 @@ def angle_of(function: str) -> Exponents | None:
 
 
 def in_other_unit(function: str) -> str | None:
-    """``sind`` for ``sin`` and ``sin`` for ``sind``; None for what is no circular function."""
+    """``sind`` for ``sin`` and ``sin`` for ``sind``; None for other functions."""
     if TABLE[function].direction or angle_of(function) is None:
         return None
     return function[:-1] if TABLE[function].in_degrees else f"{function}d"
@@ -77,10 +77,10 @@ def exponents(unit: Unit) -> Exponents:
 
 
 class Form(NamedTuple):
-    """Exponents of an expression: known ones, and multiples of those of variables that are open.
+    """The exponents of an expression: known ones, and multiples of those of open variables.
 
-    ``any``: 0, or a bare number in a sum, fits whatever stands beside it. ``numbers`` of the rules that it
-    follows from may be factors between units.
+    ``any``: 0, or a bare number in a sum, fits any unit. ``numbers`` of the rules that it follows from may
+    be factors between units.
     """
 
     known: Exponents = {}  # noqa: RUF012
@@ -99,7 +99,7 @@ class Form(NamedTuple):
 
     @property
     def sure(self) -> Exponents:
-        """What is known, without the size where numbers of rules may be factors between units."""
+        """The known exponents, without the size if numbers may be factors between units."""
         return {**self.known, SIZE: math.nan} if self.numbers else self.known
 
     @property
@@ -121,7 +121,7 @@ def _sum(one: Exponents, other: Exponents, times: Any) -> Exponents:
 
 
 class Statement(NamedTuple):
-    """Two expressions that must have one unit, and the rule that says so."""
+    """Two expressions that must have the same unit, and the rule that requires it."""
 
     place: Span
     left: Expression
@@ -129,11 +129,11 @@ class Statement(NamedTuple):
 
 
 class Mismatch(NamedTuple):
-    """Two expressions of a statement (by index) that must have one unit, and do not.
+    """Two expressions of a statement (by index) that must have the same unit, but do not.
 
-    ``right`` is None where an argument of ``call``, or an exponent, must be a number, or an angle in the unit
-    of that function. ``factor``: where the dimensions agree, how many of the right unit the left one is.
-    ``why`` are the statements that the units follow from.
+    ``right`` is None if an argument of ``call``, or an exponent, must be a number, or an angle in the unit of
+    that function. ``factor``: if the dimensions agree, the size of the left unit in right units. ``why`` are
+    the statements that the units follow from.
     """
 
     statement: int
@@ -146,7 +146,7 @@ class Mismatch(NamedTuple):
 
 
 class Dimensions:
-    """Exponents of every variable that has a unit, and of those that the rules give one."""
+    """The exponents of every variable whose unit is written or implied by rules."""
 
     def __init__(self, declared: Mapping[str, Unit], values: Mapping[str, float], units: Library) -> None:
         self.values, self.units = values, units
@@ -155,7 +155,7 @@ class Dimensions:
         self.mismatches: list[Mismatch] = []
 
     def infer(self, statements: Sequence[Statement]) -> None:
-        """Take in the statements, those that leave one variable open first."""
+        """Process the statements, those with a single open variable first."""
         self.statements = statements
         named = [frozenset((*names(s.left), *names(s.right))) for s in statements]
         free = [{name for name in some if name not in self.forms} for some in named]
@@ -180,14 +180,14 @@ class Dimensions:
                             ready.append(user)
 
     def known(self, name: str) -> Form | None:
-        """The exponents of a variable, None while they are open."""
+        """The exponents of a variable; None while they are open."""
         found = self._resolved(self.forms[name]) if name in self.forms else None
         return None if found is None or found.open else found
 
     # --- expressions ---
 
     def form(self, node: Expression, index: int) -> Form:
-        """The exponents of an expression of a statement; what is in it must fit together."""
+        """The exponents of an expression of a statement; its parts must be consistent."""
         match node:
             case Name(name):
                 found = self.forms.get(name)
@@ -213,7 +213,7 @@ class Dimensions:
                 return Form(any=True)
 
     def _alike(self, terms: Iterable[Expression], index: int) -> Form:
-        """Terms of one unit: numbers adopt that of the others."""
+        """Terms of the same unit: numbers adopt that of the others."""
         first: tuple[Expression, Form] | None = None
         for term in terms:
             form = self.form(term, index)
@@ -254,7 +254,7 @@ class Dimensions:
         return Form((row.angle and angle_of(function)) or {})
 
     def _number(self, node: Expression, index: int, call: Call | None = None) -> None:
-        """An expression that has no unit: an exponent, an argument of a logarithm; of a sine, an angle."""
+        """An expression without a unit: an exponent, an argument of a logarithm; of a sine, an angle."""
         form = self._resolved(self.form(node, index))
         if form.any:
             return
@@ -272,7 +272,7 @@ class Dimensions:
             self._meet(one.plus(other, -1), Mismatch(index, left, right, (one, other)))
 
     def _meet(self, form: Form, claim: Mismatch) -> None:
-        """``form`` is 0: that settles one of its open variables, or contradicts what is known."""
+        """Require ``form`` to be 0: this determines an open variable, or contradicts known ones."""
         index = claim.statement
         form = self._resolved(form)
         if not form.open:
@@ -289,7 +289,7 @@ class Dimensions:
         self.forms[name] = found
 
     def _compare(self, form: Form, claim: Mismatch) -> None:
-        """``form`` has nothing open: note what is not 0 in it."""
+        """Record the exponents of ``form``, which has no open variables, that are not 0."""
         if not form.known:
             return
         factor = None
@@ -305,7 +305,7 @@ class Dimensions:
         self.mismatches.append(claim._replace(forms=(one, other), why=form.why, factor=factor))
 
     def _resolved(self, form: Form) -> Form:
-        """The form with variables that were open when it was made, and are not any more, filled in."""
+        """The form with variables filled in that have become known since it was made."""
         while ready := [n for n in form.open if n in self.forms and self.forms[n].open != {n: 1}]:
             others = {n: e for n, e in form.open.items() if n not in ready}
             found = Form(form.known, others, form.why, numbers=form.numbers)
@@ -317,14 +317,13 @@ class Dimensions:
     # --- factors that numbers explain ---
 
     def _numbers(self, index: int) -> Iterable[Number]:
-        """The plain numbers of a statement."""
         statement = self.statements[index]
         return (
             n for side in (statement.left, statement.right) for n in leaves(side, Number) if n.unit is None
         )
 
     def _explained(self, factor: float, index: int, before: Iterable[float]) -> bool:
-        """Whether a factor is that of numbers in the rule, or in those before it.
+        """Whether a factor is explained by numbers in the rule, or in those before it.
 
         Turns and degrees may be counted as such.
         """
