@@ -84,10 +84,10 @@ def rows(count: int):
 def work(count: int, jit: bool):
     import rulesheets
     import solver
-    from solver.sweeps.sweep import grid_lessons, work_of
+    from solver.sweeps.sweep import grid_warmup, work_of
 
     plan = solver.prepare(rulesheets.load("offset_slider_crank"), ["thetaAO"], WANT)
-    return work_of(plan, grid_lessons(rows(count)), jit=jit)
+    return work_of(plan, grid_warmup(rows(count)), jit=jit)
 
 
 def by_hand(count: int) -> Iterator:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from rulesheets.checks import check, head_of
 from rulesheets.checks.marks import check_figures
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error, labels, refuse, said
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error, error_at, labels, refuse
 from rulesheets.expand import Expansion
 from rulesheets.files import confined, is_sheet, near_files, outside, parsed, read_source
 from rulesheets.inputs import declared, valued
@@ -86,7 +86,7 @@ class _Gathering:
                 "a Python file can do anything that you can: read it, and if you trust it, give "
                 "--allow-python (allow_python=True in Python)"
             )
-            self.complaints.append(said("E313", message, place, note, label="named here"))
+            self.complaints.append(error_at("E313", message, place, note, label="named here"))
         elif not confined(shown, self.within):
             self.complaints.append(outside(path, place))
         elif not os.path.exists(shown):
@@ -112,7 +112,7 @@ class _Gathering:
             message = "a file uses itself" if len(names) == 1 else "files use each other in a circle"
             ring = " → ".join((*names, names[0]))
             note = f"the circle is {ring}; move what both need into a file of its own"
-            self.complaints.append(said("E307", message, place, note, label="closes the circle"))
+            self.complaints.append(error_at("E307", message, place, note, label="closes the circle"))
             return None
         if key in self.seen:
             return None
@@ -139,7 +139,7 @@ def place_of(path: str, use: nodes.Use) -> Span | None:
 
 def _missing(path: str, shown: str, place: Span | None) -> Diagnosis:
     notes = near_files(shown) or ("paths are relative to the file that names them",)
-    return said("E306", f"there is no file {path} to use", place, *notes, label=f"looked for {shown}")
+    return error_at("E306", f"there is no file {path} to use", place, *notes, label=f"looked for {shown}")
 
 
 def _only_functions(file: File, path: str, place: Span | None) -> Iterator[Diagnosis]:

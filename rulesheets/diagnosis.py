@@ -78,7 +78,7 @@ def error(code: str, message: str | None = None, *labels: Label, notes: tuple[st
     return Diagnosis(code, Severity.ERROR, message, labels, notes)
 
 
-def said(code: str, message: str | None, place: Span | None, *notes: str, label: str = "") -> Diagnosis:
+def error_at(code: str, message: str | None, place: Span | None, *notes: str, label: str = "") -> Diagnosis:
     """An error at one place, if the place is known."""
     return error(code, message, *labels((place, label)), notes=notes)
 
@@ -265,4 +265,4 @@ def empty_range(span: Span | None) -> Diagnosis:
 
 
 def wrong_range(message: str, span: Span | None) -> Diagnosis:
-    return said("E121", message, span, "write a range as in [0, 5], or as > 0, < 5")
+    return error_at("E121", message, span, "write a range as in [0, 5], or as > 0, < 5")

@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from rulesheets.diagnosis import RuleSheetError, said
+from rulesheets.diagnosis import RuleSheetError, error_at
 from rulesheets.evaluate.number import with_round_values
 from rulesheets.model import Equation, Premise, Requirement
 from rulesheets.syntax import Source, Span, nodes
@@ -85,7 +85,7 @@ class Expansion:
             if len(self.equations) + len(self.requirements) > MAX_EQUATIONS:
                 reason = f"the model has more than {MAX_EQUATIONS:,} equations"
                 note = "nest fewer calls"
-                raise RuleSheetError(said("E216", reason, place, note, label="one of them"))
+                raise RuleSheetError(error_at("E216", reason, place, note, label="one of them"))
             called, self._called = self._called, []
             for call in called:
                 self._body(*call)

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, said, suggestion
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, error_at, suggestion
 from rulesheets.parse import parse
 from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import RuleSheet
@@ -21,7 +21,7 @@ _LARGEST = 64 * 2**20
 
 
 def read_source(path: str | os.PathLike[str]) -> Source:
-    """The text of a UTF-8 file (a byte order mark is dropped), line ends as ``\n``.
+    """The text of a UTF-8 file (a byte order mark is dropped), line ends as ``\\n``.
 
     Raises RuleSheetError for a file that is missing, a folder, unreadable, too large, or not a
     text.
@@ -53,7 +53,7 @@ def parsed(source: Source, path: str | None) -> RuleSheet:
         if path is None or is_sheet(path):
             raise
         note = f"mistakes are shown only in files that end in {ENDING}"
-        raise RuleSheetError(said("E312", f"{source.name} is not a rule sheet", None, note)) from None
+        raise RuleSheetError(error_at("E312", f"{source.name} is not a rule sheet", None, note)) from None
 
 
 def is_sheet(path: str) -> bool:
@@ -71,7 +71,7 @@ def confined(path: str, within: str | None) -> bool:
 
 def outside(path: str, place: Span | None = None) -> Diagnosis:
     message = f"{path} lies outside the folder that sheets are confined to"
-    return said("E311", message, place, "links count as the files that they lead to")
+    return error_at("E311", message, place, "links count as the files that they lead to")
 
 
 def near_files(path: str) -> tuple[str, ...]:
@@ -104,10 +104,10 @@ def _not_text(name: str, data: bytes, place: int) -> Diagnosis:
     here = Span(source, len(source.text), len(source.text) + 1)
     if b"\0" in data:
         note = "a rule sheet is a UTF-8 text file"
-        return said("E303", f"{name} is a binary file, not a rule sheet", None, note)
+        return error_at("E303", f"{name} is a binary file, not a rule sheet", None, note)
     label = f"byte 0x{data[place]:02x} is not valid in UTF-8"
     note = "save the sheet in the encoding UTF-8"
-    return said("E303", f"{name} is not UTF-8 text", here if is_sheet(name) else None, note, label=label)
+    return error_at("E303", f"{name} is not UTF-8 text", here if is_sheet(name) else None, note, label=label)
 
 
 def find_sheet(path: str) -> str:
@@ -173,7 +173,7 @@ def writing(path: str) -> Iterator[None]:
         yield
     except OSError as failure:
         message = f"{path} cannot be written: {failure.strerror}"
-        raise RuleSheetError(said("E416", message, None, "choose another place")) from None
+        raise RuleSheetError(error_at("E416", message, None, "choose another place")) from None
 
 
 def expect_regular(name: str) -> None:
@@ -181,4 +181,4 @@ def expect_regular(name: str) -> None:
     if os.path.exists(name) and not (os.path.isfile(name) or os.path.isdir(name)):
         message = f"{name} cannot be read: it is a pipe or a device, not a file"
         note = "a dash in place of the sheet reads it from standard input"
-        raise RuleSheetError(said("E304", message, None, note))
+        raise RuleSheetError(error_at("E304", message, None, note))

@@ -158,7 +158,7 @@ _LATEX_FUNCTIONS |= {"asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan",
 
 
 class Latex(Notation):
-    """The same in LaTeX, in mathematics mode: ``omegaAO*AO`` is ``\omega_{AO} \mathit{AO}``."""
+    """The same in LaTeX, in mathematics mode: ``omegaAO*AO`` is ``\\omega_{AO} \\mathit{AO}``."""
 
     brackets = r"\left({}\right)"
     and_, or_, not_ = r" \text{ and } ", r" \text{ or } ", r"\text{not } "
@@ -211,7 +211,7 @@ class Latex(Notation):
         return self.written(base, _ATOM) + raised
 
     def chain(self, node: nodes.Expression) -> str:
-        """A product; with divisors, one fraction: ``-a*b/c`` is not ``- a b \frac{1}{c}``."""
+        """A product; with divisors, one fraction: ``-a*b/c`` is not ``- a b \\frac{1}{c}``."""
         (_, first), *others = nodes.chain(node)
         below = [factor for sign, factor in others if sign == "/"]
         above = [factor for sign, factor in others if sign == "*"]

@@ -13,9 +13,9 @@ from rulesheets.diagnosis import (
     Label,
     RuleSheetError,
     empty_range,
+    error_at,
     meant,
     refuse,
-    said,
     wrong_range,
 )
 from rulesheets.evaluate import Undefined, value
@@ -30,8 +30,8 @@ from rulesheets.units import (
     cannot_show,
     converted,
     displaying,
-    parted,
     unit_named,
+    value_and_unit,
     with_display_unit,
 )
 
@@ -48,10 +48,10 @@ def constant(expression: nodes.Expression) -> Value:
         message = f"an input is a number or a symbol, and {name} is a variable"
         notes = f"for the symbol write '{name}", "to tie two variables together write a rule"
         label = "evaluated once, before anything is solved"
-        raise RuleSheetError(said("E401", message, expression.span, *notes, label=label))
+        raise RuleSheetError(error_at("E401", message, expression.span, *notes, label=label))
     if (unit := next(units_of(expression), None)) is not None:
         message, note = f"{unit} stands inside an expression of numbers", "write one number with its unit"
-        raise RuleSheetError(said("E461", message, expression.span, f"{note}, as in x = 3[in] [mm]"))
+        raise RuleSheetError(error_at("E461", message, expression.span, f"{note}, as in x = 3[in] [mm]"))
     from rulesheets.checks import check_constant  # a command with mere numbers starts without it
 
     refuse(check_constant(expression))
@@ -291,7 +291,7 @@ def parse_input(
     sign = next((sign for sign in _PLUS_MINUS if sign in text), "")
     written, _, size = text.rpartition(sign) if sign else (text, "", "")
     percent, unit = size.rstrip().endswith("%"), ""
-    if variable is not None and not percent and (measured := parted(size if sign else written)):
+    if variable is not None and not percent and (measured := value_and_unit(size if sign else written)):
         last, unit = measured
         written, size = (written, last) if sign else (last, "")
     value = parse_value(written, place)
@@ -394,7 +394,7 @@ def _checked(given: Value | SupportsFloat, variable: Variable, model: Model) -> 
             why = "a text is read as a symbol, and this is not one"
             note = "give numbers as numbers, and symbols by their names ('open')"
             message = f"{given!r} is not a valid value for {variable.name}: {why}"
-            raise RuleSheetError(said("E406", message, None, note))
+            raise RuleSheetError(error_at("E406", message, None, note))
         if variable.name in quantities(model):
             raise RuleSheetError(symbol_for_number(symbol, variable, model))
         return symbol
@@ -406,7 +406,7 @@ def _checked(given: Value | SupportsFloat, variable: Variable, model: Model) -> 
 
 def _in_its_unit(given: Any, variable: Variable) -> Any:
     """``"3 in"``, ``(3, "in")`` and pint quantities in the unit of the variable; others unchanged."""
-    if isinstance(given, str) and (measured := parted(given)):
+    if isinstance(given, str) and (measured := value_and_unit(given)):
         return parse_input(given, None, variable)[0] if _plain_number(measured[0]) is not None else given
     if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str):
         return converted([_number(given[0], variable)], given[1], variable)[0]
@@ -423,7 +423,7 @@ def _number(given: SupportsFloat, variable: Variable) -> float:
         why = "neither a number nor a symbol"
         message = f"{given!r} is not a valid value for {variable.name}: {why}"
         note = "a sweep takes lists and arrays; a solve takes one value of each input"
-        raise RuleSheetError(said("E406", message, None, note)) from None
+        raise RuleSheetError(error_at("E406", message, None, note)) from None
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
@@ -466,16 +466,16 @@ def decimal_point(text: str) -> str:
 
 def not_finite(reason: str, place: Span | None) -> Diagnosis:
     note = "give a finite number, or leave the value out to have it solved"
-    return said("E402", f"this input has no finite value: {reason}", place, note)
+    return error_at("E402", f"this input has no finite value: {reason}", place, note)
 
 
 def not_finite_number(number: float, variable: Variable) -> Diagnosis:
-    return said("E402", f"{variable.name} = {number} is not finite", None, "give a finite number")
+    return error_at("E402", f"{variable.name} = {number} is not finite", None, "give a finite number")
 
 
 def outside_range(number: float, variable: Variable, place: Span | None) -> Diagnosis:
     message = f"{variable.name} = {number:.10g} lies outside its range {range_text(variable)}"
-    return said("E403", message, place, "change the value, or the range in the variables section")
+    return error_at("E403", message, place, "change the value, or the range in the variables section")
 
 
 def symbol_for_number(symbol: str, variable: Variable, model: Model, place: Span | None = None) -> Diagnosis:
@@ -484,23 +484,23 @@ def symbol_for_number(symbol: str, variable: Variable, model: Model, place: Span
     kind = f"in [{variable.unit}]" if variable.unit else kind
     message = f"{variable.name} is a number {kind}, and '{symbol} is a symbol"
     tied = ("to tie two variables together write a rule",) if symbol in model.variables else ()
-    return said("E406", message, place, "give a number, or clear the input to have it solved", *tied)
+    return error_at("E406", message, place, "give a number, or clear the input to have it solved", *tied)
 
 
 def symbol_as_guess(symbol: str, place: Span | None) -> Diagnosis:
     message, note = f"a guess is a number, and '{symbol} is a symbol", "to give the symbol as an input write"
-    return said("E404", message, place, f"{note} = '{symbol}")
+    return error_at("E404", message, place, f"{note} = '{symbol}")
 
 
 def no_tolerance(symbol: bool, place: Span | None) -> Diagnosis:
     """A tolerance of a symbol, or one that is not a number from 0 on."""
     message = "a symbol has no tolerance" if symbol else "a tolerance is a number that is not negative"
-    return said("E405", message, place, "write it as in = 3 ± 0.01, or = 3 ± 1%")
+    return error_at("E405", message, place, "write it as in = 3 ± 0.01, or = 3 ± 1%")
 
 
 def guess_with_tolerance(place: Span | None) -> Diagnosis:
     note = "write the guess alone, or clear the G to make it an input"
-    return said("E405", "a guess has no tolerance", place, note)
+    return error_at("E405", "a guess has no tolerance", place, note)
 
 
 def range_text(variable: Variable) -> str:
@@ -516,9 +516,9 @@ def range_text(variable: Variable) -> str:
 def not_a_value(text: str, place: Span, reason: str = "") -> Diagnosis:
     message = f"{text or 'nothing'} is not a value" + (f": {reason}" if reason else "")
     note = "a value is a number (3, 1e-3), an expression of numbers (2*3), or a symbol ('open)"
-    return said("E406", message, place, note)
+    return error_at("E406", message, place, note)
 
 
 def unknown_variable(name: str, model: Model, place: Span | None = None) -> Diagnosis:
     """The complaint about a name that the model does not have, with a suggestion."""
-    return said("E407", f"{model.name} has no variable {name}", place, *meant(name, model.variables))
+    return error_at("E407", f"{model.name} has no variable {name}", place, *meant(name, model.variables))

@@ -13,10 +13,10 @@ from rulesheets.diagnosis import (
     WRITE_IN_PYTHON,
     Diagnosis,
     error,
+    error_at,
     labels,
     plural,
     refuse,
-    said,
     suggestion,
 )
 from rulesheets.functions import PLANNED, TABLE
@@ -201,7 +201,9 @@ def check_builtin(
     name, place = call.function.lower(), name_in(call)
     if name in PLANNED:
         message = f"{call.function} works on lists, which are not supported yet"
-        yield said("E202", message, place, "write the terms out, as in `a + b + c`", label="not there yet")
+        yield error_at(
+            "E202", message, place, "write the terms out, as in `a + b + c`", label="not there yet"
+        )
     elif name not in TABLE:
         written = place.text if place is not None and place != call.span else call.function
         notes = suggestion(call.function, (*own, *TABLE)) or (
@@ -211,7 +213,7 @@ def check_builtin(
             notes = (_ELSEWHERE[name],)
         if written in variables:
             notes = (f"for a product with the variable {written} write {written}*(…)",)
-        yield said("E201", f"there is no function {written}", place, *notes, label="not known")
+        yield error_at("E201", f"there is no function {written}", place, *notes, label="not known")
     else:
         row = TABLE[name]
         if not row.accepts(len(call.arguments)):
@@ -220,7 +222,7 @@ def check_builtin(
             yield _argument_count(call, call.function, expected, f"{call.function}({row.arguments})", None)
         if isinstance(call, nodes.CallRule) and len(call.results) != 1:
             message = f"{call.function} gives one result, not {len(call.results) or 'none'}"
-            yield said("E204", message, call.span, f"write it in a rule: y = {call.function}(…)")
+            yield error_at("E204", message, call.span, f"write it in a rule: y = {call.function}(…)")
 
 
 # --- size -----------------------------------------------------------------------
@@ -256,7 +258,7 @@ def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diag
     if (depth := depths[""]) > MAX_DEPTH:
         reason = f"calls nest {depth} deep; {MAX_DEPTH} is the limit"
         place = next(iter(calls[""].values()))
-        yield said("E216", reason, place, "nest fewer calls", label="called here")
+        yield error_at("E216", reason, place, "nest fewer calls", label="called here")
 
 
 def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
@@ -266,7 +268,7 @@ def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
             left, right = len(part.left), len(part.right)
             message = f"the two sides differ in length: {left} on the left, {right} on the right"
             note = "write the same number on both sides, as in (a, b) = (c, d)"
-            yield said("E213", message, part.span, note, label="one equation for each pair")
+            yield error_at("E213", message, part.span, note, label="one equation for each pair")
 
 
 # --- names ----------------------------------------------------------------------
@@ -291,7 +293,7 @@ def check_names(scope: Scope) -> Iterator[Diagnosis]:
         use = f"{function.name}({', '.join(function.arguments)})" if function else f"{name}(x)"
         note = f"call it as {use}, or give the variable another name"
         message = f"{name} is a function, not a variable"
-        yield said("E210", message, place, note, label="the name of a function")
+        yield error_at("E210", message, place, note, label="the name of a function")
 
 
 def _reserved(name: str) -> bool:
@@ -318,7 +320,7 @@ def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
             if isinstance(node, nodes.Name) and node.name not in scope.names:
                 message = f"the end of a range names {node.name}, not a variable of this sheet"
                 notes = suggestion(node.name, scope.names) or (f"no rule and no other row names {node.name}",)
-                yield said("E218", message, node.span, *notes)
+                yield error_at("E218", message, node.span, *notes)
 
 
 def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
@@ -334,7 +336,7 @@ def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
             if node.name not in scope.names:
                 message = f"given('{node.name}) asks for an unknown variable"
                 notes = suggestion(node.name, scope.names) or (f"no rule and no row names {node.name}",)
-                yield said("E214", message, node.span, *notes)
+                yield error_at("E214", message, node.span, *notes)
         elif not isinstance(node, nodes.Comparison):
             yield from _symbols_in(node)
         elif node.operator not in ("=", "<>"):
@@ -342,13 +344,13 @@ def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
             if symbol is not None:
                 message = f"the symbol '{symbol.name} is neither greater nor smaller than anything"
                 note = "symbols are compared by = and <> only"
-                yield said("E212", message, node.span, note, label=f"compared by {node.operator}")
+                yield error_at("E212", message, node.span, note, label=f"compared by {node.operator}")
 
 
 def _symbols_in(node: nodes.Expression | nodes.Condition) -> Iterator[Diagnosis]:
     for part in children(node):
         if isinstance(part, nodes.Symbol):
-            yield said(
+            yield error_at(
                 "E211",
                 f"the symbol '{part.name} is not a number, so there is no arithmetic with it",
                 part.span,
@@ -370,7 +372,7 @@ def check_head(function: nodes.Function) -> Iterator[Diagnosis]:
     place = head_of(function)
     if function.name.lower() in TABLE or function.name.lower() in PLANNED:
         message = f"{function.name} is a built-in function and cannot be redefined"
-        yield said("E207", message, place, f"give it a name of its own, such as my_{function.name}")
+        yield error_at("E207", message, place, f"give it a name of its own, such as my_{function.name}")
     roles: dict[str, list[str]] = {}
     for role, names in (
         ("an argument", function.arguments),
@@ -385,4 +387,4 @@ def check_head(function: nodes.Function) -> Iterator[Diagnosis]:
             role = " and ".join(distinct) if len(distinct) > 1 else f"twice {held[0]}"
             note = "a name is either an argument, a result or a parameter, and is listed once"
             label = f"{name} has more than one role"
-            yield said("E209", f"{name} is {role} of {function.name}", place, note, label=label)
+            yield error_at("E209", f"{name} is {role} of {function.name}", place, note, label=label)

@@ -8,7 +8,7 @@ from functools import partial
 from typing import NamedTuple
 
 from rulesheets.checks import check_builtin, name_in
-from rulesheets.diagnosis import Diagnosis, error, labels, meant, said, suggestion
+from rulesheets.diagnosis import Diagnosis, error, error_at, labels, meant, suggestion
 from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import Call, Expression, Figure, Mark, Name, Symbol
 from rulesheets.syntax.program import Program, walk
@@ -101,7 +101,7 @@ def check_figures(program: Program, variables: Collection[str]) -> Iterator[Diag
                 if name.name not in points:
                     notes = suggestion(name.name, points) or (f"add point {name.name} = (x, y)",)
                     message = f"the figure {figure.name} has no point {name.name}"
-                    yield said("E231", message, name.span, *notes)
+                    yield error_at("E231", message, name.span, *notes)
             for expression in reckoned:
                 yield from _check_expression(expression, variables, program.functions)
 
@@ -112,15 +112,15 @@ def _check_expression(
     for node in walk(expression):
         if isinstance(node, Name) and node.name not in variables:
             notes = meant(node.name, variables) or ("a figure names variables of the rules",)
-            yield said("E230", f"there is no variable {node.name}", node.span, *notes)
+            yield error_at("E230", f"there is no variable {node.name}", node.span, *notes)
         elif isinstance(node, Call) and node.function in functions:
             message = f"a figure cannot call {node.function}, which is a function of rules"
-            yield said("E201", message, name_in(node), "call it in a rule, and name its results here")
+            yield error_at("E201", message, name_in(node), "call it in a rule, and name its results here")
         elif isinstance(node, Call):
             yield from check_builtin(node, (), variables)
         elif isinstance(node, Symbol):
             message = f"the symbol '{node.name} is not a coordinate"
-            yield said("E233", message, node.span, "a figure is drawn from numbers")
+            yield error_at("E233", message, node.span, "a figure is drawn from numbers")
 
 
 def _twice(what: str, name: str, again: Span | None, first: Span | None) -> Diagnosis:

@@ -17,7 +17,7 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 from lark.lexer import PatternRE, TerminalDef
 
 from rulesheets import store
-from rulesheets.diagnosis import RuleSheetError, refuse, said, wrong_range
+from rulesheets.diagnosis import RuleSheetError, error_at, refuse, wrong_range
 from rulesheets.parse import mistakes
 from rulesheets.parse.layout import Line
 from rulesheets.parse.mistakes import too_deep
@@ -106,7 +106,9 @@ class Builder(Transformer[Any, Any]):
         if value == float("inf") or (value == 0.0 and token.lower().partition("e")[0].strip("0.")):
             label = "too large" if value else "too small"
             note = "numbers range from 5e-324 to 1.8e308 in size"
-            wrong = said("E107", f"the number {token} is out of range", self._span(token), note, label=label)
+            wrong = error_at(
+                "E107", f"the number {token} is out of range", self._span(token), note, label=label
+            )
             raise RuleSheetError(wrong)
         return nodes.Number(value, self._span(token))
 
@@ -192,7 +194,7 @@ class Builder(Transformer[Any, Any]):
         ranges = [bound for mark in marks if not isinstance(mark, str) for bound in mark]
         if len(units) > 1:
             note = "it stands last: x < 3[in] [mm]"
-            raise RuleSheetError(said("E461", "a row has one unit", self._span(name), note))
+            raise RuleSheetError(error_at("E461", "a row has one unit", self._span(name), note))
         unit, display = _unit(units[0]) if units else (None, None)
         return nodes.VariableRow(
             str(name),

@@ -11,7 +11,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from rulesheets.checks.marks import KINDS, Shape
-from rulesheets.diagnosis import PROPERTIES, Diagnosis, closest, plural, said
+from rulesheets.diagnosis import PROPERTIES, Diagnosis, closest, error_at, plural
 from rulesheets.functions import TABLE
 from rulesheets.parse.layout import LONGEST, NESTING, Line
 from rulesheets.syntax import Source, Span
@@ -129,7 +129,7 @@ class Stop:
             before = [found.string.count(_MARK, 0, end) for end in (first, last)]
             here = self.span(first - before[0], last - before[1])
         message, label = mistake.message.format(**groups), mistake.label.format(**groups)
-        return said(mistake.code, message, here, cure, label=label)
+        return error_at(mistake.code, message, here, cure, label=label)
 
 
 def explain_line(source: Source, line: Line, place: int, kind: str) -> Diagnosis:
@@ -144,8 +144,8 @@ def explain_line(source: Source, line: Line, place: int, kind: str) -> Diagnosis
         if found is not None and (diagnosis := stop.explained(mistake, found)) is not None:
             return diagnosis
     if not stop.word:
-        return said("E101", "this line ends too early", stop.here)
-    return said("E101", f"`{stop.word}` cannot stand here", stop.here, "remove it")
+        return error_at("E101", "this line ends too early", stop.here)
+    return error_at("E101", f"`{stop.word}` cannot stand here", stop.here, "remove it")
 
 
 def _plain(text: str | None) -> str:
@@ -186,7 +186,7 @@ def strange_characters(source: Source, line: Line) -> Iterator[Diagnosis]:
             shown = f"{character} ({name})" if character.isprintable() else name
             note = f"write {cure}" if cure else "remove it, or put it into a comment"
             message = f"{shown} has no meaning in a rule sheet"
-            yield said("E108", message, Span(source, place, place + 1), note)
+            yield error_at("E108", message, Span(source, place, place + 1), note)
 
 
 def _is_letter(character: str) -> bool:
@@ -222,9 +222,9 @@ def _wrong_head(stop: Stop, kind: str) -> Diagnosis:
     if kind == "use" and (line.comment is not None or '"' in line.code):
         start = max(source.text.rfind('"', line.start, line.end + 2), line.start)
         place = Span(source, start, start + 1)
-        return said("E123", "a file name is never closed", place, note, label="opened here")
+        return error_at("E123", "a file name is never closed", place, note, label="opened here")
     word = line.code.split()[0].lower()
-    return said("E118", f"this `{word}` line cannot be read", stop.here, note)
+    return error_at("E118", f"this `{word}` line cannot be read", stop.here, note)
 
 
 def unknown_section(word: str, span: Span) -> Diagnosis:
@@ -232,14 +232,16 @@ def unknown_section(word: str, span: Span) -> Diagnosis:
     near = closest(word, SECTIONS)
     if word.lower() == "end":
         note = "leave it out: a function ends where the next section begins"
-        return said("E116", f"`{word}` has nothing to end here", span, note)
+        return error_at("E116", f"`{word}` has nothing to end here", span, note)
     if near is None:
         message = f"`{word}` alone is neither a rule nor the head of a section"
         note = "a rule is an equation, such as V = I*R"
-        return said("E116", message, span, note, "sections are variables, rules, units, function and figure")
+        return error_at(
+            "E116", message, span, note, "sections are variables, rules, units, function and figure"
+        )
     if near == word.lower():
-        return said("E116", f"a section head is one word alone: {near}", span, f"write {near}")
-    return said("E116", f"unknown section `{word}`", span, f"did you mean {near}?")
+        return error_at("E116", f"a section head is one word alone: {near}", span, f"write {near}")
+    return error_at("E116", f"unknown section `{word}`", span, f"did you mean {near}?")
 
 
 # --- shapes ---
@@ -255,17 +257,17 @@ def wrong_shape(source: Source, line: Line) -> Diagnosis | None:
     if line.end - line.start > LONGEST:
         message = f"this line is too long to be a rule: {line.end - line.start:,} characters"
         note = f"a rule has at most {LONGEST:,} characters; give parts of it names of their own"
-        return said("E125", message, Span(source, line.start, line.start + 1), note, label="begins here")
+        return error_at("E125", message, Span(source, line.start, line.start + 1), note, label="begins here")
     if line.too_deep is not None:
         return _nested(Span(source, line.too_deep, line.too_deep + 1), f"more than {NESTING} are open here")
     if line.stray:
         place = Span(source, line.stray[0], line.stray[0] + 1)
         note = "remove it, or open a parenthesis before it"
-        return said("E103", None, place, note, label="nothing is open here")
+        return error_at("E103", None, place, note, label="nothing is open here")
     if line.unclosed:
         place = Span(source, line.unclosed[-1], line.unclosed[-1] + 1)
         note = f"add {')' * len(line.unclosed)} where it ends"
-        return said("E102", None, place, note, label="opened here")
+        return error_at("E102", None, place, note, label="opened here")
     return None
 
 
@@ -283,7 +285,7 @@ def too_deep(tree: RuleBody | Condition | Expression) -> Diagnosis | None:
         if factors > FACTORS:
             message = f"this expression nests more than {FACTORS} levels deep"
             label = "every factor of a long product is a level"
-            return said("E217", message, here.part(0, 1), "split it over several rules", label=label)
+            return error_at("E217", message, here.part(0, 1), "split it over several rules", label=label)
         if isinstance(node, IfRule):
             arms = filter(None, (node.condition, node.then, node.otherwise))
             stack += ((arm, level + 1, 0) for arm in arms)
@@ -296,7 +298,7 @@ def too_deep(tree: RuleBody | Condition | Expression) -> Diagnosis | None:
 
 def _nested(span: Span, label: str) -> Diagnosis:
     note = "give the inner parts names of their own, in rules of their own"
-    return said("E124", "this is nested too deeply", span, note, label=label)
+    return error_at("E124", "this is nested too deeply", span, note, label=label)
 
 
 def without_variable(rule: Equality | Inequality) -> Diagnosis | None:
@@ -308,7 +310,7 @@ def without_variable(rule: Equality | Inequality) -> Diagnosis | None:
         if isinstance(node, Name) or (isinstance(node, Call) and node.function != "pi"):
             return None
     message, note = "this rule has no variable", "write a name on one side: x = 3"
-    return said("E114", message, rule.span, note, label="only numbers")
+    return error_at("E114", message, rule.span, note, label="only numbers")
 
 
 # --- lines of a figure ----------------------------------------------------------
@@ -320,11 +322,13 @@ def _misshapen(stop: Stop) -> Diagnosis:
     """A line that is not a line of a figure, or one that ends before its parentheses."""
     word = (stop.line.code.split() or [""])[0].lower()
     if word in KINDS:
-        return said("E130", "this line of a figure cannot be read", stop.here, f"write {KINDS[word].example}")
+        return error_at(
+            "E130", "this line of a figure cannot be read", stop.here, f"write {KINDS[word].example}"
+        )
     place = stop.line.place(stop.source)
     near = closest(word, KINDS)
     notes = (f"did you mean {near}?",) if near else (MARK_SHAPE, "a rule stands under `rules`")
-    return said("E130", None, place, *notes)
+    return error_at("E130", None, place, *notes)
 
 
 def wrong_mark(mark: Mark) -> Diagnosis | None:
@@ -334,7 +338,7 @@ def wrong_mark(mark: Mark) -> Diagnosis | None:
         near = closest(mark.kind, KINDS)
         note = f"did you mean {near}?" if near else f"the kinds are {', '.join(KINDS)}"
         place = mark.span and mark.span.part(0, len(mark.kind))
-        return said("E130", f"a figure has no `{mark.kind}`", place, note)
+        return error_at("E130", f"a figure has no `{mark.kind}`", place, note)
     count, message = len(mark.arguments), ""
     if kind.named and mark.name is None:
         message = f"this {mark.kind} has no name"
@@ -345,10 +349,10 @@ def wrong_mark(mark: Mark) -> Diagnosis | None:
         expected = points if kind.shape is Shape.POINTS else kind.shape.value
         message = f"a {mark.kind} takes {expected}, not {count or 'none'}"
     if message:
-        return said("E131", message, mark.span, f"write {kind.example}")
+        return error_at("E131", message, mark.span, f"write {kind.example}")
     places = {Shape.POINTS: mark.arguments, Shape.DIRECTED: mark.arguments[:1]}.get(kind.shape, ())
     for argument in places:
         if not isinstance(argument, Name) or "." in argument.name:
             note = f"name a point of the figure, as in {kind.example}"
-            return said("E131", "this is not the name of a point", argument.span, note)
+            return error_at("E131", "this is not the name of a point", argument.span, note)
     return None

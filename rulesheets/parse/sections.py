@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, refuse, said
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refuse
 from rulesheets.parse import mistakes
 from rulesheets.parse.grammar import read_line
 from rulesheets.parse.layout import Line, logical_lines
@@ -155,7 +155,7 @@ class _Reading:
             self._place_comments()
             self.section = _SKIPPED
             message = f"{planned['name']} not supported yet"
-            raise RuleSheetError(said("E190", message, line.place(self.source), planned["cure"]))
+            raise RuleSheetError(error_at("E190", message, line.place(self.source), planned["cure"]))
         elif word == "rules" and self.section == "function" and not self.blocks[-1].begun:
             self._place_comments()
             self.blocks[-1].begun = True
@@ -185,7 +185,7 @@ class _Reading:
         elif word == "rules" and self.section == "function":
             message = "this function has its rules already"
             note = "rules of the sheet itself stand before the first function"
-            raise RuleSheetError(said("E119", message, span, note, label="a second head"))
+            raise RuleSheetError(error_at("E119", message, span, note, label="a second head"))
         else:
             (self.waiting if self._begun() else self.comments).extend(above)
             self.section = word
@@ -201,7 +201,7 @@ class _Reading:
         if self.section != "function" or self.blocks[-1].begun:
             note = "put the line between the head of the function and its rules"
             message = "parameters belong to a function"
-            raise RuleSheetError(said("E119", message, line.place(self.source), note))
+            raise RuleSheetError(error_at("E119", message, line.place(self.source), note))
         self._place_comments()
         block = self.blocks[-1]
         block.end = line.end
@@ -232,7 +232,7 @@ class _Reading:
         functions = [block for block in self.blocks if isinstance(block.node, nodes.Function)]
         if not (functions or self.parts.get("units") or _filled(self.parts.get("rules", ()))):
             note, message = "write a rule, such as V = I*R", f"{self.source.name} has no rule"
-            yield said("E126", message, Span(self.source, 0, 1), note, label="nothing to solve")
+            yield error_at("E126", message, Span(self.source, 0, 1), note, label="nothing to solve")
         for block in self.blocks:
             if _filled(block.lines):
                 continue
@@ -241,7 +241,7 @@ class _Reading:
             if block in functions:
                 message, word = f"the function {node.name} has no rule", "function"
                 note, label = "write its rules below its head, under `rules`", "its rules are missing"
-            yield said("E126", message, node.span.part(0, len(word)), note, label=label)
+            yield error_at("E126", message, node.span.part(0, len(word)), note, label=label)
 
 
 def _unit_row(code: str, span: Span) -> nodes.UnitRow:
@@ -250,7 +250,7 @@ def _unit_row(code: str, span: Span) -> nodes.UnitRow:
     names = tuple(map(str.strip, left.split(",")))
     if not all(map(_UNIT.fullmatch, names)) or bool(equals) is not bool(right.strip()):
         note = "write smoot = 1.7018 m, or widget alone for a unit of a kind of its own"
-        raise RuleSheetError(said("E128", "this line defines no unit", span, note))
+        raise RuleSheetError(error_at("E128", "this line defines no unit", span, note))
     return nodes.UnitRow(names, " ".join(right.split()), span=span)
 
 

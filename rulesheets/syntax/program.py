@@ -37,7 +37,7 @@ class Program:
         """Whether the sheet has ``limits = yes``, in its variables section or among its rules."""
         rows = (row for row in self.sheet.variables or () if isinstance(row, nodes.VariableRow))
         settings = [_setting(row.name, row.value) for row in rows]
-        settings += [_said(rule) for rule in self.sheet.rules if isinstance(rule, nodes.Rule)]
+        settings += [_setting_value(rule) for rule in self.sheet.rules if isinstance(rule, nodes.Rule)]
         return next((setting for setting in reversed(settings) if setting is not None), False)
 
 
@@ -48,7 +48,7 @@ def _setting(name: str, value: nodes.Expression | None) -> bool | None:
     return value.name == "yes"
 
 
-def _said(rule: nodes.Rule) -> bool | None:
+def _setting_value(rule: nodes.Rule) -> bool | None:
     match rule.body:
         case nodes.Equality(like=like) if like is not None and len(like.names) != 2:
             return None
@@ -60,7 +60,7 @@ def _said(rule: nodes.Rule) -> bool | None:
 
 def rules_of(owner: nodes.RuleSheet | nodes.Function) -> Iterator[nodes.Rule]:
     """The rules of a sheet or a function, without settings and the comment lines between them."""
-    return (rule for rule in owner.rules if isinstance(rule, nodes.Rule) and _said(rule) is None)
+    return (rule for rule in owner.rules if isinstance(rule, nodes.Rule) and _setting_value(rule) is None)
 
 
 def bodies(body: nodes.RuleBody) -> Iterator[nodes.RuleBody]:

@@ -12,7 +12,7 @@ from dataclasses import replace
 from itertools import chain
 from typing import NamedTuple
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, refuse, said, suggestion
+from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error_at, refuse, suggestion
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.functions import TABLE
 from rulesheets.library import MONEY, Library, Unit, UnitError, affine, convert, library
@@ -38,7 +38,7 @@ _PLAIN = re.compile(
 _BARE = re.compile(r"[\d./]+(?:[eE][-+]?\d+)?")
 
 
-def parted(text: str) -> tuple[str, str] | None:
+def value_and_unit(text: str) -> tuple[str, str] | None:
     """The value and the unit of ``50 [mm]``, ``50mm`` or ``50 mm``; None without a unit."""
     found = _BRACKETED.fullmatch(text) or _PLAIN.fullmatch(text)
     return (found[1], found[2].strip()) if found else None
@@ -72,7 +72,7 @@ def _units(unit: str, variable: Variable, place: Span | None) -> tuple[Unit, Uni
     if not own:
         message = f"{name} has no unit, so a value in {unit} cannot be converted"
         note = f"leave the unit out, or write {name} [{unit}] in the variables section"
-        raise RuleSheetError(said("E461", message, place, note))
+        raise RuleSheetError(error_at("E461", message, place, note))
     source, target = (unit_named(text, place, variable.units) for text in (unit, own))
     if source.bases == target.bases:
         return source, target
@@ -81,7 +81,7 @@ def _units(unit: str, variable: Variable, place: Span | None) -> tuple[Unit, Uni
     if source.dimension == target.dimension:
         message = f"{unit} and {own}, the unit of {name}, differ by an angle"
         note = "write rev/s or rad/s for a rotation, Hz or 1/s for events"
-    raise RuleSheetError(said("E461", message, place, note))
+    raise RuleSheetError(error_at("E461", message, place, note))
 
 
 def unit_named(text: str, place: Span | None, units: Library) -> Unit:
@@ -107,15 +107,15 @@ def library_of(rows: Sequence[UnitRow]) -> Library:
                 f"write {row.names[0]} = {row.meaning} {row.names[1]}",
                 f"names before the equals sign are names of one unit, and {known[-1]} is one already",
             )
-            complaints.append(said("E462", message, row.span, *notes))
+            complaints.append(error_at("E462", message, row.span, *notes))
             continue
         for name in row.names:
             earlier = first.setdefault(name, row)
             shipped = library().named(name)
             if earlier is not row:
-                complaints.append(said("E462", f"the unit {name} is defined twice", row.span))
+                complaints.append(error_at("E462", f"the unit {name} is defined twice", row.span))
             elif shipped is not None and shipped.bases == {name: 1} and name not in MONEY:
-                complaints.append(said("E462", f"{name} is a base unit", row.span))
+                complaints.append(error_at("E462", f"{name} is a base unit", row.span))
     for row in () if complaints else rows:
         try:
             units.meant(row.meaning)
@@ -127,16 +127,16 @@ def library_of(rows: Sequence[UnitRow]) -> Library:
 
 def _unknown(wrong: UnitError, text: str, place: Span | None, units: Library) -> Diagnosis:
     if wrong.name in units.names():
-        return said("E462", f"{wrong.name} is defined by itself", place)
+        return error_at("E462", f"{wrong.name} is defined by itself", place)
     notes = suggestion(wrong.name, units.names()) if wrong.name else ()
     message = f"{wrong}" if wrong.name in ("", text) else f"{wrong} (in {text})"
-    return said("E460", message, place, *notes)
+    return error_at("E460", message, place, *notes)
 
 
 def cannot_show(name: str, unit: str | None, display: str | None, place: Span | None) -> Diagnosis:
     own = f"is in {unit}" if unit else "has no unit"
     note = "show it in a unit of its kind" if unit else f"write {name} [{display}] in its row"
-    return said("E461", f"{name} {own}, and cannot be shown in {display}", place, note)
+    return error_at("E461", f"{name} {own}, and cannot be shown in {display}", place, note)
 
 
 def shown(number: float, variable: Variable, difference: bool = False) -> float:

@@ -15,7 +15,7 @@ from math import inf
 from typing import NamedTuple, NoReturn
 
 from rulesheets.deadline import TimeIsUp, time_limit
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, closest, refuse, render, said, suggestion
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, closest, error_at, refuse, render, suggestion
 from rulesheets.files import decoded, find_variable_sheet
 from rulesheets.inputs import (
     guess_with_tolerance,
@@ -131,11 +131,11 @@ class Option(NamedTuple):
 
     def wrong(self, code: str, message: str, note: str, part: str = "") -> Diagnosis:
         """What is wrong with the option, or with a part of its text."""
-        return said(code, message, self.place(part or self.text), note)
+        return error_at(code, message, self.place(part or self.text), note)
 
     def repeated(self, name: str) -> Diagnosis:
         place, note = self.place(name, first=True), "keep one of the options"
-        return said("E421", f"{name} is given twice", place, note, label="again")
+        return error_at("E421", f"{name} is given twice", place, note, label="again")
 
 
 class Request(NamedTuple):

@@ -120,7 +120,7 @@ def _run(arguments: Namespace) -> int:
         notes = ("give 10 to 2400 dots per inch",)
         raise RuleSheetError(error("E434", f"--dpi {dpi:g} is not a resolution", notes=notes))
     states = [dict(zip(side_by_side, values, strict=True)) for values in product(*side_by_side.values())]
-    studio = _Studio(request, figures, states, arguments.all)
+    studio = _Renderer(request, figures, states, arguments.all)
     data, tally = studio.film(motion, dpi) if motion else studio.picture(kind[1:], dpi)
     print(*studio.complaints, sep="\n\n", end="\n" if studio.complaints else "", file=sys.stderr)
     if data is None:
@@ -136,7 +136,7 @@ def _kind(path: str, kinds: Sequence[str]) -> str:
     return picture_kind(path, kinds, "film" if kinds is FILMS else "picture", notes)
 
 
-class _Studio:
+class _Renderer:
     """Solves state after state and draws them; ``complaints`` are what was not drawn.
 
     Each drawing comes with what is told of it.

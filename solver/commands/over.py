@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, refuse, said, suggestion
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, error_at, refuse, suggestion
 from rulesheets.inputs import (
     not_finite,
     parse_input,
@@ -23,10 +23,10 @@ from rulesheets.inputs import (
     variable_named,
 )
 from rulesheets.model import Model, Value, Variable
-from rulesheets.units import converted, parted, scaling
+from rulesheets.units import converted, scaling, value_and_unit
 from solver.commands import Option, Request
 from solver.files.tables import Chunk, column_of, heading, pieces
-from solver.sweeps.sweep import Axis, Grid, Stretch, file_chunks, grid_chunks, grid_lessons
+from solver.sweeps.sweep import Axis, Grid, Stretch, file_chunks, grid_chunks, grid_warmup
 
 LIMIT = 10**12
 """Rows that a sweep may have: beyond that nobody waits for the end."""
@@ -59,7 +59,7 @@ def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axi
     if ":" not in stretch:
         return column_of(_listed(option, variable, stretch, model), variable.name)
     head, _, end = stretch.rpartition(":")
-    if (measured := parted(end)) is not None:  # 0:90:5deg: a range in a unit, in that of the variable
+    if (measured := value_and_unit(end)) is not None:  # 0:90:5deg: a range in a unit, in that of the variable
         number, unit = measured
         numbers = _axis(option, variable, f"{head}:{number}", model)[:].tolist()
         return column_of(converted(numbers, unit, variable, option.place(unit)), variable.name)
@@ -87,8 +87,8 @@ def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axi
 def _listed(option: Option, variable: Variable, text: str, model: Model) -> list[float | str]:
     """The values of a list. Raises RuleSheetError for a symbol where only a number can be."""
     *parts, end = (part.strip() for part in text.split(","))
-    last = parted(end)
-    if last is not None and not any(map(parted, parts)):  # 1,2,5 in: the unit of all
+    last = value_and_unit(end)
+    if last is not None and not any(map(value_and_unit, parts)):  # 1,2,5 in: the unit of all
         parts = [f"{part} [{last[1]}]" for part in parts]
     values: list[float | str] = []
     for part in (*parts, end):
@@ -174,7 +174,7 @@ class Swept(NamedTuple):
     total: int | None
     shape: tuple[int, ...] | None
     chunks: Iterator[Chunk]
-    lessons: Chunk
+    warmup: Chunk
 
     @property
     def line(self) -> int:
@@ -203,13 +203,13 @@ def read_swept(arguments: Namespace, request: Request) -> Swept:
             note = "leave --zip out to sweep every combination"
             raise RuleSheetError(Option("over", text).wrong("E424", message, note))
     rows = Grid(tuple(axes.values()), zipped=arguments.zip)
-    return Swept(tuple(axes), len(rows), rows.shape, grid_chunks(rows), grid_lessons(rows))
+    return Swept(tuple(axes), len(rows), rows.shape, grid_chunks(rows), grid_warmup(rows))
 
 
 def _file_rows(path: str, columns: Iterable[str], request: Request) -> Swept:
     """The rows of a file; ``columns`` are those to take, none means all."""
     model, (written, total) = request.model, heading(path)
-    there, units = zip(*map(_parted, written), strict=True) if written else ((), ())
+    there, units = zip(*map(_name_and_unit, written), strict=True) if written else ((), ())
     wanted = [name.strip() for text in columns for name in text.split(",") if name.strip()]
     names = tuple(dict.fromkeys(wanted or there))
     _expect_columns(path, there, wanted, model)
@@ -230,11 +230,11 @@ def _file_rows(path: str, columns: Iterable[str], request: Request) -> Swept:
 
     chunks = file_chunks(map(scaled, pieces(path, heads, numbers)), total)
     first = next(chunks, ())
-    lessons = grid_lessons(Grid(first, zipped=True), 16 * len(first[0])) if first else ()
-    return Swept(names, total, None, chain([first] if first else [], chunks), lessons)
+    warmup = grid_warmup(Grid(first, zipped=True), 16 * len(first[0])) if first else ()
+    return Swept(names, total, None, chain([first] if first else [], chunks), warmup)
 
 
-def _parted(head: str) -> tuple[str, str]:
+def _name_and_unit(head: str) -> tuple[str, str]:
     """``v [km/h]`` as the name of a column and its unit, which may be empty."""
     name, bracket, unit = head.removesuffix("]").partition("[")
     return (name.strip(), unit.strip()) if bracket and head.endswith("]") else (head, "")
@@ -253,7 +253,7 @@ def _expect_columns(path: str, there: Sequence[str], wanted: Sequence[str], mode
         if name not in there:
             place, notes = Option("columns", name).place(name), suggestion(name, there)
             named = f"its columns are {', '.join(there)}"
-            complaints.append(said("E440", f"{path} has no column {name}", place, *notes, named))
+            complaints.append(error_at("E440", f"{path} has no column {name}", place, *notes, named))
     for name in dict.fromkeys(wanted or there):
         if name not in model.variables:
             notes = (*suggestion(name, model.variables), "--columns NAME,… takes some of the columns alone")

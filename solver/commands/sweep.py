@@ -184,7 +184,7 @@ def _prepared(
     given = {name: value for name, value in request.inputs.items() if name not in swept.names}
     plan = prepare(request.model, swept.names, request.want, given, request.guesses)
     options = {"every": arguments.all, "jit": arguments.jit, "timeout": arguments.timeout}
-    work = work_of(plan, swept.lessons, swept.line, **options)
+    work = work_of(plan, swept.warmup, swept.line, **options)
     if arguments.resume and (arguments.all or not arguments.output):
         notes = ("add -o FILE, the file of the interrupted sweep", "--all and --follow start anew")
         said = "--resume needs a file to go on with, of one answer a row"

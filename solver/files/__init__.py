@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from io import StringIO
 from typing import BinaryIO, Self, TextIO
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, said
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, error_at
 from rulesheets.files import expect_regular, writing
 from rulesheets.syntax import Source, Span
 
@@ -31,14 +31,16 @@ def readable_rows(path: str) -> Iterator[None]:
     except (OSError, ValueError, csv.Error) as failure:
         reason = getattr(failure, "strerror", None) or str(failure)
         note = "rows come from a CSV file with a heading of names, or from a Parquet file"
-        raise RuleSheetError(said("E440", f"{path} cannot be read as rows: {reason}", None, note)) from None
+        raise RuleSheetError(
+            error_at("E440", f"{path} cannot be read as rows: {reason}", None, note)
+        ) from None
 
 
 def wrong_cell(path: str, line: int, text: str, name: str, *, number: bool = False) -> Diagnosis:
     kinds = "a number" if number else "a number, a symbol ('open)"
     place = Span(Source(f"{path}, line {line}", text), 0, len(text))
     note = f"a cell is {kinds}, or blank where the row has no value"
-    return said("E440", f"line {line} of {path}: this is not a valid value for {name}", place, note)
+    return error_at("E440", f"line {line} of {path}: this is not a valid value for {name}", place, note)
 
 
 def require_extra(extra: str, purpose: str, *packages: str, code: str = "E441") -> None:

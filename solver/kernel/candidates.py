@@ -68,12 +68,12 @@ class Candidates:
         self.attempts.append(Attempt(method, len(self.answers) - before, complete, iterations))
 
     @property
-    def fruitless(self) -> bool:
+    def is_empty(self) -> bool:
         """Whether nothing was found, not even what lies out of range."""
         return not (self.answers or self.outside)
 
     @property
-    def crowded(self) -> bool:
+    def has_too_many(self) -> bool:
         """Whether there are so many answers beside the sensible one, where that is known, that nobody asks
         about them: two of every load of a network, say."""
         return self.sensible is not None and len(self.answers) > MOST_BESIDE
@@ -82,7 +82,7 @@ class Candidates:
     def endless(self) -> bool:
         """Whether more starts would find but more of a curve of answers, or of a valley that holds none."""
         singular = sum(answer.double is not None for answer in self.answers)
-        return singular >= MOST_SINGULAR or self.strays >= MOST_STRAYS or self.crowded
+        return singular >= MOST_SINGULAR or self.strays >= MOST_STRAYS or self.has_too_many
 
     def take(self, trial: Candidates) -> None:
         """Take over what a method has found that had to find all."""
@@ -215,9 +215,9 @@ class Candidates:
         self.refine(list(point.values()))
         if len(self.answers) > count or self.outside is not outside:
             return True
-        from solver.kernel.root_check import astray
+        from solver.kernel.root_check import is_clearly_violated
 
-        return astray(self.problem, point)
+        return is_clearly_violated(self.problem, point)
 
     def proven(self, point: dict[str, float]) -> None:
         """Try a point next to a root that is proven to be; remember it if floats find no answer there,

@@ -385,7 +385,7 @@ class SparseSystem:
     def changed(self, shapes: list[_Shape], n: int) -> SparseSystem:
         """A system of n rules of other shapes, with the same known names."""
         other = copy(self)
-        other.__dict__.pop("_told", None)
+        other.__dict__.pop("_explicit", None)
         other.n = n
         other._take(shapes)
         return other
@@ -407,11 +407,11 @@ class SparseSystem:
 
         return residual, jacobian
 
-    def with_told(self, x: Array, known: Sequence[float]) -> Array:
+    def with_explicit(self, x: Array, known: Sequence[float]) -> Array:
         """The point (n,) with every unknown that a rule tells outright (``l = sqrt(u^2 + v^2)``) as that has
         it; as it is where such rules go round in a circle."""
         everything = np.concatenate([x, np.array(known, dtype=float)])
-        for function, targets, places, numbers in self._told:
+        for function, targets, places, numbers in self._explicit:
             with np.errstate(all="ignore"):
                 found = np.broadcast_to(function(*everything[places], *numbers)[0], len(targets))
             there = np.isfinite(found)
@@ -419,7 +419,7 @@ class SparseSystem:
         return everything[: self.n]
 
     @cached_property
-    def _told(self) -> list[tuple[Callable[..., Any], NDArray[np.intp], NDArray[np.intp], Array]]:
+    def _explicit(self) -> list[tuple[Callable[..., Any], NDArray[np.intp], NDArray[np.intp], Array]]:
         """Functions of arrays with the unknowns that they tell, in an order in which they may be followed."""
         telling = [shape for shape in self.shapes if shape.told]
         across = [shape.places.T.tolist() for shape in telling]

@@ -216,7 +216,7 @@ def fall_back(problem: BlockProblem, candidates: Candidates) -> None:
         end = scipy_root(problem.residual, problem.jacobian, start, method, problem.scale)
         evaluations += end.evaluations
         candidates.refine(end.x)
-        if not candidates.fruitless:
+        if not candidates.is_empty:
             break
     candidates.tried(Method.TRUST_REGION, iterations=evaluations)
 

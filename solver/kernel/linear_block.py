@@ -113,7 +113,7 @@ def undetermined(
     ``matrix`` and ``rhs`` hold numbers that ``exact`` makes exact ones of. ``singular``: the matrix
     is known to be, to all the digits at hand. ``slack``: numbers may be so many times as far ``off``.
     """
-    near = _Nearly.of(matrix, rhs)
+    near = _NearlySingular.of(matrix, rhs)
     if near is None:
         return None
     with np.errstate(all="ignore"):  # what overflows is no point at which a rule holds
@@ -136,7 +136,7 @@ def undetermined(
     return left_free(problem, point, directions[0], free)
 
 
-def _free_to_witness(
+def _free_within_check(
     problem: BlockProblem,
     matrix: Sequence[Sequence[Any]],
     rhs: Sequence[Any],
@@ -157,7 +157,7 @@ def _free_to_witness(
     return found if found is not None and found.free else instead
 
 
-class _Nearly:
+class _NearlySingular:
     """The singular value decomposition of the scaled matrix: what of it is small."""
 
     def __init__(self, matrix: Sequence[Sequence[Any]], rhs: Sequence[Any]) -> None:
@@ -175,7 +175,7 @@ class _Nearly:
         self.right = (self.v[kept:] / self.columns).tolist()
 
     @classmethod
-    def of(cls, matrix: Sequence[Sequence[Any]], rhs: Sequence[Any]) -> _Nearly | None:
+    def of(cls, matrix: Sequence[Sequence[Any]], rhs: Sequence[Any]) -> _NearlySingular | None:
         """None where nothing of it is small."""
         with np.errstate(all="ignore"):
             try:
@@ -235,7 +235,7 @@ def solve_linear_block(problem: BlockProblem, off: InputErrors) -> BlockOutcome 
         rows = tuple(problem.equations[i] for i in facts.conflict)
         against = Conflict(rows, facts.miss, dict(problem.values))
         conflict = BlockOutcome(complete=True, facts=(against,), doubtful=_rounded(problem, facts))
-        return _free_to_witness(problem, matrix, rhs, off, conflict, singular=True)
+        return _free_within_check(problem, matrix, rhs, off, conflict, singular=True)
     assert facts.solution is not None
     point = {n: v for n, v in zip(problem.unknowns, facts.solution, strict=True) if v is not None}
     for column, number in enumerate(facts.solution):
@@ -248,11 +248,11 @@ def solve_linear_block(problem: BlockProblem, off: InputErrors) -> BlockOutcome 
         return left_free(problem, point, direction, tuple(problem.unknowns[j] for j in facts.free))
     if len(point) < len(problem.unknowns):
         return None
-    near = len(matrix) <= EXACT_LIMIT and _Nearly.of(matrix, rhs) is not None
+    near = len(matrix) <= EXACT_LIMIT and _NearlySingular.of(matrix, rhs) is not None
     found = undetermined(problem, matrix, rhs, Fraction, off) if near else None
     found = found or _regular(problem, point)
     if near or found is None:
-        found = _free_to_witness(problem, matrix, rhs, off, found)
+        found = _free_within_check(problem, matrix, rhs, off, found)
     return found._replace(doubtful=True) if near and found is not None else found
 
 

@@ -26,7 +26,7 @@ from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Po
 from rulesheets.syntax.program import walk
 from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
-from solver.kernel.root_check import astray
+from solver.kernel.root_check import is_clearly_violated
 from solver.numerics.one_unknown import real_roots, simple_part
 from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, TOUCHING
 from solver.path.isolate import smooth
@@ -253,7 +253,7 @@ def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
             return False
         if problem.holds(point):
             trial.keep(point, singular=found.several, counted=found.several and turn is None)
-        elif not (astray(problem, point) if found.several else trial.settles(point)):
+        elif not (is_clearly_violated(problem, point) if found.several else trial.settles(point)):
             return False
     candidates.take(trial)
     return True
@@ -351,7 +351,7 @@ def _settled(problem: BlockProblem, candidates: Candidates, forms: Forms, root: 
         return True
     reach = SAME_VALUE * (abs(root) or 1.0)  # beside it no pole nor the end of a domain hides the unknowns
     points = [_point_at(problem, forms, {tear: at}) for at in (root, root - reach, root + reach)]
-    if all(point is None or astray(problem, point) for point in points):
+    if all(point is None or is_clearly_violated(problem, point) for point in points):
         return True
     for point in points:
         if point is not None:

@@ -30,7 +30,7 @@ from solver.numerics.linear_algebra import eliminate
 from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS, ORDINARY, REFINED, SAFETY, SETTLED
 
 
-def astray(problem: BlockProblem, point: Mapping[str, float]) -> bool:
+def is_clearly_violated(problem: BlockProblem, point: Mapping[str, float]) -> bool:
     """Whether a point that was computed is plainly no answer: an equation misses by more than a share
     of its terms, and than what rounding of the point itself explains. A number that cancellation has left
     no digit of says nothing against the others.

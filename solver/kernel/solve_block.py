@@ -188,7 +188,7 @@ class _Search:
                 break
             if method is Method.RANGE and candidates.sensible is not None:
                 return self._outcome()
-        if settled is None and self.complete and candidates.fruitless:
+        if settled is None and self.complete and candidates.is_empty:
             settled = self._refuted(given)
             if settled is not None:
                 return settled
@@ -218,14 +218,14 @@ class _Search:
         return self._outcome()
 
     def _worth_a_last_resort(self, assumed: bool) -> bool:
-        open_ = self.candidates.fruitless and not (self.complete or assumed)
+        open_ = self.candidates.is_empty and not (self.complete or assumed)
         return open_ and affords_dense(self.kernel) and self.budget.last_resort()
 
     def _refuted(self, given: Collection[str]) -> BlockOutcome | None:
         """Why the rules can't hold, whatever the unknowns are; None where that is not known."""
         from solver.kernel.algebra import contradiction, unattained
 
-        conflict = contradiction(self.problem) if self.candidates.fruitless else None
+        conflict = contradiction(self.problem) if self.candidates.is_empty else None
         why = conflict or unattained(self.problem, given)
         return None if why is None else BlockOutcome(complete=True, facts=(why,))
 
@@ -338,7 +338,7 @@ class _Search:
         complete, facts = self.complete and not candidates.refused, tuple[Fact, ...]()
         answers = sorted(candidates.answers, key=lambda answer: problem.preference(answer.values))
         cut = len(answers) >= MOST_ANSWERS
-        if candidates.sensible is not None and not complete and (candidates.crowded or self.torn_once):
+        if candidates.sensible is not None and not complete and (candidates.has_too_many or self.torn_once):
             self.budget.cut = True
             answers, cut = [candidates.sensible], False
         elif candidates.outside is not None and not answers:

@@ -147,7 +147,7 @@ def _corrected(
         misses = problem.misses(point) if np.isfinite(x).all() else None
         if misses is None:
             system, before = problem.kernel.sparse, x
-            x = x if system is None else system.with_told(x, problem.known)
+            x = x if system is None else system.with_explicit(x, problem.known)
             if (x == before).all():
                 return None
             continue
@@ -188,7 +188,7 @@ def _sparse_starts(problem: BlockProblem) -> Iterator[Start]:
     low, high = np.array([(v.low, v.high) for v in problem.variables]).T
 
     def told(x: Array) -> Array:
-        return np.clip(x if system is None else system.with_told(x, problem.known), low, high)
+        return np.clip(x if system is None else system.with_explicit(x, problem.known), low, high)
 
     nothing = np.zeros(len(names))
     level = _smooth(problem, nothing)

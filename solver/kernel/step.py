@@ -437,12 +437,12 @@ class StepSolver:
         window of the unknown. Where some are left out, the list is no longer complete."""
         bent = next((place for place, stage in enumerate(rest) if not is_affine(stage)), None)
         if bent is None:
-            counts = self._straight_turns(principal, period, rest)
+            counts = self._affine_turns(principal, period, rest)
         else:
-            counts = self._bent_turns(principal, period, rest, bent)
+            counts = self._nonaffine_turns(principal, period, rest, bent)
         return [principal + k * period for k in sorted(counts, key=lambda k: (abs(k), k < 0))]
 
-    def _straight_turns(self, principal: float, period: float, rest: tuple[Stage, ...]) -> Iterable[int]:
+    def _affine_turns(self, principal: float, period: float, rest: tuple[Stage, ...]) -> Iterable[int]:
         """Where what is left to undo is affine: all turns in the declared range, else in one turn. An unknown
         that is itself the angle is looked for around 0 even where whole turns make a difference to others."""
         first = self._through(principal, rest)
@@ -475,7 +475,7 @@ class StepSolver:
         slack = 1e-12 * size
         return [k for k in counts if low - slack <= first + k * stride <= high + slack]
 
-    def _bent_turns(
+    def _nonaffine_turns(
         self, principal: float, period: float, rest: tuple[Stage, ...], bent: int
     ) -> Iterable[int]:
         """Where what is left to undo is not affine from stage ``bent`` on: all that the image of that stage

@@ -319,7 +319,7 @@ class _Walk:
             edge = attempted(self.problem, here, self._last_inside(here, length))
             if edge is None or end is None or edge.arc < last.arc:
                 last, end = edge or here, End.CHANGED
-        home = self._homecoming(here, length)
+        home = self._closing_point(here, length)
         if home is not None and (end is None or home.arc <= last.arc):
             last, end = home, End.CLOSED
         if last.arc > here.arc:
@@ -363,7 +363,7 @@ class _Walk:
     def _nudged(self, point: CurvePoint) -> Vector:
         return point.z + 1e-3 * FIRST * self.problem.scale * point.tangent
 
-    def _homecoming(self, here: CurvePoint, length: float) -> CurvePoint | None:
+    def _closing_point(self, here: CurvePoint, length: float) -> CurvePoint | None:
         """The start, whole turns of angles later, where the curve closes within this step."""
         if here.arc - self.home.arc < 3 * FIRST:
             return None

@@ -26,7 +26,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import parse_input
 from rulesheets.loading import loads
 from rulesheets.model import Model, Value
-from rulesheets.units import converted, parted
+from rulesheets.units import converted, value_and_unit
 from rulesheets.units.check import check_units
 from solver.facts import Status
 from solver.page import extents, geometry, handles, nearest, needed, rail, turn
@@ -103,7 +103,7 @@ class Bench:
         """The value that a text stands for, in the unit of the rules: ``pi/6``, ``3 kW``, ``'open``."""
         text, variable = str(question["text"]), self._model().variables[str(question["name"])]
         value, _ = parse_input(text, variable=variable)
-        if variable.display_unit and parted(text) is None and not isinstance(value, str):
+        if variable.display_unit and value_and_unit(text) is None and not isinstance(value, str):
             (value,) = converted([value], variable.display_unit, variable)
         return {"value": value}
 

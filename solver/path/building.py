@@ -175,7 +175,7 @@ class Building:
         self.forking: list[tuple[int, int, int]] = []
         self.frontier = Frontier((*graph.occurs, *graph.condition_occurs), len(graph.names))
         for name in known:
-            self.frontier.learn(graph.number[name])
+            self.frontier.set_known(graph.number[name])
         self.frontier.activate(i for i, active in enumerate(self.active) if active)
         self.frontier.activate(self.pending)
         waiting = dict.fromkeys(c for guard in self.guards.values() for c in guard)
@@ -211,7 +211,7 @@ class Building:
         for step in steps:
             used.update(equations_of(step))
             for name in given_by(step):
-                self.frontier.learn(self.graph.number[name])
+                self.frontier.set_known(self.graph.number[name])
         spent = (e for e in self.frontier.spent if e < len(self.active) and self.active[e] and e not in used)
         self.steps += (*steps, *map(Check, spent))
         self.frontier.spent = []

@@ -164,7 +164,7 @@ def shape_of(equation: Equation) -> tuple[Shape, Sequence[float]]:
 
 
 def _shape(equation: Equation) -> tuple[Shape, Sequence[float]]:
-    names = {name: _told(f"#{k}") for k, name in enumerate(equation.names)}
+    names = {name: _shared_name(f"#{k}") for k, name in enumerate(equation.names)}
     numbers: list[float] = []
     sides = _blank(equation.left, names, numbers), _blank(equation.right, names, numbers)
     if len(_INTERNED) >= MOST:
@@ -178,7 +178,7 @@ def _blank(side: Expression, names: dict[str, Name], numbers: list[float]) -> Ex
         return names[side.name]
     if isinstance(side, Number):
         numbers.append(side.value)
-        return _told(f"#.{len(numbers) - 1}")
+        return _shared_name(f"#.{len(numbers) - 1}")
     parts = []
     for part in children(side):
         blank = _blank(part, names, numbers)
@@ -187,17 +187,17 @@ def _blank(side: Expression, names: dict[str, Name], numbers: list[float]) -> Ex
     return rebuilt(side, tuple(parts))
 
 
-_told = cache(Name)
+_shared_name = cache(Name)
 
 
 @lru_cache(MOST)
 def asked_shape(shape: Shape, unknown: tuple[bool, ...]) -> Shape:
     """The shape of rules in which names are ``unknown`` or known, as numbers are, in the order of names."""
     asked = [k for k, new in enumerate(unknown) if new]
-    names = {f"#{k}": _told(f"#{place}") for place, k in enumerate(asked)}
+    names = {f"#{k}": _shared_name(f"#{place}") for place, k in enumerate(asked)}
 
     def told(leaf: Name | Number | Symbol) -> Expression:
-        return names.get(leaf.name, _told("#.")) if isinstance(leaf, Name) else leaf
+        return names.get(leaf.name, _shared_name("#.")) if isinstance(leaf, Name) else leaf
 
     sides = map_leaves(shape.left, told), map_leaves(shape.right, told)
     return _INTERNED.setdefault(sides, Shape(*sides))
@@ -360,11 +360,11 @@ def _evidence(*parts: Node) -> Iterator[tuple[str, float, int]]:
             stack.extend(nodes.children(node))
 
 
-def told_of_angles(model: Model) -> Iterator[tuple[str, float, int]]:
+def angle_evidence(model: Model) -> Iterator[tuple[str, float, int]]:
     """What the rules that call functions of angles say of them."""
     for rules in by_shape(model):
         if _reads_angles(rules[0]):
-            yield from _told_by_shape(rules)
+            yield from _angle_evidence_by_shape(rules)
 
 
 def _reads_angles(rule: Equation) -> bool:
@@ -384,7 +384,7 @@ def _angles(model: Model, conditions: Iterable[Node] = ()) -> dict[str, Angle]:
         elif not _reads_angles(rules[0]):  # what it reads is read as plain numbers
             plain.update(*[rule.names for rule in rules])
     found: dict[str, Angle] = {}
-    for name, turn, turns in chain(_evidence(*conditions), told_of_angles(model)):
+    for name, turn, turns in chain(_evidence(*conditions), angle_evidence(model)):
         known, before = found.get(name, (turn, turns))
         found[name] = turn, lcm(before, turns)
         if not turn or known != turn or found[name][1] > MAX_TURNS:
@@ -399,7 +399,7 @@ def _angles(model: Model, conditions: Iterable[Node] = ()) -> dict[str, Angle]:
     return {name: angle for name, angle in found.items() if name not in plain}
 
 
-def _told_by_shape(rules: Sequence[Equation]) -> Iterator[tuple[str, float, int]]:
+def _angle_evidence_by_shape(rules: Sequence[Equation]) -> Iterator[tuple[str, float, int]]:
     """What rules of one shape say of angles: the same of other names, where the numbers in the arguments of
     periodic functions are the same."""
     places = _numbers_of_angles(rules[0].left, rules[0].right)
@@ -409,7 +409,7 @@ def _told_by_shape(rules: Sequence[Equation]) -> Iterator[tuple[str, float, int]
     for same in alike.values():
         first = same[0]
         number = {name: k for k, name in enumerate(first.names)}
-        said = _told_angles(first.left, first.right)
+        said = _rule_angle_evidence(first.left, first.right)
         read = dict.fromkeys((number[name], turn, turns) for name, turn, turns in said)
         for rule in same:
             yield from ((rule.names[k], turn, turns) for k, turn, turns in read)
@@ -429,7 +429,7 @@ def _numbers_of_angles(*sides: Expression) -> list[int]:
     return found
 
 
-def _told_angles(*sides: Expression) -> Iterator[tuple[str, float, int]]:
+def _rule_angle_evidence(*sides: Expression) -> Iterator[tuple[str, float, int]]:
     """What the sides of a rule say of angles: ``thetaAB = atan2d(…)`` gives one as such."""
     for one, other in (sides, sides[::-1]):
         if isinstance(one, Name) and isinstance(other, Call) and (turn := TABLE[other.function].angle):

@@ -205,7 +205,7 @@ _CROSSED, _COVERED, _OUTSIDE, _FAR, _MOVED = 6.0, 3.0, 40.0, 0.35, 0.4
 window, away from the point, and from the place in an earlier frame."""
 
 
-class Wish(NamedTuple):
+class LabelRequest(NamedTuple):
     """A label that wants a place: beside a point, or beside a segment (``along``); all in millimetres."""
 
     text: str
@@ -214,18 +214,22 @@ class Wish(NamedTuple):
 
 
 def place(
-    wishes: Mapping[str, Wish], segments: Array, symbols: Array, size: Place, before: Mapping[str, Place]
+    label_requests: Mapping[str, LabelRequest],
+    segments: Array,
+    symbols: Array,
+    size: Place,
+    before: Mapping[str, Place],
 ) -> dict[str, Array]:
-    """A box for every wish by its key, in a window [0, width] × [0, height].
+    """A box for every request by its key, in a window [0, width] × [0, height].
 
     Boxes (n, 4) are middles and half sides, ``segments`` (n, 2, 2) their ends. ``before`` are the offsets
     from the point that labels had in an earlier frame.
     """
-    half, found = np.array(size) / 2, dict.fromkeys(wishes, np.array([np.inf, np.inf, 0.0, 0.0]))
+    half, found = np.array(size) / 2, dict.fromkeys(label_requests, np.array([np.inf, np.inf, 0.0, 0.0]))
     costs: dict[str, tuple[Array, Array]] = {}  # of each candidate by itself
-    for key, wish in wishes.items():
-        boxes = _candidates(wish)
-        off, beyond = boxes[:, :2] - wish.point, np.abs(boxes[:, :2] - half) + boxes[:, 2:] - half
+    for key, request in label_requests.items():
+        boxes = _candidates(request)
+        off, beyond = boxes[:, :2] - request.point, np.abs(boxes[:, :2] - half) + boxes[:, 2:] - half
         cost = _COVERED * overlaps(boxes, symbols).sum(axis=1)
         cost += _CROSSED * inside(boxes, segments).sum(axis=1)
         cost += _OUTSIDE * beyond.clip(0.0).sum(axis=1) + _FAR * np.linalg.norm(off, axis=1)
@@ -240,13 +244,13 @@ def place(
     return found
 
 
-def _candidates(wish: Wish) -> Array:
-    half = np.array([0.6 * _POINT * FONT * len(wish.text) + 0.4, 0.95 * _POINT * FONT]) / 2
-    if wish.along is None:
+def _candidates(request: LabelRequest) -> Array:
+    half = np.array([0.6 * _POINT * FONT * len(request.text) + 0.4, 0.95 * _POINT * FONT]) / 2
+    if request.along is None:
         around = np.column_stack([np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)])
-        middles = np.concatenate([wish.point + around * (half + clear) for clear in (1.4, 2.9, 4.9)])
+        middles = np.concatenate([request.point + around * (half + clear) for clear in (1.4, 2.9, 4.9)])
     else:
-        start, step = np.array(wish.along[0]), np.subtract(wish.along[1], wish.along[0])
+        start, step = np.array(request.along[0]), np.subtract(request.along[1], request.along[0])
         normal = step[::-1] * (-1.0, 1.0) / np.hypot(*step)
         off = (abs(normal) @ half + 0.7) * normal
         spots = [start + part * step for part in (0.5, 0.4, 0.6, 0.3, 0.7)]

@@ -23,7 +23,19 @@ from PIL import Image
 
 from rulesheets.checks.marks import ARROWS
 from rulesheets.inputs import readable
-from solver.pictures import FONT, Diagram, Place, Stroke, View, Window, Wish, bar, place, scale, window
+from solver.pictures import (
+    FONT,
+    Diagram,
+    LabelRequest,
+    Place,
+    Stroke,
+    View,
+    Window,
+    bar,
+    place,
+    scale,
+    window,
+)
 
 GAP, HEAD, FOOT, TITLE, EDGE, ROW = 5.0, 6.0, 8.0, 7.0, 4.0, 4.5
 """Millimetres between panels, above one, below one, above a column, around the page, of a row of legend."""
@@ -204,30 +216,32 @@ class Pen:
                 self._point(self.spots[name], kind)
         lines = np.array(self.lines, complex).view(float).reshape(-1, 2, 2)
         joints, size = np.array(self.joints).reshape(-1, 4), (window.width / scale, window.height / scale)
-        offsets, wishes = {}, self.wishes()
-        for key, box in place(wishes, lines, joints, size, before).items():
-            wish, (sign, _, number_of) = wishes[key], key.partition(" ")
+        offsets, label_requests = {}, self.label_requests()
+        for key, box in place(label_requests, lines, joints, size, before).items():
+            request, (sign, _, number_of) = label_requests[key], key.partition(" ")
             drawn = diagram.strokes[int(number_of)].kind if sign == "stroke" else ""
-            offsets[key] = float(box[0] - wish.point[0]), float(box[1] - wish.point[1])
+            offsets[key] = float(box[0] - request.point[0]), float(box[1] - request.point[1])
             (x,), (y,) = self._in_units([complex(*box[:2])])
             color, style = STYLES.get(drawn, ("", INK, ""))[1], "italic" if drawn else "normal"
             look: dict[str, Any] = {"color": color, "style": style, "fontsize": FONT, "ha": "center"}
-            self.axes.text(x, y, wish.text, va="center", zorder=8, parse_math=False, **look)
+            self.axes.text(x, y, request.text, va="center", zorder=8, parse_math=False, **look)
         return offsets
 
-    def wishes(self) -> dict[str, Wish]:
+    def label_requests(self) -> dict[str, LabelRequest]:
         """The labels, at points, which share one where they are at one place, and at strokes."""
         groups: dict[str, list[str]] = {}
         for name, at in self.spots.items():
             if not name.startswith("_"):
                 near = (n for n in groups if abs(self.spots[n] - at) < _SAME)
                 groups.setdefault(next(near, name), []).append(name)
-        found = {f"point {n}": Wish(", ".join(all_), _pair(self.spots[n])) for n, all_ in groups.items()}
+        found = {
+            f"point {n}": LabelRequest(", ".join(all_), _pair(self.spots[n])) for n, all_ in groups.items()
+        }
         for number, stroke in enumerate(self.diagram.strokes):
             start, end = (self.spots[stroke.points[place]] for place in (0, min(1, len(stroke.points) - 1)))
             if stroke.label and abs(end - start) > _LEAST:
                 along = (_pair(start), _pair(end)) if abs(end - start) > _SHORT else None
-                found[f"stroke {number}"] = Wish(stroke.label, _pair((start + end) / 2), along)
+                found[f"stroke {number}"] = LabelRequest(stroke.label, _pair((start + end) / 2), along)
         return found
 
     # --- the elements, in millimetres ---

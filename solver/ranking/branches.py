@@ -156,7 +156,7 @@ def kept(
             earlier = answers.points(rows[here] - 2, back)
             nearest, _ = continued(source, earlier, turns)
             step = source - np.take_along_axis(earlier, nearest[None], axis=1)
-            heading = source + wound(step, turns[:, None, None])
+            heading = source + without_turns(step, turns[:, None, None])
         nearest, clear = continued(heading, answers.points(rows[here], now), turns)
         onward[:before, here] = np.where(clear, nearest, 0)
     if not (onward[0].any() or any(known)):
@@ -223,7 +223,7 @@ def distances(heading: Points, points: Points, turns: Points) -> Points:
     """From each place (v, k, r) to each answer (v, j, r): (k, j, r), variables scaled by their spread."""
     total = np.zeros((heading.shape[1], *points.shape[1:]))
     for here, there, turn in zip(heading, points, turns, strict=True):
-        off = abs(wound(here[:, None] - there[None], turn))
+        off = abs(without_turns(here[:, None] - there[None], turn))
         around = off.max(axis=(0, 1))
         total += np.divide(off, around, out=np.zeros_like(off), where=around > 0)
     return total
@@ -288,7 +288,7 @@ def far_apart(ends: Points, turns: Points) -> NDArray[np.bool_]:
     count = len(ends)
     low, high = ends[:, :, 0], ends[:, :, 1]
     middle, width = (high + low) / 2.0, (high - low)[:, None]
-    apart = abs(wound(middle[:, None] - middle[None], turns[:, None]))
+    apart = abs(without_turns(middle[:, None] - middle[None], turns[:, None]))
     reach = (3.0 * width + width.swapaxes(0, 1)) / 2.0  # of an answer and where another was heading
     least = np.maximum(apart - reach, 0.0)
     most, around = (apart + reach).max(axis=(0, 1)), least.max(axis=(0, 1))
@@ -313,7 +313,7 @@ def _coded(value: float | str | None) -> float:
     return value or 0.0
 
 
-def wound(apart: Points, turns: Any) -> Points:
+def without_turns(apart: Points, turns: Any) -> Points:
     """Differences without whole turns."""
     turned = np.where(np.isfinite(turns), turns, 1.0)
     return np.where(np.isfinite(turns), apart - turned * np.rint(apart / turned), apart)

@@ -43,7 +43,7 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.nodes import names as names_in
 from rulesheets.syntax.program import walk
-from solver.path.graph import by_shape, told_of_angles
+from solver.path.graph import angle_evidence, by_shape
 from solver.path.planner import planner
 from solver.ranking.sizes import FLOATS, LEAST, MANY, Arithmetic, Scalings, Suggestions, added
 
@@ -91,7 +91,7 @@ class Signs:
             before = len(found)
             for rule in rules:
                 told = set(rule.names) - found
-                if len(told) == 1 and any(_tells_sign(side, *told) for side in (rule.left, rule.right)):
+                if len(told) == 1 and any(_has_odd_power(side, *told) for side in (rule.left, rule.right)):
                     found |= told
         ranged = (
             n for n, v in model.variables.items() if v.low < 0.0 and (v.low > -np.inf or v.high < np.inf)
@@ -208,7 +208,7 @@ def _angles(model: Model) -> dict[str, float]:
         for n, v in model.variables.items()
         if v.measure is not None and v.measure.bases == {ANGLE: 1}
     }
-    found = {name: turn for name, turn, _ in told_of_angles(model) if turn} | found
+    found = {name: turn for name, turn, _ in angle_evidence(model) if turn} | found
     sums = [_terms(equation.left, equation.right) for equation in model.equations] if found else []
     before = -1
     while len(found) > before:
@@ -260,14 +260,14 @@ def _passed_on(pairs: Collection[tuple[str | float, str | float]]) -> bool:
     return False
 
 
-def _tells_sign(node: Any, name: str) -> bool:
+def _has_odd_power(node: Any, name: str) -> bool:
     """Whether something but an even power reads a name."""
     match node:
         case Name(read):
             return read == name
         case Power(_, Number(exponent)) if exponent % 2.0 == 0.0:
             return False
-    return any(_tells_sign(part, name) for part in node.parts)
+    return any(_has_odd_power(part, name) for part in node.parts)
 
 
 def _terms(*sides: Expression) -> set[str]:

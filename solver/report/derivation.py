@@ -349,12 +349,12 @@ class Page:
                 lines = self._heading(link)
                 dash, indent = ("- ", "  ") if self.markdown else (MARGIN, MARGIN)
             for line in link.lines:
-                first, *rest = self._told(line, len(bullet) + len(dash))
+                first, *rest = self._described(line, len(bullet) + len(dash))
                 lines += [dash + first, *(indent + more for more in rest)]
             yield bullet + lines[0]
             yield from (" " * len(bullet) + line if line else "" for line in lines[1:])
 
-    def _told(self, line: Line, used: int) -> list[str]:
+    def _described(self, line: Line, used: int) -> list[str]:
         """An equation with its rule, and what selected that; ``used`` columns stand before it."""
         word = "such that " if not line.unknown else "" if line.equation else "which gives "
         formula, told = [word + self.formula(line)], []

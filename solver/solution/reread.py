@@ -338,7 +338,7 @@ def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> tupl
 # The same goes for rules of a block that say the same thing at these values: one of them is left out.
 
 
-def look_behind(
+def without_vanishing_factors(
     asked: Asked, found: Exploration, verdict: Verdict, always: bool = False
 ) -> tuple[Model, Exploration, Verdict] | None:
     """The rules without products that vanish, and what comes of them; None where that is no more.
@@ -455,7 +455,7 @@ def judged_again(
     by = asked.model
     if verdict.status in (Status.SINGULAR, Status.PARTIAL):
         with suppress(TimeIsUp):
-            behind = look_behind(asked, found, verdict, always=prove)
+            behind = without_vanishing_factors(asked, found, verdict, always=prove)
             by, found, verdict = behind or (by, found, verdict)
     with suppress(TimeIsUp):
         if limits:

@@ -117,7 +117,7 @@ class Frontier:
             self.missing[equation] = len(unknowns)
             self._sort(equation)
 
-    def learn(self, variable: int) -> None:
+    def set_known(self, variable: int) -> None:
         if self.known[variable]:
             return
         self.known[variable] = True

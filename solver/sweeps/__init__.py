@@ -35,7 +35,7 @@ from solver.solution.explore import explore
 from solver.solution.solving import conclude
 from solver.solution.verdict import Verdict, judge
 from solver.trace.guards import Pattern
-from solver.trace.python import float_of, with_resort
+from solver.trace.python import float_of, with_fallback
 from solver.trace.records import Records
 from solver.trace.rows import AnswerSweeper, Steady, columns_of, listed
 
@@ -142,8 +142,10 @@ class Plan:
         records = self.records
         if records.programs and (forms := (*records.first(), records.every[records.order[0]])) != self._bound:
             self._bound, (*first, every) = forms, forms
-            primary = reduce(lambda otherwise, form: with_resort(form, otherwise), first[::-1], self._primary)
-            self._call(primary, with_resort(every, self._every))
+            primary = reduce(
+                lambda otherwise, form: with_fallback(form, otherwise), first[::-1], self._primary
+            )
+            self._call(primary, with_fallback(every, self._every))
 
     def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
         """What the first record does not settle, or all where there is none yet."""
@@ -219,7 +221,7 @@ class Plan:
         rows = [rows[place] for place in different(rows)]
         if not verdict.reread and all(isinstance(one, str) or math.isfinite(one) for one in numbers):
             ended = (leaf for leaf in (*found.leaves, *found.open_cases) if not leaf.solved and blocked(leaf))
-            if solved and self.records.learn(numbers, verdict.leaves, (*found.contradicted, *ended)):
+            if solved and self.records.add(numbers, verdict.leaves, (*found.contradicted, *ended)):
                 self.records.learned += 1
                 self._bind()
             elif solved:

@@ -26,8 +26,8 @@ from solver.path.planner import planner
 from solver.sweeps import Plan, prepare
 from solver.sweeps.tracing import (
     Branch,
-    CoreSystem,
     Curve,
+    CurveSystem,
     CurveTable,
     Limit,
     curve_rows,
@@ -35,10 +35,12 @@ from solver.sweeps.tracing import (
 )
 
 
-def _core(graph: ModelGraph, steps: Sequence[Step], parameter: str) -> tuple[tuple[str, ...], frozenset[str]]:
-    """The core of a path, and what moves with the parameter, which does so, too.
+def _curve_unknowns(
+    graph: ModelGraph, steps: Sequence[Step], parameter: str
+) -> tuple[tuple[str, ...], frozenset[str]]:
+    """The unknowns of a path, and what moves with the parameter, which does so, too.
 
-    The core are the unknowns of the steps that can have several values, and all that these need of what
+    The unknowns are the unknowns of the steps that can have several values, and all that these need of what
     moves, in the order of the steps: nothing where every step has one value, and no case was assumed.
     """
     made = [(step, names, {*read_by(graph, step)}) for step in steps if (names := given_by(step))]
@@ -78,7 +80,7 @@ STILL_GROWN = 4.0
 """How many times larger it is there than so many halvings before."""
 
 
-def parted(
+def is_discontinuous(
     start: float, end: float, value: Callable[[float], float | None], turn: float | None = None
 ) -> bool:
     """Whether a value jumps, has a pole, or is missing (None) between two places where it is known.
@@ -171,11 +173,11 @@ def _followed(
 ) -> Iterator[_Found]:
     """The branch that an answer lies on, if its rules leave it one way to go."""
     graph, span = planner(plan.model).graph, (float(values.min()), float(values.max()))
-    core, moving = _core(graph, leaf.branch.steps, name)
-    names = (*core, name)
+    unknowns, moving = _curve_unknowns(graph, leaf.branch.steps, name)
+    names = (*unknowns, name)
     fixed = {n: v for n, v in leaf.branch.values.items() if n not in moving}
-    system = CoreSystem(graph, names, fixed, frozenset((*plan.given, name)), span)
-    point = np.array([*(leaf.branch.values[n] for n in core), value], dtype=np.float64)
+    system = CurveSystem(graph, names, fixed, frozenset((*plan.given, name)), span)
+    point = np.array([*(leaf.branch.values[n] for n in unknowns), value], dtype=np.float64)
     scale = np.array([sizes.get(n) or 1.0 for n in names])
     scale[-1] = span[1] - span[0] or scale[-1]
     scale = np.where(np.isfinite(system.turn), system.turn / (2 * np.pi), scale)
@@ -188,7 +190,7 @@ class _Found(NamedTuple):
     """A branch, the system it was followed in, and its rows."""
 
     curve: Curve
-    system: CoreSystem
+    system: CurveSystem
     rows: tuple[tuple[CurvePoint, bool], ...]
 
     def passes(self, leaf: Leaf, value: float) -> bool:
@@ -281,13 +283,13 @@ def _runs(found: _Found, want: Sequence[str]) -> Iterator[_Run]:
         for place in range(first, last):
             expect_time()
             ends_at = float(rows[place].point.z[-1]), float(rows[place + 1].point.z[-1])
-            if any(parted(*ends_at, partial(value, name), turn(name)) for name in want):
+            if any(is_discontinuous(*ends_at, partial(value, name), turn(name)) for name in want):
                 yield rows[first : place + 1], False, begins, BREAK
                 first, begins = place + 1, BREAK
         yield rows[first : last + 1], False, begins, end if last == len(rows) - 1 else End.DOMAIN.value
 
 
-def _end(end: End, z: Vector, system: CoreSystem) -> str:
+def _end(end: End, z: Vector, system: CurveSystem) -> str:
     """Why a branch ends there, the variable named whose range is at its end."""
     if end is not End.BOUNDARY:
         return str(end.value)

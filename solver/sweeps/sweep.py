@@ -100,7 +100,7 @@ def sweep(
         one_length(tuple(inputs), axes)
     plan = prepare(model, inputs, want, given, guesses)
     rows = Grid(axes, zipped=not grid)
-    work = work_of(plan, grid_lessons(rows), rows.shape[-1], every=all, jit=jit, timeout=timeout)
+    work = work_of(plan, grid_warmup(rows), rows.shape[-1], every=all, jit=jit, timeout=timeout)
     chunks = grid_chunks(rows) if len(rows) else iter([rows.at(np.arange(0))])
     solved = solved_pieces(work, chunks, len(rows), jobs, scheduler)
     table = joined(list(followed(work, solved)))
@@ -123,7 +123,7 @@ def _in_its_unit(model: Model, name: str, column: Any) -> Any:
 
 def work_of(
     plan: Plan,
-    lessons: Chunk = (),
+    warmup: Chunk = (),
     line: int = ENDLESS,
     *,
     every: bool = False,
@@ -138,7 +138,7 @@ def work_of(
         require_extra("jit", "machine code needs", "llvmlite")
     until = None if timeout is None else time() + timeout
     known = plan.model, plan.inputs, plan.want, plan.given, plan.guesses
-    return Work(*known, lessons, every, jit, line, until)
+    return Work(*known, warmup, every, jit, line, until)
 
 
 def followed(work: Work, pieces: Iterator[Rows]) -> Iterator[Table]:
@@ -267,7 +267,7 @@ def grid_chunks(rows: Grid) -> Iterator[Chunk]:
         done = end
 
 
-def grid_lessons(rows: Grid, total: int | None = None) -> Chunk:
+def grid_warmup(rows: Grid, total: int | None = None) -> Chunk:
     """Some rows from all over a grid to learn from: so few that they do not weigh on ``total`` rows, its own
     where that is None; of few none.
     """

@@ -38,7 +38,7 @@ from solver.solution.explore import explore
 from solver.solution.verdict import judge
 
 
-class CoreSystem:
+class CurveSystem:
     """The rules between ``names``: the unknowns of the core, then the parameter; all else is ``fixed``."""
 
     def __init__(
@@ -188,7 +188,7 @@ class Curve(NamedTuple):
         return tuple(point for piece in self.pieces for point in piece.points)
 
 
-def traced(system: CoreSystem, seed: Vector, scale: Vector) -> Curve | None:
+def traced(system: CurveSystem, seed: Vector, scale: Vector) -> Curve | None:
     """The branch through ``seed``; None where the rules have no single curve there."""
     problem = system.problem(seed, scale)
     ahead = None if problem is None else start(problem, seed)
@@ -213,7 +213,7 @@ def _turned(point: CurvePoint) -> CurvePoint:
     return point._replace(tangent=-point.tangent, arc=-point.arc, orientation=-point.orientation)
 
 
-def _onward(system: CoreSystem, problem: Problem, home: CurvePoint) -> tuple[list[Piece], End]:
+def _onward(system: CurveSystem, problem: Problem, home: CurvePoint) -> tuple[list[Piece], End]:
     """Follow a curve through changes of its rules, as long as the answer goes on."""
     pieces, first = list[Piece](), home
     for _ in range(CHANGES):

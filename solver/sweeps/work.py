@@ -15,7 +15,16 @@ from rulesheets.model import Model, Value, Variable
 from rulesheets.registered import run_python
 from solver.facts import Status
 from solver.files.tables import CODES, Array, Table, free_name, stacked
-from solver.ranking.branches import ROOM, Answers, Points, distances, kept, numbers_of, together, wound
+from solver.ranking.branches import (
+    ROOM,
+    Answers,
+    Points,
+    distances,
+    kept,
+    numbers_of,
+    together,
+    without_turns,
+)
 from solver.sweeps import Plan, one_answer, sweep_answers, turns_of
 
 
@@ -66,7 +75,7 @@ ENDLESS = 2**62
 class Work(NamedTuple):
     """What has to be known to solve any piece of a sweep.
 
-    ``lessons`` are rows (a column an input) of which records are made beforehand. ``every``
+    ``warmup`` are rows (a column an input) of which records are made beforehand. ``every``
     asks for all answers of a row instead of the primary one, ``jit`` for machine code. The primary
     answer keeps its branch within ``line`` rows. ``until`` is the end of the time by the clock of the system:
     rows that are solved later fail.
@@ -77,7 +86,7 @@ class Work(NamedTuple):
     want: tuple[str, ...]
     given: Mapping[str, Value]
     guesses: Mapping[str, float]
-    lessons: tuple[Array, ...] = ()
+    warmup: tuple[Array, ...] = ()
     every: bool = False
     jit: bool = False
     line: int = ENDLESS
@@ -112,7 +121,7 @@ def unpacked(data: bytes) -> Work:
 class Solver:
     """Solves pieces of one sweep, each from the same state: what it solved before leaves no trace.
 
-    Of the lessons of the work records are made beforehand; the plan goes back to these before every piece.
+    Of the warmup of the work records are made beforehand; the plan goes back to these before every piece.
     """
 
     def __init__(self, work: Work) -> None:
@@ -133,12 +142,12 @@ class Solver:
         return Rows(tuple(columns), codes, together([(places, answers)], len(codes)))
 
     def _begin(self) -> None:
-        """What the lessons teach, and no more."""
+        """What the warmup teach, and no more."""
         if self._known is not None:
             self._plan.forget(self._known)
             return
-        if self.work.lessons and (asked := refusals(self.work.lessons, self._inputs) == 0).any():
-            self._plan.sweep(*(column[asked] for column in self.work.lessons), jit=self.work.jit)
+        if self.work.warmup and (asked := refusals(self.work.warmup, self._inputs) == 0).any():
+            self._plan.sweep(*(column[asked] for column in self.work.warmup), jit=self.work.jit)
         self._known = self._plan.mark()
 
 
@@ -279,4 +288,4 @@ class Follower:
 
     def _apart(self, there: Points, here: Points) -> Points:
         """The differences of numbers of the variables (v, …), by whole turns as small as they get."""
-        return wound(there - here, self._turns.reshape(-1, *(1,) * (there.ndim - 1)))
+        return without_turns(there - here, self._turns.reshape(-1, *(1,) * (there.ndim - 1)))

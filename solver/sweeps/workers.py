@@ -270,13 +270,13 @@ def solved_pieces(
     if in_memory(side for one in work.model.equations for side in (one.left, one.right)):
         jobs = 1
     if jobs is None and processors() > 1:
-        return _as_it_pays(work, chunks, total, processors())
+        return _adaptively(work, chunks, total, processors())
     if jobs is not None and jobs > 1:
         return solved_by_workers(work, chunks, jobs)
     return map(Solver(work), chunks)
 
 
-def _as_it_pays(work: Work, chunks: Iterator[Chunk], total: int | None, jobs: int) -> Iterator[Rows]:
+def _adaptively(work: Work, chunks: Iterator[Chunk], total: int | None, jobs: int) -> Iterator[Rows]:
     """Here, until what is left turns out to be worth starting workers for.
 
     Where nobody knows how many rows are left it may be as many as there have been. The first piece teaches

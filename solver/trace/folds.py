@@ -42,7 +42,7 @@ HOP, BEYOND = 0.1, 0.02
 beyond such solves where nothing is proved."""
 
 
-class Unfolded:
+class ConstantRootCount:
     """Whether a block has as many roots for some numbers as it has for a ``sample``, as far as is proved.
 
     ``ends`` are those of the known numbers that are ``varying``, one range after the other; they are moved

@@ -112,7 +112,7 @@ class Graph:
         self.checks: list[int] = []
         self.finders: list[Any] = []
         """The roots of blocks as functions of known numbers, each a ``BlockNewton``, and whether a block has
-        as many roots, an ``Unfolded``."""
+        as many roots, an ``ConstantRootCount``."""
         self._numbers: dict[Node, int] = {}
         self.true = self.constant(True)
         self.false = self.constant(False)

@@ -18,7 +18,7 @@ import numpy as np
 from rulesheets.model import Value
 from solver.ranking.ranking import GRAIN, SIZE, SLACK, ZERO, Key
 from solver.trace.order import UNORDERED, KeyRanges, before, keys_as_nodes, spread
-from solver.trace.program import Box, Program, lean
+from solver.trace.program import Box, Program, simplified
 from solver.trace.python import compile_scalar
 
 SHARES = (0.1, 0.03, 0.01, 3e-3, 1e-3)
@@ -106,7 +106,7 @@ class Nearby:
             box, ending = Box(ends), self.endings[place]
             ending = ending._replace(holds=(*ending.holds, *checks))
             alone = self.program._replace(endings=(ending,), order=UNORDERED, box=box)
-            self._alone[key] = box, compile_scalar(lean(alone))
+            self._alone[key] = box, compile_scalar(simplified(alone))
         self.box, self.call = self._alone[key]
         self.box.ends, self.box.told = ends, 0
 

@@ -67,7 +67,7 @@ class Program(NamedTuple):
         return tuple(dict.fromkeys(check for ending in self.endings for check in ending.holds))
 
 
-def parted(flow: Flow, conditions: Sequence[int]) -> tuple[list[int], dict[int, int]]:
+def checks_and_bounds(flow: Flow, conditions: Sequence[int]) -> tuple[list[int], dict[int, int]]:
     """Conditions, and the numbers that others of them ask to be finite, by these."""
     finite = {n: int(flow.nodes[n][1]) for n in conditions if flow.nodes[n][0] == "finite"}
     return [n for n in dict.fromkeys(conditions) if n not in finite], finite
@@ -75,7 +75,7 @@ def parted(flow: Flow, conditions: Sequence[int]) -> tuple[list[int], dict[int, 
 
 def counts(flow: Flow, conditions: Sequence[int], quick: bool = False) -> int:
     """The node that is true where conditions hold; ``quick``: only where they are soon seen to hold."""
-    checks, numbers = parted(flow, conditions)
+    checks, numbers = checks_and_bounds(flow, conditions)
     holds = flow.over("and", (_straight(flow, check, quick) for check in checks))
     opposites = [n for n in computed_from(flow, checks) if flow.nodes[n][0] in ("not", "xor")]
     read = computed_from(flow, opposites)  # rows have no sines of huge angles (nan), and nan is not less
@@ -206,12 +206,12 @@ def shared(one: Iterable[Range], other: Iterable[Range]) -> Pieces:
     return joined((a, b) for a, b in pairs if a <= b)
 
 
-def lean(program: Program) -> Program:
+def simplified(program: Program) -> Program:
     """The same program without conditions that others imply, and without numbers that only those read."""
-    return _Lean(program).program()
+    return _Simplification(program).program()
 
 
-class _Lean:
+class _Simplification:
     """What is known of the nodes of a record where all its conditions hold."""
 
     def __init__(self, program: Program) -> None:
@@ -219,7 +219,7 @@ class _Lean:
         self.ranges: dict[int, Pieces] = {}
         self.nodes: dict[int, int] = {}
         """What stands for a node."""
-        self.checks, self.finite = parted(self.flow, program.holds)
+        self.checks, self.finite = checks_and_bounds(self.flow, program.holds)
         self.sure = self._with(self.finite.values())
 
     def program(self) -> Program:
@@ -261,7 +261,7 @@ class _Lean:
         if kind in ("and", "or", "not", "xor"):
             return flow.add(str(kind), *new)
         if kind in ("lt", "le", "eq"):
-            told = self._told(str(kind), *read)
+            told = self._decided(str(kind), *read)
             return flow.node(kind, *new) if told is None else flow.constant(told)
         if kind == "sooner" and flow.value_of(new[0]) is not None:
             return new[0] if flow.value_of(new[0]) else new[1]
@@ -293,7 +293,7 @@ class _Lean:
 
     # --- comparisons ---
 
-    def _told(self, kind: str, a: int, b: int) -> bool | None:
+    def _decided(self, kind: str, a: int, b: int) -> bool | None:
         """Whether a comparison comes out alike in all rows."""
         if not {a, b} <= self.sure:
             return None

@@ -20,7 +20,7 @@ from rulesheets.functions import TABLE
 from rulesheets.model import Value
 from solver.trace.flow import Flow
 from solver.trace.graph import DEGREE, OPERATIONS, RADIAN, Operand, computed_from, operands
-from solver.trace.program import Ending, Program, parted
+from solver.trace.program import Ending, Program, checks_and_bounds
 
 NEAR = 45.0
 """Angles up to this need no reduction."""
@@ -144,7 +144,7 @@ def block_function(
     return namespace["solve"]  # type: ignore[no-any-return]
 
 
-def with_resort(function: Callable[..., Any], otherwise: Callable[..., Any]) -> Callable[..., Any]:
+def with_fallback(function: Callable[..., Any], otherwise: Callable[..., Any]) -> Callable[..., Any]:
     """A compiled function that hands numbers of which it does not tell to ``otherwise``."""
     known = {**function.__globals__, "otherwise": otherwise}
     return FunctionType(function.__code__, known, function.__name__, function.__defaults__)
@@ -241,7 +241,7 @@ class _Writer:
                 self._line(f"return {self._row(ending)}")
 
     def _conditions(self, conditions: Sequence[int]) -> None:
-        checks, numbers = parted(self.flow, conditions)
+        checks, numbers = checks_and_bounds(self.flow, conditions)
         self._require(checks)
         if numbers:
             self._line(f"total = {' + '.join(map(self.text, dict.fromkeys(numbers.values())))}")

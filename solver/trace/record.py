@@ -25,14 +25,14 @@ from solver.path import Decide, Evaluate, Select, SolveBlock, Step
 from solver.path.cases import EQUAL, activity, value_of_equality
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
-from solver.trace.folds import Unfolded
+from solver.trace.folds import ConstantRootCount
 from solver.trace.graph import Graph, NotCompilable, computed_from, operands
 from solver.trace.guards import Pattern, State
 from solver.trace.inverses import Inverses
 from solver.trace.newton import BlockNewton
 from solver.trace.order import Order, Ranked
 from solver.trace.order import order as order_of
-from solver.trace.program import Ending, Program, lean
+from solver.trace.program import Ending, Program, simplified
 from solver.trace.python import compile_scalar
 
 MATCHES = 1e-6
@@ -49,7 +49,7 @@ _DIRECTIONS = named(lambda row: row.angle) | {"direction", "directiond"}
 _BOUNDED = frozenset({"sind", "cosd", "sin", "cos", "lt", "le", "finite"})
 
 
-Proof: TypeAlias = tuple[tuple[object, ...], Unfolded]
+Proof: TypeAlias = tuple[tuple[object, ...], ConstantRootCount]
 """Of a block, and the known numbers that do not vary, where its roots neither appear nor vanish."""
 
 
@@ -101,13 +101,13 @@ class Recording(Inverses):
         order = order_of(self.flow, ranked, self._numbers, not iterated, double) if ranked else Order()
         program = Program(self.flow, len(self.pattern.inputs), endings, symbols, order)
         if any(double):  # the ranking alone does not tell which is the first
-            return lean(program)
+            return simplified(program)
         brief = None
         if iterated:
             brief = program._replace(alone=True)
         elif order.first:
-            brief = lean(program._replace(endings=endings[:1], order=Order(usual=order.first)))
-        return lean(program)._replace(brief=brief, ranked=ranked if iterated else None)
+            brief = simplified(program._replace(endings=endings[:1], order=Order(usual=order.first)))
+        return simplified(program)._replace(brief=brief, ranked=ranked if iterated else None)
 
     def _different(self) -> list[int]:
         """The places of the answers that differ in what is wanted, beside the sample as well."""
@@ -495,11 +495,11 @@ class Recording(Inverses):
         about = (*key[:2], *(None if varies else v for v, varies in zip(known, varying, strict=True)))
         found = next((one for asked, one in self._proofs if asked == about and one(*numbers)), None)
         if found is None:
-            found = Unfolded(kernel, known, varying)
+            found = ConstantRootCount(kernel, known, varying)
             self._proofs.append((about, found))
         self._guard(self._within(found, compress(places, varying)))
 
-    def _within(self, found: Unfolded, known: Iterable[int]) -> int:
+    def _within(self, found: ConstantRootCount, known: Iterable[int]) -> int:
         """The condition that the numbers known to a block lie where its roots neither appear nor vanish."""
         nodes = list(known)
         self.flow.finders.append(found)

@@ -26,7 +26,7 @@ from solver.path import SolveBlock
 from solver.path.cases import activity
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
-from solver.trace.folds import Unfolded
+from solver.trace.folds import ConstantRootCount
 from solver.trace.graph import NotCompilable, computed_from, copied
 from solver.trace.guards import Pattern, State
 from solver.trace.nearby import Nearby
@@ -193,7 +193,7 @@ class Refusal(Recording):
             raise NotCompilable
         sample = [float(self._numbers(node)) for node in known]
         varying = [flow.value_of(node) is None for node in known]
-        found = Unfolded(kernel, sample, varying, list(map(self._rounded, known)))
+        found = ConstantRootCount(kernel, sample, varying, list(map(self._rounded, known)))
         if not found.proved:
             raise NotCompilable
         return self._within(found, compress(known, varying))
@@ -308,7 +308,7 @@ class Records:
                 return found
         return None
 
-    def learn(self, numbers: Sequence[Value], leaves: Sequence[Leaf], refused: Sequence[Leaf]) -> bool:
+    def add(self, numbers: Sequence[Value], leaves: Sequence[Leaf], refused: Sequence[Leaf]) -> bool:
         """Take note of the answers of a row that was solved step by step; False where nothing came of it.
 
         A new record, where it says the same and no other does.
@@ -340,7 +340,7 @@ class Records:
     def _reaches(self, numbers: Sequence[Value], answers: Sequence[Mapping[str, Value]]) -> bool:
         """Whether a record gives the answers of a row to which its proofs do not reach: they are too weak."""
         for program, every in zip(self.programs, self.every, strict=True):
-            folds = [finder for finder in program.flow.finders if isinstance(finder, Unfolded)]
+            folds = [finder for finder in program.flow.finders if isinstance(finder, ConstantRootCount)]
             before = [_copied(vars(fold)) for fold in folds]
             for fold in folds:
                 fold.weak = True
@@ -375,7 +375,11 @@ class Records:
         """What has been learned so far, for ``forget``."""
         programs = (*self.programs, *self.refusals)
         finders = (finder for program in programs for finder in program.flow.finders)
-        return [(one, _copied(vars(one))) for one in (self, *finders) if isinstance(one, Records | Unfolded)]
+        return [
+            (one, _copied(vars(one)))
+            for one in (self, *finders)
+            if isinstance(one, Records | ConstantRootCount)
+        ]
 
     def forget(self, mark: list[tuple[Any, dict[str, Any]]]) -> None:
         """Go back to what was known at a mark."""

@@ -229,7 +229,7 @@ class AnswerKernel:
         planes, there, holds = found
         alone, told = holds.copy(), []
         for start, end in runs:
-            first = self._first_told(columns, start + 1, end - 1)
+            first = self._first_ordered(columns, start + 1, end - 1)
             if first is not None:
                 told.append((first - 1, end))
                 alone[first + 1 : end] = False
@@ -242,7 +242,7 @@ class AnswerKernel:
                 _exchange(planes, [*order, *range(len(order), len(planes))], start + 2, end)
         return told
 
-    def _first_told(self, columns: Sequence[Array], start: int, end: int) -> int | None:
+    def _first_ordered(self, columns: Sequence[Array], start: int, end: int) -> int | None:
         """The first row of a run in which the record knows the order, looked for here and there."""
         rows = np.arange(start, end, 256)
         here = [column[rows] for column in columns]
@@ -303,7 +303,7 @@ class Steady:
     def __init__(self, sweeper: AnswerSweeper, columns: Sequence[Array]) -> None:
         self.sweeper, self.columns = sweeper, columns
         self._place = 0
-        self._told: tuple[object, int, Array] = None, 0, np.empty(0)
+        self._clear_spans: tuple[object, int, Array] = None, 0, np.empty(0)
 
     def __call__(self, start: int, before: Array, targets: Sequence[Array]) -> int:
         """Fill ``targets``, columns (n,) of the rows from ``start``, with the answer that goes on from
@@ -338,13 +338,13 @@ class Steady:
         """Of so many spans from row ``first`` those of which ranges tell enough, if the inputs move steadily:
         their least and largest numbers are then the first and the last.
         """
-        known, base, clear = self._told
+        known, base, clear = self._clear_spans
         at = (first - base) // SPAN
         if known is not kernel or (first - base) % SPAN or not 0 <= at <= at + count <= len(clear):
             starts = np.arange(first, len(self.columns[0]) - SPAN + 1, SPAN)[: max(count, AHEAD)]
             ends = [(column[starts - 2], column[starts + SPAN - 1]) for column in self.columns]
             clear, at = kernel.clear([(np.minimum(*pair), np.maximum(*pair)) for pair in ends]), 0
-            self._told = kernel, first, clear
+            self._clear_spans = kernel, first, clear
         return clear[at : at + count]
 
 

@@ -8,7 +8,7 @@ import pytest
 
 import rulesheets
 import solver
-from solver.path.graph import _told_angles as told_angles
+from solver.path.graph import _rule_angle_evidence as told_angles
 from solver.path.isolate import isolate
 from solver.path.planner import planner
 
@@ -95,7 +95,9 @@ def test_rules_of_one_shape_tell_their_angles_by_their_own_names_and_numbers() -
 def test_the_trees_of_rules_are_not_made_to_find_angles(monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[object] = []
     told = told_angles
-    monkeypatch.setattr("solver.path.graph._told_angles", lambda *sides: made.append(sides) or told(*sides))
+    monkeypatch.setattr(
+        "solver.path.graph._rule_angle_evidence", lambda *sides: made.append(sides) or told(*sides)
+    )
     graph = planner(rulesheets.loads("".join(f"x{k} = r*cosd(t{k})\n" for k in range(20)))).graph
     assert graph.turn("t7") == 360.0
     assert len(made) == 1

@@ -21,10 +21,10 @@ from rulesheets.checks.marks import ARROWS
 from rulesheets.diagnosis import RuleSheetError
 from solver.pictures import (
     Diagram,
+    LabelRequest,
     Stroke,
     View,
     Window,
-    Wish,
     bar,
     diagram,
     inside,
@@ -221,9 +221,9 @@ def test_boxes_overlap_alike(one, other) -> None:
 
 
 def test_labels_keep_clear_of_lines_and_of_each_other() -> None:
-    wishes = {str(k): Wish("wide", (20.0 + 4 * k, 20.0)) for k in range(4)}
+    label_requests = {str(k): LabelRequest("wide", (20.0 + 4 * k, 20.0)) for k in range(4)}
     line = np.array([((0.0, 20.0), (50.0, 20.0))])
-    found = np.array(list(place(wishes, line, np.empty((0, 4)), (50.0, 40.0), {}).values()))
+    found = np.array(list(place(label_requests, line, np.empty((0, 4)), (50.0, 40.0), {}).values()))
     assert not inside(found, line).any()
     shared = overlaps(found, found)
     assert not (shared - np.diag(shared.diagonal())).any()

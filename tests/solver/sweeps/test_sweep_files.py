@@ -41,7 +41,7 @@ from solver.files.tables import (
 from solver.ranking.branches import Answers
 from solver.sweeps import Plan, workers
 from solver.sweeps import sweep as sweeping
-from solver.sweeps.sweep import Grid, Outcome, followed, grid_chunks, grid_lessons, run, work_of
+from solver.sweeps.sweep import Grid, Outcome, followed, grid_chunks, grid_warmup, run, work_of
 from solver.sweeps.work import Rows, Solver, Work, unpacked
 from solver.sweeps.workers import in_order, solved_pieces
 from solver.trace.records import Records
@@ -314,7 +314,7 @@ def test_a_piece_comes_out_alike_whatever_was_solved_before(
 ) -> None:
     plan = solver.prepare(rulesheets.load(name), axes, want, given)
     rows = Grid(tuple(map(column_of, axes.values())))
-    work = work_of(plan, grid_lessons(rows), every=every)
+    work = work_of(plan, grid_warmup(rows), every=every)
     cuts = [0, 40, 41, 90, len(rows) // 2, len(rows)]
     pieces = [rows.at(np.arange(one, other)) for one, other in pairwise(cuts)]
     forward, backward = Solver(work), Solver(unpacked(work.packed()))

@@ -283,8 +283,8 @@ def test_branches_that_cross_are_followed(orders: list[list[int]], seed: int) ->
     draw = np.random.default_rng(seed)
     starts = np.array([-120.0, 0.0, 120.0]) + draw.uniform(-20, 20, 3)
     lines = starts + np.outer(np.arange(40), draw.uniform(-6, 6, 3))
-    wound = (lines + 180) % 360 - 180
-    shuffled = np.array([row[order] for row, order in zip(wound, orders, strict=True)])
+    without_turns = (lines + 180) % 360 - 180
+    shuffled = np.array([row[order] for row, order in zip(without_turns, orders, strict=True)])
     points, counts, follow = shuffled.reshape(1, -1), np.full(40, 3), Follower(np.array([360.0]), 10**9)
     numbers = [follow(points[:, :33], counts[:11]), follow(points[:, 33:], counts[11:])]
     labels = {line: place + 1 for place, line in enumerate(orders[0])}

@@ -11,7 +11,7 @@ import rulesheets
 import solver
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable
-from solver.trace.program import Ending, Program, lean, parted
+from solver.trace.program import Ending, Program, checks_and_bounds, simplified
 from solver.trace.python import compile_scalar
 
 ODD = [math.nan, math.inf, -math.inf, 0.0, -0.0, 1.0, -1.0, 2.0, 5e-324, -1e-310, 1e-160, 1e200, -1e150, 30.0]
@@ -65,7 +65,7 @@ def test_a_lean_program_says_what_the_whole_one_says(seed: int) -> None:
     told = 0
     for _ in range(25):
         program = random_program(rng)
-        whole, short = compile_scalar(program), compile_scalar(lean(program))
+        whole, short = compile_scalar(program), compile_scalar(simplified(program))
         for pair in numbers(rng):
             assert whole(*pair) == short(*pair), (program, pair)
             told += whole(*pair) is not None
@@ -76,4 +76,4 @@ def test_of_a_slider_crank_little_is_left_to_ask() -> None:
     plan = solver.prepare(rulesheets.load("offset_slider_crank"), ["thetaAO"], ["xB", "vB", "omegaAB"])
     plan(-30.0)
     (program,) = plan.records.programs
-    assert [len(some) <= 3 for some in parted(program.flow, program.holds)] == [True, True]
+    assert [len(some) <= 3 for some in checks_and_bounds(program.flow, program.holds)] == [True, True]
