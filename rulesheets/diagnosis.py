@@ -191,8 +191,7 @@ class Entry(NamedTuple):
 @cache
 def catalogue() -> dict[str, Entry]:
     """The entries of all codes: E1 syntax, E2 names and calls, E3 files, E4 variable sheets, command input
-    and units, W6 warnings about units, S5 outcomes of a solve.
-    """
+    and units, W6 warnings about units, S5 outcomes of a solve."""
     import tomllib  # neither help nor a sheet without mistakes asks for it
 
     with open(os.path.join(os.path.dirname(__file__), "catalogue.toml"), "rb") as file:

@@ -92,8 +92,7 @@ class Expansion:
 
     def _expand(self, body: nodes.RuleBody, context: Context) -> None:
         """Expand one rule; a stack holds the remaining arms, so that long ``else if`` chains do not
-        recurse.
-        """
+        recurse."""
         stack = [(body, context)]
         while stack:
             body, context = stack.pop()

@@ -279,8 +279,7 @@ def rule_lines(body: nodes.RuleBody) -> list[str]:
 
 def _arms(rule: nodes.IfRule) -> list[str]:
     """``if … then …``, ``else if … then …``, ``else …``. A conditional after ``then`` is put in parentheses,
-    so that an ``else`` is not read as its own.
-    """
+    so that an ``else`` is not read as its own."""
     arms = []
     word = "if"
     rest: nodes.RuleBody | None = rule

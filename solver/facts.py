@@ -1,4 +1,4 @@
-"""What a solve found out, in numbers of equations and names of variables; no sentences yet."""
+"""The results of a solve as data: numbers of equations and names of variables, no sentences."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ class Status(Enum):
 
     @property
     def exit_code(self) -> int:
-        """That of the command: 0 where it is solved."""
+        """The exit code of the command: 0 for solved."""
         return 0 if self is Status.SOLVED else 1
 
 
 class Unsolved(Exception):
-    """There is no answer. ``status`` says why in a word, ``diagnoses`` in sentences, found when asked for."""
+    """There is no answer. ``status`` names the reason, ``diagnoses`` explain it, computed on demand."""
 
     def __init__(
         self, status: Status, diagnoses: tuple[Diagnosis, ...] | Callable[[], tuple[Diagnosis, ...]]
@@ -54,7 +54,7 @@ class Unsolved(Exception):
 
 
 class UnknownName(KeyError):
-    """A name that is not there. ``str`` is a sentence with the name that may be meant."""
+    """There is no such name. ``str`` is a sentence with a suggestion."""
 
     def __init__(self, name: object, known: Collection[str]) -> None:
         super().__init__(name)
@@ -67,7 +67,8 @@ class UnknownName(KeyError):
 
 
 class NoValue(NamedTuple):
-    """Solving ``equation`` for ``unknown`` needs what can't be: ``reading`` says it (``cosd = 1.08``).
+    """Solving ``equation`` for ``unknown`` needs an impossible value: ``reading`` states it (``cosd =
+    1.08``).
 
     ``pole``: the unknown would have to be infinite (a product with 0 that is not 0).
     """
@@ -79,10 +80,10 @@ class NoValue(NamedTuple):
 
 
 class Indeterminacy(NamedTuple):
-    """At ``values`` the rule of ``equation`` is of the ``form`` 0/0, and has no value.
+    """At ``values`` the rule of ``equation`` has the ``form`` 0/0, and no value.
 
-    ``limit`` is the two-sided limit of its part that is, None where there is none; ``is_open``: it depends on
-    what has no value.
+    ``limit`` is the two-sided limit of that part, None if there is none; ``is_open``: it depends on an
+    unknown without a value.
     """
 
     equation: int
@@ -93,7 +94,7 @@ class Indeterminacy(NamedTuple):
 
 
 class Fixed(NamedTuple):
-    """By ``equations`` the given ``name`` would be ``value``, whatever ``unknown`` is, and not ``given``."""
+    """``equations`` imply that ``name`` is ``value``, for every value of ``unknown``, and not ``given``."""
 
     name: str
     value: float
@@ -103,14 +104,14 @@ class Fixed(NamedTuple):
 
 
 class Filled(NamedTuple):
-    """``equation`` has no value at an answer, and was taken by its ``limit``."""
+    """``equation`` has no value at an answer, and was replaced by its ``limit``."""
 
     equation: int
     limit: float
 
 
 class AsksNothing(NamedTuple):
-    """At these values ``equation`` holds whatever ``unknown`` is."""
+    """At these values ``equation`` holds for every value of ``unknown``."""
 
     equation: int
     unknown: str
@@ -125,7 +126,7 @@ class OutOfRange(NamedTuple):
 
 
 class Conflict(NamedTuple):
-    """Rules that can't hold together: ``equation`` misses by ``miss`` (left minus right)."""
+    """Rules that contradict each other: ``equation`` misses by ``miss`` (left minus right)."""
 
     equations: tuple[int, ...]
     miss: float | None
@@ -135,7 +136,7 @@ class Conflict(NamedTuple):
 class NoRoot(NamedTuple):
     """A simultaneous block without a solution: ``proven``, or only not found.
 
-    ``best`` is the nearest miss, ``misses`` what each equation is off there.
+    ``best`` is the nearest miss, ``misses`` the residual of each equation there.
     """
 
     equations: tuple[int, ...]
@@ -148,8 +149,8 @@ class NoRoot(NamedTuple):
 class RankLoss(NamedTuple):
     """A block whose equations do not determine ``free``, which moves along ``direction`` from ``point``.
 
-    ``everywhere``: linear equations that say the same thing whatever the values (under-determined);
-    otherwise a singular point (dead centre, double root).
+    ``everywhere``: linear equations that are dependent at any values (under-determined); otherwise a
+    singular point (dead centre, double root).
     """
 
     equations: tuple[int, ...]
@@ -160,7 +161,8 @@ class RankLoss(NamedTuple):
 
 
 class Beside(NamedTuple):
-    """Beside isolated answers ``equations`` have a curve of others, where ``values`` leave ``free`` open."""
+    """Besides isolated answers ``equations`` have a curve of others, on which ``values`` leave ``free``
+    open."""
 
     equations: tuple[int, ...]
     free: tuple[str, ...]
@@ -168,7 +170,7 @@ class Beside(NamedTuple):
 
 
 class Uncovered(NamedTuple):
-    """A case that nothing contradicts, and in which the rules leave ``free`` undetermined."""
+    """A case that no rule contradicts, in which the rules leave ``free`` undetermined."""
 
     case: tuple[Comparison, ...]
     free: tuple[str, ...]
@@ -204,7 +206,7 @@ class DeadEnd(NamedTuple):
 
 
 class BeyondFloats(NamedTuple):
-    """``equation`` solved for ``unknown`` does not hold at any float: too large, too small, too near."""
+    """``equation`` solved for ``unknown`` holds at no float: too large, too small, or too close."""
 
     equation: int
     unknown: str
@@ -213,7 +215,7 @@ class BeyondFloats(NamedTuple):
 class Unmet(NamedTuple):
     """Requirement number ``requirement`` does not hold at ``values``: its sides are ``miss`` apart.
 
-    ``miss`` is None where they are no numbers.
+    ``miss`` is None if they are not numbers.
     """
 
     requirement: int
@@ -222,22 +224,22 @@ class Unmet(NamedTuple):
 
 
 class Truncated(NamedTuple):
-    """A limit was met; there may be more answers."""
+    """A limit was reached; there may be more answers."""
 
     what: str
 
 
 class OutOfTime(NamedTuple):
-    """The search was cut off; ``known`` are the unknowns that had a value by then."""
+    """The search was interrupted; ``known`` are the unknowns that had a value by then."""
 
     known: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """Why the answers are not known to be all: for ``unknowns``, by ``equations``, so many are there as were
-    found, or as are listed where the list is ``cut``. ``low`` and ``high`` are the ends of the first unknown.
-    ``uncounted``: a direct step has more values than it could count.
+    """Why the answers may not be all: the ``unknowns``, the ``equations``, and the number of answers found,
+    or listed if the list is ``cut``. ``low`` and ``high`` are the ends of the first unknown. ``uncounted``: a
+    direct step has more values than it could count.
 
     Without equations it is a limit on the answers, or the cases, of the whole.
     """
@@ -275,14 +277,14 @@ Fact: TypeAlias = (
 
 
 def about(fact: Fact) -> tuple[int, ...]:
-    """The equations that a fact speaks of."""
+    """The equations that a fact refers to."""
     one: int | None = getattr(fact, "equation", None)
     several: tuple[int, ...] = getattr(fact, "equations", ())
     return several if one is None else (one,)
 
 
 class Method(Enum):
-    """The ways to solve a simultaneous block: what each does, and its short name."""
+    """The methods for a simultaneous block, with a description and a short name."""
 
     LINEAR = "elimination of linear equations", "elimination"
     POLYNOMIAL = "exact count of the roots of one polynomial in {tear}", "polynomial"
@@ -301,9 +303,9 @@ class Method(Enum):
 
 
 class Attempt(NamedTuple):
-    """``found`` answers that were new. ``complete`` where it proved that there are no others.
+    """``found`` is the number of new answers. ``complete``: it proved that there are no others.
 
-    ``iterations`` are those of all starts together, 0 where the method counts none.
+    ``iterations`` are those of all starts together, 0 if the method counts none.
     """
 
     method: Method
@@ -313,8 +315,8 @@ class Attempt(NamedTuple):
 
 
 class ProvedRoots(NamedTuple):
-    """As many ``roots``, two or none, are proved to be next to what floats see as a double root of
-    ``unknowns``; of two, ``apart`` says how far from each other they lie, at least."""
+    """As many ``roots``, two or none, are proved to be near an apparent double root of
+    ``unknowns``; of two, ``apart`` is a lower bound of their distance in each."""
 
     unknowns: tuple[str, ...]
     roots: int
@@ -322,12 +324,12 @@ class ProvedRoots(NamedTuple):
 
 
 class Proof(NamedTuple):
-    """``radius``: how far every number may be from the exact one at most, of the answer that is ``proved``.
+    """``radius``: an upper bound of the error of every number of a ``proved`` answer.
 
-    ``nearest``: every number is the float nearest to the exact one. ``obstacle`` says what stands in the way.
-    ``double``: unknowns at a double root that is exactly there: in rational numbers the rules hold, and their
-    Jacobian is singular. (Such an answer is not ``proved``: no change of an input, however small, leaves it.)
-    ``beside``: where floats see a double root that is not there, what is, for the numbers as they are.
+    ``nearest``: every number is the float nearest to the exact one. ``obstacle`` says why there is no proof.
+    ``double``: unknowns at an exact double root: in rational numbers the rules hold, and their Jacobian is
+    singular. (Such an answer is not ``proved``: an arbitrarily small change of an input removes it.)
+    ``beside``: the exact roots near an apparent double root.
     """
 
     proved: bool
@@ -339,11 +341,11 @@ class Proof(NamedTuple):
 
 
 class Mark(NamedTuple):
-    """One method on one case.
+    """The measurement of one method in one case.
 
-    ``error`` is the worst relative one over the wanted variables, nan where there is no answer; ``status``
-    is solved, false, or what was said instead. ``at`` is the value of the varied input; ``radius`` the
-    worst relative error that a proof leaves possible.
+    ``error`` is the largest relative one over the wanted variables, nan without an answer; ``status`` is
+    solved, false, or what was reported instead. ``at`` is the value of the varied input; ``radius`` the
+    largest relative error that a proof leaves possible.
     """
 
     method: str

@@ -1,4 +1,4 @@
-"""A worker process that answers one question after the other, each within a time; then it is replaced."""
+"""A worker process that answers questions one after another, each with a time limit; then it is replaced."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _log = logging.getLogger("backsolve.page")
 
 
 class Lane:
-    """Questions in a row. The worker knows the sheet that was loaded last, also after it was replaced."""
+    """A queue of questions. The worker knows the sheet that was loaded last, also after a restart."""
 
     def __init__(self, workers: Workers, timeout: float) -> None:
         self.workers, self.timeout = workers, timeout
@@ -38,18 +38,18 @@ class Lane:
         self._superseded = False
 
     def know(self, sheet: Json) -> None:
-        """Load a sheet that is known to be right when the first question about it comes."""
+        """Set a sheet that is known to be right, to be loaded with the first question about it."""
         self._sheet, self._loaded = {**sheet, "do": "load"}, False
 
     async def load(self, sheet: Json) -> Json:
-        """Load a sheet; it stays loaded unless there is something wrong with it."""
+        """Load a sheet; it stays loaded unless it has a mistake."""
         reply = await self.ask({**sheet, "do": "load"})
         if "variables" in reply:
             self._sheet, self._loaded = {**sheet, "do": "load"}, True
         return reply
 
     async def ask(self, question: Json) -> Json:
-        """The worker's answer, or ``gave_up`` with the seconds that it was given."""
+        """The worker's answer, or ``gave_up`` with the time limit in seconds."""
         again = self._turn.locked() and question["do"] == self._doing == "solve"
         if again and time.monotonic() - self._since > PATIENCE:
             self._superseded = True
@@ -95,13 +95,13 @@ class Lane:
 
 
 class Workers:
-    """Starts workers; one more than there are tabs for, because to start one takes a second."""
+    """Starts workers; always one more than there are tabs, because starting one takes a second."""
 
     def __init__(self) -> None:
         self._spare: asyncio.Task[asyncio.subprocess.Process] | None = None
 
     def ready(self) -> None:
-        """Start the worker that is taken next."""
+        """Start the next worker."""
         self._spare = self._spare or asyncio.create_task(_started())
 
     async def take(self) -> asyncio.subprocess.Process:
@@ -116,7 +116,7 @@ class Workers:
 
 
 async def _started() -> asyncio.subprocess.Process:
-    """A worker that has imported what it needs."""
+    """A worker that has imported its modules."""
     process = await asyncio.create_subprocess_exec(
         sys.executable,
         "-m",
@@ -138,7 +138,7 @@ async def _end(process: asyncio.subprocess.Process) -> None:
 
 
 async def _exchange(process: asyncio.subprocess.Process, question: Json) -> Json | None:
-    """One question and its answer; None where the worker has ended."""
+    """Ask one question; None if the worker has ended."""
     assert process.stdin is not None and process.stdout is not None
     try:
         process.stdin.write(json.dumps(question).encode() + b"\n")

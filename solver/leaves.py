@@ -51,8 +51,8 @@ from solver.path.graph import ModelGraph, is_angle_sum
 def settled(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[str]) -> dict[str, Value]:
     """The values with every posted angle that lies outside one turn moved into it.
 
-    Angles that are tied to it by a sum (``beta = alpha + 90``) move along; a move that some rule does not
-    admit is not made.
+    Angles that are tied to it by a sum (``beta = alpha + 90``) move along; a move that violates a rule is
+    not made.
     """
     moved, groups, refused = dict(values), dict[str, set[str]](), set[tuple[int, float]]()
     for name, number, turn in _outside_one_turn(graph, moved, inputs, graph.turn):
@@ -76,7 +76,7 @@ def settled(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[s
 def within_one_turn(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[str]) -> bool:
     """Whether every posted angle that rules read in parts (``sind(theta/2)``) is in (-180, 180].
 
-    Other angles are moved there; these have answers in two turns and more, each another one.
+    Other angles are moved there; these have different answers in different turns.
     """
     outside = _outside_one_turn(graph, values, inputs, graph.single_turn)
     return all(graph.is_turning(name) for name, _, _ in outside)
@@ -88,7 +88,7 @@ def _outside_one_turn(
     inputs: Collection[str],
     turn_of: Callable[[str], float | None],
 ) -> Iterator[tuple[str, float, float]]:
-    """Posted angles without a range that lie outside (-180, 180], with their whole turns; no inputs."""
+    """Posted angles without a range that lie outside (-180, 180], with their whole turns; not inputs."""
     for name, variable in graph.model.variables.items():
         number, free = values.get(name), variable.low == -math.inf and variable.high == math.inf
         if name in inputs or not isinstance(number, float) or not variable.posted or not free:
@@ -99,7 +99,7 @@ def _outside_one_turn(
 
 
 def _tied(graph: ModelGraph, name: str, inputs: Collection[str]) -> set[str]:
-    """The angle and those that sums tie it to, inputs left out."""
+    """The angle and those that sums tie it to, without inputs."""
     group, waiting = {name}, [name]
     while waiting:
         for index in graph.users[waiting.pop()]:
@@ -113,9 +113,9 @@ def _tied(graph: ModelGraph, name: str, inputs: Collection[str]) -> set[str]:
 
 @dataclass
 class Branch:
-    """What is known along one way through the path.
+    """The values and outcomes known along one branch of the path.
 
-    ``precise`` are values to more digits than floats have, where they were computed so.
+    ``precise`` are values with more digits than floats, if they were computed.
     """
 
     values: dict[str, Value]
@@ -133,7 +133,7 @@ class Branch:
 
     @property
     def conditions(self) -> dict[int, bool]:
-        """How each condition came out, or is assumed to."""
+        """The outcome of each condition, known or assumed."""
         return {**self.decided, **self.assumed}
 
     @property
@@ -142,7 +142,7 @@ class Branch:
         return tuple({id(fact): fact for fact in self.inactive.values()}.values())
 
     def without(self, names: Collection[str]) -> Branch:
-        """A fork that lacks the values of these names."""
+        """A fork without the values of these names."""
         fork = self.fork()
         fork.values = {name: value for name, value in self.values.items() if name not in names}
         return fork
@@ -156,8 +156,8 @@ class Leaf:
     """The end of a branch: all that could be computed along it, checked.
 
     ``conflicts`` are rules that do not hold there; ``missing`` the wanted names without a value.
-    ``worst`` is the largest scaled residual of the ``checked`` rules. ``underdetermined``: nothing
-    contradicts the cases that follow, and nothing determines them.
+    ``worst`` is the largest scaled residual of the ``checked`` rules. ``underdetermined``: its
+    cases are neither contradicted nor determined.
     """
 
     branch: Branch
@@ -179,9 +179,9 @@ class Leaf:
 
 
 def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
-    """The error bars of the values of a leaf: of those known to more digits, what rounding them has cost.
+    """The error bars of the values of a leaf; for values in more digits, their rounding error.
 
-    Found once for the values that it has.
+    Computed once for its values.
     """
     branch = leaf.branch
     kept: tuple[dict[str, Value], Model, ForwardErrors] | None = leaf.__dict__.get("_errors")
@@ -201,7 +201,7 @@ def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
 
 
 def infinite(model: Model, branch: Branch, name: str) -> bool:
-    """Whether a variable that calls only pass on to one another has no value because it is infinite there."""
+    """Whether a variable that calls only pass on has no value because it is infinite."""
     blank = model.variables[name].passed and name not in branch.values
     return blank and any(
         isinstance(fact, NoValue) and fact.pole and fact.unknown == name for fact in branch.inactive.values()
@@ -209,7 +209,7 @@ def infinite(model: Model, branch: Branch, name: str) -> bool:
 
 
 def blocked(leaf: Leaf) -> bool:
-    """Whether something stands in the way of a leaf's missing values, other than freedom."""
+    """Whether a leaf's missing values have a reason other than being free."""
     return any(
         isinstance(fact, Conflict | NoRoot | OutOfRange) or (isinstance(fact, NoValue) and not fact.pole)
         for fact in leaf.branch.inactive.values()
@@ -217,7 +217,7 @@ def blocked(leaf: Leaf) -> bool:
 
 
 def excluded(leaf: Leaf) -> bool:
-    """Whether it is proven that no value fits a case that the leaf assumes: nothing is hidden there."""
+    """Whether a case that the leaf assumes is proven to have no values, so that it hides no answer."""
     asked = {name for pair in leaf.branch.signs for side in pair for name in nodes.names(side)}
     return any(
         isinstance(fact, Conflict) or not asked.isdisjoint(without_value(fact)[1])
@@ -226,7 +226,7 @@ def excluded(leaf: Leaf) -> bool:
 
 
 def without_value(fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]]:
-    """The equations that a fact says no value satisfies, and the unknowns of which they ask it, proven."""
+    """The equations that no value satisfies according to a proven fact, and the unknowns in question."""
     match fact:
         case NoValue(pole=False) | OutOfRange():
             return (fact.equation,), (fact.unknown,)
@@ -239,7 +239,7 @@ def without_value(fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]]:
 class Asked(NamedTuple):
     """A question. ``want`` prunes the path, ``judged`` are the names that an answer must have.
 
-    ``guesses`` say which answer comes first.
+    ``guesses`` decide which answer comes first.
     """
 
     model: Model
@@ -257,10 +257,10 @@ Outcomes: TypeAlias = dict[tuple[SolveBlock, tuple[Value, ...]], Any]
 class Exploration:
     """Every leaf that was reached, in order of preference, and whether they are known to be all.
 
-    ``contradicted`` leaves break a rule; ``open_cases`` contradict nothing, but leave undetermined what
-    they were assumed on. ``delicate``: somewhere two roots, or an edge, lay closer than
-    floats can tell; ``outcomes`` are what the blocks came to;
-    ``work`` is what it took, counted (see ``kernel/problem.py``); ``gaps`` are why they may not be all.
+    ``contradicted`` leaves violate a rule; ``open_cases`` violate none, but leave their conditions
+    undetermined. ``delicate``: somewhere two roots, or a boundary, were closer than floats can tell;
+    ``outcomes`` are the results of the blocks; ``work`` is the work counted (see
+    ``kernel/problem.py``); ``gaps`` are the reasons why the leaves may not be all.
     """
 
     leaves: tuple[Leaf, ...]
@@ -278,9 +278,9 @@ PATIENCE = 50_000
 
 
 class Patience:
-    """Runs out with the work of the explorations it is shown: counted, so the same anywhere.
+    """A limit on the work of several explorations: counted, so the same on any machine.
 
-    One for all that is said of a solve.
+    One is shared by all messages about a solve.
     """
 
     def __init__(self, work: int = PATIENCE) -> None:
@@ -296,7 +296,7 @@ class Patience:
 
 
 class CutOff(TimeIsUp):
-    """The limit in time was met: what was ``found`` until then, and the values ``known`` before any fork."""
+    """The time limit was reached: what was ``found`` until then, and the values ``known`` before any fork."""
 
     def __init__(self, found: Exploration, known: Mapping[str, Value]) -> None:
         super().__init__()
@@ -307,8 +307,8 @@ class CutOff(TimeIsUp):
 
 
 class CaseAnalysis:
-    """The conditions of a model at given inputs; ``judge`` tells how one comes out at the values of a branch,
-    ``evaluate.holds`` if it is not given."""
+    """The conditions of a model at given inputs; ``judge`` evaluates one at the values of a branch,
+    ``evaluate.holds`` by default."""
 
     def __init__(
         self,
@@ -321,7 +321,7 @@ class CaseAnalysis:
         self._cases: dict[Pair, tuple[Sign, ...]] = {}
 
     def cases(self, pair: Pair) -> tuple[Sign, ...]:
-        """What is assumed of a comparison, one after another."""
+        """The assumptions on comparisons, in order."""
         if pair not in self._cases:
             conditions = self.model.conditions
             guards = {(conditions[p.condition], p.holds) for e in self.model.equations for p in e.guard}
@@ -329,7 +329,7 @@ class CaseAnalysis:
         return self._cases[pair]
 
     def outcomes(self, conditions: Collection[int], branch: Branch) -> dict[int, bool]:
-        """The conditions that the values settle; an ``and`` or ``or`` may be, before all of it is known."""
+        """The outcomes that the values decide; an ``and`` or ``or`` may be decided by a part of it."""
         found = {}
         for index in conditions:
             known = self._settle(self.model.conditions[index], branch)
@@ -345,7 +345,7 @@ class CaseAnalysis:
         return None
 
     def infer(self, branch: Branch) -> None:
-        """What the values and the assumed signs tell about every condition."""
+        """The outcome of every condition that the values and the assumed signs decide."""
 
         def settle(atom: nodes.Condition) -> bool | None:
             known = self._settle(atom, branch)
@@ -360,7 +360,7 @@ class CaseAnalysis:
                     branch.assumed[index] = found
 
     def _settle(self, condition: nodes.Condition, branch: Branch) -> bool | None:
-        """How a condition comes out at known values; None where they do not tell."""
+        """The outcome of a condition at known values; None if they do not decide it."""
         try:
             return self.judge(condition, branch)
         except KeyError:
@@ -369,9 +369,10 @@ class CaseAnalysis:
             return False
 
     def contradicted(self, branch: Branch) -> bool:
-        """Whether a comparison came out otherwise than assumed, or all of them cannot come out so.
+        """Whether a comparison has another outcome than assumed, or the assumptions are
+        incompatible.
 
-        The ranges of the variables that they read have a say in it.
+        The ranges of the variables in them count.
         """
         signs: list[Signed] = list(branch.signs.items())
         if any(self._settle(nodes.Comparison(MEANING[sign], *pair), branch) is False for pair, sign in signs):
@@ -398,7 +399,7 @@ class CaseAnalysis:
 
 
 def indeterminacy(equation: Equation, values: Mapping[str, Value]) -> Indeterminacy | None:
-    """The fact that an equation is 0/0 at the values, if it is."""
+    """The fact that an equation is 0/0 at the values, if so."""
     from rulesheets.evaluate.digits import indeterminate
 
     for side in (equation.left, equation.right):
@@ -410,9 +411,9 @@ def indeterminacy(equation: Equation, values: Mapping[str, Value]) -> Indetermin
 
 
 def unmet(model: Model, values: Mapping[str, Value], decided: Mapping[int, bool]) -> Iterator[Unmet]:
-    """The requirements that these values break; those that read what has no value are not asked.
+    """The requirements that these values violate; those with unknown values are skipped.
 
-    Of each how far the smaller side is from where it has to be; None where a side is no number.
+    Each with the distance of the smaller side from the larger one; None if a side is not a number.
     """
     for index, requirement in enumerate(model.requirements):
         if activity(requirement, decided) and all(name in values for name in requirement.names):
@@ -430,7 +431,7 @@ ALIKE = 1e-12
 
 
 def different(rows: Sequence[Sequence[Value]]) -> list[int]:
-    """The places of the rows of values that differ from every row before by more than rounding."""
+    """The places of the rows of values that differ from all earlier rows by more than rounding."""
     places = list[int]()
     for place, row in enumerate(rows):
         if not any(are_alike(row, rows[other], ALIKE) for other in places):
@@ -439,7 +440,7 @@ def different(rows: Sequence[Sequence[Value]]) -> list[int]:
 
 
 def are_alike(row: Iterable[Any], other: Iterable[Any], tolerance: float) -> bool:
-    """Whether values are the same, numbers but for a share of the larger of each two."""
+    """Whether values are the same: numbers, up to a share of the larger of each two."""
 
     def near(a: Any, b: Any) -> bool:
         if isinstance(a, str) or isinstance(b, str) or a == b:

@@ -80,8 +80,7 @@ class Undefined(ArithmeticError):
     @property
     def hole(self) -> bool:
         """Whether the operation is undefined at isolated points: a division by 0, also by a negative power,
-        or the direction of the origin.
-        """
+        or the direction of the origin."""
         return (
             self.operation == "/"
             or (self.operation == "^" and self.arguments[0] == 0.0)
@@ -467,8 +466,7 @@ def _root(number: int) -> int:
 
 def with_round_values(expression: Any) -> Any:
     """An expression or condition with sines, cosines and tangents of fractions of π replaced by 0, ±1/2 or
-    ±1 if that is their value.
-    """
+    ±1 if that is their value."""
     parts = children(expression)
     if not parts:
         return expression

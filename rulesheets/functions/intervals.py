@@ -119,8 +119,7 @@ def _hull(
     b_high: float,
 ) -> Interval:
     """The least and the greatest of four corners, rounded outward, but not across 0 if the signs of a
-    and b exclude that; an indeterminate corner (0*inf, 0/0, inf/inf) counts as 0.
-    """
+    and b exclude that; an indeterminate corner (0*inf, 0/0, inf/inf) counts as 0."""
     low, high = (first, second) if first < second else (second, first)
     low, high = (third, high) if third < low else (low, third if third > high else high)
     low, high = (fourth, high) if fourth < low else (low, fourth if fourth > high else high)
@@ -379,8 +378,7 @@ def frac(low: float, high: float) -> Interval:
 
 def mod(x_low: float, x_high: float, y_low: float, y_high: float) -> Interval:
     """The remainder: it has the sign of x, is smaller than y and no larger than x; exact within a period
-    of a fixed y.
-    """
+    of a fixed y."""
     reach = magnitudes(y_low, y_high)[1]
     if isnan(x_low) or isnan(y_low) or reach == 0.0:
         return EMPTY

@@ -133,8 +133,7 @@ class Function:
         self, facet: str, library: Any, evaluate: Callable[[Expression, dict[str, Any]], Any]
     ) -> Callable[..., Any] | None:
         """The form of a library, or the definition evaluated by ``evaluate`` over the arguments, which are
-        named by their places; None if there is neither.
-        """
+        named by their places; None if there is neither."""
 
         def defined(*arguments: Any) -> Any:
             assert self.definition is not None

@@ -49,8 +49,8 @@ class Leaves(NamedTuple):
 
 class Form:
     """The common part of rules of one form: the ``sides`` of the first, the ``called`` functions, and the
-    ``exponents``: which numbers, by their order, stand as such. ``kept`` holds further results about them.
-    """
+    ``exponents``: which numbers, by their order, stand as such. ``kept`` holds further results about
+    them."""
 
     def __init__(self, sides: Sides) -> None:
         self.sides = sides

@@ -1,6 +1,7 @@
-"""What each command of ``backsolve`` asks for, does and prints.
+"""The options, the work and the output of each command of ``backsolve``.
 
-Here its words are read: a sheet, a variable sheet, and what the options override; and it is run.
+This module reads the command line (a sheet, a variable sheet, overriding options) and runs the
+command.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ WRONG = 2
 
 
 class Command(NamedTuple):
-    """What adds the options of a command, what runs it, and whether it looks up or keeps anything."""
+    """Adds the options of a command, runs it, and tells whether it uses the cache."""
 
     add_arguments: Callable[[ArgumentParser], None]
     run: Callable[[Namespace], int]
@@ -51,7 +52,7 @@ def command_of(module: str, name: str) -> Command:
 
 
 def run(name: str, commands: Mapping[str, tuple[str, str]], words: list[str]) -> int:
-    """Parse the words of a command and run it; what argparse refuses ends with exit code 2."""
+    """Parse the words of a command and run it; words that argparse refuses end with exit code 2."""
     module, about = commands[name]
     command = command_of(module, name)
     parser = _Parser(f"backsolve {name}", description=f"{about[0].upper()}{about[1:]}.")
@@ -89,7 +90,7 @@ def answered(command: Callable[[Namespace], int], arguments: Namespace) -> int:
 
 
 class _Parser(ArgumentParser):
-    """The arguments of one command. Mistakes raise SystemExit when they are told."""
+    """The arguments of one command. Mistakes are printed and raise SystemExit."""
 
     def read(self, words: list[str]) -> Namespace:
         options = {option for action in self._actions for option in action.option_strings}
@@ -117,20 +118,20 @@ def unknown_command(word: str, commands: Collection[str]) -> int:
 
 
 class Option(NamedTuple):
-    """One option as the user wrote it: ``text`` is what stands after ``--name``."""
+    """One option as the user wrote it: ``text`` follows ``--name``."""
 
     name: str
     text: str
 
     def place(self, part: str, *, first: bool = False) -> Span:
-        """The place of a part of the text, the last where there are several."""
+        """The place of a part of the text, the last of several."""
         within = self.text.find(part) if first else self.text.rfind(part)
         start = len(self.name) + 3 + max(within, 0)
         source = Source("command line", f"--{self.name} {self.text}")
         return Span(source, start, start + max(len(part), 1))
 
     def wrong(self, code: str, message: str, note: str, part: str = "") -> Diagnosis:
-        """What is wrong with the option, or with a part of its text."""
+        """A mistake in the option, or in a part of its text."""
         return error_at(code, message, self.place(part or self.text), note)
 
     def repeated(self, name: str) -> Diagnosis:
@@ -139,10 +140,11 @@ class Option(NamedTuple):
 
 
 class Request(NamedTuple):
-    """What a solve is asked: a model, inputs (None clears one), guesses, and the names wanted (None: all).
+    """The question of a solve: a model, inputs (None clears one), guesses, and the wanted names (None:
+    all).
 
-    ``options`` are the names of the inputs that options give, not a variable sheet; ``files`` are all that
-    was read.
+    ``options`` are the names of inputs given by options, not by a variable sheet; ``files`` are all files
+    that were read.
     """
 
     model: Model
@@ -153,7 +155,7 @@ class Request(NamedTuple):
     files: tuple[str, ...] = ()
 
     def swept(self, names: Iterable[str]) -> None:
-        """Raise RuleSheetError (E421) if ``--over`` sweeps what ``--set`` gives; it overrides all else."""
+        """Raise RuleSheetError (E421) if ``--set`` gives a variable that ``--over`` sweeps."""
         refuse([Option("over", name).repeated(name) for name in names if name in self.options])
 
     def expect_output(self, path: str | None) -> None:
@@ -165,7 +167,7 @@ class Request(NamedTuple):
 
 
 def add_sheet_options(parser: ArgumentParser) -> None:
-    """The arguments of every command that loads a sheet."""
+    """Add the arguments of every command that loads a sheet."""
     add = parser.add_argument
     add("sheet", metavar="SHEET", help="a rule sheet, the name of a shipped one, or - for stdin")
     allowed = "run the Python files that the sheet names (use python)"
@@ -174,7 +176,7 @@ def add_sheet_options(parser: ArgumentParser) -> None:
 
 
 def load_sheet(arguments: Namespace) -> Model:
-    """The model of the sheet, of standard input for ``-``. Raises RuleSheetError for all that is wrong."""
+    """The model of the sheet, or of standard input for ``-``. Raises RuleSheetError with all mistakes."""
     allowed, within = arguments.allow_python, arguments.within
     if arguments.sheet != "-":
         model = load(arguments.sheet, within=within, allow_python=allowed)
@@ -187,7 +189,7 @@ def load_sheet(arguments: Namespace) -> Model:
 
 
 def number_of(what: str, kind: type[float], least: float, most: float = inf) -> Callable[[str], float]:
-    """Reads such a number on the command line, for argparse."""
+    """A reader of such a number on the command line, for argparse."""
 
     def read(text: str) -> float:
         with suppress(ValueError):
@@ -202,7 +204,7 @@ seconds = number_of("seconds", float, 1e-6)
 
 
 def add_input_options(parser: ArgumentParser, *, want: bool = True, units: bool = False) -> None:
-    """The arguments of every command on a filled-in sheet; ``--want`` and display units where asked for."""
+    """Add the arguments for inputs; ``--want`` and display units on request."""
     add_sheet_options(parser)
     parser.add_argument("variables", metavar="VARIABLES.csv", nargs="?", help="a variable sheet to fill in")
     add = parser.add_argument
@@ -220,7 +222,7 @@ def add_input_options(parser: ArgumentParser, *, want: bool = True, units: bool 
 def read_request(arguments: Namespace) -> Request:
     """Load the sheets and apply the options.
 
-    Raises RuleSheetError with everything that is wrong, names that the model does not have included.
+    Raises RuleSheetError with all mistakes, unknown names included.
     """
     model = load_sheet(arguments)
     inputs: dict[str, Value | None] = {}
@@ -266,9 +268,9 @@ def read_request(arguments: Namespace) -> Request:
 def _options(
     arguments: Namespace, model: Model, complaints: list[Diagnosis]
 ) -> Iterator[tuple[Option, str, str]]:
-    """Every name that an option gives, in the order in which options count, with what is said of it.
+    """Every name that an option gives, in the order in which options take effect, with its text.
 
-    ``NAME,…`` says nothing of its names. Names come once; the model has them.
+    ``NAME,…`` has no text. Each name comes once and is a variable of the model.
     """
     seen: dict[str, set[str]] = {kind: set() for kind in ("set", "guess", "unit", "want")}
     seen["clear"] = seen["set"]
@@ -294,7 +296,8 @@ def _options(
 
 
 def _input(option: Option, name: str, text: str, model: Model) -> tuple[Value, Tolerance | None]:
-    """What an option gives a variable. Raises RuleSheetError, also for two variables in one option."""
+    """The input that an option gives a variable. Raises RuleSheetError, also for two variables in one
+    option."""
     try:
         value, tolerance = parse_input(text, option.place(text), model.variables[name])
     except RuleSheetError:

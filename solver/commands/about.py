@@ -23,7 +23,7 @@ from solver.report import table
 
 
 def _models(arguments: Namespace) -> int:
-    """One line a model: its name, and the comment that its sheet opens with."""
+    """A line for each model: its name, and the comment on the first line of its sheet."""
     print(table((), ((name, title(find_sheet(name))) for name in shipped_models())))
     return 0
 
@@ -41,7 +41,7 @@ def _codes_arguments(parser: ArgumentParser) -> None:
 
 
 def _codes(arguments: Namespace) -> int:
-    """One code with its cause and its cure, or a line for each."""
+    """One code with its cause and its remedy, or a line for each."""
     if arguments.code is None:
         print(table((), ((code, entry.title) for code, entry in catalogue().items())))
         return 0
@@ -59,7 +59,7 @@ def _cache_arguments(parser: ArgumentParser) -> None:
 
 
 def _cache(arguments: Namespace) -> int:
-    """Say where the entries are, how many, and their size; with ``--clear`` remove them first."""
+    """Print the folder of the entries, their number and size; with ``--clear`` remove them first."""
     folder = store.folder()
     if folder is None:
         print("the cache is off: BACKSOLVE_CACHE is empty")
@@ -89,7 +89,7 @@ def _completion_arguments(parser: ArgumentParser) -> None:
 
 
 def _completion(arguments: Namespace) -> int:
-    """Print the script of a shell: every command with its options, and the words that can stand without."""
+    """Print the script of a shell: every command with its options and words."""
     commands = {}
     for name, (module, about) in sorted(arguments.commands.items()):
         parser = ArgumentParser(add_help=False)
@@ -152,8 +152,8 @@ def _choices(option: Action) -> str:
 
 
 def tutor() -> dict[str, Any]:
-    """A ``sheet`` to begin with, and lessons: what each ``says``, the ``command`` it leads to, and a line
-    that it ``adds`` to the sheet."""
+    """The first ``sheet`` and the lessons: what each ``says``, its ``command``, and a line that it
+    ``adds``."""
     return tomllib.loads(Path(__file__).with_name("tutor.toml").read_text(encoding="utf-8"))
 
 
@@ -162,7 +162,7 @@ def _tutor_arguments(parser: ArgumentParser) -> None:
 
 
 def _tutor(arguments: Namespace) -> int:
-    """Go through the lessons; the reader types each command, or presses Enter to have it run."""
+    """Run the lessons; the reader types each command, or presses Enter to run it."""
     print("Five minutes with Backsolve. Type the command or press Enter to run it; q ends.\n")
     told = tutor()
     sheet, lessons = told["sheet"], told["lessons"]
@@ -181,7 +181,7 @@ def _tutor(arguments: Namespace) -> int:
 
 
 def _tried(command: str, folder: str) -> bool:
-    """Run what is typed until it is the command of the lesson; False for who wants to leave."""
+    """Run what is typed until it is the command of the lesson; False if the reader quits."""
     while True:
         try:
             typed = input("$ ").strip()
@@ -196,7 +196,7 @@ def _tried(command: str, folder: str) -> bool:
 
 
 def _run(line: str, folder: str) -> None:
-    """Run a ``backsolve`` command in the folder, and nothing else."""
+    """Run a ``backsolve`` command in the folder; other commands are refused."""
     try:
         program, *words = shlex.split(line)
     except ValueError:

@@ -1,6 +1,6 @@
-"""``backsolve chart``: methods measured on a sheet, how long each takes and how far its answers are off.
+"""``backsolve chart``: measures the time and the error of methods on a sheet.
 
-Exact are the states that satisfy the active rules to 50 digits.
+The reference states satisfy the active rules to 50 digits.
 """
 
 from __future__ import annotations
@@ -57,10 +57,10 @@ Method: TypeAlias = tuple[str, float | None, Callable[[], Ended]]
 
 
 def measure(asked: Request, name: str | None = None, numbers: Sequence[float] = ()) -> Iterator[Mark]:
-    """Every method at one set of inputs, or at each of the ``numbers`` of the input ``name``.
+    """Measure every method at one set of inputs, or at each of the ``numbers`` of the input ``name``.
 
-    Every answer is another exact state, the primary one first. Where the sheet has no regular answer nothing
-    is measured, and along an input that is said of ``solve``.
+    Every answer is a reference state, the primary one first. If the sheet has no regular answer nothing is
+    measured; along an input this is recorded for ``solve``.
     """
     plan: Plan | None = None
     before: Exact | None = None
@@ -84,7 +84,7 @@ def measure(asked: Request, name: str | None = None, numbers: Sequence[float] = 
 
 
 def exact_state(model: Model, values: Mapping[str, Value], inputs: Mapping[str, Value]) -> Exact | None:
-    """None where an unknown is free, or a function is known in floats only."""
+    """The reference state; None if an unknown is free, or a function is known in floats only."""
     rules = linearize(model, values, inputs)
     known = (model.equations[e] for e in rules.equations)
     if not rules.blocks or not all(in_many_digits(side) for e in known for side in (e.left, e.right)):
@@ -95,7 +95,7 @@ def exact_state(model: Model, values: Mapping[str, Value], inputs: Mapping[str, 
 
 
 def _ours(plan: Plan, given: Mapping[str, Value | None], inputs: Mapping[str, Value]) -> Iterator[Method]:
-    """``solver.solve`` from the model on, the prepared plan, and answers that are proved."""
+    """``solver.solve`` from the model on, the prepared plan, and proved answers."""
 
     def solved(prove: bool = False) -> Ended:
         result = solve(plan.model, given, plan.want, plan.guesses, prove=prove)
@@ -118,7 +118,8 @@ def _ours(plan: Plan, given: Mapping[str, Value | None], inputs: Mapping[str, Va
 
 
 def _others(plan: Plan, exact: Exact, before: Exact | None, inputs: Mapping[str, Value]) -> Iterator[Method]:
-    """Iterations, from the exact state before if it has the same rules, else from beside the answer."""
+    """Iterations from the previous reference state if it has the same rules, else from a point near the
+    answer."""
     block, state = exact
     kernel = BlockKernel(planner(plan.model).graph, block)
     known = [v for name in kernel.known if isinstance(v := inputs[name], float)]
@@ -142,7 +143,7 @@ def _others(plan: Plan, exact: Exact, before: Exact | None, inputs: Mapping[str,
 def plain_newton(
     residual: Residual, jacobian: Jacobian, start: Sequence[float], tolerance: float
 ) -> ScipyRoot:
-    """Full steps from ``start`` (n,) until one is short; no success where one leaves the domain."""
+    """Full steps from ``start`` (n,) until one is short; no success if one leaves the domain."""
     system, x = System(residual, jacobian, [abs(v) or 1.0 for v in start]), np.array(start)
     used, short = 0, False
     while used < STEPS and not short and (point := system.point(x)) is not None:
@@ -153,7 +154,7 @@ def plain_newton(
 
 
 def _mark(plan: Plan, states: Sequence[Exact], method: Method, at: float | None) -> Mark:
-    """A method with its worst relative error over what is wanted, against the state where that is least."""
+    """A method with its largest relative error over the wanted variables, against the nearest state."""
     mp, turn = context(DIGITS), planner(plan.model).graph.turn
     names = [name for name in plan.want if all(name in block.unknowns for block, _ in states)]
 
@@ -183,7 +184,7 @@ COLUMNS = ("method", "tolerance", "at", "status", "error", "iterations", "second
 
 
 def chart_table(marks: Sequence[Mark]) -> str:
-    """One line a method, at one set of inputs."""
+    """A line for each method, at one set of inputs."""
     rows = []
     for mark in marks:
         sizes = _short(mark.error), _short(mark.radius), str(mark.iterations or "")
@@ -192,7 +193,8 @@ def chart_table(marks: Sequence[Mark]) -> str:
 
 
 def stability_table(marks: Sequence[Mark], name: str) -> str:
-    """One line a method: values of the input that it solved, where it is worst, and the median time."""
+    """A line for each method: values of the input that it solved, its largest error, and the median
+    time."""
     rows = []
     for method in dict.fromkeys(mark.method for mark in marks):
         mine = [mark for mark in marks if mark.method == method]
@@ -211,7 +213,7 @@ def _short(error: float | None) -> str:
 
 
 def chart_csv(marks: Iterable[Mark]) -> str:
-    """One line a measurement, all digits; empty where there is nothing."""
+    """A line for each measurement, all digits; missing values are empty."""
     rows = ({**m._asdict(), "error": None if math.isnan(m.error) else m.error} for m in marks)
     return csv_text([COLUMNS, *([row[column] for column in COLUMNS] for row in rows)])
 
@@ -240,7 +242,7 @@ def _arguments(parser: ArgumentParser) -> None:
 
 
 def _run(arguments: Namespace) -> int:
-    """Measure, print, draw; 0 where there is something to measure, 1 where the sheet has no answer."""
+    """Measure, print, draw; 0 if something was measured, 1 if the sheet has no answer."""
     path, name, distances = arguments.output, None, dict[float, float]()
     kind = path and picture_kind(path, (".png", ".svg", ".csv"), "chart")
     request = read_request(arguments)

@@ -36,11 +36,11 @@ def draw(
 ) -> Figure:
     """The figures of a sheet at an answer, to scale, as a matplotlib Figure whose axes have its units.
 
-    Several results stand side by side under their titles, and so do, with ``every``, the answers of a
-    result. ``figures`` names those that are drawn. A figure that lacks a value is left out.
+    Several results are drawn side by side with their titles; with ``every``, so are all answers of a
+    result. ``figures`` selects figures by name. A figure that lacks a value is left out.
 
-    Raises RuleSheetError where the sheet has no figure (E430) or not that one (E431), or matplotlib is not
-    installed (E432), and Unsolved where there is no answer or not one figure can be drawn.
+    Raises RuleSheetError if the sheet has no figure (E430) or not that one (E431), or matplotlib is not
+    installed (E432), and Unsolved if there is no answer or no figure can be drawn.
     """
     titled = {"": results} if isinstance(results, Result) else dict(results)
     names, shown = None if figures is None else tuple(figures), list[View]()
@@ -55,7 +55,7 @@ def draw(
 def _views(result: Result, figures: Sequence[Declared], title: str, every: bool) -> list[View]:
     """One view for each answer (with ``every``; else for the primary one), numbered in their titles.
 
-    Raises Unsolved where there is no answer or not one figure can be drawn.
+    Raises Unsolved if there is no answer or no figure can be drawn.
     """
     answers = result.solutions if every else result.solutions[:1]
     if not answers:
@@ -72,7 +72,7 @@ def _views(result: Result, figures: Sequence[Declared], title: str, every: bool)
 
 
 def chosen(model: Model, figures: Iterable[str] | None = None) -> tuple[Declared, ...]:
-    """The figures of a model by these names, all where there are none."""
+    """The figures of a model with these names, all if there are none."""
     if not model.figures:
         notes = ("a section figure says what is drawn: points, lines and vectors named by variables",)
         raise RuleSheetError(error("E430", f"{model.name} has no figure to draw", notes=notes))
@@ -107,7 +107,7 @@ def _arguments(parser: ArgumentParser) -> None:
 
 
 def _run(arguments: Namespace) -> int:
-    """Solve, draw, write; the exit code is 0 where everything that was asked for is drawn."""
+    """Solve, draw, write; the exit code is 0 if everything requested is drawn."""
     request = read_request(arguments)
     names = [name.strip() for text in arguments.figure for name in text.split(",")]
     figures = chosen(request.model, names or None)
@@ -137,9 +137,9 @@ def _kind(path: str, kinds: Sequence[str]) -> str:
 
 
 class _Renderer:
-    """Solves state after state and draws them; ``complaints`` are what was not drawn.
+    """Solves and draws states; ``complaints`` lists what was not drawn.
 
-    Each drawing comes with what is told of it.
+    Each drawing comes with its description.
     """
 
     def __init__(
@@ -149,7 +149,7 @@ class _Renderer:
         self.complaints: list[str] = []
 
     def picture(self, form: str, dpi: float) -> tuple[bytes | None, str]:
-        """A still picture; None where there is nothing to draw. What is wrong joins the complaints."""
+        """A still picture; None if there is nothing to draw. Problems join the complaints."""
         from solver.pictures.page import compose, encode
 
         shown: list[View] = []
@@ -171,7 +171,7 @@ class _Renderer:
         return encode(compose(shown), form, dpi), tally
 
     def film(self, motion: Mapping[str, Sequence[float]], dpi: float) -> tuple[bytes | None, str]:
-        """A frame for each value of the range; None where not one has an answer."""
+        """A frame for each value of the range; None if none of them has an answer."""
         from solver.pictures.page import gif, images
 
         ((name, values),) = motion.items()
@@ -191,7 +191,8 @@ class _Renderer:
     def _moving(
         self, name: str, values: Sequence[float], state: State, missing: dict[str, list[str]]
     ) -> list[list[View | None]]:
-        """One state through the motion: a view for each branch of answers, None where it has none.
+        """One state of the motion: a view for each branch of answers, None for a branch without
+        one.
 
         The states without an answer join ``missing``, by status.
         """

@@ -35,9 +35,9 @@ _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 
 
 def read_axes(texts: Iterable[str], request: Request) -> dict[str, Axis]:
-    """The values by name, in the order given.
+    """The values by name, in the given order.
 
-    Raises RuleSheetError for what gives no variable its values, and for names that other options give.
+    Raises RuleSheetError for invalid values, and for names that other options give.
     """
     axes: dict[str, Axis] = {}
     model = request.model
@@ -85,7 +85,7 @@ def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axi
 
 
 def _listed(option: Option, variable: Variable, text: str, model: Model) -> list[float | str]:
-    """The values of a list. Raises RuleSheetError for a symbol where only a number can be."""
+    """The values of a list. Raises RuleSheetError for a symbol if only numbers are allowed."""
     *parts, end = (part.strip() for part in text.split(","))
     last = value_and_unit(end)
     if last is not None and not any(map(value_and_unit, parts)):  # 1,2,5 in: the unit of all
@@ -115,8 +115,8 @@ A_DECADE, MOST = 2, 200
 def read_approach(text: str, model: Model) -> tuple[str, dict[float, float]]:
     """The input, and its values with their distances from the limit, the farthest first.
 
-    Distances are relative to the limit (absolute where that is 0), and counted towards 0; negative ones
-    lie beyond. Raises RuleSheetError for what is none of this.
+    Distances are relative to the limit (absolute if that is 0), and counted towards 0; negative ones
+    lie beyond. Raises RuleSheetError for invalid text.
     """
     option, (head, _, ends) = Option("approach", text), text.rpartition(":")
     name, _, written = (part.strip() for part in head.partition("="))
@@ -146,9 +146,9 @@ FRAMES = 100_000
 def read_states(
     texts: Sequence[str], request: Request
 ) -> tuple[dict[str, list[Value]], dict[str, list[float]]]:
-    """What ``--over`` says of a drawing: lists of values (``branch=open,crossed``), and one range at most.
+    """The states of a drawing: lists of values (``branch=open,crossed``), and at most one range.
 
-    Raises RuleSheetError for what is neither, for names that are given twice, and for a second range.
+    Raises RuleSheetError for other texts, for names that are given twice, and for a second range.
     """
     ranges = [text for text in texts if ":" in text]
     if len(ranges) > 1:
@@ -165,9 +165,9 @@ def read_states(
 
 
 class Swept(NamedTuple):
-    """What a sweep goes over: the inputs by name, and their rows in pieces.
+    """The rows of a sweep: the inputs by name, and their rows in pieces.
 
-    ``total`` is the number of rows where it is known, ``shape`` that of the grid, where it is one.
+    ``total`` is the number of rows if known, ``shape`` that of the grid, if there is one.
     """
 
     names: tuple[str, ...]
@@ -185,7 +185,7 @@ class Swept(NamedTuple):
 def read_swept(arguments: Namespace, request: Request) -> Swept:
     """The rows of ``--over`` or ``--rows``.
 
-    Raises RuleSheetError where these make no sense, and for ranges that cannot be combined.
+    Raises RuleSheetError for invalid texts, and for ranges that cannot be combined.
     """
     if bool(arguments.over) == bool(arguments.rows):
         note = "give --over NAME=START:STOP:STEP, or --rows FILE"
@@ -207,7 +207,7 @@ def read_swept(arguments: Namespace, request: Request) -> Swept:
 
 
 def _file_rows(path: str, columns: Iterable[str], request: Request) -> Swept:
-    """The rows of a file; ``columns`` are those to take, none means all."""
+    """The rows of a file; ``columns`` selects columns, all if empty."""
     model, (written, total) = request.model, heading(path)
     there, units = zip(*map(_name_and_unit, written), strict=True) if written else ((), ())
     wanted = [name.strip() for text in columns for name in text.split(",") if name.strip()]
@@ -241,9 +241,9 @@ def _name_and_unit(head: str) -> tuple[str, str]:
 
 
 def _expect_columns(path: str, there: Sequence[str], wanted: Sequence[str], model: Model) -> None:
-    """Raise RuleSheetError (E440) unless the wanted columns (all of them where none is) are variables.
+    """Raise RuleSheetError (E440) unless the wanted columns (all if none is given) are variables.
 
-    A column that is none is a mistake more often than not: nothing is left out in silence.
+    A column that is not is usually a mistake: nothing is left out silently.
     """
     if not any(name in model.variables for name in there):
         message = f"{path} has no column that is a variable of {model.name}"  # of another file show no word

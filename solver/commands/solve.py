@@ -65,9 +65,9 @@ _CODE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
 def remembered(asked: Request, **options: bool) -> Result:
-    """A solve with what an earlier one of the same names found out, whatever the numbers.
+    """Solve with the cached results for the same names, which do not depend on numbers.
 
-    A path that is new is kept with what belongs to it.
+    A new path is kept with what belongs to it.
     """
     model, inputs, want, guesses = asked.model, asked.inputs, asked.want, asked.guesses
     question = repr((stamp(_CODE), sorted((name, value is None) for name, value in inputs.items()), want))
@@ -115,9 +115,9 @@ def _solve(arguments: Namespace) -> int:
 
 
 def _derived(result: Result, arguments: Namespace) -> Any:
-    """What the options ask for beside the answer, None where they ask for nothing.
+    """The derived results that the options ask for; None if they ask for none.
 
-    Tolerances also where an input of an answer has one. Of the names of ``--sensitivity`` inputs choose
+    Tolerances also if an input of an answer has one. Of the names of ``--sensitivity`` inputs select
     columns, others rows. Raises RuleSheetError for unknown names.
     """
     text, samples = arguments.sensitivity, None
@@ -149,7 +149,7 @@ LOOK = 0.2
 
 
 def _watch(arguments: Namespace) -> int:
-    """Solve at once and after every change until interrupted."""
+    """Solve now and after every change until interrupted."""
     files = {find_sheet(arguments.sheet), *filter(None, [arguments.variables])}
     with suppress(KeyboardInterrupt):
         while True:
@@ -165,7 +165,7 @@ def _watch(arguments: Namespace) -> int:
 
 
 def _round(arguments: Namespace) -> set[str]:
-    """Solve once and print; the files that the sheet was read from."""
+    """Solve once and print; return the files that the sheet was read from."""
     answered(_solve, arguments)
     with suppress(RuleSheetError):
         return set(load(arguments.sheet, within=arguments.within, allow_python=arguments.allow_python).files)
@@ -173,7 +173,7 @@ def _round(arguments: Namespace) -> set[str]:
 
 
 def _saved(files: Iterable[str]) -> dict[str, float]:
-    """When each file was written; -1 for one that is not there at the moment."""
+    """The time of the last change of each file; -1 for a missing one."""
     found = {}
     for file in files:
         found[file] = -1.0
@@ -190,7 +190,7 @@ def _check_arguments(parser: ArgumentParser) -> None:
 
 
 def _check(arguments: Namespace) -> int:
-    """Load the sheet, which raises for all that is wrong; then say what it has."""
+    """Load the sheet, which raises for all mistakes; then print a summary."""
     from rulesheets.units.check import check_units, inferred  # a solve starts without them
 
     model = load_sheet(arguments)
@@ -231,7 +231,7 @@ def _format_arguments(parser: ArgumentParser) -> None:
 
 
 def _format(arguments: Namespace) -> int:
-    """Print or write the sheet; ``--check`` exits with 1 where it would change."""
+    """Print or write the sheet; ``--check`` exits with 1 if it would change."""
     from rulesheets.format import format_sheet
     from solver.files import write_file
 
@@ -251,7 +251,7 @@ def _format(arguments: Namespace) -> int:
 
 
 def _path(arguments: Namespace) -> int:
-    """Print the path; the exit code is 0 where it reaches every wanted variable, at least in some case."""
+    """Print the path; the exit code is 0 if it reaches every wanted variable in some case."""
     from solver.report.path import reaches, tree_text
 
     request = read_request(arguments)
@@ -271,7 +271,7 @@ def _why_arguments(parser: ArgumentParser) -> None:
 
 
 def _why(arguments: Namespace) -> int:
-    """Solve, trace, print; the exit code is 0 where the variable has a value."""
+    """Solve, trace, print; the exit code is 0 if the variable has a value."""
     from solver.report import derivation as told  # a plain solve does without
 
     request = read_request(arguments)

@@ -1,4 +1,4 @@
-"""``backsolve sweep``: one solve a row, as a table, or with ``--follow`` whole branches of answers."""
+"""``backsolve sweep``: one solve for each row, as a table, or with ``--follow`` whole branches."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ PAUSE = 0.5
 
 
 class Progress:
-    """How far a sweep is, on a terminal. Called with the number of rows done.
+    """The progress of a sweep on a terminal. Called with the number of finished rows.
 
-    ``within`` hears of rows of the piece at hand; ``end`` leaves the line as if nothing had been.
+    ``within`` counts rows of the current piece; ``end`` clears the line.
     """
 
     def __init__(self, stream: TextIO, total: int | None) -> None:
@@ -56,7 +56,7 @@ class Progress:
             self._show(progress_line(self._done + rows, self._total, now - self._began))
 
     def end(self) -> None:
-        """Clear the line, also for whoever writes to the same terminal next."""
+        """Clear the line, also for other output on the same terminal."""
         if self._due < inf:
             self._show("")
 
@@ -81,9 +81,10 @@ PICTURES = (".png", ".svg", ".pdf")
 
 
 class PlotSink:
-    """Holds the rows and draws them when the last has come.
+    """Collects the rows and draws them after the last one.
 
-    Raises RuleSheetError: E433 for an ending that is no picture, E445 for a sweep that cannot be drawn, E416.
+    Raises RuleSheetError: E433 for an ending that is not of a picture, E445 for a sweep that cannot be drawn,
+    E416.
     """
 
     def __init__(self, path: str, work: Work, swept: Swept) -> None:
@@ -180,7 +181,7 @@ def _run(arguments: Namespace) -> int:
 def _prepared(
     arguments: Namespace, swept: Swept, request: Request
 ) -> tuple[Work, list[Table], Iterator[Chunk]]:
-    """What is to be solved for each row, what an earlier run has left, and the rows that are left."""
+    """The work of a sweep, the rows that an earlier run has left, and the remaining rows."""
     given = {name: value for name, value in request.inputs.items() if name not in swept.names}
     plan = prepare(request.model, swept.names, request.want, given, request.guesses)
     options = {"every": arguments.all, "jit": arguments.jit, "timeout": arguments.timeout}
@@ -200,7 +201,8 @@ ALONE = ("rows", "zip", "all", "plot", "jobs", "scheduler", "resume")
 
 
 def follow(arguments: Namespace) -> int:
-    """Follow, write and tell. The exit code is 0 where there are branches and only limits are singular."""
+    """Follow branches, write them and print a summary. The exit code is 0 if there are branches and only
+    limits are singular."""
     request = read_request(arguments)
     request.expect_output(arguments.output)
     others = [f"; --{option} does not go with it" for option in ALONE if getattr(arguments, option)]
@@ -236,7 +238,7 @@ def follow(arguments: Namespace) -> int:
 
 
 def _told(swept: Variable, branch: Branch) -> str:
-    """The rows of a branch, where it turns back, and its ends."""
+    """A summary of a branch: its rows, where it turns back, and its ends."""
     turns = ", ".join(
         f"{shown(limit.value, swept):.12g} ({'greatest' if limit.greatest else 'least'})"
         for limit in branch.limits

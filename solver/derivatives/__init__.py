@@ -1,4 +1,4 @@
-"""Sensitivities of an answer, slopes that do not exist, and what tolerances of the inputs make of it."""
+"""Sensitivities of an answer, missing derivatives, and the effect of tolerances of the inputs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from solver.path.cases import Pair
 
 
 class Reason(NamedTuple):
-    """Why one is missing: tied, rough (a rule), kink, edges (pairs), free or unsolved.
+    """Why a derivative is missing: tied, rough (a rule), kink, edges (pairs), free or unsolved.
 
     ``sides`` are the derivatives on both sides of a kink.
     """
@@ -72,10 +72,10 @@ SAME = 1e-12
 
 @dataclass(frozen=True)
 class Sensitivities(Mapping[tuple[str, str], "float | None"], Shown):
-    """``table["vB", "thetaAO"]`` is d(vB)/d(thetaAO) in calculation units, None where there is none.
+    """``table["vB", "thetaAO"]`` is d(vB)/d(thetaAO) in calculation units, None if there is none.
 
-    Every derivative is that of the one answer that it was asked of, all other inputs held. ``diagnoses``
-    say why a derivative does not exist.
+    Every derivative is that of one answer, with all other inputs held. ``diagnoses`` say why a
+    derivative does not exist.
     """
 
     model: Model
@@ -97,7 +97,7 @@ class Sensitivities(Mapping[tuple[str, str], "float | None"], Shown):
         return len(self.outputs) * len(self.inputs)
 
     def unit(self, output: str, given: str) -> str:
-        """``rad/s/deg``, ``1/deg``, blank where neither has a unit."""
+        """``rad/s/deg``, ``1/deg``, blank if neither has a unit."""
         above, below = (self.model.variables[name].unit for name in (output, given))
         if below is None:
             return above or ""
@@ -116,7 +116,7 @@ def sensitivities(
 ) -> Sensitivities:
     """Derivatives of ``outputs`` at an answer (``values``) for ``inputs``, by those of them in ``by``.
 
-    Where the rules have no slope there, ``near`` finds answers beside it, whose derivatives may have a limit.
+    If the rules have no slope there, ``near`` finds answers nearby, whose derivatives may have a limit.
     """
     pairs = active_comparisons(model, values)
     total = totals(model, values, inputs, by, prefer)
@@ -158,14 +158,15 @@ def chosen_outputs(
     inputs: Collection[str],
     values: Mapping[str, Value],
 ) -> tuple[str, ...]:
-    """The outputs named; else the wanted ones that have a number. Raises RuleSheetError (E407)."""
+    """The named outputs; without names the wanted ones that have a number. Raises RuleSheetError
+    (E407)."""
     if names is not None:
         return tuple(dict.fromkeys(variables_named(names, model)))
     return tuple(n for n in wanted if n not in inputs and isinstance(values.get(n), float))
 
 
 def chosen_inputs(model: Model, names: Iterable[str] | None, inputs: Mapping[str, Value]) -> tuple[str, ...]:
-    """The inputs named; else all that are numbers. Raises RuleSheetError (E407, E425)."""
+    """The named inputs; without names all that are numbers. Raises RuleSheetError (E407, E425)."""
     if names is None:
         return tuple(name for name in model.variables if isinstance(inputs.get(name), float))
     found = tuple(dict.fromkeys(variables_named(names, model)))
@@ -182,7 +183,7 @@ def chosen_inputs(model: Model, names: Iterable[str] | None, inputs: Mapping[str
 def _one(
     total: Total, values: Mapping[str, Value], output: str, given: str, corner: int | None
 ) -> float | Reason:
-    """The derivative, or why there is none; ``corner`` is a rule with a function that has a corner or a jump
+    """The derivative, or why there is none; ``corner`` is a rule with a function that has a kink or a jump
     as the input moves."""
     if not isinstance(values.get(output), float):
         return Reason("unsolved")
@@ -226,9 +227,9 @@ def one_sided(
     way: int,
     near: Near,
 ) -> dict[str, float]:
-    """Limits of the derivatives by ``given`` from above (``way`` 1) or below (-1), where there are any.
+    """Limits of the derivatives by ``given`` from above (``way`` 1) or below (-1), if there are any.
 
-    An output that is not continuous there has none, and nothing has where there is no answer on that side.
+    An output that is not continuous there has none; without answers on that side nothing has.
     """
     middle = inputs[given]
     assert isinstance(middle, float)
@@ -262,7 +263,7 @@ def one_sided(
 
 
 def _limit(nodes: Sequence[Extended], samples: Sequence[Extended]) -> Extended | None:
-    """The value at 0 of the polynomial through the samples, by Neville's scheme; None where it depends on the
+    """The value at 0 of the polynomial through the samples, by Neville's scheme; None if it depends on the
     farthest one."""
     row, rest = list(samples), samples[-1]
     for step in range(1, len(row)):
@@ -277,7 +278,8 @@ def _limit(nodes: Sequence[Extended], samples: Sequence[Extended]) -> Extended |
 
 
 class Contribution(NamedTuple):
-    """What one input adds to an output: ``amount`` = |∂output/∂input| · tolerance, in the output's unit.
+    """The contribution of one input to an output: ``amount`` = |∂output/∂input| · tolerance, in the
+    output's unit.
 
     ``share`` is its part of the root-sum-square, amount² / Σ amount², between 0 and 1.
     """
@@ -288,10 +290,10 @@ class Contribution(NamedTuple):
 
 
 class Band(NamedTuple):
-    """How far an output may be from its value to first order, the largest contribution first.
+    """The tolerance of an output to first order, the largest contribution first.
 
-    ``worst``: Σ amount, every input at the end of its tolerance that hurts most. ``rss``: √(Σ amount²),
-    the same multiple of the standard deviation for the output that the tolerances are for independent inputs.
+    ``worst``: Σ amount, every input at the worse end of its tolerance. ``rss``: √(Σ amount²), the same
+    multiple of the output's standard deviation as the tolerances are for independent inputs.
     """
 
     name: str
@@ -303,7 +305,7 @@ class Band(NamedTuple):
 
 @dataclass(frozen=True)
 class ToleranceBands(Mapping[str, "Band | None"]):
-    """The band of every output; None where a derivative is missing (``diagnoses`` say why).
+    """The band of every output; None if a derivative is missing (``diagnoses`` say why).
 
     ``tolerances`` are those of the inputs, in their own units.
     """

@@ -1,8 +1,8 @@
 """The active rules of a model at a point, linearized, and the total derivatives that follow.
 
-At an answer the rules whose guards hold are F(u, p) = 0, u the unknowns and p the inputs. What follows
-from their Jacobian (sensitivities, error estimates, the tangent of a curve of answers) needs as many
-independent rows as there are unknowns, taken apart into blocks that are solved one after another.
+At an answer the active rules are F(u, p) = 0, u the unknowns and p the inputs. Sensitivities, error
+estimates and the tangent of a curve of answers follow from their Jacobian. They need as many
+independent rows as unknowns, in blocks that are solved one after another.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ class SquareBlock(NamedTuple):
 class Linearization(NamedTuple):
     """Slopes of the active rules at a point, in the user's own units.
 
-    ``rows[e]`` are ∂(left − right)/∂v of equation e by variable, unknowns and inputs alike.
-    ``blocks`` are a regular square part in block lower triangular order: each needs only the blocks
-    before it. ``redundant`` are the active equations beside it, ``rough`` those with a slope that does
-    not exist there. ``free`` are the unknowns that the rules do not determine to first order. Some of them
-    stand in no block: with these held where they are the rest is regular.
+    ``rows[e]`` are ∂(left − right)/∂v of equation e by variable, unknowns and inputs alike. ``blocks`` are
+    a regular square part in block lower triangular order: each needs only the blocks before it.
+    ``redundant`` are the other active equations, ``rough`` those with a slope that does not exist there.
+    ``free`` are the unknowns that the rules do not determine to first order. Some of them are in no block:
+    with these held the rest is regular.
     """
 
     rows: Mapping[int, Mapping[str, float]]
@@ -86,8 +86,8 @@ def linearize(
 ) -> Linearization:
     """Linearize the active rules at ``values``, an answer for ``inputs`` (names).
 
-    Where rules repeat one another, those of ``prefer`` (the rules that a path solved with, say) are
-    taken first. Never raises for a point that is singular: see ``free`` and ``rough``.
+    If rules repeat one another, those of ``prefer`` (such as the rules that a path solved with) are
+    taken first. Never raises for a singular point: see ``free`` and ``rough``.
     """
     rows: dict[int, dict[str, float]] = {}
     rough: list[int] = []
@@ -113,7 +113,7 @@ def linearize(
 
 
 def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float] | None:
-    """∂(left − right)/∂v by variable; None where one of them does not exist."""
+    """∂(left − right)/∂v by variable; None if one of them does not exist."""
     try:
         row = dict(sides(equation, values).slopes)
     except Undefined:
@@ -131,8 +131,7 @@ def _square(
     values: Mapping[str, Value],
 ) -> tuple[tuple[SquareBlock, ...], set[str]]:
     """Blocks of independent rows, and the free unknowns. The rows are the first of ``order`` if these are
-    regular; else some unknowns are held where they are, so that what is left is regular, and stand in no
-    block."""
+    regular; else some unknowns are held so that the rest is regular, and are in no block."""
     matching = maximum_matching(_incidence(rows, order, unknowns, moving=True))
     taken = [e for place, e in enumerate(order) if matching.unknown_of[place] is not None]
     if len(taken) == len(unknowns):
@@ -149,7 +148,7 @@ def _square(
 def _blocks(
     rows: Mapping[int, Mapping[str, float]], taken: Sequence[int], unknowns: Sequence[str]
 ) -> tuple[SquareBlock, ...]:
-    """In block lower triangular form, by everything that occurs in the rows."""
+    """Blocks in lower triangular form, by everything that occurs in the rows."""
     return tuple(
         SquareBlock(tuple(taken[e] for e in block.equations), tuple(unknowns[u] for u in block.unknowns))
         for block in block_triangular(_incidence(rows, taken, unknowns, moving=False))
@@ -193,11 +192,11 @@ same answer."""
 
 
 class Sharp(NamedTuple):
-    """``values`` to many digits (symbols as they are); ``rows[e]`` are ∂(left − right)/∂v there.
+    """``values`` to many digits (symbols unchanged); ``rows[e]`` are ∂(left − right)/∂v there.
 
-    ``blocks`` are those that were sharpened. ``lost`` are the other unknowns: free ones, those of rough
-    rules, and all that is computed from lost ones, even with a slope of 0 (``y = x^2`` where x is free
-    at 0: what moves without bound times 0 is not 0).
+    ``blocks`` are those that were refined. ``lost`` are the other unknowns: free ones, those of rough
+    rules, and all that is computed from lost ones, even with a slope of 0 (``y = x^2`` with x free at
+    0: an unbounded change times 0 is not 0).
     """
 
     values: Mapping[str, Any]
@@ -209,9 +208,10 @@ class Sharp(NamedTuple):
 def sharpened(
     model: Model, linear: Linearization, values: Mapping[str, Value], inputs: Collection[str]
 ) -> Sharp:
-    """The answer near ``values`` for ``inputs`` (names), and the slopes of its active rules there.
+    """The answer near ``values`` for ``inputs`` (names) in many digits, and the slopes of its
+    rules.
 
-    A block with a function that is known in floats only is left as it is.
+    A block with a function that is known in floats only is unchanged.
     """
     exact: dict[str, Any] = {n: v if isinstance(v, str) else number(v) for n, v in values.items()}
     rows: dict[int, Mapping[str, Extended]] = {}
@@ -282,7 +282,7 @@ def _settle(
 
 
 def active_comparisons(model: Model, values: Mapping[str, Value]) -> tuple[Pair, ...]:
-    """The pairs of numbers that guards compare, that are equal at ``values`` and can move."""
+    """The pairs of numbers compared by guards that are equal at ``values`` and can move."""
     guards = {premise.condition for equation in model.equations for premise in equation.guard}
     found: dict[Pair, None] = {}
     for index in sorted(guards):
@@ -295,7 +295,7 @@ def active_comparisons(model: Model, values: Mapping[str, Value]) -> tuple[Pair,
 
 
 def kinks(equation: Equation, values: Mapping[str, Value]) -> Iterator[Pair]:
-    """Pairs that are equal at a kink or a jump of some function in the equation, and come apart beside it."""
+    """Pairs that are equal at a kink or a jump of a function in the equation, but not near it."""
     met: list[Pair] = []
     for call in (node for node in walk(equation.left, equation.right) if isinstance(node, Call)):
         match call.function, call.arguments:
@@ -341,10 +341,10 @@ AGREE = 1e-25
 
 @dataclass(frozen=True)
 class Total:
-    """``by[u][p]`` is du/dp at the ``sharp`` answer; what is lost there is not determined to first order.
+    """``by[u][p]`` is du/dp at the ``sharp`` answer; lost unknowns are not determined to first order.
 
-    ``tied[p]`` is a rule that would no longer hold if input p moved alone. ``rough`` are rules
-    without a slope there, and what they read.
+    ``tied[p]`` is a rule that would no longer hold if input p moved alone. ``rough`` are rules without a
+    slope there, and the names in them.
     """
 
     by: Mapping[str, Mapping[str, Extended]]
@@ -353,7 +353,7 @@ class Total:
     sharp: Sharp
 
     def of(self, pair: Pair, parameter: str) -> Extended | None:
-        """d(left − right)/dp of a comparison; None where it is not determined."""
+        """d(left − right)/dp of a comparison; None if it is not determined."""
         try:
             row = precise_slopes(*pair, self.sharp.values)
         except Undefined:
@@ -370,7 +370,6 @@ def totals(
     parameters: Sequence[str],
     prefer: Iterable[int] = (),
 ) -> Total:
-    """Total derivatives by ``parameters`` at an answer."""
     linear = linearize(model, values, inputs, prefer)
     sharp = sharpened(model, linear, values, inputs)
     by = _solved(sharp, parameters)

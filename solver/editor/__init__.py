@@ -1,6 +1,6 @@
-"""What an editor asks of a sheet: its words, their meaning, and the language server that tells both.
+"""The words of a sheet and their meaning, for the language server and the lexer.
 
-Here are the words and names of a text, even while it is unfinished.
+This module finds the words and names of a text, even an unfinished one.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _RANGE = re.compile(r"[^\S\n]*\[")
 
 
 class Word(NamedTuple):
-    """A stretch ``[start, end)`` of a text, and the section that it stands in.
+    """A range ``[start, end)`` of a text, and its section.
 
     ``kind`` is a group of the pattern above, or ``keyword``, ``head``, ``mark``, ``title``, ``constant``,
     ``builtin``, ``function``, ``comment``. ``scope`` is where its name is known: "" on the sheet (parameters
@@ -91,7 +91,7 @@ def _code(text: str) -> Iterator[Word]:
 
 
 def _kinds(code: str, section: str, head: str) -> Iterator[tuple[re.Match[str], str, bool]]:
-    """Each word of a line with its kind, and whether it is no point of a figure, but a variable."""
+    """Each word of a line with its kind, and whether it is a variable, not a point of a figure."""
     mark, reckoned = "", False
     for index, match in enumerate(_WORD.finditer(code)):
         kind, word = str(match.lastgroup), match.group().lower()
@@ -120,7 +120,7 @@ def _kinds(code: str, section: str, head: str) -> Iterator[tuple[re.Match[str], 
 
 
 class Symbol(NamedTuple):
-    """A name in its scope, or a rule function: ``function`` tells which. Functions are named in any case."""
+    """A name in its scope, or a rule function, as ``function`` tells. Names of functions ignore case."""
 
     name: str
     scope: str
@@ -138,13 +138,13 @@ class Names:
         return words(self.text)
 
     def at(self, offset: int) -> Word | None:
-        """The word at a place; of two that meet there, the one that names something."""
+        """The word at a place; of two adjacent words, the one that names something."""
         near = [word for word in self.words if word.start <= offset <= word.end]
         return next((word for word in near if symbol(word)), near[-1] if near else None)
 
     @cached_property
     def places(self) -> dict[Symbol, list[Word]]:
-        """Every symbol with the words that name it, in order."""
+        """Every symbol with its words, in order."""
         found: dict[Symbol, list[Word]] = {}
         given = False
         for word in self.words:
@@ -156,7 +156,7 @@ class Names:
         return found
 
     def definition(self, named: Symbol) -> Word | None:
-        """The row, head or ``parameters`` line that declares a name, else where it first stands."""
+        """The row, head or ``parameters`` line that declares a name, else its first place."""
         stands = self.places.get(named, [])
         section = "function" if named.function or named.scope else "variables"
         declared = (word for word in stands if word.section == section)
@@ -173,7 +173,7 @@ class Names:
 
 
 def symbol(word: Word) -> Symbol | None:
-    """What a word names; None for one that names nothing of the sheet's own."""
+    """The symbol of a word; None if it names nothing of the sheet's own."""
     if word.kind == "function":
         return Symbol(word.text.lower(), "", function=True)
     return Symbol(word.text, word.scope) if word.kind == "name" else None

@@ -1,4 +1,4 @@
-"""Colours for sheets in whatever uses Pygments: sphinx, nbconvert, rich."""
+"""A Pygments lexer for sheets: for Sphinx, nbconvert, rich and others."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ TOKENS = {
 
 
 class SheetLexer(Lexer):  # type: ignore[misc]
-    """Rule sheets, by the words that the language server knows."""
+    """Rule sheets, by the words of the language server."""
 
     name = "Backsolve rule sheet"
     aliases: ClassVar[list[str]] = ["tk", "backsolve"]

@@ -1,6 +1,6 @@
-"""The language server: diagnostics, hover, completion, definitions, renaming and formatting of sheets.
+"""The language server: diagnostics, hover, completion, definitions, renaming and formatting.
 
-Texts are checked and solved in processes of their own, within a time: the editor never waits for a solve.
+Texts are checked and solved in separate processes with a time limit: the editor never waits for a solve.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ SEVERITIES = {
 
 
 class Server(LanguageServer):
-    """One server an editor. ``answers`` holds the last result of each document that was solved."""
+    """A server for one editor. ``answers`` holds the last result of each document that was solved."""
 
     def __init__(self, timeout: float) -> None:
         super().__init__("backsolve", version("backsolve"))
@@ -58,7 +58,7 @@ class Server(LanguageServer):
     # --- checks and solves ---
 
     def changed(self, uri: str, *, solve: bool = False) -> None:
-        """Check a document soon, and solve it if that is asked for; what was waiting for it is dropped."""
+        """Check a document soon, and solve it if requested; a waiting check of it is dropped."""
         if before := self.waiting.pop(uri, None):
             before.cancel()
         self.waiting[uri] = asyncio.ensure_future(self._look(uri, solve))
@@ -85,7 +85,7 @@ class Server(LanguageServer):
         return await self.quick.ask({**_sheet(document, text), "do": "check"})
 
     async def solved(self, document: TextDocument) -> Json:
-        """The result for the document as it stands, kept for hovers."""
+        """The result for the document in its present state, kept for hovers."""
         self.answers.pop(document.uri, None)
         reply = await self.slow.load(_sheet(document, document.source))
         if "variables" in reply:
@@ -103,7 +103,7 @@ def _sheet(document: TextDocument, text: str) -> Json:
 
 
 def stretch(document: TextDocument, start: int, end: int) -> lsp.Range:
-    """A stretch of the text in the units of the editor."""
+    """A range of the text in the units of the editor."""
     source = Source("", document.source)
 
     def position(offset: int) -> lsp.Position:
@@ -119,25 +119,25 @@ def stretch(document: TextDocument, start: int, end: int) -> lsp.Range:
 
 
 def asked(server: Server, params: Any) -> tuple[TextDocument, Names, int, Word | None]:
-    """The document, its names, the place in it that is asked about, and the word there."""
+    """The document, its names, the offset of the position in a request, and the word there."""
     document = server.document(params.text_document.uri)
     names, offset = Names(document.source), document.offset_at_position(params.position)
     return document, names, offset, names.at(offset)
 
 
 def beside(document: TextDocument, word: Word) -> Path:
-    """The file that a quoted path of a document means."""
+    """The file that a quoted path of a document refers to."""
     return Path(document.path or ".").parent / word.text.strip('"')
 
 
 def used_files(document: TextDocument, names: Names) -> Iterator[Path]:
-    """The files that a document names in ``use``, those that are there."""
+    """The existing files that a document names in ``use``."""
     paths = (beside(document, word) for word in names.words if word.kind == "path")
     return filter(Path.is_file, paths)
 
 
 def defined(server: Server, params: lsp.DefinitionParams) -> lsp.Location | None:
-    """Where a symbol is declared, in the document or in a file that it uses; of a path, its file."""
+    """Where a symbol is declared, in the document or in a file that it uses; for a path, its file."""
     document, names, _, word = asked(server, params)
     if word and word.kind == "path":
         start = lsp.Position(0, 0)
@@ -169,7 +169,7 @@ async def hover(server: Server, params: lsp.HoverParams) -> lsp.Hover | None:
 
 
 async def explained(server: Server, document: TextDocument, word: Word) -> str:
-    """What a hover says of a word, as Markdown."""
+    """The hover text of a word, as Markdown."""
     if word.kind in ("builtin", "constant"):
         entry = TABLE[word.text.lower()]
         example = f"\n\nExample: `{entry.example}`" if entry.example else ""
@@ -242,7 +242,7 @@ async def renamed(server: Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit
 
 
 def formatted(server: Server, params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
-    """The edit that puts a document in canonical form; nothing for one that is no sheet yet."""
+    """The edit that puts a document in canonical form; none for a text that is not a sheet yet."""
     document = server.document(params.text_document.uri)
     text = document.source
     try:
@@ -264,7 +264,7 @@ def closed(server: Server, params: lsp.DidCloseTextDocumentParams) -> None:
 
 
 def server(timeout: float) -> Server:
-    """The server with everything that it answers."""
+    """The server with all its handlers."""
     one = Server(timeout)
 
     @one.feature(lsp.TEXT_DOCUMENT_DID_OPEN)

@@ -1,6 +1,6 @@
-"""Columns of numbers and symbols on disk: written as a whole or not at all, read in pieces.
+"""Columns of numbers and symbols on disk: written completely or not at all, read in pieces.
 
-Here are output files, and what is said about files of rows.
+This module has output files, and messages about files of rows.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ with suppress(ImportError):  # a system without refuses to remove open files by 
 
 @contextmanager
 def readable_rows(path: str) -> Iterator[None]:
-    """Raise RuleSheetError (E304, E440) where the file cannot be read within the context."""
+    """Raise RuleSheetError (E304, E440) if the file cannot be read within the context."""
     expect_regular(path)
     try:
         yield
@@ -44,7 +44,7 @@ def wrong_cell(path: str, line: int, text: str, name: str, *, number: bool = Fal
 
 
 def require_extra(extra: str, purpose: str, *packages: str, code: str = "E441") -> None:
-    """Raise RuleSheetError where a package of an extra is not installed."""
+    """Raise RuleSheetError if a package of an extra is not installed."""
     if any(find_spec(package) is None for package in packages):
         notes = (f"pip install 'backsolve[{extra}]'",)
         raise RuleSheetError(error(code, f"{purpose} {packages[0]}, which is not installed", notes=notes))
@@ -57,7 +57,7 @@ def other_sweep(path: str, reason: str) -> Diagnosis:
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Lines of CSV: numbers with all digits, nothing for None."""
+    """Lines of CSV: numbers with all digits, None as an empty cell."""
     text = StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue()
@@ -77,9 +77,9 @@ def write_file(path: str, data: bytes) -> None:
 
 
 def expect_no_input(path: str, inputs: Iterable[str]) -> None:
-    """Raise RuleSheetError (E418) if an output is one of the inputs, by whatever name or link.
+    """Raise RuleSheetError (E418) if an output is one of the inputs, whatever its name or link.
 
-    Devices and pipes can be read and written.
+    Devices and pipes can be both.
     """
     for read in inputs:
         with suppress(OSError, ValueError):
@@ -90,12 +90,12 @@ def expect_no_input(path: str, inputs: Iterable[str]) -> None:
 
 
 class Replacement:
-    """A file under construction beside its place: readers see the old one or the new one, never half of it.
+    """A new file next to its final place: readers see the old one or the complete new one.
 
     ``keep`` moves it into place when its bytes are on the disk, ``discard`` removes it; as a context it is
-    kept unless an exception leaves the block. A link is followed and the mode of an existing file kept. What
-    is no regular file (a pipe, a terminal, ``/dev/null``) is written into. The unfinished files that killed
-    processes left in the folder are removed. Raises RuleSheetError (E416) for every failure of the system.
+    kept unless an exception leaves the block. A link is followed and the mode of an existing file kept. A
+    pipe, a terminal or ``/dev/null`` is written to directly. Unfinished files of killed processes in the
+    folder are removed. Raises RuleSheetError (E416) for every failure of the system.
     """
 
     stream: BinaryIO
@@ -129,7 +129,7 @@ class Replacement:
                 self._unfinished = None
 
     def discard(self) -> None:
-        """Remove the file, unless it is kept; what stood in its place before stays."""
+        """Remove the file, unless it is kept; the previous file stays."""
         with suppress(OSError):  # bytes that a full disk refused are not wanted any more
             self.stream.close()
         if self._unfinished is not None:
@@ -149,7 +149,7 @@ class Replacement:
 
 
 class Printed:
-    """An open stream in the place of a file: what is printed is printed. ``clear`` makes way for it."""
+    """An open stream as a file. ``clear`` removes other output from the terminal first."""
 
     def __init__(self, stream: TextIO, clear: Callable[[], None] = lambda: None) -> None:
         self._stream, self._clear = stream, clear
@@ -162,13 +162,13 @@ class Printed:
         self._stream.flush()
 
     def discard(self) -> None:
-        """Nothing can be taken back."""
+        """Nothing that was printed can be removed."""
 
 
 def _unfinished_file(folder: str, name: str) -> tuple[str, BinaryIO]:
-    """A new file that no other writer has, locked while this process lives, and its path.
+    """A new file of its own, locked while this process lives, and its path.
 
-    The unfinished files of processes that ended are removed: those of living ones are locked.
+    Unlocked files of this kind, of processes that ended, are removed.
     """
     with suppress(OSError), os.scandir(folder) as items:
         for item in items:

@@ -1,4 +1,4 @@
-"""Table by name with a status for each row, and the files that hold them: CSV and Parquet, in pieces."""
+"""Tables with a status for each row, and the files that hold them: CSV and Parquet, in pieces."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ CODES = {status: code for code, status in enumerate(Status)}
 
 
 class Table(dict[str, NDArray[Any]], Shown):
-    """Table (n,) by name: the inputs that were swept, then the wanted variables.
+    """Columns (n,) by name: the inputs that were swept, then the wanted variables.
 
-    A wanted value is NaN where its row is not solved (None in a column of symbols). ``status``
-    (n,) holds codes, 0 for solved; ``Table.STATUSES[code]`` is the status. ``answers`` (n,) tells how many
-    answers of each row are known.
+    A wanted value is NaN if its row is not solved (None in a column of symbols). ``status`` (n,) holds
+    codes, 0 for solved; ``Table.STATUSES[code]`` is the status. ``answers`` (n,) is the number of known
+    answers of each row.
     """
 
     STATUSES = tuple(Status)
@@ -66,11 +66,11 @@ class Table(dict[str, NDArray[Any]], Shown):
         raise UnknownName(name, self)
 
     def to_pandas(self) -> Any:
-        """The columns and the status as a ``pandas.DataFrame``. Raises ImportError where pandas is absent."""
+        """The columns and the status as a ``pandas.DataFrame``. Raises ImportError without pandas."""
         return import_module("pandas").DataFrame(self._frame())
 
     def to_polars(self) -> Any:
-        """The columns and the status as a ``polars.DataFrame``. Raises ImportError where polars is absent."""
+        """The columns and the status as a ``polars.DataFrame``. Raises ImportError without polars."""
         return import_module("polars").DataFrame(self._frame())
 
     def _frame(self) -> dict[str, Any]:
@@ -86,13 +86,12 @@ class Table(dict[str, NDArray[Any]], Shown):
 
     @property
     def solved(self) -> NDArray[np.bool_]:
-        """Which rows are solved."""
         return np.asarray(self.status == CODES[Status.SOLVED])
 
     def begins(self) -> NDArray[np.bool_]:
         """Which rows begin the answers of one row of inputs, in a table that has a row for each answer.
 
-        Their numbers do not tell it: a branch keeps its number where the ones before it have ended.
+        The numbers of answers do not show it: a branch keeps its number after earlier ones have ended.
         """
         places, each = np.arange(len(self.status)), np.maximum(self.answers, 1)
         start = np.maximum.accumulate(np.where(np.diff(each, prepend=0) != 0, places, 0))
@@ -101,9 +100,9 @@ class Table(dict[str, NDArray[Any]], Shown):
     def write(self, path: str) -> None:
         """Write a file by its ending, ``.csv`` or ``.parquet`` (with the extra ``parquet``).
 
-        It is written as a whole or not at all. Numbers read back as the same floats, the status is a
-        text, and where a row has no value there is nothing. Raises RuleSheetError: E416, E441, E442,
-        and E418 for a file that the model was read from.
+        It is written completely or not at all. Numbers read back as the same floats, the status is a
+        text, and missing values are blank or null. Raises RuleSheetError: E416, E441, E442, and E418
+        for a file that the model was read from.
         """
         expect_no_input(path, self._files)
         symbols = [name for name, column in self.items() if column.dtype == object]
@@ -120,13 +119,13 @@ class Table(dict[str, NDArray[Any]], Shown):
         return Table(columns, self.status, self._files, self.answers)
 
     def rows(self, first: int, last: int) -> Table:
-        """Rows ``first`` up to, but without, ``last``."""
+        """Rows from ``first`` up to ``last``, exclusive."""
         kept = {name: column[first:last] for name, column in self.items()}
         return Table(kept, self.status[first:last], self._files, self.answers[first:last])
 
 
 def joined(parts: Sequence[Table]) -> Table:
-    """The rows of several pieces of one table, one after another."""
+    """The rows of several pieces of one table, in order."""
     first, *others = parts
     if not others:
         return first
@@ -136,7 +135,7 @@ def joined(parts: Sequence[Table]) -> Table:
 
 
 def stacked(pieces: Sequence[Array]) -> Array:
-    """One column of several pieces. NaN beside symbols is None, as it is within a piece."""
+    """One column of several pieces. NaN next to symbols is None, as within a piece."""
     if any(piece.dtype == object for piece in pieces):
         lists = ([None if v != v else v for v in piece.tolist()] for piece in pieces)
         pieces = [np.array(values, dtype=object) for values in lists]
@@ -144,7 +143,7 @@ def stacked(pieces: Sequence[Array]) -> Array:
 
 
 def free_name(name: str, taken: Iterable[str]) -> str:
-    """``name``, with as many ``_`` after it as keep it apart from the variables of the table."""
+    """``name``, with as many ``_`` as distinguish it from the variables of the table."""
     names = set(taken)
     while name in names:
         name += "_"
@@ -157,9 +156,10 @@ def csv_head(names: Sequence[str]) -> bytes:
 
 
 def csv_rows(table: Table) -> bytes:
-    """One line a row, the status last. Numbers are written shortest, symbols with their apostrophe.
+    """A line for each row, the status last. Numbers are written shortest, symbols with their
+    apostrophe.
 
-    By pyarrow where it is installed, which prints a number in a fifth of the time of ``repr``.
+    By pyarrow if it is installed, which is five times as fast as ``repr``.
     """
     try:
         arrow = import_module("pyarrow")
@@ -188,9 +188,9 @@ ROW_GROUP = 262_144
 class ParquetFile:
     """Row groups of Parquet, each written when it is full.
 
-    Numbers are doubles, symbols and the status are texts, and where a row has no value there is null.
-    ``symbols`` names the columns that hold symbols. Raises RuleSheetError where pyarrow is missing
-    (E441) and where the file cannot be written (E416).
+    Numbers are doubles, symbols and the status are texts, and missing values are null. ``symbols``
+    names the columns that hold symbols. Raises RuleSheetError if pyarrow is missing (E441) or the
+    file cannot be written (E416).
     """
 
     def __init__(self, path: str, names: Sequence[str], symbols: Collection[str]) -> None:
@@ -208,7 +208,7 @@ class ParquetFile:
             self._held = [whole.rows(ROW_GROUP, rows)]
 
     def close(self) -> None:
-        """Write the rows that wait, and the footer: after this the file can be read."""
+        """Write the waiting rows and the footer: after this the file can be read."""
         nothing = Table(dict.fromkeys(self._names, np.empty(0)), np.empty(0, np.int8))
         self._write(joined(self._held or [nothing]))
         with writing(self._path):
@@ -264,11 +264,10 @@ _NUMBERS = "biuf"
 
 
 def column_of(values: Any, name: str = "the input") -> Array:
-    """Floats (n,), or objects where symbols are among them; a single value is a column of one.
+    """Floats (n,), or objects if symbols are among them; a single value is a column of one.
 
-    What is lacking is NaN, among symbols None.
-
-    Raises ValueError for what is neither number nor symbol, and for what has more than one dimension.
+    A missing value is NaN, or None among symbols. Raises ValueError for anything that is neither a
+    number nor a symbol, and for more than one dimension.
     """
     values = list(values) if isinstance(values, Iterator) else values
     try:
@@ -323,7 +322,7 @@ CSV, PARQUET = (".csv", ".txt", ""), (".parquet", ".pq")
 
 
 def heading(path: str) -> tuple[tuple[str, ...], int | None]:
-    """The names of the columns, and the number of rows where the file tells it.
+    """The names of the columns, and the number of rows if the file states it.
 
     Raises RuleSheetError (E440, E441) for a file that is missing, unreadable, or has no heading.
     """
@@ -339,7 +338,7 @@ def heading(path: str) -> tuple[tuple[str, ...], int | None]:
 def pieces(
     path: str, names: Sequence[str], numbers: Collection[str] = frozenset()
 ) -> Iterator[tuple[Array, ...]]:
-    """Some columns of the file in the order of ``names``: floats, NaN for nothing; or objects with symbols.
+    """Some columns of the file in the order of ``names``: floats, NaN for blank; or objects with symbols.
 
     Raises RuleSheetError (E440) at the first cell that is neither a number nor a symbol, or is a symbol in a
     column of ``numbers``.
@@ -395,7 +394,7 @@ def _column(cells: Sequence[Any], path: str, name: str, lines: Sequence[int], nu
 
 
 def _value(cell: Any) -> float | str | None:
-    """Spreadsheets write what has no value in many ways."""
+    """The value of a cell; spreadsheets write missing values in many ways."""
     if cell is None or (isinstance(cell, str) and cell.strip().lower() in ("", "nan", "na", "null", "none")):
         return None
     return parse_value(cell) if isinstance(cell, str) else float(cell)

@@ -1,4 +1,4 @@
-"""What algebra tells of a block at given numbers: that it has no answer, whatever its unknowns are."""
+"""Algebraic proofs that a block has no answer at given numbers, whatever its unknowns are."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ MAX_RULES = 40
 
 
 def contradiction(problem: BlockProblem) -> Conflict | None:
-    """The rules of a block that can't hold together, where linear algebra shows it."""
+    """The rules of a block that contradict each other, as shown by linear algebra."""
     forms = problem.kernel.forms
     if len(forms) > MAX_RULES:
         return None
@@ -68,7 +68,7 @@ ONE: Monomial = frozenset()
 
 
 def monomials(expression: Expression, number: Callable[[Expression], Fraction | None]) -> Row:
-    """The sum that an expression is; ``number`` gives the parts that are exactly known.
+    """An expression as a sum of monomials; ``number`` gives the exactly known parts.
 
     Raises ZeroDivisionError for a known divisor that is 0.
     """
@@ -122,7 +122,7 @@ def _monomial(part: Expression, number: Callable[[Expression], Fraction | None])
 
 
 def _cleared(row: Row) -> Row:
-    """The row times what its monomials divide by."""
+    """The row multiplied by the divisors of its monomials."""
     lowest: Counter[Expression] = Counter()
     for monomial in row:
         for factor, exponent in monomial:
@@ -148,7 +148,8 @@ _LIMITED = named(
 
 
 def unattained(problem: BlockProblem, given: Collection[str]) -> NoValue | None:
-    """The rule of a block that a function would have to leave the inside of its image for, if there is one.
+    """The rule of a block that asks a function for an end of its image that it never attains, if there is
+    one.
 
     ``given``: the known names whose values are exact; others are rounded, and prove nothing.
     """
@@ -190,7 +191,8 @@ def unattained(problem: BlockProblem, given: Collection[str]) -> NoValue | None:
 
 
 def _outside(function: str, target: Fraction) -> bool:
-    """Whether a function never is the target. (Ends such as π/2 are no floats: they say nothing.)"""
+    """Whether a function never attains the target. (Ends such as π/2 are not floats and prove
+    nothing.)"""
     row = TABLE[function]
     low, high, low_open, high_open = -inf, inf, True, True
     if row.image is not None:

@@ -1,4 +1,4 @@
-"""A simultaneous block of a path: residual, Jacobian and the chains of its tearing, compiled when used."""
+"""A simultaneous block of a path: residual, Jacobian and the chains of its tearing, compiled on use."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ T = TypeVar("T")
 
 
 class BlockKernel:
-    """Residual, Jacobian and chains of a block, each compiled once for a path, when it is first used.
+    """Residual, Jacobian and chains of a block, each compiled once for a path, on first use.
 
-    What searches need beside these is imported where they ask for it: most blocks have a closed form.
+    Modules for searches are imported on demand: most blocks have a closed form.
     """
 
     def __init__(self, graph: ModelGraph, block: SolveBlock) -> None:
@@ -52,14 +52,14 @@ class BlockKernel:
         self._shared: dict[Any, Any] = kept.setdefault(("alike", self._pattern()), {}) if few else {}
 
     def __getstate__(self) -> dict[str, Any]:
-        """Kept without what is quickly made again, and what holds functions of arrays and of intervals."""
+        """Pickled without functions of arrays and of intervals, and parts that are quickly recomputed."""
         found = {name: self.__dict__[name] for name in KEPT if name in self.__dict__}
         shared = {key: part for key, part in self._shared.items() if not isinstance(part, dict)}
         return {**found, "_enclosures": {}, "_shared": shared}
 
     def _pattern(self) -> tuple[Any, ...]:
-        """The block with places for names: what is found out about it without them holds for all blocks of
-        the same pattern, such as those of subsheets that are called again."""
+        """The block with places for names: results about it hold for all blocks of the same pattern, such
+        as those of subsheets that are called again."""
         place = {name: k for k, name in enumerate((*self.unknowns, *self.known))}
         number = {equation: k for k, equation in enumerate(self.block.equations)}
         rules = []
@@ -78,7 +78,7 @@ class BlockKernel:
         return tuple(rules), tuple(traits), tears, order, residuals
 
     def once(self, key: Any, make: Callable[[], T]) -> T:
-        """What ``make`` gives, made once for all blocks of the pattern."""
+        """The result of ``make``, computed once for all blocks of the pattern."""
         if key not in self._shared:
             self._shared[key] = make()
         found: T = self._shared[key]
@@ -86,12 +86,12 @@ class BlockKernel:
 
     @cached_property
     def forms(self) -> list[Expression]:
-        """What is 0: left minus right of every equation."""
+        """Left minus right of every equation."""
         return [subtract(e.left, e.right) for e in self.equations]
 
     @cached_property
     def jumps(self) -> bool:
-        """Whether an equation may jump, where its Jacobian does not show it."""
+        """Whether an equation may jump without a sign of it in its Jacobian."""
         from solver.kernel.chain import directions, jumps
 
         return self.once("jumps", lambda: any(jumps(form) or any(directions(form)) for form in self.forms))
@@ -102,13 +102,13 @@ class BlockKernel:
         return self.once("smooth", lambda: all(self.partials))
 
     def domain(self, name: str) -> tuple[float, float]:
-        """Where to search an unknown: its declared range, and of an angle no more than one turn."""
+        """The range to search an unknown in: its declared range, and at most one turn of an angle."""
         variable, turn = self.graph.model.variables[name], self.graph.turn(name)
         return (variable.low, variable.high) if turn is None else window(variable, turn)
 
     @property
     def finite(self) -> bool:
-        """Whether boxes can be searched: finite ranges, and equations that are smooth by formula."""
+        """Whether boxes can be searched: ranges are finite, and equations smooth by formula."""
         ends = (end for name in self.unknowns for end in self.domain(name))
         return not self.jumps and self.smooth and all(map(math.isfinite, ends))
 
@@ -120,14 +120,14 @@ class BlockKernel:
 
     @cached_property
     def divisors(self) -> tuple[Expression, ...]:
-        """What the equations divide by that depends on unknowns."""
+        """The divisors in the equations that depend on unknowns."""
         unknowns = frozenset(self.unknowns)
         found = dict.fromkeys(divisor for form in self.forms for divisor in divisors(form))
         return tuple(h for h in found if not unknowns.isdisjoint(nodes.names(h)))
 
     @cached_property
     def removable(self) -> list[Expression]:
-        """Divisors with unknowns at whose zeros a dividend of theirs is 0 as well."""
+        """Divisors with unknowns at whose zeros a dividend of theirs is 0, too."""
         from solver.kernel.chain import is_removable
 
         unknowns, parts = frozenset(self.unknowns), (part for form in self.forms for part in walk(form))
@@ -137,12 +137,12 @@ class BlockKernel:
 
     @cached_property
     def linear(self) -> bool:
-        """Whether every equation, as it is written, is linear in the unknowns."""
+        """Whether every equation, as written, is linear in the unknowns."""
         return bool((self.degrees <= 1.0).all())
 
     @cached_property
     def degrees(self) -> Array:
-        """The degrees (n,) of the equations in the unknowns, as they are written."""
+        """The degrees (n,) of the equations in the unknowns, as written."""
         unknowns = frozenset(self.unknowns)
         if len(self.equations) <= FEW:
             return self.once("degrees", lambda: np.array([degree(form, unknowns) for form in self.forms]))
@@ -157,7 +157,7 @@ class BlockKernel:
 
     @cached_property
     def closed(self) -> ClosedForm | None:
-        """Formulas for the unknowns, where elimination leads to them."""
+        """Formulas for the unknowns, if elimination leads to them."""
         if not self._shared.get("closed", True):
             return None
         from solver.path.elimination import closed_form
@@ -169,7 +169,7 @@ class BlockKernel:
 
     @cached_property
     def partials(self) -> list[Expression | None]:
-        """Slopes of every form by every unknown, row by row; None where one has no formula."""
+        """Slopes of every form by every unknown, row by row; None if one has no formula."""
         return partials_of(self.forms, self.unknowns)
 
     @cached_property
@@ -186,12 +186,11 @@ class BlockKernel:
 
     @cached_property
     def alike(self) -> Alike:
-        """Its rules by their shapes."""
         return alike(self.graph.model, self.equations)
 
     @cached_property
     def sparse(self) -> SparseSystem | None:
-        """The block as a sparse system; None where a derivative has no formula."""
+        """The block as a sparse system; None if a derivative has no formula."""
         try:
             return SparseSystem(self.alike, self.unknowns, self.known)
         except NotDifferentiable:
@@ -203,7 +202,7 @@ class BlockKernel:
 
     @cached_property
     def others(self) -> tuple[BlockKernel, ...]:
-        """The same block torn elsewhere."""
+        """The same block with other tearings."""
         return tuple(BlockKernel(self.graph, block) for block in self.block.others)
 
     @cached_property
@@ -243,7 +242,7 @@ class BlockKernel:
             return [flat[i : i + n] for i in range(0, len(flat), n)]
 
         def differences(x: Sequence[float]) -> list[Sequence[float]]:
-            """Central ones, for the few functions whose derivative has no formula."""
+            """Central differences, for the few functions whose derivative has no formula."""
             columns = []
             for j in range(n):
                 h = 6e-6 * max(abs(x[j]), 1e-3)
@@ -255,7 +254,7 @@ class BlockKernel:
 
 
 def partials_of(forms: Sequence[Expression], unknowns: Sequence[str]) -> list[Expression | None]:
-    """Slopes of every form by every unknown, row by row; None where one has no formula."""
+    """Slopes of every form by every unknown, row by row; None if one has no formula."""
     found: list[Expression | None] = []
     for form in forms:
         read = frozenset(nodes.names(form))
@@ -268,7 +267,7 @@ def partials_of(forms: Sequence[Expression], unknowns: Sequence[str]) -> list[Ex
 
 
 def kernel_of(graph: ModelGraph, block: SolveBlock) -> BlockKernel:
-    """The kernel of a block, the same each time it is met."""
+    """The kernel of a block, the same object each time."""
     kernels: dict[SolveBlock, BlockKernel] = graph.kernels
     if block not in kernels:
         kernels[block] = BlockKernel(graph, block)
@@ -315,7 +314,7 @@ class BlockArrays:
         return matrices
 
     def starts(self, known: Sequence[float], tears: Array) -> Array:
-        """Each point (k, tears) followed along one of the chains, by turns."""
+        """Each point (k, tears) followed along one of the chains, in rotation."""
         found = np.empty((len(tears), self.n))
         for place, chain in enumerate(self.chains):
             mine = tears[place :: len(self.chains)]

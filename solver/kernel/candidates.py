@@ -1,4 +1,4 @@
-"""From candidates to answers: refined on the whole block, checked, distinct; and what a block came to."""
+"""From candidates to answers: refined on the whole block, checked, distinct; and the outcome of a block."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ REMOTE = 1e60
 
 
 class Answer(NamedTuple):
-    """Values of the unknowns of a block; ``double`` where the answer is not a simple root, ``counted`` where
-    exact numbers have shown that it is a root."""
+    """Values of the unknowns of a block; ``double`` if the answer is not a simple root, ``counted`` if exact
+    arithmetic has shown that it is a root."""
 
     values: Mapping[str, float]
     double: DoubleRoot | None = None
@@ -63,35 +63,35 @@ class Candidates:
         self.strays = self.dull = 0
 
     def tried(self, method: Method, complete: bool = False, iterations: int = 0) -> None:
-        """Note what a method has added to the answers."""
+        """Record the new answers of a method."""
         before = sum(attempt.found for attempt in self.attempts)
         self.attempts.append(Attempt(method, len(self.answers) - before, complete, iterations))
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing was found, not even what lies out of range."""
+        """Whether nothing was found, not even a root out of range."""
         return not (self.answers or self.outside)
 
     @property
     def has_too_many(self) -> bool:
-        """Whether there are so many answers beside the sensible one, where that is known, that nobody asks
-        about them: two of every load of a network, say."""
+        """Whether there are so many answers besides the preferred one, if that is known, that nobody wants
+        the list: two for every load of a network, say."""
         return self.sensible is not None and len(self.answers) > MOST_BESIDE
 
     @property
     def endless(self) -> bool:
-        """Whether more starts would find but more of a curve of answers, or of a valley that holds none."""
+        """Whether more starts would only find more of a curve of answers, or of a valley without any."""
         singular = sum(answer.double is not None for answer in self.answers)
         return singular >= MOST_SINGULAR or self.strays >= MOST_STRAYS or self.has_too_many
 
     def take(self, trial: Candidates) -> None:
-        """Take over what a method has found that had to find all."""
+        """Take over the answers of a method that had to find all."""
         self.answers += trial.answers
         self.refused += trial.refused
         self.outside = self.outside or trial.outside
 
     def refine(self, start: Sequence[float], limits: NewtonLimits = STANDARD_LIMITS) -> None:
-        """Newton on the whole block, so that the digits do not depend on the way to the candidate."""
+        """Newton on the whole block, so that the digits do not depend on how the candidate was found."""
         problem = self.problem
         sizes = problem.sizes_at(start, TINY)
         result = newton(problem.residual, problem.jacobian, start, sizes, limits)
@@ -128,10 +128,10 @@ class Candidates:
     def keep(
         self, point: dict[str, float], singular: bool = False, alone: float = 0.0, counted: bool = False
     ) -> None:
-        """Add a point at which the rules hold, if it is an answer that is not there already.
+        """Add a point at which the rules hold, if it is a new answer.
 
-        ``alone``: how far around, relative to the unknowns, Newton's method has shown a simple root to be.
-        ``counted``: exact numbers have shown that it is a root.
+        ``alone``: a radius, relative to the unknowns, within which Newton's method has shown a simple
+        root. ``counted``: exact arithmetic has shown that it is a root.
         """
         if len(self.answers) >= MOST_ANSWERS:
             return
@@ -158,7 +158,7 @@ class Candidates:
 
     def stands(self, point: dict[str, float], found: Uncertainty) -> bool:
         """Whether a root of the block lies within the error bars of a point at which its rules hold. One that
-        is too near to a division by 0 for floats is remembered for more digits."""
+        is too close to a division by 0 for floats is recorded for more digits."""
         small = ORDINARY * EPS  # rules and block so well-conditioned that a root is near if the rules hold
         if found.relative is None:
             sized = zip(found.errors, point.values(), strict=True)
@@ -180,13 +180,13 @@ class Candidates:
         return verdict is RootCheck.STANDS
 
     def _refuse(self, root: dict[str, float]) -> None:
-        """Remember a root that floats do not see."""
+        """Record a root that floats do not resolve."""
         if not any(self._near(root, other, COVERED) for other in self.refused):
             self.refused.append(root)
 
     def _add(self, found: Answer, errors: Sequence[float]) -> None:
-        """Add an answer, unless it is one that is there already: nearer to it than what rounding leaves open,
-        or joined to it by points that hold."""
+        """Add an answer, unless it equals a known one: within rounding, or connected to it by points at which
+        the rules hold."""
         point = found.values
         for index, answer in enumerate(self.answers):
             other = answer.values
@@ -204,13 +204,13 @@ class Candidates:
         self.answers.append(found)
 
     def _open(self, point: Mapping[str, float], errors: Sequence[float], share: float) -> bool:
-        """Whether rounding leaves an unknown open by more than that share of its size."""
+        """Whether rounding leaves an unknown uncertain by more than that share of its size."""
         sizes = self.problem.sizes_at(list(point.values()))
         return any(error > share * size for error, size in zip(errors, sizes, strict=True))
 
     def settles(self, point: dict[str, float]) -> bool:
-        """Whether it is plain that a point is next to an answer, or to a root out of range (which are kept),
-        or that it is none."""
+        """Whether a point is clearly next to an answer, or to a root out of range (which are kept), or
+        clearly not one."""
         count, outside = len(self.answers), self.outside
         self.refine(list(point.values()))
         if len(self.answers) > count or self.outside is not outside:
@@ -220,9 +220,9 @@ class Candidates:
         return is_clearly_violated(self.problem, point)
 
     def proven(self, point: dict[str, float]) -> None:
-        """Try a point next to a root that is proven to be; remember it if floats find no answer there,
-        however far they miss (``ln(exp(x)) = 1e-27`` has an answer that they do not come near). A root of the
-        rules multiplied out may be none of the rules as written: there Newton's method leads elsewhere."""
+        """Try a point next to a root that is proven to exist; record it if floats find no answer there,
+        however far off (``ln(exp(x)) = 1e-27`` has an answer that they do not come near). A root of the rules
+        multiplied out may not be one of the rules as written: Newton's method then leads elsewhere."""
         self.refine(list(point.values()))
         if self._is_known(point) or self.problem.outside(point) is not None:
             return
@@ -239,8 +239,8 @@ class Candidates:
         return any(self._covers(answer, beside(root, answer.values)) for answer in self.answers)
 
     def part(self, roots: Sequence[Mapping[str, float]]) -> None:
-        """Remember which of these roots, proven to be different, rounding has merged with another one: points
-        between two that nearly meet may all satisfy the rules as far as floats tell."""
+        """Record which of these roots, proven to be different, rounding has merged with another: points
+        between two close roots may all satisfy the rules as far as floats tell."""
         taken: set[int] = set()
         for root in roots:
             covering = [
@@ -255,15 +255,15 @@ class Candidates:
                 taken.add(nearest)
 
     def _covers(self, answer: Answer, root: Mapping[str, float]) -> bool:
-        """Whether an answer is that root, as far as rounding tells."""
+        """Whether an answer equals that root, up to rounding."""
         if self._near(root, answer.values, COVERED):
             return True
         far = self._near(root, answer.values, BLUR)
         return far and _within(root, answer.values, uncertainty(self.problem, answer.values).errors)
 
     def suspect(self, point: dict[str, float]) -> None:
-        """Remember a point that nearly satisfies every equation, or a root near it: whether there is one may
-        be beyond floats."""
+        """Record a point that nearly satisfies every equation, or a root near it: floats may be unable to
+        tell whether there is one."""
         from solver.kernel.root_check import root_beside
 
         root, _ = root_beside(self.problem, point, reach=1.0, most=10)
@@ -273,7 +273,7 @@ class Candidates:
             self.suspects.append(point)
 
     def nearly(self, point: dict[str, float]) -> bool:
-        """Whether a point misses no equation by more than a tiny share of its terms."""
+        """Whether every residual at a point is a tiny share of the terms of its equation."""
         everything = {**self.problem.here, **point}
         if any(abs(v) > REMOTE for v in point.values()):
             return False
@@ -285,8 +285,8 @@ class Candidates:
         return all(abs(miss) <= NEARLY * size for miss, size in zip(misses, sizes, strict=True))
 
     def note(self, point: dict[str, float]) -> None:
-        """Remember the nearest miss inside the ranges, by the largest miss of a rule, and by how much each
-        rule is missed there."""
+        """Record the nearest miss inside the ranges, by the largest residual of a rule, with all
+        residuals."""
         problem, x = self.problem, list(point.values())
         try:
             if len(x) > MANY and problem.sparse is not None:
@@ -301,8 +301,8 @@ class Candidates:
     def _near(
         self, one: Mapping[str, float], other: Mapping[str, float], tolerance: float, least: float = 0.01
     ) -> bool:
-        """Equal to so large a share of their own sizes, or of so much of their usual ones: of the largest
-        number in either, where no unknown comes near the usual size."""
+        """Equal up to so large a share of their own sizes, or of their usual ones, or of the largest
+        number in either if no unknown comes near the usual size."""
         scales = self.problem.scale
         for (name, v), scale in zip(one.items(), scales, strict=True):  # of every pair: most part at once
             w = other[name]
@@ -332,17 +332,17 @@ class Candidates:
 
 
 def _cleared(point: Mapping[str, float], errors: Sequence[float]) -> dict[str, float]:
-    """The point with 0 for what is no larger than its error bar."""
+    """The point with 0 for values that are no larger than their error bars."""
     return {n: v if abs(v) > e else 0.0 for (n, v), e in zip(point.items(), errors, strict=True)}
 
 
 def _within(one: Mapping[str, float], other: Mapping[str, float], errors: Sequence[float]) -> bool:
-    """Whether two points are nearer than what rounding leaves open."""
+    """Whether two points differ by less than rounding."""
     return all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), errors, strict=True))
 
 
 class Stretch(NamedTuple):
-    """A short interval of the tear that a search along the chain at ``place`` could not settle."""
+    """A short interval of the tear that a search along the chain at ``place`` could not decide."""
 
     kernel: BlockKernel
     place: int
@@ -351,16 +351,15 @@ class Stretch(NamedTuple):
 
 
 class BlockOutcome(NamedTuple):
-    """``answers`` are distinct, the preferred one first; ``complete`` where they are proven to be all.
+    """``answers`` are distinct, the preferred one first; ``complete`` if they are proven to be all.
 
-    ``facts`` explain what is missing; ``free`` are unknowns that the block does not determine (then
-    the one answer holds what it does determine). ``attempts`` are the methods that were tried.
-    ``suspects`` are points that satisfy the block so nearly that floats do not tell whether two roots lie
-    there, one, or none. Where ``complete`` fails on that alone, ``stretches`` are where it does.
-    ``refused`` are next to roots that are proven to be, of which floats have no digits good enough to be
-    answers; if they were, all would be known where ``whole`` says so. ``doubtful``: rounding
-    may have decided whether a linear block determines its unknowns, or contradicts itself. ``cut``: there are
-    more answers than are listed.
+    ``facts`` explain what is missing; ``free`` are unknowns that the block does not determine (then the one
+    answer holds what it does determine). ``attempts`` are the methods that were tried. ``suspects`` are
+    points that nearly satisfy the block, at which floats do not tell whether there are two roots, one, or
+    none. If only these prevent ``complete``, ``stretches`` are where they lie. ``refused`` are near roots
+    that are proven to exist, but that floats cannot represent well enough to be answers; with them all would
+    be known if ``whole``. ``doubtful``: rounding may have decided whether a linear block determines its
+    unknowns, or contradicts itself. ``cut``: there are more answers than are listed.
     """
 
     answers: tuple[Answer, ...] = ()

@@ -1,7 +1,7 @@
 """A torn block as chains of assignments: from the tear to every other unknown and to the residual.
 
-Every combination of preimages of the explicit steps gives one chain. A chain is evaluated
-on floats (compiled) and on intervals, with its slope by forward accumulation.
+Every combination of preimages of the explicit steps gives one chain. A chain is evaluated on floats
+(compiled) and on intervals, with its slope by forward accumulation.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ RESIDUAL = "#residual"
 
 
 class Assignment(NamedTuple):
-    """``name := expression``, which must come out between ``low`` and ``high``.
+    """``name := expression``, with a value between ``low`` and ``high``.
 
     ``relational``: the expression is a quotient that stands for a product, so that 0/0 may be anything.
     """
@@ -96,7 +96,7 @@ def chains(graph: ModelGraph, block: SolveBlock) -> tuple[Chain, ...]:
 
 
 def _alternatives(graph: ModelGraph, block: SolveBlock) -> Iterator[tuple[tuple[Assignment, ...], ...]]:
-    """For each step of the order its preimages."""
+    """The preimages of each step of the order."""
     for number, step in enumerate(block.order):
         isolation = graph.isolation(step.equation, graph.number[step.unknown])
         assert isolation is not None
@@ -108,7 +108,7 @@ def _alternatives(graph: ModelGraph, block: SolveBlock) -> Iterator[tuple[tuple[
 
 
 def exhaustive(graph: ModelGraph, block: SolveBlock) -> bool:
-    """Whether the chains cover every preimage: none was cut off, and whole turns make no difference."""
+    """Whether the chains cover every preimage: none was left out, and whole turns make no difference."""
     for step in block.order:
         isolation = graph.isolation(step.equation, graph.number[step.unknown])
         assert isolation is not None
@@ -128,7 +128,7 @@ def exhaustive(graph: ModelGraph, block: SolveBlock) -> bool:
 
 
 def through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[tuple[Assignment, ...]]:
-    """The ways from the start of an isolation to its unknown."""
+    """The sequences of forms from the start of an isolation to its unknown."""
 
     if isolation.quadratic is not None or not isolation.stages:
         for form in isolation.forms():
@@ -161,7 +161,7 @@ def through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[t
 
 
 def _turned(stage: Stage, bounded: bool) -> tuple[Expression, ...]:
-    """The forms of a stage; with a turn more and a turn less where the unknown has a range of its own."""
+    """The forms of a stage; with a turn more and a turn less if the unknown has a range of its own."""
     if stage.period is None or not bounded:
         return stage.forms
     turns = (0.0, stage.period, -stage.period)
@@ -169,7 +169,7 @@ def _turned(stage: Stage, bounded: bool) -> tuple[Expression, ...]:
 
 
 def _out_of_range(stages: tuple[Stage, ...], forms: tuple[Expression, ...], variable: Variable) -> bool:
-    """Whether a preimage of a periodic operation lies outside the range whatever its target is."""
+    """Whether a preimage of a periodic operation lies outside the range for any target."""
     at = next(i for i, stage in enumerate(stages) if stage.period)
     expression: Expression = TARGET
     for form in forms[at:]:
@@ -183,8 +183,8 @@ def _out_of_range(stages: tuple[Stage, ...], forms: tuple[Expression, ...], vari
 def compile_chain(
     chain: Chain, known: tuple[str, ...], results: tuple[str, ...], arrays: bool = False
 ) -> Callable[..., Any]:
-    """``f(*tears, *known)`` returns the values called ``results``; outside the domain it raises, or holds
-    ``arrays`` at the edge."""
+    """``f(*tears, *known)`` returns the values called ``results``; outside the domain it raises, or keeps
+    ``arrays`` at its boundary."""
     emitter = Emitter((*chain.tears, *known), arrays)
     for item in chain.assignments:
         emitter.assign(item.name, emitter.of(item.expression))
@@ -201,7 +201,7 @@ def followed(chain: Chain, values: Mapping[str, Any], digits: int) -> dict[str, 
 
 
 def jumps(expression: Expression) -> bool:
-    """Whether an expression holds an operation that jumps at points that depend on its values."""
+    """Whether an expression has an operation that jumps at points that depend on its values."""
     stack: list[Any] = [expression]
     while stack:
         node = stack.pop()
@@ -222,7 +222,7 @@ def directions(expression: Expression) -> Iterator[Call]:
 
 def slope_chain(chain: Chain) -> Chain | None:
     """The chain whose residual is the derivative of that of ``chain`` by its tear: the slopes of all
-    assignments follow these (forward accumulation). None where a step may jump."""
+    assignments follow these (forward accumulation). None if a step may jump."""
     moving: dict[str, Expression] = {chain.tears[0]: Number(1.0)}
     slopes: list[Assignment] = []
     for item in chain.assignments:
@@ -248,11 +248,11 @@ LONGEST = 300
 
 
 def cleared(chain: Chain) -> Chain | None:
-    """The chain with the numerator of its residual in place of that, and with quotients of quotients as plain
-    ones; None where it divides by nothing that moves, or is too long.
+    """The chain with the numerator of its residual in place of that, and quotients of quotients simplified;
+    None if it divides by nothing that varies, or is too long.
 
-    Wherever the residual is 0 the numerator is, and at a pole it mostly is not. The divisor of a relational
-    quotient has a name of its own, so that nothing cancels with it: where it is 0, there may be an answer.
+    The numerator is 0 wherever the residual is, but at a pole it mostly is not. The divisor of a relational
+    quotient gets a name of its own, so that nothing cancels with it: where it is 0, there may be an answer.
     """
     moving, parts = {chain.tears[0]}, dict[str, tuple[Expression, Expression]]()
     items: list[Assignment] = []
@@ -285,9 +285,10 @@ def _fraction(
     known: Mapping[str, tuple[Expression, Expression]],
     relational: bool = False,
 ) -> tuple[Expression, Expression]:
-    """An expression as a numerator over what moves in its denominators.
+    """An expression as a numerator over its varying denominators.
 
-    Of a ``relational`` quotient nothing is cancelled: where a common factor is 0 it may be anything.
+    In a ``relational`` quotient nothing is cancelled: where a common factor is 0 its value may be
+    anything.
     """
     if moving.isdisjoint(nodes.names(node)):
         return node, ONE
@@ -330,7 +331,7 @@ def _fraction(
 
 
 def _reduced(above: Sequence[Expression], below: Sequence[Expression]) -> tuple[Expression, Expression]:
-    """Two products without the factors that they have in common."""
+    """Two products without their common factors."""
     over = [factor for part in above for factor in factors(part)]
     under = [factor for part in below for factor in factors(part)]
     return times(*without(over, under)), times(*without(under, over))
@@ -363,7 +364,7 @@ def reciprocal(chain: Chain) -> Chain:
 
 def _scaled(node: Expression, v: Expression, known: Mapping[str, Scaled]) -> Scaled:
     def over(scaled: Scaled, degree: float) -> Expression:
-        """The quantity over another power of |x|."""
+        """The quantity divided by another power of |x|."""
         part, own = scaled
         if own > degree:
             return part / v ** (own - degree)
@@ -395,8 +396,8 @@ TRIALS, SHOWN = 4, 2
 
 
 def is_removable(quotient: Quotient) -> bool:
-    """Whether the dividend is 0 where the divisor is, seen at places taken at random: in floats, which tells
-    most that are not, and in 50 digits."""
+    """Whether the dividend is 0 where the divisor is, tested at random places: in floats, which exclude
+    most, and in 50 digits."""
     above, below = quotient.left, quotient.right
     solved = ((n, isolate(below, ZERO, n)) for n in dict.fromkeys(nodes.names(below)))
     unknown, roots = next(((n, isolation.forms()) for n, isolation in solved if isolation), ("", ()))
@@ -407,7 +408,7 @@ def is_removable(quotient: Quotient) -> bool:
 def _vanishes(
     form: Expression, unknown: str, roots: Sequence[Expression], evaluate: Callable[..., Any], noise: float
 ) -> bool:
-    """Whether a form is 0 where the unknown is one of the roots, whatever the other names are."""
+    """Whether a form is 0 if the unknown is one of the roots, for any values of the other names."""
     chance, shown = random.Random(0), 0
     for _ in range(TRIALS):
         values = {name: chance.uniform(0.5, 3.0) for part in (form, *roots) for name in nodes.names(part)}
@@ -425,9 +426,9 @@ MOST_DIRECTIONS = 2
 
 
 def sides(chain: Chain) -> tuple[Chain, ...]:
-    """One chain for every combination of sides; none where there is no direction, or too many.
+    """One chain for every combination of sides; none without a direction, or for too many.
 
-    The residual is at every point that of one of the chains, if it has a value there.
+    The residual at every point is that of one of the chains, if it has a value there.
     """
     calls = dict.fromkeys(call for item in chain.assignments for call in directions(item.expression))
     if not 0 < len(calls) <= MOST_DIRECTIONS:

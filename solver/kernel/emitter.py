@@ -1,7 +1,8 @@
 """Expressions compiled to Python source: straight-line code, common parts computed once.
 
 For floats, numpy arrays and intervals of floats. A large block is a sparse system: residual and exact
-Jacobian, rules of one shape (``path/graph.py``) being the rows of one function of arrays."""
+Jacobian, with rules of one shape (``path/graph.py``) as rows of one function of arrays.
+"""
 
 from __future__ import annotations
 
@@ -62,7 +63,7 @@ def is_square(node: Power) -> bool:
 
 
 def _power(base: float, exponent: float) -> float:
-    """A real power; ValueError where it would be complex, as ``math.pow`` has it."""
+    """A real power; raises ValueError if it would be complex, as ``math.pow``."""
     result = base**exponent
     if isinstance(result, complex):
         raise ValueError("power of a negative number")
@@ -84,7 +85,7 @@ class _Source(Arithmetic[T]):
         self.lines.append(text)
 
     def temporary(self, text: str) -> str:
-        """The name of what the text computes."""
+        """A name for the value of the text."""
         token = self._tokens.get(text)
         if token is None:
             token = self._tokens[text] = f"t{len(self._tokens)}"
@@ -104,7 +105,7 @@ class _Source(Arithmetic[T]):
         return FunctionType(code, dict(self.globals))
 
     def assign(self, name: str, value: T) -> None:
-        """From here on ``name`` stands for the value."""
+        """Let ``name`` stand for the value from here on."""
         self.names[name] = value
 
     def name(self, node: Name) -> T:
@@ -113,12 +114,12 @@ class _Source(Arithmetic[T]):
 
 @lru_cache(maxsize=1_000)
 def _compiled(text: str) -> CodeType:
-    """The code of a function: blocks of one shape have the same."""
+    """The code of a function; blocks of one shape share it."""
     return next(c for c in compile(text, "<kernel>", "exec").co_consts if isinstance(c, CodeType))
 
 
 def made_again(code: bytes) -> Callable[..., Any]:
-    """A function of floats whose code was kept."""
+    """A function of floats from cached code."""
     kept, emitter = marshal.loads(code), Emitter(())
     for name in kept.co_names:
         if name.startswith(CALLED):
@@ -135,7 +136,7 @@ class Emitter(_Source[str]):
         super().__init__([*names.values()], names, __builtins__=builtins, nan=nan, inf=inf, clip=np.clip)
 
     def bound(self, name: str, low: float, high: float, low_open: bool, high_open: bool) -> None:
-        """Raise ValueError where the value called ``name`` lies outside the range, or move arrays into it."""
+        """Raise ValueError if the value called ``name`` lies outside the range, or move arrays into it."""
         sides = ((low, "<=" if low_open else "<"), (high, ">=" if high_open else ">"))
         tests = [f"{self.names[name]} {sign} {end!r}" for end, sign in sides if math.isfinite(end)]
         if tests and self._arrays:
@@ -214,8 +215,8 @@ Side: TypeAlias = tuple[Expression, Expression]
 
 
 def shared_factors(node: Quotient) -> Iterator[tuple[Expression, Side, Side]]:
-    """Factors that some terms of the dividend and of the divisor share, with what they are taken from: a
-    quotient ``(a*x + d)/(b*x + c)`` is ``(a + d/x)/(b + c/x)``."""
+    """Factors shared by some terms of the dividend and of the divisor, with these terms: a quotient
+    ``(a*x + d)/(b*x + c)`` is ``(a + d/x)/(b + c/x)``."""
     above, below = ([factors(term) for term in _terms(side)] for side in (node.left, node.right))
     if len(below) == 1:
         return
@@ -230,7 +231,7 @@ def _terms(side: Expression) -> Sequence[Expression]:
 
 
 def factors(node: Expression) -> list[Expression]:
-    """What a product multiplies, squares as two of the same."""
+    """The factors of a product, squares as two equal ones."""
     match node:
         case Product(left, right):
             return factors(left) + factors(right)
@@ -243,7 +244,7 @@ def factors(node: Expression) -> list[Expression]:
 
 
 def without(some: Sequence[Expression], others: Sequence[Expression]) -> list[Expression]:
-    """Factors that others do not have, or not as often."""
+    """Factors that others do not have, or less often."""
     return list((Counter(some) - Counter(others)).elements())
 
 
@@ -263,7 +264,7 @@ def _split(part: Expression, terms: Sequence[list[Expression]]) -> Side:
 class IntervalEmitter(_Source[Pair]):
     """Code for the two ends of expressions. Names in ``points`` are single numbers, with one end.
 
-    ``forms`` are further operations that a caller of ``apply`` may name.
+    ``forms`` are further operations for ``apply``.
     """
 
     def __init__(self, boxes: Sequence[str], points: Sequence[str], **forms: Callable[..., Any]) -> None:
@@ -277,13 +278,13 @@ class IntervalEmitter(_Source[Pair]):
     def function(self, results: Iterable[str]) -> Callable[..., Any]:
         """A function of the points, in their order, that returns one of the ends of a box.
 
-        What depends on points alone is computed once for all boxes.
+        Values that depend on points only are computed once for all boxes.
         """
         body = (f"    {line}" for line in (*self.lines, f"return ({', '.join(results)})"))
         return self._kernel([*self._once, f"def on_box({self._ends}):", *body, "return on_box"])
 
     def apply(self, name: str, *operands: Pair, more: str = "") -> Pair:
-        """The pair that the operation of that name returns for the ends of the operands."""
+        """The pair that the named operation returns for the ends of the operands."""
         ends = ", ".join(end for pair in operands for end in pair)
         return self._assigned(f"{name}({ends}{more})", *operands)
 
@@ -294,7 +295,7 @@ class IntervalEmitter(_Source[Pair]):
         return token, token
 
     def _constant(self, value: float) -> str:
-        """The token of a number: blocks that differ in numbers alone have the same code."""
+        """The token of a number: blocks that differ only in numbers share their code."""
         token = self._tokens.setdefault(repr(value), f"n{len(self._tokens)}")
         self.globals[token] = value
         self._fixed.add(token)
@@ -330,7 +331,8 @@ class IntervalEmitter(_Source[Pair]):
         return self.apply("multiply", left, right)
 
     def divided(self, node: Quotient, above: Pair, below: Pair) -> Pair:
-        """A quotient, also with both sides divided by a factor: it stands once less, and may be unbounded."""
+        """A quotient, also with both sides divided by a factor, which then occurs once less and may be
+        unbounded."""
         found = self.apply("divide", above, below)
         for part, *sides in shared_factors(node):
             x = self.of(part)
@@ -391,7 +393,7 @@ class SparseSystem:
         return other
 
     def at(self, known: Sequence[float]) -> tuple[Callable[[Array], Array], Callable[[Array], Triplets]]:
-        """Residual and Jacobian at these values of the known names; nan where they are undefined."""
+        """Residual and Jacobian at these values of the known names; nan where undefined."""
         constants = np.array(known, dtype=float)
 
         def residual(x: Array) -> Array:
@@ -408,8 +410,8 @@ class SparseSystem:
         return residual, jacobian
 
     def with_explicit(self, x: Array, known: Sequence[float]) -> Array:
-        """The point (n,) with every unknown that a rule tells outright (``l = sqrt(u^2 + v^2)``) as that has
-        it; as it is where such rules go round in a circle."""
+        """The point (n,) with every unknown that a rule gives explicitly (``l = sqrt(u^2 + v^2)``) replaced
+        by its value; unchanged if such rules are circular."""
         everything = np.concatenate([x, np.array(known, dtype=float)])
         for function, targets, places, numbers in self._explicit:
             with np.errstate(all="ignore"):
@@ -420,7 +422,7 @@ class SparseSystem:
 
     @cached_property
     def _explicit(self) -> list[tuple[Callable[..., Any], NDArray[np.intp], NDArray[np.intp], Array]]:
-        """Functions of arrays with the unknowns that they tell, in an order in which they may be followed."""
+        """Functions of arrays with the unknowns that they give, in an order of evaluation."""
         telling = [shape for shape in self.shapes if shape.told]
         across = [shape.places.T.tolist() for shape in telling]
         rules: dict[int, tuple[int, int, int]] = {}
@@ -453,7 +455,7 @@ class SparseSystem:
         return found
 
     def divides_by_nothing(self, x: Sequence[float], known: Sequence[float], bars: Sequence[float]) -> bool:
-        """Whether a rule divides by what may be 0, or nearly, as the unknowns are off by their error bars."""
+        """Whether a rule has a divisor that may be 0, or nearly, within the error bars of the unknowns."""
         everything = np.array([*x, *known], dtype=float)
         off = np.array([*bars, *[0.0] * len(known)])
         for shape in self.shapes:
@@ -469,7 +471,7 @@ class SparseSystem:
 
 class _Shape:
     """A family as one function of arrays; ``places`` (k, m) of its names among unknowns and known ones.
-    ``told`` are its sides that are a name alone (0: the left one), with the place of that name."""
+    ``told`` are its sides that are a single name (0: the left one), with the place of that name."""
 
     def __init__(self, family: Family, places: NDArray[np.intp], n: int) -> None:
         self.rows, self.places, self.numbers = family.places, places, family.numbers
@@ -519,7 +521,7 @@ class _Shape:
 
     @cached_property
     def divisors(self) -> list[tuple[list[int], Callable[..., Any]]]:
-        """What is divided by, with its slopes by the names in it."""
+        """The divisors, with their slopes by the names in them."""
         found = []
         for divisor in dict.fromkeys(divisors(self.form)):
             read = _read(divisor)
@@ -530,7 +532,7 @@ class _Shape:
 
 
 def with_expm1(expression: Expression, ones: Collection[str]) -> Expression:
-    """The expression with ``exp(x) - 1`` as one function, where the names ``ones`` stand for 1."""
+    """The expression with ``exp(x) - 1`` as one function; the names ``ones`` stand for 1."""
     expression = rebuilt(expression, tuple([with_expm1(part, ones) for part in children(expression)]))
     terms = expression.terms if isinstance(expression, Sum) else ()
     pair = less_one(terms, lambda part: isinstance(part, Name) and part.name in ones)
@@ -545,12 +547,12 @@ def with_expm1(expression: Expression, ones: Collection[str]) -> Expression:
 
 
 def _read(expression: Expression) -> list[int]:
-    """The places of the names of a template that stand for no numbers, in the order in which they occur."""
+    """The places of the names of a template that do not stand for numbers, in order of occurrence."""
     return [int(name[1:]) for name in dict.fromkeys(names(expression)) if not name.startswith("#.")]
 
 
 def divisors(expression: Expression) -> Iterator[Expression]:
-    """What a rule divides by, with variables in it (a power of it, or the cosine in a tangent)."""
+    """The divisors of a rule with variables in them (or in a power, or in the cosine of a tangent)."""
     stack: list[Any] = [expression]
     while stack:
         node = stack.pop()

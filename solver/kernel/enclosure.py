@@ -1,6 +1,6 @@
-"""The residual of a chain with one tear, and its slope, over boxes of the tear.
+"""Enclosures of the residual of a chain with one tear, and of its slope, over boxes of the tear.
 
-They are compiled when they are first asked for, to code for one box.
+They are compiled on first use, to code for one box.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from solver.kernel.emitter import IntervalEmitter, Pair
 
 
 def bounded(low: float, high: float, least: float, most: float) -> Interval:
-    """What lies between ``least`` and ``most``."""
+    """The part of an interval between ``least`` and ``most``."""
     low, high = greatest(low, least), smaller(high, most)
     return (low, high) if low <= high else EMPTY
 
@@ -28,7 +28,7 @@ def bounded(low: float, high: float, least: float, most: float) -> Interval:
 def quotient(
     a_low: float, a_high: float, b_low: float, b_high: float, not_negative: int, relational: int
 ) -> Interval:
-    """A product x*c = t says nothing about x where both c and t may be 0."""
+    """A product x*c = t does not bound x if both c and t may be 0."""
     if not_negative:
         least, most = b_low, b_high
         if a_low > 0.0 and least < 0.0:
@@ -57,8 +57,8 @@ Code: TypeAlias = Callable[..., Any]
 class Enclosure:
     """Bounds over boxes of the tear, given the numbers ``known`` to the chain, in this order.
 
-    Names that are ``ranged`` are known within ranges: the ends of these follow those of the tear in a box.
-    ``shared`` is what chains that differ in names have in common.
+    Names that are ``ranged`` are known within ranges: their ends follow those of the tear in a box.
+    ``shared`` is common to chains that differ in names only.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class Enclosure:
 
     @property
     def operations(self) -> int:
-        """How many operations on all boxes one level of a search costs: range, sections and slope."""
+        """The number of operations on all boxes of one level of a search: range, sections and slope."""
 
         def count() -> int:
             chains = self._chain, self._chain, self._slope or self._chain
@@ -100,7 +100,7 @@ class Enclosure:
         return self._shared[key]
 
     def ranges(self, boxes: Sequence[tuple[float, ...]], known: Sequence[float]) -> list[Interval]:
-        """The residual over each box; nan, nan where it is undefined all over it or has no root."""
+        """The residual over each box; nan, nan if it is undefined all over it or has no root."""
         on_box = self._range(*known)
         found = [on_box(*box) for box in boxes]
         for place, (box, (below, above)) in enumerate(zip(boxes, found, strict=True)):
@@ -115,7 +115,7 @@ class Enclosure:
         return bool(self._sides) and all(_is_rootless(side._range(*known)(*box)) for side in self._sides)
 
     def _has_none_far(self, box: tuple[float, ...], known: Sequence[float]) -> bool:
-        """Whether a box far from 0 has no root, as seen over the reciprocals of the tear."""
+        """Whether a box far from 0 has no root, using the reciprocal of the tear."""
         low, high, *others = box
         if not (low >= FAR or high <= -FAR):
             return False
@@ -144,7 +144,7 @@ class Enclosure:
         return [LINE if isnan(below) or isnan(above) else (below, above) for below, above in found]
 
     def along(self, number: int, expression: Expression) -> Enclosure:
-        """Bounds of an expression, the ``number``-th that is asked for, in place of the residual."""
+        """Bounds of an expression, the ``number``-th such request, in place of the residual."""
         last = Assignment(self._chain.residuals[0], expression)
         chain = self._chain._replace(assignments=(*self._chain.assignments[:-1], last))
         return self._beside(f"along {number}", chain)
@@ -158,7 +158,7 @@ class Enclosure:
         return self._beside("far", reciprocal(self._chain))
 
     def _beside(self, name: str, chain: Chain) -> Enclosure:
-        """Bounds for a chain made from this one, compiled once for all that differ in names."""
+        """Bounds for a chain derived from this one, compiled once for all that differ in names."""
         return Enclosure(chain, self._known, self._ranged, self._once(name, dict))
 
     @property
@@ -183,7 +183,7 @@ class Enclosure:
 
     @property
     def _slope_range(self) -> Code:
-        """The same for the slope of the residual, where that is smooth."""
+        """The same for the slope of the residual, if that is smooth."""
         code: Code = self._once("slope range", self._slope_range_made)
         return code
 
@@ -196,9 +196,9 @@ class Enclosure:
 def _followed(
     chain: Chain, known: Sequence[str], ranged: Sequence[str], smooth: bool = False
 ) -> IntervalEmitter:
-    """The box of every name of a chain; nan, nan at once where some value must leave its domain.
+    """The box of every name of a chain; returns nan, nan if some value must leave its domain.
 
-    ``smooth``: -inf, inf at once where some value may, or may jump.
+    ``smooth``: returns -inf, inf if some value may leave it, or may jump.
     """
     emitter = IntervalEmitter((*chain.tears, *ranged), known, cut=cut, bounded=bounded, quotient=quotient)
     otherwise = "return -inf, inf" if smooth else "return nan, nan"
@@ -220,7 +220,7 @@ def _followed(
 
 
 def _assigned(emitter: IntervalEmitter, item: Assignment) -> Pair:
-    """A quotient that must not be negative has a divisor of its dividend's sign."""
+    """A quotient that must not be negative has a divisor with the sign of its dividend."""
     expression = item.expression
     if not isinstance(expression, Quotient) or not (item.relational or item.low >= 0.0):
         return emitter.of(expression)

@@ -1,10 +1,10 @@
 """Searches over all unknowns of a block at once: by boxes, from starts, for a curve.
 
-Where all unknowns have finite ranges, their box is subdivided with proof (``numerics/subdivision.py``).
+If all unknowns have finite ranges, their box is subdivided with proof (``numerics/subdivision.py``).
 
-Half of the starts are tears spread over their ranges, the rest by the block's own steps: following the chains
-of the tearing puts every start on all equations but the residual ones; where a step would leave the domain it
-is held at the edge of it. Where descent finds nothing, trust regions do.
+Half of the starts are tears spread over their ranges, followed along the chains of the tearing. Such a start
+satisfies all equations but the residual ones; a step that would leave the domain stays at its boundary. If
+descent finds nothing, trust regions are tried.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ LIMITS, THOROUGH = (20_000, 2_000), (600_000, 400_000)
 
 
 def search_boxes(problem: BlockProblem, candidates: Candidates, thorough: bool = False) -> bool:
-    """Refine every box that may hold a root. True where the roots are proven to be all."""
+    """Refine every box that may hold a root. True if the roots are proven to be all."""
     from solver.numerics.subdivision import branch_and_prune  # few blocks come to this
 
     kernel = problem.kernel
@@ -81,7 +81,8 @@ MAX_BATCH_UNKNOWNS = 60
 
 
 def search_from_starts(problem: BlockProblem, candidates: Candidates) -> None:
-    """Find roots from the guess and from starts spread over the ranges; nothing is proven of others."""
+    """Find roots from the guess and from starts spread over the ranges; this proves nothing about
+    others."""
     kernel = problem.kernel
     batches = kernel.smooth and len(kernel.unknowns) <= MAX_BATCH_UNKNOWNS
     if problem.guesses or not batches:  # one by one: the guess is worth a longer search
@@ -103,7 +104,8 @@ def search_from_starts(problem: BlockProblem, candidates: Candidates) -> None:
 
 
 def _guess_and_beside(problem: BlockProblem, count: int) -> Iterator[list[float]]:
-    """The guess, moved into the ranges, 1 for an unknown without one; and points that fill these."""
+    """The guess, moved into the ranges, 1 for an unknown without one; and points spread over the
+    ranges."""
     ranges = {name: problem.domain(name) for name in problem.unknowns}
     yield [min(max(problem.guesses.get(name, 1.0), low), high) for name, (low, high) in ranges.items()]
     yield from spread([*ranges.values()], problem.scale, count)
@@ -121,7 +123,7 @@ NEAR_ZERO = 1e-6
 
 
 def _in_batches(problem: BlockProblem, candidates: Candidates) -> None:
-    """Refine what the starts lead to, round after round, until a round brings nothing new."""
+    """Refine the ends of the starts, round after round, until a round finds nothing new."""
     scale = problem.sizes
     found: list[Array] = []
     problem.budget.used += FIRST_ROUND * len(scale)
@@ -158,8 +160,8 @@ def _arrivals(
 
 
 def _beside_zeros(problem: BlockProblem, candidates: Candidates, starts: Array) -> None:
-    """Where the starts led to a curve along which unknowns are 0 (a mass, say, that all terms contain): the
-    same starts again, on ways that do not cross those zeros."""
+    """If the starts led to a curve on which unknowns are 0 (a mass, say, in all terms): the same starts
+    again, without crossing those zeros."""
     points = np.array([list(answer.values.values()) for answer in candidates.answers])
     zero = (points == 0.0).all(axis=0) if len(points) else np.zeros(len(problem.unknowns), dtype=bool)
     if not zero.any():
@@ -172,11 +174,12 @@ def _beside_zeros(problem: BlockProblem, candidates: Candidates, starts: Array) 
 
 
 def starts_of(problem: BlockProblem, first: int, last: int) -> Array:
-    """Half of them along the chains, the others with every unknown on its own."""
+    """Half of the starts along the chains, the others with every unknown independent."""
     sizes = problem.named(problem.sizes.tolist())
 
     def points(names: Sequence[str]) -> Array:
-        """Those (last - first, names) of a sequence that is spread over the ranges of unknowns."""
+        """The points (last - first, names) of a sequence that is spread over the ranges of
+        unknowns."""
         around = [sizes[name] for name in names]
         return np.array(list(spread([*map(problem.domain, names)], around, last - first, first)))
 
@@ -187,7 +190,7 @@ def starts_of(problem: BlockProblem, first: int, last: int) -> Array:
 
 
 def _distinct(problem: BlockProblem, ends: Array, known: Sequence[Array]) -> list[Array]:
-    """Those that are neither among the ``known`` nor one another, with angles in the turn around 0."""
+    """The points that equal none of the ``known`` or earlier ones, with angles in the turn around 0."""
     ends = ends.copy()
     for place, name in enumerate(problem.unknowns):
         turn, (low, high) = problem.turn(name), problem.domain(name)
@@ -240,8 +243,8 @@ CORRECTIONS = 4
 
 
 def free_curve(problem: BlockProblem, point: Mapping[str, float] | None = None) -> BlockOutcome | None:
-    """What a block leaves free at an answer of it, or at a point that is looked for; None where there is
-    none, or no way leads on from there."""
+    """The freedom that a block leaves at an answer, or at a point searched for; None if there is none,
+    or it does not continue."""
     if len(problem.unknowns) > MAX_BATCH_UNKNOWNS or not problem.kernel.smooth:
         return None
     with np.errstate(all="ignore"):
@@ -260,7 +263,7 @@ class _Curve:
         self.projected = partial(_arrivals, problem, ranges=(low, high), by=GAUSS_NEWTON)
 
     def points(self) -> Iterator[Array]:
-        """Points at which every rule holds, of a few starts."""
+        """Points at which every rule holds, from a few starts."""
         count = min(max(WORK // len(self.scale), FEWEST_STARTS), MOST_STARTS)
         ends = self.projected(starts_of(self.problem, 0, count // 2))
         nearest = sorted(ends, key=lambda x: float(max(abs(x) / self.scale)))[:ENDS]
@@ -289,7 +292,8 @@ class _Curve:
         return matrix / rows[:, None], weight, rows
 
     def through(self, x: Array) -> BlockOutcome | None:
-        """What is free along every direction from the point in which all rules hold on."""
+        """The free unknowns along every direction from the point in which all rules continue to
+        hold."""
         matrix, weight, _ = self._scaled(x)
         _, singular, right = np.linalg.svd(matrix)
         ways = [direction for s, direction in zip(singular, right, strict=True) if s <= FREE * singular[0]]
@@ -307,7 +311,7 @@ class _Curve:
         return left_free(problem, point, direction, free)
 
     def _along(self, x: Array, way: Array) -> Array | None:
-        """A point some way on at which every rule holds, on either side."""
+        """A point some distance away, on either side, at which every rule holds."""
         meant = float(abs(AWAY * way).max())
         for there in self.projected(x + np.outer((AWAY, -AWAY), way)):
             settled = self._settled(there)
@@ -325,7 +329,7 @@ MOST_BESIDE = 12
 
 
 def with_isolated(problem: BlockProblem, curve: BlockOutcome) -> BlockOutcome:
-    """The isolated answers, if any are found from a few starts, with the curve as a note; else the curve."""
+    """The isolated answers, if a few starts find any, with the curve as a note; else the curve."""
     known = curve.answers[0].values if curve.answers else {}
     if not known or len(problem.unknowns) > MOST_BESIDE or not problem.kernel.smooth:
         return curve
@@ -338,7 +342,7 @@ def with_isolated(problem: BlockProblem, curve: BlockOutcome) -> BlockOutcome:
 
 
 def beside(curve: BlockOutcome) -> Beside:
-    """The note on a curve that there are other answers than those on it."""
+    """The note on a curve of answers besides the isolated ones."""
     known = tuple(curve.answers[0].values.items()) if curve.answers else ()
     equations = next((f.equations for f in curve.facts if isinstance(f, RankLoss)), ())
     return Beside(equations, curve.free, known)
@@ -349,9 +353,10 @@ MOST_SUSPECTS = 12
 
 
 def without_curves(problem: BlockProblem, outcome: BlockOutcome) -> BlockOutcome:
-    """The outcome without answers that lie on a curve; what the curve leaves free, where it has no others.
+    """The outcome without answers that lie on a curve; the free unknowns of the curve, if there are no
+    others.
 
-    A list of some points of a curve says nothing of the others, so that it is never complete.
+    A list of some points of a curve is never complete.
     """
     suspects = [answer for answer in outcome.answers if answer.double]
     if not suspects or outcome.free or len(problem.unknowns) == 1:

@@ -1,10 +1,9 @@
-"""Linear blocks: decided by elimination, not iterated; and those that have full rank by accident.
+"""Linear blocks: decided by elimination, not iterated; and those with full rank only by rounding.
 
-Some have it by less than what their known numbers leave open. A number that was computed is good to its
-error, one that was given to its last place. Where that is enough to make the matrix singular, and the
-equations hold all along the line that it leaves then, they determine nothing there, whatever elimination
-makes of the digits at hand (to first order: G. W. Stewart & J. Sun, *Matrix Perturbation Theory*, 1990,
-section IV.3).
+Some have full rank by less than the errors of their known numbers: the error bar of a computed number,
+the last place of a given one. If these errors can make the matrix singular, and the equations then hold
+along a line, they determine nothing there, whatever elimination finds for the given digits (to first
+order: G. W. Stewart & J. Sun, *Matrix Perturbation Theory*, 1990, section IV.3).
 """
 
 from __future__ import annotations
@@ -29,8 +28,8 @@ from solver.numerics.tolerances import ROUNDINGS, SMALLEST_NORMAL
 
 
 class Perturbed:
-    """The block of a ``problem`` with its known numbers, given ones included, ``off`` by ``slack`` times so
-    much, by name; the numbers that stand in its rules by as many half units of their last places."""
+    """The block of a ``problem`` whose known numbers, given ones included, may be ``off`` by ``slack``
+    times as much, by name, and the numbers in its rules by as many half units of their last places."""
 
     def __init__(self, problem: BlockProblem, off: Mapping[str, float], slack: float) -> None:
         self.problem = problem
@@ -45,7 +44,7 @@ class Perturbed:
 
     def reach(self, w: Sequence[float], z: Sequence[float]) -> float:
         """How far w·A z, which is w·(F(z) - F(0)) of linear rules F, moves to first order as every number
-        moves by what it may be off; nan where that is not known."""
+        moves within its error; nan if that is unknown."""
         there = {**self.at, **dict(zip(self.problem.unknowns, z, strict=True))}
         far = dict.fromkeys(self.moves, 0.0)
         try:
@@ -60,9 +59,10 @@ class Perturbed:
         return total if total < math.inf else math.nan
 
     def holds(self, point: Mapping[str, float]) -> bool:
-        """Whether the rule check accepts every equation, or what is known may be as far off as it misses.
+        """Whether the rule check accepts every equation, or errors of the known numbers explain the
+        residual.
 
-        Floats may have made up as much of that as they round, if it is known how much that is.
+        Rounding in floats may account for a part of it, if its size is known.
         """
         problem = self.problem
         everything = {**problem.here, **point}
@@ -107,11 +107,11 @@ def undetermined(
     singular: bool = False,
     slack: float = 1.0,
 ) -> BlockOutcome | None:
-    """What a block with this matrix (n, n), which is nearly singular, leaves free, or how it contradicts
-    itself; None where it determines its unknowns.
+    """The unknowns that a block with this nearly singular matrix (n, n) leaves free, or its
+    contradiction; None if it determines its unknowns.
 
-    ``matrix`` and ``rhs`` hold numbers that ``exact`` makes exact ones of. ``singular``: the matrix
-    is known to be, to all the digits at hand. ``slack``: numbers may be so many times as far ``off``.
+    ``exact`` converts the numbers of ``matrix`` and ``rhs`` to exact ones. ``singular``: the matrix is
+    known to be, to all digits. ``slack``: numbers may be so many times as far ``off``.
     """
     near = _NearlySingular.of(matrix, rhs)
     if near is None:
@@ -144,10 +144,10 @@ def _free_within_check(
     instead: BlockOutcome | None,
     singular: bool = False,
 ) -> BlockOutcome | None:
-    """What a nearly singular block leaves free within the backward error of the rule check, where the outcome
-    that its digits at hand have ``instead`` is worth nothing: refused, or 0 for all, as any scale times 0 is.
+    """The freedom of a nearly singular block within the backward error of the rule check, if the outcome
+    ``instead`` for its given digits is useless: refused, or 0 for all, which any scale satisfies.
 
-    Numbers that were read off one answer agree to their last places, not to half of one.
+    Numbers copied from one answer agree to their last places, not to half of one.
     """
     if instead is not None and instead.answers:
         zeros = dict.fromkeys(problem.unknowns, 0.0)
@@ -176,7 +176,7 @@ class _NearlySingular:
 
     @classmethod
     def of(cls, matrix: Sequence[Sequence[Any]], rhs: Sequence[Any]) -> _NearlySingular | None:
-        """None where nothing of it is small."""
+        """None if no singular value is small."""
         with np.errstate(all="ignore"):
             try:
                 near = cls(matrix, rhs)
@@ -185,7 +185,7 @@ class _NearlySingular:
         return near if near.left else None
 
     def lost(self, exact: Callable[[float], Any], moved: Perturbed, least: float) -> list[list[float]]:
-        """Null directions (n,) of what the matrix may as well be, the largest entry of each 1."""
+        """Null directions (n,) of the singular matrix nearby, the largest entry of each 1."""
         found = []
         for w, z in zip(self.left, self.right, strict=True):
             terms = (
@@ -200,14 +200,14 @@ class _NearlySingular:
         return found
 
     def point(self, lost: int) -> list[float]:
-        """The solution of least scaled norm with the last singular values taken for 0."""
+        """The solution of least scaled norm with the last singular values replaced by 0."""
         kept = len(self.s) - lost
         y = (self.u.T @ self.b)[:kept] / self.s[:kept]
         point: list[float] = ((self.v[:kept].T @ y) / self.columns).tolist()
         return point
 
     def contradiction(self, problem: BlockProblem, lost: int) -> BlockOutcome:
-        """The equations whose left sides make up 0 = 0, and what their right sides make up instead."""
+        """The equations whose left sides combine to 0 = 0, and the combination of their right sides."""
         scaled = self.u[:, len(self.s) - lost :].T
         worst = scaled[np.argmax(np.abs(scaled @ self.b))]
         involved = [i for i, share in enumerate(worst) if abs(share) > STILL]
@@ -218,9 +218,9 @@ class _NearlySingular:
 
 
 def solve_linear_block(problem: BlockProblem, off: InputErrors) -> BlockOutcome | None:
-    """The outcome of a block that is linear in its unknowns; None where numbers are not finite.
+    """The outcome of a block that is linear in its unknowns; None if numbers are not finite.
 
-    ``off`` tells how far the known numbers may be.
+    ``off``: the errors of the known numbers.
     """
     try:  # where every unknown is 0, by one sweep of each equation, uncompiled
         at_zero = {**problem.here, **dict.fromkeys(problem.unknowns, 0.0)}
@@ -265,7 +265,7 @@ def _linearized(
 
 
 def _rounded(problem: BlockProblem, facts: LinearOutcome) -> bool:
-    """Whether a contradiction may come of the rounding of the constant terms alone."""
+    """Whether a contradiction may come only from the rounding of the constant terms."""
     point = {**problem.here, **dict.fromkeys(problem.unknowns, 0.0)}
     noise = (rounded_derivatives(problem.kernel.forms[row], point)[2] for row in facts.conflict)
     total = sum(abs(share) * size for share, size in zip(facts.multipliers, noise, strict=True))
@@ -273,7 +273,7 @@ def _rounded(problem: BlockProblem, facts: LinearOutcome) -> bool:
 
 
 def _regular(problem: BlockProblem, point: dict[str, float]) -> BlockOutcome | None:
-    """The solution; refined where the right-hand side was rounded so much that it does not hold as it is."""
+    """The solution; refined if rounding of the right-hand side would spoil it."""
     if not problem.holds(point):
         point = problem.named(newton(problem.residual, problem.jacobian, list(point.values())).x)
         if not problem.holds(point):
@@ -310,9 +310,9 @@ STEP_ALONG = 1e-2
 def stays_deficient(problem: BlockProblem, point: Mapping[str, float]) -> bool:
     """Whether the Jacobian stays deficient as the known values move, with the equations still satisfied.
 
-    A point of the solution set over unknowns *and* known values is displaced along the null space of
-    the whole Jacobian and brought back by Gauss–Newton. If the unknowns' part of the Jacobian has lost
-    rank there too, the equations repeat one another; if not, it is the values at hand that are special.
+    A point of the solution set over unknowns *and* known values is displaced along the null space of the
+    whole Jacobian and brought back by Gauss–Newton. If the unknowns' part of the Jacobian has lost rank
+    there too, the equations are dependent; if not, the given values are special.
 
     Numpy's warnings are silenced by the caller. Raises ArithmeticError and LinAlgError.
     """

@@ -1,8 +1,9 @@
-"""A block that its tearing makes polynomials in one tear or two: every answer, by an exact count of roots.
+"""A block that its tearing turns into polynomials in one tear or two: every answer, by an exact count of
+roots.
 
-The known numbers are taken as the exact fractions that floats are, and the steps are followed in polynomials
-of the tear with such coefficients. Nothing is compiled, and nothing is rounded before the roots are. Where
-the tear is an angle θ, the polynomials are those of t = tan(θ/2): cos θ = (1-t²)/(1+t²), sin θ = 2t/(1+t²).
+The known numbers are the exact fractions of their floats, and the steps are polynomials in the tear with
+such coefficients. Nothing is compiled, and nothing is rounded before the roots. If the tear is an angle θ,
+the polynomials are in t = tan(θ/2): cos θ = (1-t²)/(1+t²), sin θ = 2t/(1+t²).
 
 ``counted``: whether the answers of a block with one tear, found otherwise, are all, because every root of
 its eliminant is accounted for.
@@ -54,11 +55,11 @@ FLAT = Fraction(1, 1000)
 
 
 class NotPolynomial(Exception):
-    """Something that is no polynomial of low degree, or whose coefficients are not exact."""
+    """The form is not a polynomial of low degree, or its coefficients are not exact."""
 
 
 class _Steps:
-    """The steps of a block followed in polynomials of its tears, or of the cosine and the sine of one."""
+    """The steps of a block as polynomials of its tears, or of the cosine and the sine of one."""
 
     def __init__(
         self, problem: BlockProblem, forms: Forms, turn: float | None = None, exact: Exact = Fraction
@@ -73,7 +74,7 @@ class _Steps:
             self.values[name] = self._value(form)
 
     def residuals(self, problem: BlockProblem) -> list[Gross]:
-        """What must vanish. Raises NotPolynomial."""
+        """The residuals. Raises NotPolynomial."""
         equations = (problem.graph.model.equations[number] for number in problem.kernel.block.residuals)
         return [self._value(smooth(equation.left, equation.right)) for equation in equations]
 
@@ -111,7 +112,7 @@ class _Steps:
         return a[0] * b[0], a[1] * b[1]
 
     def _degree(self, polynomial: Polynomial) -> int:
-        """In one of its tears, the highest, or in t."""
+        """The highest degree in one of its tears, or in t."""
         if self.turn is not None:
             degrees = (sum(e if n == SINE else 2 * e for n, e in m) for m in polynomial)
             return max(degrees, default=0)
@@ -152,7 +153,7 @@ CIRCLE = constant(1.0) + TANGENT * TANGENT
 
 
 def _half_angle(polynomial: Polynomial, power: int, cosine: Polynomial) -> Polynomial:
-    """A polynomial of cosine and sine as one of t = tan(θ/2), times (1 + t²) to a power: ``cosine`` times
+    """A polynomial of cosine and sine as one of t = tan(θ/2), times a power of (1 + t²): ``cosine`` times
     1 + t² is 1 - t², or what that would be if nothing cancelled in it."""
     total = Polynomial()
     for monomial, coefficient in polynomial.items():
@@ -168,19 +169,17 @@ def _scaled(gross: Gross, factor: Fraction) -> Gross:
 
 
 def _total(polynomial: Polynomial) -> int:
-    """The highest total degree of a monomial."""
     return max((sum(exponent for _, exponent in monomial) for monomial in polynomial), default=0)
 
 
 def _dense(polynomial: Polynomial) -> list[Fraction]:
-    """Coefficients of a polynomial in one unknown."""
     by_degree = {sum(exponent for _, exponent in monomial): c for monomial, c in polynomial.items()}
     return [by_degree.get(k, Fraction(0)) for k in range(max(by_degree, default=-1) + 1)]
 
 
 class _OnePolynomial(NamedTuple):
     """A block as a polynomial in its tear, or in t: ``simple`` has each of its roots once, ``several`` tells
-    whether it has some more than once, ``at_half_turn`` how often t = ∞ is one."""
+    whether some are multiple, ``at_half_turn`` is the multiplicity of t = ∞."""
 
     forms: Forms
     simple: Coefficients
@@ -195,7 +194,7 @@ class _OnePolynomial(NamedTuple):
 
 
 def _cancels(terms: Sequence[Fraction], share: Fraction) -> bool:
-    """Whether no more than so large a share of the terms is left of their sum."""
+    """Whether the sum is at most so large a share of its terms."""
     return abs(sum(terms, Fraction(0))) <= share * sum(map(abs, terms), Fraction(0))
 
 
@@ -224,10 +223,10 @@ def _one_polynomial(
 
 
 def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
-    """Find the answers; False where the block is no such polynomial, or rounding leaves a doubt about one.
+    """Find the answers; False if the block is not such a polynomial, or rounding leaves one in doubt.
 
-    The only tear is a number, or an angle free to turn. Multiple roots are what they are in exact numbers; or
-    in decimals, as people write them: (x - 1.6)^3 expanded has three roots in one, which floats part.
+    The only tear is a number, or an angle free to turn. Multiple roots are those of the exact numbers; or of
+    the decimals as written: (x - 1.6)^3 expanded has a triple root, which rounding splits.
     """
     (tear,) = problem.kernel.block.tears
     turn, domain = problem.turn(tear), problem.domain(tear)
@@ -262,7 +261,7 @@ def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
 def _followed(
     problem: BlockProblem, turn: float | None = None, exact: Exact = Fraction
 ) -> tuple[Forms, list[Gross]] | None:
-    """The explicit forms of the steps, and what must vanish; None where that is no polynomial."""
+    """The explicit forms of the steps, and the residuals; None if they are not polynomials."""
     forms = _explicit_forms(problem)
     try:
         return None if forms is None else (forms, _Steps(problem, forms, turn, exact).residuals(problem))
@@ -271,7 +270,7 @@ def _followed(
 
 
 def _explicit_forms(problem: BlockProblem) -> Forms | None:
-    """The steps of the block as explicit forms; None where one has several or may be refused."""
+    """The steps of the block as explicit forms; None if one has several or may have none."""
     graph, found = problem.graph, []
     for step in problem.kernel.block.order:
         isolation = graph.isolation(step.equation, graph.number[step.unknown])
@@ -284,7 +283,7 @@ def _explicit_forms(problem: BlockProblem) -> Forms | None:
 def _clear_roots(
     simple: Coefficients, low: float = -math.inf, high: float = math.inf
 ) -> tuple[float, ...] | None:
-    """The real roots in a range of a polynomial that has each once; None where they are not known, or an
+    """The real roots in a range of a polynomial without multiple roots; None if they are unknown, or an
     extremum may be a double root but for the rounding of the inputs."""
     roots = real_roots(simple, low, high)
     slope = [k * c for k, c in enumerate(simple)][1:]
@@ -296,7 +295,7 @@ def _clear_roots(
 
 
 def _point_at(problem: BlockProblem, forms: Forms, tears: Mapping[str, float]) -> dict[str, float] | None:
-    """The unknowns where the tears have these values; None where a step has none there."""
+    """The unknowns at these values of the tears; None if a step has none there."""
     point = dict(tears)
     try:
         for name, form in forms:
@@ -307,9 +306,9 @@ def _point_at(problem: BlockProblem, forms: Forms, tears: Mapping[str, float]) -
 
 
 def counted(problem: BlockProblem, candidates: Candidates) -> bool:
-    """Whether the answers are known to be all; one that was missing is added to them.
+    """Whether the answers are known to be all; a missing one is added to them.
 
-    Only for algebraic blocks, whose eliminant has no root that rounding might have parted in two, or hidden.
+    Only for algebraic blocks, whose eliminant has no root that rounding might have split or hidden.
     """
     block = problem.kernel.block
     if len(block.tears) != 1 or problem.turn(block.tears[0]) is not None or candidates.refused:
@@ -329,7 +328,7 @@ def counted(problem: BlockProblem, candidates: Candidates) -> bool:
 
 
 def _is_algebraic(problem: BlockProblem) -> bool:
-    """Whether no function of an unknown rules it out that the block has an eliminant, nor an exponent."""
+    """Whether no function or exponent of an unknown prevents an eliminant."""
     unknowns = frozenset(problem.unknowns)
     for node in (part for form in problem.kernel.forms for part in walk(form)):
         match node:
@@ -341,7 +340,7 @@ def _is_algebraic(problem: BlockProblem) -> bool:
 
 
 def _settled(problem: BlockProblem, candidates: Candidates, forms: Forms, root: float) -> bool:
-    """Whether a root is one of the answers, or becomes one, or is plainly none."""
+    """Whether a root is one of the answers, or becomes one, or clearly is none."""
     tear = problem.kernel.block.tears[0]
 
     def is_listed() -> bool:
@@ -372,7 +371,7 @@ HIGHEST_OF_TWO, HIGHEST_RESULTANT = 6, 15
 
 
 def solve_by_resultant(problem: BlockProblem, candidates: Candidates) -> bool:
-    """Find the answers; False where the block is no such system, or rounding leaves a doubt."""
+    """Find the answers; False if the block is not such a system, or rounding leaves one in doubt."""
     tears = problem.kernel.block.tears
     if len(tears) != 2 or any(problem.turn(tear) is not None for tear in tears):
         return False

@@ -1,9 +1,9 @@
-"""A block at given numbers: its residual, the ranges and sizes of its unknowns, and what holds.
+"""A block at given numbers: its residual, the ranges and sizes of its unknowns, and the rule check.
 
-The budget counts the work that one solve may spend on proofs and last resorts: counted, not timed, so the
-same anywhere. The unit is one operation of interval arithmetic on the boxes of one level of a search. What is
-left out for want of it shows in the outcome: a search that was cut short does not claim to be complete.
-Whoever asks for more work also looks at the clock: a limit in time ends the solve
+The budget counts the work that one solve may spend on proofs and last resorts. It counts operations, not
+time, so it is the same on any machine. The unit is one operation of interval arithmetic on the boxes of one
+level of a search. The outcome shows what was left out: a search that was cut short does not claim to be
+complete. A request for more work also checks the clock: a time limit ends the solve
 (``rulesheets/deadline.py``).
 """
 
@@ -38,12 +38,12 @@ STEP, PLAN, SEARCH, FIRST_ROUND, ROUND, LAST_RESORT = 10, 50, 100, 300, 8_000, 1
 
 
 class Budget:
-    """What is left of the work of one solve, shared by all of its blocks and cases.
+    """The remaining work of one solve, shared by all of its blocks and cases.
 
-    ``thorough``: a proof was asked for, and may cost what it costs. ``brief``: all that is asked is
-    whether there is an answer, and what rarely finds one is left out; ``nearby``: or whether Newton's method
-    leads to one, from the guesses or, where there are none, from one round of starts. ``every``: no answer of
-    a block is left out for not being the sensible one; ``cut``: one was.
+    ``thorough``: a proof was requested, whatever it costs. ``brief``: only the existence of an answer
+    matters, and methods that rarely find one are left out; ``nearby``: only whether Newton's method leads to
+    one, from the guesses or, without guesses, from one round of starts. ``every``: all answers of a block are
+    kept; ``cut``: one was left out.
     """
 
     def __init__(self) -> None:
@@ -57,8 +57,8 @@ class Budget:
     def begin_block(self, proving: bool = True, shared: bool = False) -> None:
         """``proving``: whether a proof that a block has no other answers would still serve the whole.
 
-        ``shared``: whether the block is one of many cases or values, which share what a solve may spend;
-        others have their own.
+        ``shared``: whether the block is one of many cases or values, which share the budget; others have
+        their own.
         """
         expect_time()
         self.used += SEARCH
@@ -66,7 +66,7 @@ class Budget:
         self.of_block = min(self.left if shared else BLOCK, BLOCK if proving else GLANCE)
 
     def levels(self, operations: int, most: int) -> int:
-        """So many levels of a search, each of so many operations, can still be afforded."""
+        """Whether so many levels of a search, each of so many operations, are within the budget."""
         expect_time()
         return min(most, self.of_block // max(operations, 1))
 
@@ -77,7 +77,7 @@ class Budget:
             self.left = max(self.left - work, 0)
 
     def another_round(self) -> bool:
-        """Whether there may be one more round of starts, beside the first of each block."""
+        """Whether there may be one more round of starts, after the first of each block."""
         expect_time()
         if self.nearby:
             return False
@@ -86,7 +86,7 @@ class Budget:
         return self.rounds >= 0
 
     def last_resort(self) -> bool:
-        """Whether a search may still be tried that costs more than all others and rarely helps."""
+        """Whether a search may be tried that costs more than all others and rarely helps."""
         expect_time()
         self.last_resorts -= 1
         if self.last_resorts < 0 or self.brief:
@@ -103,7 +103,7 @@ InputErrors: TypeAlias = Callable[[], Mapping[str, float]]
 
 
 class BlockProblem:
-    """What is asked of a block. Points are lists of numbers in the order of ``unknowns``."""
+    """The problem of a block. Points are lists of numbers in the order of ``unknowns``."""
 
     def __init__(
         self,
@@ -130,7 +130,7 @@ class BlockProblem:
 
     @cached_property
     def sparse(self) -> Sparse | None:
-        """Residual and sparse Jacobian on arrays; None where a derivative has no formula."""
+        """Residual and sparse Jacobian on arrays; None if a derivative has no formula."""
         system = self.kernel.sparse
         return None if system is None else system.at(self.known)
 
@@ -153,7 +153,7 @@ class BlockProblem:
         return all(check_rule(equation, everything).holds for equation in self._unaccepted(everything))
 
     def _unaccepted(self, values: Mapping[str, Value]) -> Sequence[Equation]:
-        """The equations that are checked one by one: a few are, of many those that do not hold plainly."""
+        """The equations that are checked one by one: all of a few, of many those that do not clearly hold."""
         if len(self.kernel.equations) <= MANY:
             return self.kernel.equations
         from solver.accuracy.alike import accepted  # of large blocks alone
@@ -161,8 +161,8 @@ class BlockProblem:
         return accepted(self.graph.model, self.kernel.equations, values)[1]
 
     def misses(self, point: Mapping[str, float]) -> Array | None:
-        """By how much rules of the block miss (n,), in as many digits as it takes; 0 where one holds. None
-        where that is more than rounding, so that the point is no answer."""
+        """The residuals (n,), in as many digits as needed; 0 for a rule that holds. None if one is more
+        than rounding, so that the point is not an answer."""
         everything = {**self.here, **point}
         place = {id(equation): i for i, equation in enumerate(self.kernel.equations)}
         found = np.zeros(len(place))
@@ -180,15 +180,15 @@ class BlockProblem:
         return next((v.name for v in self.variables if not v.admits(point[v.name])), None)
 
     def inside(self, point: dict[str, float]) -> dict[str, float]:
-        """The point with unknowns that lie beyond an end of their range on that end, if the rules hold there.
+        """The point with unknowns beyond an end of their range moved to that end, if the rules hold there.
 
-        What rounding alone has led out of a range is no answer outside it.
+        An unknown that is out of range only by rounding is still an answer.
         """
         moved = {v.name: v.nearest(point[v.name]) for v in self.variables}
         return moved if moved != point and self.holds(moved) else point
 
     def excludes(self, name: str, low: float, high: float) -> bool:
-        """Whether some rule can't hold where an unknown lies between two ends, whatever the others are."""
+        """Whether some rule has no solution with an unknown between two ends, whatever the others are."""
         box = {n: (v, v) for n, v in self.here.items() if isinstance(v, float)}
         box |= {n: self.domain(n) for n in self.unknowns} | {name: (low, high)}
         ranges = (enclose(form, box) for form in self.kernel.forms)
@@ -208,7 +208,8 @@ class BlockProblem:
         return moved if moved != point and self.holds(moved) else dict(point)
 
     def beside(self, point: Mapping[str, float], other: Mapping[str, float]) -> dict[str, float]:
-        """The point with its angles, without a declared range, moved by whole turns next to another's."""
+        """The point with its angles, if they have no declared range, moved by whole turns next to
+        another's."""
         moved = dict(point)
         for name, turn in self._free_turns.items():
             moved[name] += turn * round((other[name] - moved[name]) / turn)
@@ -225,12 +226,12 @@ class BlockProblem:
         ]
 
     def sizes_at(self, x: Sequence[float], share: float = 1.0) -> list[float]:
-        """How large the unknowns are at a point (n,): at least so large a share of their typical size."""
+        """The sizes of the unknowns at a point (n,): at least a share of their typical size."""
         return [max(abs(v), share * size) for v, size in zip(x, self.scale, strict=True)]
 
     @cached_property
     def sizes(self) -> Array:
-        """The size of every unknown (n,): that of its guess, else what the known numbers make of it."""
+        """The size of every unknown (n,): that of its guess, else one suggested by the known numbers."""
         made = self.kernel.arrays.scalings.sizes(dict(zip(self.kernel.known, self.known, strict=True)))
         return np.array(
             [
@@ -240,8 +241,8 @@ class BlockProblem:
         )
 
     def preference(self, point: Mapping[str, float]) -> tuple[float, ...]:
-        """Sort key: nearest to the guesses; of those as near the one with fewest negative numbers that are no
-        angles; then angles by size, other numbers positive first."""
+        """Sort key: nearest to the guesses; then fewest negative numbers other than angles; then angles by
+        size, other numbers positive first."""
         apart = [point[name] - self.guesses[name] for name in self.unknowns if name in self.guesses]
         distance = sum(d * d for d in apart)  # a power would raise where it overflows
         first = next((name for name in self.kernel.block.tears), self.unknowns[0])
@@ -255,10 +256,9 @@ class BlockProblem:
 
 
 class Uncertainty(NamedTuple):
-    """``errors`` (n,) of the unknowns; ``steepness``: how far a rule moves with its variables, beside its
-    terms, the largest of the block. ``relative``: of a large block the largest error beside the size of its
-    unknown, estimated at once.
-    """
+    """``errors`` (n,) of the unknowns; ``steepness``: how far a rule moves with its variables, relative to
+    its terms, the largest of the block. ``relative``: for a large block the largest error relative to the
+    size of its unknown, estimated at once."""
 
     errors: list[float]
     steepness: float = 0.0
@@ -286,9 +286,9 @@ def uncertainty(problem: BlockProblem, point: Mapping[str, float]) -> Uncertaint
 
 
 def _sparse_uncertainty(problem: BlockProblem, sparse: Sparse, point: Mapping[str, float]) -> Uncertainty:
-    """The same of a large block. An unknown near 0 is measured by what would move one of its rules by as much
-    as the terms of that are. A rule is not steep because much cancels in its brackets: multiplied out, its
-    terms are as large as its moves."""
+    """The same for a large block. An unknown near 0 is measured by the change that would move one of its
+    rules by the size of its terms. A rule is not steep because much cancels in its brackets: multiplied out,
+    its terms are as large as its moves."""
     from solver.accuracy.alike import evaluated, multiplied_out, sizes_of
     from solver.numerics.linear_algebra import SparseFactor
 
@@ -313,8 +313,8 @@ def _sparse_uncertainty(problem: BlockProblem, sparse: Sparse, point: Mapping[st
 
 
 def is_beside_pole(problem: BlockProblem, point: Mapping[str, float], found: Uncertainty) -> bool:
-    """Whether a rule divides by what may be 0 within the error bars of a point, however harmless its slopes:
-    beside a removable 0/0 they are those of the limit."""
+    """Whether a rule has a divisor that may be 0 within the error bars of a point, however harmless its
+    slopes: next to a removable 0/0 they are those of the limit."""
     system = problem.kernel.sparse if len(point) > MANY else None
     if system is not None:
         return system.divides_by_nothing([*point.values()], problem.known, found.errors)

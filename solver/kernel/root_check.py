@@ -1,14 +1,14 @@
 """Whether there is a root of a block within the error bars of a point.
 
 A rule holds if values within a few ulp of those reported satisfy it. Next to a removable 0/0 the slopes are
-so large that this lets anything pass: ``(a - b)/(x - 1)`` takes any value at all as its differences round. So
-where a block is not ordinary it is solved on from the answer in many digits. The answer stands if this ends
-at a root within the error bar, and if moving the unknowns by that bar does not reach a place where a rule
+so large that anything passes: ``(a - b)/(x - 1)`` takes any value as its differences round. A block that is
+not ordinary is therefore solved again from the answer in many digits. The answer is accepted if this ends at
+a root within the error bar, and if moving the unknowns by that bar does not reach a place where a rule
 divides by zero.
 
-Where a rule loses digits as it is evaluated (``1 - cos(x)`` at a small x), residuals in floats end the search
-some roundings away from the root. Computed to many digits they lead on: iterative refinement, the slopes
-staying those of floats (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2002, section 25.2).
+If a rule loses digits as it is evaluated (``1 - cos(x)`` at a small x), residuals in floats end the search
+some roundings away from the root. Computed to many digits they lead on: iterative refinement with the slopes
+of floats (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2002, section 25.2).
 """
 
 from __future__ import annotations
@@ -31,10 +31,9 @@ from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS, ORDINARY, REFINED,
 
 
 def is_clearly_violated(problem: BlockProblem, point: Mapping[str, float]) -> bool:
-    """Whether a point that was computed is plainly no answer: an equation misses by more than a share
-    of its terms, and than what rounding of the point itself explains. A number that cancellation has left
-    no digit of says nothing against the others.
-    """
+    """Whether a computed point is clearly not an answer: the residual of an equation exceeds a share of
+    its terms, and the rounding of the point. A number that cancellation has left without digits does not
+    count against the others."""
     x, here = list(point.values()), {**problem.here, **point}
     try:
         misses = problem.residual(x)
@@ -55,9 +54,9 @@ REFINEMENTS = 8
 
 
 def sharp_root(problem: BlockProblem, start: Sequence[float], sizes: Sequence[float]) -> list[float] | None:
-    """The root near ``start`` (n,), to the last place; None where the steps don't settle.
+    """The root near ``start`` (n,), to the last place; None if the steps do not converge.
 
-    ``sizes`` (n,) of the unknowns are what steps are measured by where an unknown is 0.
+    ``sizes`` (n,) of the unknowns measure steps for unknowns that are 0.
     """
     mp, names = context(REFINED_DIGITS), problem.unknowns
     try:
@@ -93,7 +92,7 @@ FAR = 100.0
 
 
 class RootCheck(Enum):
-    """What solving on from an answer came to."""
+    """The result of solving on from an answer."""
 
     STANDS = auto()
     NO_ROOT = auto()
@@ -103,8 +102,8 @@ class RootCheck(Enum):
 def check_root(
     problem: BlockProblem, point: Mapping[str, float], found: Uncertainty
 ) -> tuple[RootCheck, dict[str, float]]:
-    """Solve on from a point at which every rule holds to rounding, and which that leaves so uncertain: what
-    that comes to, and where it ends."""
+    """Solve on from a point at which every rule holds to rounding, with this uncertainty; return the result
+    and the end point."""
     start = list(point.values())
     if found.relative is not None:  # a large block: its slopes stay those of floats
         there = dict(point)
@@ -140,7 +139,7 @@ def check_root(
 
 
 def _vanishes(problem: BlockProblem, x: Sequence[float]) -> bool:
-    """Whether rules hold at the very point, and not only beside it, but for their rounding."""
+    """Whether rules hold at the very point, and not only next to it, up to their rounding."""
     here = {**problem.here, **problem.named(x)}
     rules = zip(problem.kernel.forms, problem.kernel.equations, strict=True)
     with suppress(Undefined):
@@ -153,9 +152,9 @@ ROUNDS, CONTRACTION = 5, 0.1
 
 
 def _settled(problem: BlockProblem, start: Sequence[float], found: Uncertainty) -> list[float] | None:
-    """Where steps with residuals in extended precision, slopes staying as they are, shrink to nothing beside
-    the error bars; None where they do not, a function has no such values, or the Jacobian is singular: beside
-    infinite bars every step is nothing."""
+    """The end of steps with residuals in extended precision and fixed slopes, which shrink to nothing
+    relative to the error bars; None if they do not, a function has no such values, or the Jacobian is
+    singular: relative to infinite bars every step is nothing."""
     assert problem.sparse is not None
     bars, before = np.array(found.errors), math.inf
     x: Any = np.array(start, dtype=np.longdouble)
@@ -180,9 +179,9 @@ def _settled(problem: BlockProblem, start: Sequence[float], found: Uncertainty) 
 def root_beside(
     problem: BlockProblem, point: Mapping[str, float], reach: float = NEAR * FAR, most: int = ITERATIONS
 ) -> tuple[dict[str, float] | None, bool]:
-    """The root at which Newton's method settles, in a few steps, within a reach relative to the unknowns; and
-    whether it leads away. Then no root is near, although other rules made of the block's hold there. At 0/0
-    the method starts beside the point."""
+    """The root at which Newton's method converges, in a few steps, within a reach relative to the unknowns;
+    and whether it leads away. Then no root is near, although other rules derived from the block's hold there.
+    At 0/0 the method starts next to the point."""
     start = list(point.values())
     bars = [reach / FAR * size for size in problem.sizes_at(start)]
     for nudge in (0.0, NUDGE):
@@ -249,8 +248,8 @@ def _solved_on(
 def _reached(
     problem: BlockProblem, x: Sequence[float], residual: Sequence[Any], first: Sequence[Any]
 ) -> bool:
-    """Whether steps have settled at a root, and not for want of digits to take them with: every residual is
-    nothing beside its terms, or beside what it was at the ``first``."""
+    """Whether steps have converged to a root, and not merely run out of digits: every residual is
+    negligible relative to its terms, or to its value at the ``first``."""
     here, equations = {**problem.here, **problem.named(x)}, problem.kernel.equations
     return all(
         abs(miss) <= SHRUNK * abs(before) or abs(miss) <= EPS * gross(equation, here)

@@ -1,9 +1,9 @@
-"""A simultaneous block at given numbers: every answer that can be found, and whether that is all.
+"""A simultaneous block at given numbers: every answer that can be found, and whether these are all.
 
-The methods of ``first_methods`` are tried one after another until the answers are known to be all; where they
-found nothing, trust regions are. Damped Newton keeps the direction of a step and shortens it; in a trust
+The methods of ``first_methods`` are tried one after another until the answers are known to be all; if they
+find nothing, trust regions are tried. Damped Newton keeps the direction of a step and shortens it; in a trust
 region it turns downhill as it is shortened (M. J. D. Powell, 1970; K. Levenberg, 1944, and D. Marquardt,
-1963), which gets round where the Jacobian is nearly singular.
+1963), which helps where the Jacobian is nearly singular.
 """
 
 from __future__ import annotations
@@ -38,9 +38,10 @@ _CIRCULAR = named(lambda row: row.turn and not row.half_turn)
 
 
 def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Method]:
-    """The methods in order, up to the last resort; ``thorough`` where a proof is asked for.
+    """The methods in order, up to the last resort; ``thorough`` if a proof is requested.
 
-    What a method needs to know of the block is found out when its turn comes. Numbers may still rule one out.
+    The properties of the block that a method needs are computed when its turn comes. Numbers may still rule
+    one out.
     """
     n, tears = len(kernel.unknowns), kernel.block.tears
     if kernel.linear:
@@ -79,8 +80,8 @@ def _substituted(kernel: BlockKernel) -> BlockKernel | None:
 
 
 def is_large(kernel: BlockKernel) -> bool:
-    """Whether one answer is looked for before any others. (Several assemblies of a mechanism are of interest,
-    and it has angles; but phasors, angles beside magnitudes, have one answer that is sensible.)"""
+    """Whether one answer is searched for before any others. (A mechanism has angles, and its assemblies are
+    all of interest; phasors, angles with magnitudes, have one sensible answer.)"""
     n, tears = len(kernel.unknowns), len(kernel.block.tears)
     turning = sum(kernel.graph.turn(name) is not None for name in kernel.unknowns)
     if n <= MAX_SEARCHED[0]:
@@ -89,7 +90,7 @@ def is_large(kernel: BlockKernel) -> bool:
 
 
 def affords_dense(kernel: BlockKernel) -> bool:
-    """Whether its Jacobian may be taken as a full matrix, of formulas too: a large one fills the memory."""
+    """Whether its Jacobian may be a full matrix, also of formulas: a large one fills the memory."""
     return len(kernel.unknowns) <= DENSE or kernel.sparse is None
 
 
@@ -129,9 +130,8 @@ def solve_block(
 ) -> BlockOutcome:
     """All answers of the block that can be found at the known ``values``, within the ``budget`` begun for it.
 
-    ``off`` tells how far these may be from what they stand for, by name. ``assumed``: the block belongs to a
-    case that may well have no answer, so that last resorts are left out. ``given``: the known names whose
-    values are exact.
+    ``off``: the errors of these values, by name. ``assumed``: the block belongs to a case that may well have
+    no answer, so last resorts are left out. ``given``: the known names whose values are exact.
     """
     problem = BlockProblem(kernel, values, guesses, budget)
     if problem.symbolic:
@@ -148,15 +148,15 @@ def solve_block(
 def solve_sparsely(
     kernel: BlockKernel, values: Mapping[str, Value], guesses: Mapping[str, float], budget: Budget
 ) -> BlockOutcome:
-    """The sensible answer of a block by sparse Newton steps alone, if these lead to one."""
+    """The sensible answer of a block by sparse Newton steps only, if they lead to one."""
     return _Search(BlockProblem(kernel, values, guesses, budget), dict).sparsely()
 
 
 class _Search:
-    """What is known of the answers so far. ``complete``: they are proven to be all; ``whole``: they would be,
-    if floats had digits enough for those that were refused.
+    """The answers so far. ``complete``: they are proven to be all; ``whole``: they would be, if floats could
+    represent the refused ones.
 
-    Methods that isolate roots are imported when their turn comes: a closed form starts 3 ms sooner without.
+    Methods that isolate roots are imported when their turn comes: a closed form starts 3 ms sooner.
     """
 
     def __init__(self, problem: BlockProblem, off: InputErrors) -> None:
@@ -212,7 +212,7 @@ class _Search:
         return without_curves(problem, settled)
 
     def sparsely(self) -> BlockOutcome:
-        """The first answer that sparse Newton steps come to."""
+        """The first answer that sparse Newton steps find."""
         self._tried(Method.SPARSE)
         del self.candidates.answers[1:]
         return self._outcome()
@@ -222,7 +222,7 @@ class _Search:
         return open_ and affords_dense(self.kernel) and self.budget.last_resort()
 
     def _refuted(self, given: Collection[str]) -> BlockOutcome | None:
-        """Why the rules can't hold, whatever the unknowns are; None where that is not known."""
+        """Why the rules contradict each other, whatever the unknowns are; None if that is unknown."""
         from solver.kernel.algebra import contradiction, unattained
 
         conflict = contradiction(self.problem) if self.candidates.is_empty else None
@@ -230,7 +230,7 @@ class _Search:
         return None if why is None else BlockOutcome(complete=True, facts=(why,))
 
     def _tried(self, method: Method) -> BlockOutcome | None:
-        """What a method says that settles the block; else it has added to what is known."""
+        """The outcome of a method, if it settles the block; otherwise its answers are added."""
         problem, candidates, kernel = self.problem, self.candidates, self.kernel
         solved = False
         match method:
@@ -278,7 +278,7 @@ class _Search:
         search_sparsely(self.problem, self.candidates, every)
 
     def _over_tear(self, method: Method, kernels: Sequence[BlockKernel]) -> BlockOutcome | None:
-        """Search the range of the tear, of one tearing after another until all answers are known."""
+        """Search the range of the tear, with one tearing after another until all answers are known."""
         from solver.kernel.polynomial_block import counted
         from solver.kernel.tear_search import TearSearch
 
@@ -305,11 +305,11 @@ class _Search:
 
     @property
     def _history(self) -> Counter[str]:
-        """What searches of blocks of the pattern came to."""
+        """The results of searches of blocks of the pattern."""
         return self.kernel.once("searches", Counter[str])
 
     def _counted_first(self) -> bool:
-        """Whether all answers are found by the eliminant: tried without a search where searches take long, as
+        """Whether all answers are found by the eliminant: tried before a search if searches take long, as
         long as that succeeds."""
         from solver.kernel.polynomial_block import counted
 
@@ -333,7 +333,7 @@ class _Search:
             TearSearch(problem, candidates, self.kernel).run()
 
     def _outcome(self) -> BlockOutcome:
-        """What the answers so far come to: the sensible one alone, where there are too many others."""
+        """The outcome of the answers so far: only the preferred one, if there are too many others."""
         problem, candidates, block = self.problem, self.candidates, self.kernel.block
         complete, facts = self.complete and not candidates.refused, tuple[Fact, ...]()
         answers = sorted(candidates.answers, key=lambda answer: problem.preference(answer.values))
@@ -365,11 +365,11 @@ MOST_TURNED = 300
 
 
 class Unclear(Exception):
-    """A divisor or a discriminant too near to zero for the formulas to cover every solution."""
+    """A divisor or a discriminant is too near to zero for the formulas to cover every solution."""
 
 
 def solve_by_formula(problem: BlockProblem, candidates: Candidates, form: ClosedForm) -> bool:
-    """Find the answers by the closed form; False where it does not settle which they are."""
+    """Find the answers by the closed form; False if the formula may miss an answer."""
     try:
         found = evaluate(form, problem.values)
     except (Unclear, ArithmeticError):
@@ -385,7 +385,7 @@ def solve_by_formula(problem: BlockProblem, candidates: Candidates, form: Closed
 
 
 def _turned(problem: BlockProblem, values: Mapping[str, float]) -> list[dict[str, float]]:
-    """The candidate, with every whole turn of its angles that a declared range has room for.
+    """The candidate with every whole turn of its angles that a declared range admits.
 
     Of too many the ones nearest to 0, which are still more than are listed.
     """
@@ -431,14 +431,14 @@ def _values(formula: Formula, values: Mapping[str, Value]) -> Iterator[dict[str,
 
 
 class Rounded(NamedTuple):
-    """A number and the size of the terms that it was added up from."""
+    """A number and the size of the terms of its sum."""
 
     value: float
     size: float
 
 
 def roots(a: Rounded, b: Rounded, c: Rounded) -> tuple[float, ...]:
-    """The real roots of ``a x² + b x + c``. Raises Unclear where rounding may hide or make some."""
+    """The real roots of ``a x² + b x + c``. Raises Unclear if rounding may hide or create some."""
     if a.size == 0.0:
         if b.value == 0.0 or abs(b.value) <= CLEAR * b.size:
             raise Unclear
@@ -458,7 +458,8 @@ def roots(a: Rounded, b: Rounded, c: Rounded) -> tuple[float, ...]:
 
 
 def meets(a: Rounded, b: Rounded, k: Rounded, square: Rounded) -> tuple[tuple[float, float], ...]:
-    """Where ``a x + b y = k`` meets ``x² + y² = square``: two points or none. Raises Unclear between."""
+    """The points where ``a x + b y = k`` meets ``x² + y² = square``: two or none. Raises Unclear in
+    between."""
     length = a.value * a.value + b.value * b.value
     _clear(length, length, a.size * a.size + b.size * b.size)
     discriminant = length * square.value - k.value * k.value
@@ -480,6 +481,6 @@ def meets(a: Rounded, b: Rounded, k: Rounded, square: Rounded) -> tuple[tuple[fl
 
 
 def _clear(number: float, terms: float, size: float) -> None:
-    """Raise Unclear unless a number is known to be no zero: by what it came from, and by rounding."""
+    """Raise Unclear unless a number is known not to be zero, given its terms and rounding."""
     if not (math.isfinite(size) and abs(number) > max(CLEAR * terms, UNCANCELLED * size)):
         raise Unclear

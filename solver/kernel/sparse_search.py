@@ -1,10 +1,9 @@
-"""One answer of a large block, the sensible one, by sparse Newton steps: none of its unknowns is torn.
+"""One answer of a large block, the sensible one, by sparse Newton steps without tearing.
 
-A large block is tried with tangents for its exponentials as well, which follow the iteration at their own
-pace. Newton's method on an exponential that a step has led far up comes down by 1 in its argument each time.
-Here a rise of the argument by d moves the point of tangency up by ln(1 + d) alone, to where the exponential
-is what the tangent has promised: the limits of junction voltages of circuit simulators (L. W. Nagel,
-*SPICE2*, 1975).
+A large block is also tried with exponentials replaced by tangents, whose points of tangency follow the
+iteration. Newton's method reduces a large argument of an exponential by 1 at each step. Here a rise of the
+argument by d moves the point of tangency up by only ln(1 + d), to where the exponential has the value that
+the tangent predicted: the limits of junction voltages of circuit simulators (L. W. Nagel, *SPICE2*, 1975).
 """
 
 from __future__ import annotations
@@ -65,10 +64,10 @@ where one answer is that all is 0, Newton's method is drawn to it from below the
 
 
 def search_sparsely(problem: BlockProblem, candidates: Candidates, every: bool = False) -> None:
-    """Try starts in turn until an answer stands that none is to be preferred to, or ``every`` one.
+    """Try starts in turn until an answer is found that none is preferred to, or ``every`` one.
 
-    An answer with no negative number ends the search; one with some is kept, and looked for is one that keeps
-    to positive numbers. So is one in which a rule holds trivially, as nothing is there that it is about.
+    An answer without negative numbers ends the search; one with some is kept, and a positive one is searched
+    for. The same holds for an answer in which a rule holds trivially.
     """
     if problem.sparse is None:
         return
@@ -93,14 +92,14 @@ def search_sparsely(problem: BlockProblem, candidates: Candidates, every: bool =
 
 
 def _least(problem: BlockProblem, answer: Answer, free: Collection[str]) -> float:
-    """The least of the ``free`` numbers of an answer; that of a trivial one is next to 0, but negative."""
+    """The least of the ``free`` numbers of an answer; that of a trivial one is a tiny negative number."""
     least = min((v for name, v in answer.values.items() if name in free), default=0.0)
     return least or (-LEAST if _is_trivial(problem, answer) else 0.0)
 
 
 def _is_trivial(problem: BlockProblem, answer: Answer) -> bool:
-    """Whether some rule is 0 = 0 there, whatever its unknowns are that are not 0: that of a population which
-    has died out, of an infection that nobody has."""
+    """Whether some rule is 0 = 0 there, for any values of its unknowns that are not 0: a population that has
+    died out, an infection that nobody has."""
     assert problem.sparse is not None
     x = np.array([answer.values[name] for name in problem.unknowns])
     slopes, rows, columns = problem.sparse[1](x)
@@ -111,7 +110,7 @@ def _is_trivial(problem: BlockProblem, answer: Answer) -> bool:
 
 
 def _arrived(problem: BlockProblem, begin: Start) -> SparseRoot:
-    """Where Newton's method comes to from a start, on the rules as they are or as ``begin`` changes them."""
+    """The end of Newton's method from a start, on the rules as they are or as ``begin`` changes them."""
     assert problem.sparse is not None
     (start, sizes, positive, told, limit, tangents, lifting), plain = begin, problem.sparse
     if lifting is not None:
@@ -138,10 +137,9 @@ CORRECTED = 2
 def _corrected(
     problem: BlockProblem, jacobian: Callable[[Array], Triplets], x: Array
 ) -> dict[str, float] | None:
-    """The point at which every rule holds; where rounding of its own evaluation keeps one from that
-    (``exp(x) - 1`` at a small x), after corrections by what it misses in many digits; where it has left
-    traces (the flow through a closed valve, the last of many complexes), with what rules tell outright. None
-    elsewhere."""
+    """The point at which every rule holds. If rounding in the evaluation of a rule prevents that (``exp(x) -
+    1`` at a small x), residuals in many digits correct it; if it has left traces (the flow through a closed
+    valve, the last of many complexes), explicit rules do. None otherwise."""
     for left in reversed(range(CORRECTED + 1)):
         point = problem.named(x.tolist())
         misses = problem.misses(point) if np.isfinite(x).all() else None
@@ -164,8 +162,8 @@ _EXPONENTIALS = frozenset({"exp", "sinh", "cosh"})
 
 
 class Start(NamedTuple):
-    """A point (n,) to start from, the ``sizes`` (n,) of the unknowns, and how to go on from there, as
-    ``sparse_newton`` has it; with ``tangents`` in place of exponentials, or ``lifting`` of differences."""
+    """A point (n,) to start from, the ``sizes`` (n,) of the unknowns, and options of ``sparse_newton``;
+    with ``tangents`` in place of exponentials, or ``lifting`` of differences."""
 
     x: Array
     sizes: Array | None
@@ -177,12 +175,12 @@ class Start(NamedTuple):
 
 
 def _sparse_starts(problem: BlockProblem) -> Iterator[Start]:
-    """Points to start from in turn, and how.
+    """Points to start from in turn, with options.
 
-    The guesses where there are any, else 0, where the first step solves the linearised rules, exponentials
-    replaced by tangents if need be; positive numbers of the sizes that balance the rules; and 1. What a rule
-    tells outright is as that has it, at last after each step too: auxiliary unknowns, such as friction
-    factors, do not hold back the others.
+    The guesses if there are any, else 0, from which the first step solves the linearised rules, with
+    tangents for exponentials if needed; positive numbers of the sizes that balance the rules; and 1.
+    Unknowns that a rule gives explicitly start at its value, and in the last starts they also follow it
+    after each step: then auxiliary unknowns, such as friction factors, do not hold back the others.
     """
     names, guesses, system = problem.unknowns, problem.guesses, problem.kernel.sparse
     low, high = np.array([(v.low, v.high) for v in problem.variables]).T
@@ -245,9 +243,9 @@ _Term: TypeAlias = tuple[float, str | None, str]
 
 
 def _smooth(problem: BlockProblem, start: Array) -> Array | None:
-    """The start (n,), but that unknowns differ as little as they can from those, and from the numbers, that
-    rules take them from: flat voltages, heads between reservoirs, ropes straight between their ends. None
-    where rules tell no differences."""
+    """The start (n,) with the smallest possible differences between unknowns that rules subtract from one
+    another or from numbers: flat voltages, heads between reservoirs, straight ropes. None if rules have no
+    differences."""
     if (system := problem.kernel.sparse) is None:
         return None
     everything, parts, height = np.concatenate([start, problem.known]), list[tuple[Any, ...]](), 0
@@ -276,8 +274,8 @@ def _smooth(problem: BlockProblem, start: Array) -> Array | None:
 
 
 def _differences(form: Expression) -> Iterator[tuple[list[_Term], float]]:
-    """The sums in a form that are differences of names, each with a factor or not, or of a name and a number,
-    and the sign of that: in ``-0.5 - V`` V is taken from a negative one."""
+    """The sums in a form that are differences of names, with or without factors, or of a name and a number,
+    and its sign: in ``-0.5 - V`` V is subtracted from a negative number."""
     for node in walk(form):
         terms = list[_Term]()
         for part, taken in added(node) if isinstance(node, Sum) else ():
@@ -296,8 +294,8 @@ def _differences(form: Expression) -> Iterator[tuple[list[_Term], float]]:
 
 
 def _exponents(problem: BlockProblem) -> NDArray[np.bool_]:
-    """Which unknowns (n,) exponents of e are sums of, with factors: utilities, potentials. These may have
-    either sign, and no size but that of 1."""
+    """Which unknowns (n,) occur in sums that are exponents of e: utilities, potentials. These may have
+    either sign, and only the size 1."""
     place = {name: i for i, name in enumerate(problem.unknowns)}
     rules, found = problem.kernel.alike, np.zeros(len(place), dtype=bool)
     columns = np.array([place.get(name, -1) for name in rules.names], dtype=np.intp)
@@ -335,8 +333,8 @@ TOUCHING = 1e-6
 class Tangents:
     """The ``system`` with tangents; ``follow`` moves their points to a point of the unknowns.
 
-    ``some``: whether there is an exponential with unknowns in it. ``cancels``: whether 1 is taken from
-    exponentials that may be next to it.
+    ``some``: whether there is an exponential of unknowns. ``cancels``: whether 1 is subtracted from
+    exponentials that may be close to it.
     """
 
     def __init__(self, system: SparseSystem, known: Sequence[float]) -> None:
@@ -368,7 +366,7 @@ class Tangents:
         return bool(self._arguments)
 
     def follow(self, x: Array) -> Array:
-        """The point (n,) itself, to which the tangents have moved on."""
+        """The point (n,) itself, after moving the tangents there."""
         for numbers, at in self._points(x):
             with np.errstate(all="ignore"):
                 numbers[:] = np.where(at > numbers, numbers + np.log1p(at - numbers), at)
@@ -379,7 +377,7 @@ class Tangents:
         return all((np.abs(at - numbers) <= TOUCHING).all() for numbers, at in self._points(x))
 
     def _points(self, x: Array) -> Iterator[tuple[Array, Array]]:
-        """The arguments at which the tangents touch, and those at the point."""
+        """The arguments of the points of tangency, and those at the point."""
         everything = np.concatenate([x, self.known])
         for shape, arguments, count in self._arguments:
             with np.errstate(all="ignore"):
@@ -433,7 +431,7 @@ class Lifting:
         return self.added > 0
 
     def start(self, x: Array) -> Array:
-        """The point (n,) with the new unknowns: as it has them, or a share of the terms in them."""
+        """The point (n,) with the new unknowns: their values there, or a share of their terms."""
         everything, found = np.concatenate([x, self.known]), np.ones(self.added)
         for share, mine, places, numbers, terms in self._lifted:
             with np.errstate(all="ignore"):
@@ -445,7 +443,8 @@ class Lifting:
 
 
 def _positive(form: Expression) -> Iterator[Sum]:
-    """What has to be positive, or not 0, where the form has a value, and is a difference with names in it."""
+    """The expressions that must be positive, or not 0, for the form to have a value, and are differences with
+    names."""
     for divisor in divisors(form):
         yield from _factors(divisor)
     for node in walk(form):

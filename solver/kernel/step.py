@@ -40,8 +40,8 @@ MOST = 1e300
 
 
 def is_scaled(rest: Sequence[Stage]) -> bool:
-    """Whether an unknown is no angle, nor a simple share of one in degrees or radians, but what an angle is
-    computed from: a time, a place, the day of a year."""
+    """Whether an unknown is not an angle, nor a simple share of one in degrees or radians, but a quantity
+    that an angle is computed from: a time, a position, the day of a year."""
     scale = 1.0
     for stage in rest:
         if stage.operation in ("product", "quotient"):
@@ -58,12 +58,12 @@ def is_scaled(rest: Sequence[Stage]) -> bool:
 
 
 def is_affine(stage: Stage) -> bool:
-    """Whether equal steps of the target are undone to equal steps of the operand."""
+    """Whether equal steps of the target lead to equal steps of the operand."""
     return stage.operation in ("negative", "sum", "product", "quotient") and stage.divisor != TARGET
 
 
 def window(variable: Variable, span: float) -> tuple[float, float]:
-    """The declared range of a variable; of an infinite one so much, from its end, or around 0."""
+    """The declared range of a variable; of an infinite one a part, from its end, or around 0."""
     low, high = variable.low, variable.high
     if high < math.inf:
         return (low if low > -math.inf else high - span), high
@@ -71,8 +71,8 @@ def window(variable: Variable, span: float) -> tuple[float, float]:
 
 
 def _floor(turns: float) -> int:
-    """All its digits, of a number of mpmath too (``math.floor`` takes the float next to it), or of the most
-    that are looked at: a range may hold more than there are floats."""
+    """With all digits, also for a number of mpmath (``math.floor`` takes the nearest float), or the largest
+    number considered: a range may hold more than there are floats."""
     whole = int(min(max(turns, -MOST), MOST))
     return whole - 1 if whole > turns else whole
 
@@ -85,10 +85,10 @@ _NEEDS = {"square": "sqrt of", "power": "a root or logarithm of"}
 
 
 class StepOutcome(NamedTuple):
-    """``values``: the preimages, principal first; ``fact`` says why there is none, or none in particular.
+    """``values``: the preimages, principal first; ``fact`` says why there is none, or no particular one.
 
-    ``double``: two preimages coincide. ``delicate``: a target so near to the end of an image that rounding
-    decides how many preimages there are.
+    ``double``: two preimages coincide. ``delicate``: a target so close to the end of an image that
+    rounding decides how many preimages there are.
     """
 
     values: tuple[Value, ...] = ()
@@ -99,19 +99,19 @@ class StepOutcome(NamedTuple):
 
 
 class Refused(Exception):
-    """A stage that has no preimage; carries the fact."""
+    """A stage has no preimage; carries the fact."""
 
     def __init__(self, fact: Fact) -> None:
         self.fact = fact
 
 
 class StepSolver:
-    """The preimages that satisfy the equation, in its range, to the last digits: in floats; a subclass has
+    """The preimages that satisfy the equation, in its range, to the last digits: in floats; a subclass uses
     another arithmetic.
 
-    ``proven``: formulas find all that there are. ``complete``: none was left out. ``clamped``: a target was
+    ``proven``: formulas find all that exist. ``complete``: none was left out. ``clamped``: a target was
     moved to the end of an image. ``delicate``: rounding decides whether there is a preimage. ``floats`` are
-    the known ``values`` in floats, for the check of rules. ``guess``: of the unknown, where many turns are
+    the known ``values`` in floats, for the rule check. ``guess``: of the unknown, if many turns are
     answers.
     """
 
@@ -237,7 +237,7 @@ class StepSolver:
         return StepOutcome(fact=NoValue(self.index, self.unknown, reading), delicate=delicate)
 
     def _inside(self, number: float) -> float:
-        """The number; where rounding alone has led it beyond an end of its range, that end."""
+        """The number; if only rounding has led it beyond an end of its range, that end."""
         end = self.variable.nearest(float(number)) if math.isfinite(number) else number
         if end == float(number) or not check_rule(self.equation, self._floats(end)).holds:
             return number
@@ -257,9 +257,8 @@ class StepSolver:
 
     def _polished(self, number: float) -> float:
         """One or two Newton corrections in the equation as written, for the last digits of a long chain, or
-        of a root: floats have no 1/1.5. Of numbers alone, as ``10*sin(0.7*112)``, the value right to the last
-        digit: its rule has no other values that the rounding of its evaluation could be put down to.
-        """
+        of a root: floats have no 1/1.5. For numbers only, as ``10*sin(0.7*112)``, the value right to the last
+        digit: its rule has no other values to explain the rounding of its evaluation."""
         start, stages = self.isolation.start, self.isolation.stages
         alone = self.isolation.identity and len(self.equation.names) == 1
         if alone and not isinstance(start, Number):
@@ -282,7 +281,7 @@ class StepSolver:
         return number
 
     def _slope(self, number: float) -> tuple[float | None, float]:
-        """What the equation misses by in floats, and its slope along the unknown."""
+        """The residual of the equation in floats, and its slope by the unknown."""
         at = self._floats(number)
         try:
             left, right, slopes, _ = sides(self.equation, at)
@@ -293,7 +292,7 @@ class StepSolver:
     # --- the preimages, and the arithmetic ---
 
     def preimages(self) -> list[Value]:
-        """Values of the unknown, principal first; raises :class:`Refused` or ``Undefined`` where none is."""
+        """Values of the unknown, principal first; raises :class:`Refused` or ``Undefined`` for none."""
         isolation = self.isolation
         if isolation.quadratic is not None:
             return list(self._roots(isolation.quadratic))
@@ -310,7 +309,7 @@ class StepSolver:
         return math.sqrt(number)
 
     def _near(self, share: float) -> float:
-        """The relative error at which numbers are told apart where floats take ``share``."""
+        """The relative error at which numbers are distinguished if floats use ``share``."""
         return share
 
     # --- stages ---
@@ -330,7 +329,7 @@ class StepSolver:
         return targets
 
     def _operands(self, stage: Stage, target: float, rest: tuple[Stage, ...]) -> list[float]:
-        """What one operation has to be of, to come out as a target."""
+        """The operands for which an operation has the target as its value."""
         if (exponent := self._whole_exponent(stage, target)) is not None:
             return [exponent]
         at: dict[str, Value] = {**self.values, TARGET.name: self._in_image(stage, target)}
@@ -349,7 +348,7 @@ class StepSolver:
         return [number for some in zip_longest(*found) for number in some if number is not None]
 
     def _in_image(self, stage: Stage, target: float) -> float:
-        """The target, moved to the end of the image if it lies outside; verification has the last word."""
+        """The target, moved to the end of the image if it lies outside; verification decides."""
         low, high = stage.low, stage.high
         if low < target < high or (target == low and not stage.low_open):
             return target
@@ -368,13 +367,13 @@ class StepSolver:
         return edge
 
     def _size(self) -> float:
-        """How large the numbers are that the start of the chain was made of."""
+        """The size of the numbers that the start of the chain was computed from."""
         numbers = [abs(v) for v in self.values.values() if isinstance(v, float)]
         largest = max([1.0, *numbers])
         return largest * largest  # a power would raise where it overflows
 
     def _divisible(self, stage: Stage, at: dict[str, Value]) -> None:
-        """Refuse a stage that divides by 0 with the target ``at`` hand."""
+        """Refuse a stage that divides by 0 for the target ``at``."""
         if stage.divisor is None:
             return
         divisor = self.evaluate(stage.divisor, at)
@@ -404,7 +403,7 @@ class StepSolver:
         return len(checks) > 1 and all(check.holds for check in checks)
 
     def _cancels(self, expression: Expression, at: Mapping[str, Value]) -> bool:
-        """Whether an expression comes out as next to nothing of what it is made of, but not as 0."""
+        """Whether the value of an expression is tiny relative to its terms, but not 0."""
         if isinstance(expression, Name | Number):
             return False
         result, slopes = derivatives(expression, at)
@@ -413,7 +412,7 @@ class StepSolver:
 
     def _whole_exponent(self, stage: Stage, target: float) -> float | None:
         """The only exponent that may take a negative base to a target: real powers of it have whole ones.
-        None where the base has a logarithm."""
+        None if the base has a logarithm."""
         if (
             stage.operation != "power"
             or not isinstance(stage.divisor, Call)
@@ -433,8 +432,8 @@ class StepSolver:
     # --- whole turns ---
 
     def _turns(self, principal: float, period: float, rest: tuple[Stage, ...]) -> list[float]:
-        """The principal preimage and its whole turns that ``rest``, the stages still to undo, leads into the
-        window of the unknown. Where some are left out, the list is no longer complete."""
+        """The principal preimage and its whole turns that ``rest``, the remaining stages, leads into the
+        window of the unknown. If some are left out, the list is no longer complete."""
         bent = next((place for place, stage in enumerate(rest) if not is_affine(stage)), None)
         if bent is None:
             counts = self._affine_turns(principal, period, rest)
@@ -443,8 +442,8 @@ class StepSolver:
         return [principal + k * period for k in sorted(counts, key=lambda k: (abs(k), k < 0))]
 
     def _affine_turns(self, principal: float, period: float, rest: tuple[Stage, ...]) -> Iterable[int]:
-        """Where what is left to undo is affine: all turns in the declared range, else in one turn. An unknown
-        that is itself the angle is looked for around 0 even where whole turns make a difference to others."""
+        """For an affine rest: all turns in the declared range, else in one turn. An unknown that is itself
+        the angle is searched around 0 even if whole turns make a difference to others."""
         first = self._through(principal, rest)
         stride = self._through(principal + period, rest) - first
         size = abs(stride)
@@ -478,8 +477,8 @@ class StepSolver:
     def _nonaffine_turns(
         self, principal: float, period: float, rest: tuple[Stage, ...], bent: int
     ) -> Iterable[int]:
-        """Where what is left to undo is not affine from stage ``bent`` on: all that the image of that stage
-        admits, or that a finite range of the unknown can lead to; else the first of a few."""
+        """For a rest that is not affine from stage ``bent`` on: all that the image of that stage admits, or
+        that a finite range of the unknown can lead to; else the first of a few."""
         low, high = rest[bent].low, rest[bent].high
         if math.isfinite(low) and math.isfinite(high):
             foot = self._through(principal, rest[:bent])
@@ -514,13 +513,13 @@ class StepSolver:
         return filter(leads_inside, range(_floor(ends[0]), 1 - _floor(-ends[1])))
 
     def _through(self, target: float, stages: tuple[Stage, ...]) -> float:
-        """The target with stages undone that have one preimage each."""
+        """The target after undoing stages with one preimage each."""
         for stage in stages:
             target = self.evaluate(stage.forms[0], {**self.values, TARGET.name: target})
         return target
 
     def uncounted(self) -> None:
-        """Called where whole turns are lost beside the number that they are added to."""
+        """Called if whole turns are absorbed by the number that they are added to."""
         self.complete, self.delicate = False, True
 
     # --- quadratics ---

@@ -1,13 +1,13 @@
 """A block with one tear: the residual as a function of the tear, searched over its whole range.
 
-A block of several tears may have a single one with its definitions substituted. Where a rule of the block
-just says what one unknown is (``y = K*x``), its right side can stand for the unknown everywhere else. An
-unknown that then occurs more than once in a rule may still be isolated from it
-(``V*(K*x) + (1 - V)*x = z``), and a tear that gives all the others leaves one equation in one unknown, whose
-whole range can be searched. (Substitution before tearing: Elmqvist & Otter, ESM 1994, 326-332.)
+A block of several tears may have a single one after substitution. If a rule of the block gives one unknown
+explicitly (``y = K*x``), its right side replaces the unknown everywhere else. An unknown that then occurs
+more than once in a rule may still be isolated from it (``V*(K*x) + (1 - V)*x = z``), and a tear that gives
+all the others leaves one equation in one unknown, whose whole range can be searched. (Substitution before
+tearing: Elmqvist & Otter, ESM 1994, 326-332.)
 
-Far out on the line of a tear floats cannot tell ``x + 2*(2 - x) + x - 3`` from 0. There the chain is followed
-in many digits, and what it misses by has to come of the last places of the numbers that it is made of.
+For a large tear floats cannot distinguish ``x + 2*(2 - x) + x - 3`` from 0. There the chain is followed in
+many digits, and its residual must be explained by the last places of its numbers.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ STEP = 1e-20
 
 
 def vanishes(chain: Chain, x: float, known: Mapping[str, float]) -> bool:
-    """Whether the last residual of a chain is 0 at this value of its only tear, but for rounded numbers."""
+    """Whether the last residual of a chain is 0 at this value of its only tear, up to rounded numbers."""
     digits, numbers = DIGITS + max(0, math.frexp(x)[1] // 3), dict(known)
     steps = [i._replace(expression=with_named_numbers(i.expression, numbers)) for i in chain.assignments]
     mp, named = context(digits), chain._replace(assignments=tuple(steps))
@@ -101,7 +101,7 @@ class TearSearch:
         self.boxes = 0
 
     def run(self) -> bool:
-        """Find the roots along every chain. True where they are proven to be all."""
+        """Find the roots along every chain. True if they are proven to be all."""
         every = self.kernel.chains
         self.doubts = self._is_doubtful()
         work = USUAL_LEVELS * sum(OPERATIONS * len(chain.assignments) for chain in every)
@@ -118,7 +118,7 @@ class TearSearch:
         return all(found) and not self.doubts
 
     def _search(self, place: int) -> bool:
-        """Find the roots along one chain. True where they are proven to be all of it."""
+        """Find the roots along one chain. True if they are proven to be all of it."""
         expect_time()
         enclosure, known, candidates = self.kernel.enclosure(place), self.problem.known, self.candidates
         smooth, function = enclosure.smooth, self.kernel.chain_function(place)
@@ -153,7 +153,7 @@ class TearSearch:
         return search.complete and (smooth or not search.roots)
 
     def _ranges(self, place: int, holes: Sequence[Interval], boxes: Sequence[Interval]) -> list[Interval]:
-        """The residual over each box; nan, nan also where it is 0/0 in a hole and nowhere else 0."""
+        """The residual over each box; nan, nan also if it is 0/0 in a hole and 0 nowhere else."""
         found = self.kernel.enclosure(place).ranges(boxes, self.problem.known)
         for number, (box, (below, above)) in enumerate(zip(boxes, found, strict=True)) if holes else ():
             if below <= 0.0 <= above and box[0] < box[1] and self._is_monotone(place, holes, *box):
@@ -161,7 +161,8 @@ class TearSearch:
         return found
 
     def _holes(self, place: int) -> list[Interval]:
-        """Where the residual is 0/0: at 0, at 1, at the ends of the tear's domain, or within some floats."""
+        """The places where the residual is 0/0: at 0, at 1, at the ends of the tear's domain, or within some
+        floats."""
         if self.kernel.enclosure(place).cleared is None:
             return []
         points = dict.fromkeys((0.0, 1.0, *filter(math.isfinite, self.problem.domain(self.tear))))
@@ -188,8 +189,8 @@ class TearSearch:
     def _without_holes(self, place: int, search: RootSearch) -> RootSearch:
         """The search without boxes around exact points at which the residual is 0/0.
 
-        Where its numerator is 0 and monotone on a box, it is 0 nowhere else in it; and at such a point a
-        rule divides by 0.
+        If its numerator is 0 there and monotone on a box, it is 0 nowhere else in it; and at such a
+        point a rule divides by 0.
         """
         if search.complete or not search.unresolved or self.kernel.enclosure(place).cleared is None:
             return search
@@ -199,13 +200,13 @@ class TearSearch:
         return search._replace(unresolved=left, touching=touching, complete=not left)
 
     def _is_monotone(self, place: int, holes: Sequence[Interval], low: float, high: float) -> bool:
-        """Whether the numerator of the residual rises or falls all the way from some hole over a box."""
+        """Whether the numerator of the residual is monotone from some hole over a box."""
         enclosure, known = self.kernel.enclosure(place), self.problem.known
         return any(enclosure.rises_or_falls(min(low, a), max(high, b), known) for a, b in holes)
 
     def _is_hole(self, place: int, x: float) -> bool:
         """Whether the numerator of the residual is exactly 0 at a point, and a rule has no value there, or
-        can't hold."""
+        cannot hold."""
         numerator = self.kernel.enclosure(place).cleared
         values = {n: Fraction(v) for n, v in self.problem.here.items() if isinstance(v, float)}
         values[self.tear] = Fraction(x)
@@ -226,9 +227,9 @@ class TearSearch:
         return any(map(is_zero, self.problem.kernel.divisors)) or self.problem.excludes(self.tear, x, x)
 
     def _is_doubtful(self) -> bool:
-        """Whether a search proves nothing: some number is so large or small that answers may lie where it
-        does not look; or a chain has no value anywhere it is tried, for dividing by 0: it leads through a
-        rule that does not determine what it is asked for at these numbers (``0*y``)."""
+        """Whether a search proves nothing: some number is so large or small that answers may lie outside
+        the searched range; or a chain has no value anywhere because it divides by 0: it uses a rule that
+        does not determine its unknown at these numbers (``0*y``)."""
         parts = (part for form in self.problem.kernel.forms for part in walk(form))
         numbers = (*self.problem.known, *(part.value for part in parts if isinstance(part, Number)))
         if any(v and not 1 / REMOTE <= abs(v) <= REMOTE for v in numbers):
@@ -246,7 +247,7 @@ class TearSearch:
         return False
 
     def freedom(self) -> BlockOutcome | None:
-        """Where the residual vanishes wherever it is tried, the tear is free and the rest moves with it."""
+        """If the residual vanishes at every trial, the tear is free and the other unknowns move with it."""
         for place in range(len(self.kernel.chains)):
             found = [point for x in self._samples() if (point := self._along(place, x)) is not None]
             points = list({point[self.tear]: point for point in found}.values())
@@ -255,7 +256,7 @@ class TearSearch:
         return None
 
     def flat_stretch(self) -> BlockOutcome | None:
-        """After the search: a stretch of the tear on which every point is an answer (``int(x) = 3``)."""
+        """After the search: an interval of the tear on which every point is an answer (``int(x) = 3``)."""
         for place, low, high in self.flat:
             # next to nothing beyond both ends, too, it grows from 0 as that of a multiple root, where one
             # that leaves a plateau jumps or bends
@@ -269,7 +270,7 @@ class TearSearch:
         return None
 
     def _satisfied(self, place: int, points: Sequence[Mapping[str, float]]) -> bool:
-        """Whether the block holds at all these points of a chain, and does not only seem to."""
+        """Whether the block really holds at all these points of a chain."""
         known = dict(zip(self.kernel.known, self.problem.known, strict=True))
         chain = self.kernel.chains[place]
         return all(map(self.problem.holds, points)) and all(
@@ -305,7 +306,7 @@ class TearSearch:
 
 
 def _short(box: tuple[float, float]) -> float:
-    """A number of few digits in a box, or beside a narrow one."""
+    """A number of few digits in a box, or next to a narrow one."""
     low, high = box
     middle = 0.5 * (low + high)
     reach = max(high - low, 1e-9 * max(1.0, abs(middle)))
@@ -324,7 +325,7 @@ LONGEST = 12
 
 
 def reduced(kernel: BlockKernel) -> BlockKernel | None:
-    """The same block with one tear, after substitution; None where that is not to be had."""
+    """The same block with one tear, after substitution; None if there is none."""
     kept = kernel.graph.kernels
     key = "reduced", kernel.block
     if key not in kept:
@@ -377,7 +378,8 @@ def _definition(equations: Equations, unknowns: Collection[str]) -> tuple[int, s
 
 
 def _order(equations: Equations, unknowns: Collection[str], tear: str) -> Order | None:
-    """How the other unknowns follow from a tear, each from one equation in one way, if they do."""
+    """The order in which the other unknowns follow from a tear, each from one equation in one way,
+    if they do."""
     waiting, unsolved = dict(equations), set(unknowns) - {tear}
     order: Order = []
     moving = True

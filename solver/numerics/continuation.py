@@ -3,8 +3,8 @@
 H. B. Keller (1977); steps, orientation and the test for bifurcations after E. L. Allgower & K. Georg,
 *Introduction to Numerical Continuation Methods* (2003), chapters 6 to 8. The predictor is the tangent, the
 corrector Newton's method in the plane across it. Steps are so short that neighbouring tangents are nearly
-parallel; where the orientation changes, branches cross, or another branch runs so near that only a shorter
-step tells them apart: the step is halved until it does, and the curve ends where it never does.
+parallel. A change of orientation means that branches cross, or that another branch is so close that only a
+shorter step separates them: the step is halved until it does, and the curve ends if it never does.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Problem:
         return [(int(j), float(ends[j])) for j in np.flatnonzero(below | above)]
 
     def turned(self, there: Vector, here: Vector) -> Vector:
-        """``there`` with its angles as near to ``here`` as whole turns bring them."""
+        """``there`` with its angles moved by whole turns as near to ``here`` as possible."""
         finite = np.isfinite(self.turn)
         whole = np.where(finite, self.turn, 1.0)
         return np.where(finite, there - whole * np.round((there - here) / whole), there)
@@ -153,7 +153,7 @@ def stepped(problem: Problem, here: CurvePoint, length: float) -> CurvePoint | N
 
 
 def attempted(problem: Problem, here: CurvePoint, length: float) -> CurvePoint | None:
-    """The same, None out of the domain too."""
+    """The same; also None out of the domain."""
     try:
         return stepped(problem, here, length)
     except OutOfDomain:
@@ -164,8 +164,7 @@ def where(
     problem: Problem, here: CurvePoint, length: float, level: Callable[[CurvePoint], float]
 ) -> CurvePoint | None:
     """The point within ``length`` at which ``level`` vanishes, by R. P. Brent's method; the nearest to it
-    where the domain ends on the way. None where ``level`` has one sign at both ends, or there is no point.
-    """
+    if the domain ends before. None if ``level`` has one sign at both ends, or there is no point."""
     from scipy.optimize import brentq  # takes longer to import than most curves
 
     points = {0.0: here}
@@ -193,7 +192,8 @@ def _beyond(place: int, bound: float) -> Callable[[CurvePoint], float]:
 
 
 def crossing(problem: Problem, here: CurvePoint, length: float, value: float) -> CurvePoint | None:
-    """Where the parameter is ``value``, exactly, the other coordinates polished with it held."""
+    """The point at which the parameter is exactly ``value``, the other coordinates polished with it
+    held."""
     found = where(problem, here, length, _beyond(-1, value))
     if found is None:
         return None
@@ -211,7 +211,7 @@ def crossing(problem: Problem, here: CurvePoint, length: float, value: float) ->
 
 
 class End(Enum):
-    """Why a curve ends; the value says it after ``where``."""
+    """Why a curve ends; the value follows ``where``."""
 
     CLOSED = "the curve is closed"
     BOUNDARY = "a variable reaches the end of its range"
@@ -278,7 +278,7 @@ class _Walk:
         return Trace(tuple(self.points), End.LIMIT)
 
     def _reason(self) -> End:
-        """What is in the way. Where branches meet, the Jacobian loses the rank that it has elsewhere."""
+        """Why the curve does not continue. Where branches meet, the Jacobian loses rank."""
         if self.obstacle is not End.STALLED:
             return self.obstacle
         shown = [*self.points[:: len(self.points) // SHOWN + 1], self.points[-1]]
@@ -291,7 +291,7 @@ class _Walk:
         return End.SINGULAR if singular[-1] <= MEETING else End.STALLED
 
     def _accepted(self, here: CurvePoint, length: float) -> CurvePoint | None:
-        """The next point, where it is certain to lie on the same branch; else ``obstacle`` says why not."""
+        """The next point, if it certainly lies on the same branch; else ``obstacle`` says why not."""
         try:
             there = stepped(self.problem, here, length)
         except OutOfDomain:
@@ -309,7 +309,7 @@ class _Walk:
         return there
 
     def _take(self, here: CurvePoint, there: CurvePoint, length: float) -> End | None:
-        """Take in the points up to ``there``; why the curve ends before it, if it does."""
+        """Add the points up to ``there``; return why the curve ends before it, if it does."""
         last, end = there, None
         out = self._boundary(here, there, length)
         if out is not None:
@@ -327,8 +327,8 @@ class _Walk:
         return end
 
     def _append(self, here: CurvePoint, last: CurvePoint) -> None:
-        """The fold between two neighbours, where the tangent has no part along the parameter, if there is
-        one, and the second of them."""
+        """Add the fold between two neighbours, where the tangent has no component along the parameter, if
+        there is one, and the second of them."""
         if not here.fold and here.tangent[-1] * last.tangent[-1] < 0.0:
             reach = float((last.z - here.z) / self.problem.scale @ here.tangent)
             turning = where(self.problem, here, reach, lambda point: float(point.tangent[-1]))
@@ -338,7 +338,8 @@ class _Walk:
         self.points.append(last)
 
     def _boundary(self, here: CurvePoint, there: CurvePoint, length: float) -> CurvePoint | None:
-        """Where the first coordinate reaches the end of its range; None where all stay inside."""
+        """The point where the first coordinate reaches the end of its range; None if all stay
+        inside."""
         found: list[CurvePoint] = []
         for place, bound in self.problem.passed(there.z):
             if place == len(there.z) - 1:
@@ -349,7 +350,7 @@ class _Walk:
         return min(found, key=lambda point: point.arc, default=None)
 
     def _last_inside(self, here: CurvePoint, length: float) -> float:
-        """The longest step at whose end the same equations still hold, by bisection."""
+        """The longest step after which the same equations still hold, by bisection."""
         low, high = 0.0, length
         while high - low > 1e-15 * length:
             middle = 0.5 * (low + high)
@@ -364,7 +365,7 @@ class _Walk:
         return point.z + 1e-3 * FIRST * self.problem.scale * point.tangent
 
     def _closing_point(self, here: CurvePoint, length: float) -> CurvePoint | None:
-        """The start, whole turns of angles later, where the curve closes within this step."""
+        """The start, up to whole turns of angles, if the curve closes within this step."""
         if here.arc - self.home.arc < 3 * FIRST:
             return None
         home = self.problem.turned(self.home.z, here.z)

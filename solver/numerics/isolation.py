@@ -1,13 +1,12 @@
 """Every root of one equation in one unknown, over a range or over the whole line.
 
-Branch and prune with interval enclosures (A. Neumaier, *Interval Methods for Systems of Equations*,
-1990, chapter 5; R. B. Kearfott, *Rigorous Global Search*, 1996). The boxes of a level are enclosed together:
-the range of f, the range of its slope, and f at the ends and the middle of each box. A box is dropped if f
-or its mean value form excludes 0; it is settled if the slope excludes 0 and f changes sign; the others are
-split, in exponents where a box spans decades. What is left when boxes reach rounding level is merged into
-clusters of adjacent boxes. A cluster is first blown up a little (epsilon inflation, after S. M. Rump): a root
-that sat on a boundary is then inside and can be proven. Otherwise it is searched for changes of sign and for
-the least |f|.
+Branch and prune with interval enclosures (A. Neumaier, *Interval Methods for Systems of Equations*, 1990,
+chapter 5; R. B. Kearfott, *Rigorous Global Search*, 1996). The boxes of a level are enclosed together: the
+range of f, the range of its slope, and f at the ends and the middle of each box. A box is dropped if f or its
+mean value form excludes 0; it is settled if the slope excludes 0 and f changes sign; the others are split, in
+exponents if a box spans decades. Boxes at rounding level are merged into clusters of adjacent boxes. A
+cluster is first enlarged a little (epsilon inflation, after S. M. Rump): a root on its boundary is then
+inside and can be proven. Otherwise it is searched for changes of sign and for the least |f|.
 """
 
 from __future__ import annotations
@@ -44,9 +43,8 @@ GAP = 4.0
 
 
 class IsolationLimits(NamedTuple):
-    """``boxes`` evaluated in all, ``alive`` at once, ``levels`` of splitting. ``whole``: roots are of no use
-    unless they are all: the search ends without any as soon as it reaches a limit, or drops no box at first.
-    """
+    """``boxes`` evaluated in all, ``alive`` at once, ``levels`` of splitting. ``whole``: roots are of use
+    only if they are all: the search ends without any at a limit, or if it drops no box at first."""
 
     boxes: int = 200_000
     alive: int = 8_000
@@ -72,15 +70,14 @@ REMOTE_LEVELS = 6
 
 
 class RootSearch(NamedTuple):
-    """What is known of the roots of f in a range.
+    """The roots of f in a range.
 
-    ``roots``: ascending; f changes sign there, or is exactly 0 with a slope that is not.
-    ``complete``: proven that there are no others and that each is a single one. (Of an infinite range that
-    is said for x = 0 and 1e-100 < |x| < 1e100; roots beyond are found where that is easy.)
-    ``touching``: where |f| is least in a box that could not be settled: a double root, a root at
-    the edge of the domain, or a near miss. For the caller to verify.
-    ``flat``: intervals on which f is 0 to rounding throughout. ``unresolved``: what was not settled.
-    ``crossings``: those of the roots that are no more than a change of sign of computed values.
+    ``roots``: ascending; f changes sign there, or is exactly 0 with a nonzero slope. ``complete``: proven
+    that there are no others and that each is simple. (For an infinite range this covers x = 0 and 1e-100 <
+    |x| < 1e100; roots beyond are found if that is easy.) ``touching``: points of least |f| in boxes that
+    could not be decided: a double root, a root at the boundary of the domain, or a near miss, for the
+    caller to verify. ``flat``: intervals on which f is 0 to rounding throughout. ``unresolved``: the
+    undecided boxes. ``crossings``: the roots that are only a change of sign of computed values.
     """
 
     roots: tuple[float, ...]
@@ -115,7 +112,7 @@ def isolate_roots(
 
 
 class Cluster(NamedTuple):
-    """Touching boxes. ``rough`` where one of them was still to be split when the limits were reached."""
+    """Adjacent boxes. ``rough`` if one of them was still to be split at the limits."""
 
     low: float
     high: float
@@ -123,7 +120,7 @@ class Cluster(NamedTuple):
 
 
 class Section(NamedTuple):
-    """A box cut at a middle point, with f enclosed at both ends and there.
+    """A box cut at its middle, with f enclosed at both ends and there.
 
     ``smooth`` tells whether a finite slope is known that agrees with those three values.
     """
@@ -139,7 +136,7 @@ class Section(NamedTuple):
 
 
 class _Search:
-    """f with its enclosures, what was found so far, and how many boxes were evaluated."""
+    """f with its enclosures, the results so far, and the number of boxes evaluated."""
 
     def __init__(
         self,
@@ -190,16 +187,16 @@ class _Search:
     # -- f over boxes --------------------------------------------------------------------------------------
 
     def _is_remote(self, low: float, high: float) -> bool:
-        """A box of which nobody asks: beyond ±1e100 where the range is infinite, or nearer to 0 than
-        1e-100 without holding it. There enclosures overflow, and a box left open says nothing."""
+        """Whether a box is out of scope: beyond ±1e100 for an infinite range, or nearer to 0 than
+        1e-100 without holding it. Enclosures overflow there, and an undecided box means nothing."""
         if (self.low == -inf and high <= -HORIZON) or (self.high == inf and low >= HORIZON):
             return True
         near = max(abs(low), abs(high)) <= 1 / HORIZON and (low > 0.0 or high < 0.0)
         return near and max(-self.low, self.high) > HORIZON**-0.5
 
     def _ranges(self, boxes: Sequence[Interval]) -> list[Interval | None]:
-        """Enclosures of f, a nan that stands alone widened to infinity; None where f is undefined all over
-        the box, or known to have no root there."""
+        """Enclosures of f, a single nan widened to infinity; None if f is undefined all over the box, or
+        known to have no root there."""
         self.evaluations += len(boxes)
         return [
             None if isnan(below) and isnan(above) else _widened(below, above)
@@ -207,7 +204,7 @@ class _Search:
         ]
 
     def _slopes(self, boxes: Sequence[Interval]) -> list[Interval]:
-        """Enclosures of the slope, infinite where unknown."""
+        """Enclosures of the slope, infinite if unknown."""
         if self._enclose_slope is None:
             return [UNKNOWN] * len(boxes)
         self.evaluations += len(boxes)
@@ -215,7 +212,7 @@ class _Search:
 
     def _at_points(self, points: Sequence[float]) -> list[Interval]:
         """Enclosures of f at points. The ends of a half are an end and the middle of its box: they are not
-        evaluated anew, though they count as if they were."""
+        evaluated again, but count as if they were."""
         asked = [x for x in dict.fromkeys(points) if x not in self._known]
         self.evaluations += len(points) - len(asked)
         for x, values in zip(asked, self._ranges([(x, x) for x in asked]), strict=True):
@@ -302,7 +299,7 @@ class _Search:
             self._add_touching(cluster)
 
     def _inflated(self, cluster: Cluster, factor: float) -> Interval:
-        """The cluster, wider by ``factor`` times its width (or its last bit) on each side, in the range."""
+        """The cluster, wider by ``factor`` times its width (or its last bit) on each side, in range."""
         low, high = max(cluster.low, -MAX), min(cluster.high, MAX)
         pad = factor * max(high - low, math.ulp(max(abs(low), abs(high))))
         return max(self.low, low - pad, -MAX), min(self.high, high + pad, MAX)
@@ -333,7 +330,7 @@ class _Search:
         return False
 
     def _sign(self, x: float, edge: float, bounds: Interval) -> int:
-        """The sign of f: by enclosure, 0 where that holds 0; at an end of the range as computed."""
+        """The sign of f: by enclosure, 0 if that holds 0; at an end of the range as computed."""
         sign = int(bounds[0] > 0.0) - int(bounds[1] < 0.0)
         if sign or x != edge:
             return sign
@@ -343,8 +340,9 @@ class _Search:
     # Where nothing can be proven:
 
     def _is_flat(self, low: float, high: float) -> bool:
-        """Whether f is 0 to rounding at every sample of a cluster wider than rounding and underflow. A
-        narrower one, as wide as that of a multiple root, if f jumps or bends and is the same throughout."""
+        """Whether f is 0 to rounding at every sample of a cluster wider than rounding and underflow. For a
+        narrower one, as wide as that of a multiple root, also whether f jumps or bends and is the same
+        throughout."""
         points, size = _spread(low, high)[1:-1], max(abs(low), abs(high))
         steps = self._enclose_slope is None and len({value_at(self.value, x) for x in points}) == 1
         if not isfinite(high - low) or high - low <= max(
@@ -369,8 +367,9 @@ class _Search:
         return sorted(roots)
 
     def _add_touching(self, cluster: Cluster) -> None:
-        """Where the slope changes sign, if f is 0 to rounding there: for a double root far better
-        conditioned than the least |f|. Failing that, the least |f|, if f is defined at all."""
+        """Add the point where the slope changes sign, if f is 0 to rounding there: for a double
+        root far better conditioned than the least |f|. Otherwise, the least |f|, if f is defined at
+        all."""
 
         def slope(x: float) -> float:
             ((below, above),) = self._slopes([(x, x)])
@@ -392,7 +391,7 @@ def _rise(section: Section) -> float:
 
 
 def _ordinary(low: float, high: float) -> tuple[float, bool]:
-    """Sort key: boxes of the sizes that people write come first, positive ones before negative ones."""
+    """Sort key: boxes of usual sizes come first, positive ones before negative ones."""
     middle = split_point(low, high)
     return abs(math.log(abs(middle))) if middle else 0.0, middle < 0.0
 
@@ -402,21 +401,22 @@ def _widened(below: float, above: float) -> Interval:
 
 
 def _agrees(left: Interval, right: Interval, slope: Interval, distance: float) -> bool:
-    """Whether f can rise from ``left`` to ``right`` with such slopes. A jump in between mostly can't."""
+    """Whether f can change from ``left`` to ``right`` with such slopes. With a jump in between it mostly
+    cannot."""
     least, most = slope[0] * distance, slope[1] * distance
     slack = 1e-14 * (abs(left[0]) + abs(right[0]) + abs(least) + abs(most))
     return right[1] >= left[0] + least - slack and right[0] <= left[1] + most + slack
 
 
 def _spread(low: float, high: float) -> list[float]:
-    """Points at equal distances, the ends among them."""
+    """Points at equal distances, including the ends."""
     step = (high - low) / (SAMPLES - 1)
     return [*(low + i * step for i in range(SAMPLES - 1)), high]
 
 
 def merged(at_rounding: Iterable[Interval], unsplit: Iterable[Interval] = ()) -> list[Cluster]:
-    """Intervals joined that touch, overlap, or are parted by less than a few of their widths (rounding
-    noise leaves such fragments), ascending."""
+    """Intervals joined if they touch, overlap, or are separated by less than a few of their widths
+    (rounding noise leaves such fragments), ascending."""
     boxes = [Cluster(*box, False) for box in at_rounding] + [Cluster(*box, True) for box in unsplit]
     clusters: list[Cluster] = []
     for box in sorted(boxes, key=lambda b: (b.low, b.high)):
@@ -440,7 +440,7 @@ def presplit(low: float, high: float) -> Intervals:
 
 
 class Verdict(Enum):
-    """What is known of a box."""
+    """The state of a box."""
 
     EMPTY = "it holds no root"
     SINGLE = "it holds exactly one"

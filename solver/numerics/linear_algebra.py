@@ -1,12 +1,12 @@
 """Matrices and linear systems: factors of floats, elimination in any arithmetic, exact facts.
 
 A factor holds the matrix with its columns in units of the unknowns and its rows of unit size, so that neither
-the units of a sheet nor the size of a rule changes its rank. What overflows is seen by its result.
+the units of a sheet nor the size of a rule changes its rank. Overflow shows in its result.
 
-A float is a rational number, so a small system is decided, not estimated: its rank, what it leaves free, and
-which rows contradict one another are facts about the numbers given. Larger ones are factored once and refined
-with residuals in extended precision (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed.,
-2002, chapter 12): the answer is right to working precision unless the condition number nears 1/eps.
+A float is a rational number, so the facts about a small system are exact: its rank, its free unknowns, and
+which rows contradict one another. Larger systems are factored once and refined with residuals in extended
+precision (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed., 2002, chapter 12): the
+answer is right to working precision unless the condition number nears 1/eps.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]
 
 
 class Factor:
-    """``rank`` < ``columns`` tells that the matrix does not determine its unknowns.
+    """``rank`` < ``columns`` means that the matrix does not determine its unknowns.
 
-    ``solved`` takes a right-hand side (m,) in units of the rows to unknowns (n,) in units of the weights.
+    ``solved`` maps a right-hand side (m,) in units of the rows to unknowns (n,) in units of the weights.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class Factor:
 
     def solution(self, rhs: Any) -> Any:
         """The solution (n,), of columns (m, k) all of them (n, k); of least squares and least scaled norm
-        where there is none or many."""
+        if there is none or many."""
         with np.errstate(all="ignore"):
             return (self._weights * self._solved((np.transpose(rhs) / self._row_sizes).T).T).T
 
@@ -65,7 +65,7 @@ class Factor:
 class SparseFactor:
     """LU of a Jacobian (n, n) given by its entries, rows scaled to their largest entry.
 
-    Raises ArithmeticError where an entry is not finite or the matrix is singular.
+    Raises ArithmeticError if an entry is not finite or the matrix is singular.
     """
 
     def __init__(self, entries: Triplets, n: int) -> None:
@@ -116,23 +116,23 @@ class SparseFactor:
 
 
 def sparse_matrix(numbers: Any, rows: Any, columns: Any, shape: tuple[int, int]) -> Any:
-    """The sparse matrix of entries (k,); those at one place are added."""
+    """The sparse matrix of entries (k,); entries at one place are added."""
     import scipy.sparse  # small blocks do without scipy, which takes as long to load as to solve them
 
     return scipy.sparse.csr_array((numbers, (rows, columns)), shape=shape)
 
 
 def as_matrix(matrix: Any, columns: int) -> Any:
-    """Rows as an array; a scipy sparse matrix as it is."""
+    """Rows as an array; a scipy sparse matrix unchanged."""
     return matrix if hasattr(matrix, "dtype") else np.array(matrix, dtype=float).reshape(-1, columns)
 
 
 def factorise(matrix: Any, column_weights: Sequence[float] | Array) -> Factor:
     """Factor an m × n matrix given as rows, array, or scipy sparse matrix, with column weights (n,).
 
-    By its inverse where it is large, square and regular, by LU where it is sparse as well; else by singular
-    values, of which there are none where some number is not finite. A large sparse matrix that is singular is
-    not factored: the rank given is a bound, solutions are nan.
+    By its inverse if it is large, square and regular, by LU if it is sparse as well; else by singular values,
+    of which there are none if some number is not finite. A large sparse matrix that is singular is not
+    factored: the rank given is a bound, solutions are nan.
     """
     weights = np.asarray(column_weights, dtype=float)
     with np.errstate(all="ignore"):
@@ -191,8 +191,8 @@ def any_rank(matrix: Any, column_weights: Any) -> Factor:
 
 
 def least_squares(a: Array, rhs: Array, share: float) -> Array | None:
-    """The x (n, k) for which |a x - rhs| is least; None where columns of a (m, n) depend on one another, to
-    within such a share of its size. By QR with column pivoting."""
+    """The x (n, k) for which |a x - rhs| is least; None if columns of a (m, n) are dependent, to within
+    such a share of its size. By QR with column pivoting."""
     from scipy.linalg import lstsq
 
     x, _, rank, _ = lstsq(a, rhs, cond=share, lapack_driver="gelsy")
@@ -200,7 +200,7 @@ def least_squares(a: Array, rhs: Array, share: float) -> Array | None:
 
 
 def row_sizes(matrix: Any, column_weights: Any) -> Array:
-    """Σ_j |A_ij| w_j for every row i; w may hold signed values, of which the absolute ones count."""
+    """Σ_j |A_ij| |w_j| for every row i."""
     with np.errstate(all="ignore"):  # an infinite size tells of what overflows
         sizes: Array = abs(as_matrix(matrix, len(column_weights))) @ np.abs(column_weights)
     return sizes
@@ -269,14 +269,14 @@ Entries: TypeAlias = Mapping[int, Number]
 
 
 class Singular(ArithmeticError):
-    """The matrix has no inverse, or none to the digits of its numbers."""
+    """The matrix has no inverse to the digits of its numbers."""
 
 
 def eliminate(
     matrix: Sequence[Sequence[Number]], rhs: Sequence[Number], tiny: Number = 0
 ) -> list[Number] | None:
-    """x (n,) with A x = b for A (n, n) and b (n,); None where a pivot is no more than ``tiny`` beside the
-    entries of its column, rows brought to unit size."""
+    """x (n,) with A x = b for A (n, n) and b (n,); None if a pivot is at most ``tiny`` relative to the
+    entries of its column, rows scaled to unit size."""
     try:
         return eliminate_rows([dict(enumerate(row)) for row in matrix], [rhs], tiny)[0]
     except Singular:
@@ -288,8 +288,8 @@ def eliminate_rows(
 ) -> list[list[Number]]:
     """X with A X = B, with partial pivoting on rows of unit size, zeros left out: the columns of X.
 
-    ``rows`` (n,) of A, ``columns`` of B (each (n,)). Raises Singular where a pivot is no more than ``tiny``
-    beside the entries of its column.
+    ``rows`` (n,) of A, ``columns`` of B (each (n,)). Raises Singular if a pivot is at most ``tiny``
+    relative to the entries of its column.
     """
     n, right = len(rows), range(len(rows), len(rows) + len(columns))
     left: list[dict[int, Number]] = []
@@ -324,11 +324,11 @@ def eliminate_rows(
 class LinearOutcome(NamedTuple):
     """The facts about A x = b with A of m rows and n columns.
 
-    ``solution``: correctly rounded where exact; entry j is None where unknown j is not determined. None
-    as a whole where the rows contradict one another.
-    ``nullspace``: a basis, each vector (n,); unknown j is free if any vector has a nonzero j-th entry.
-    ``conflict``: a smallest-by-inclusion set of rows whose combination reads 0 = miss with miss ≠ 0;
-    ``multipliers`` are the factors of those rows, ``miss`` their combined right-hand side.
+    ``solution``: correctly rounded if exact; entry j is None if unknown j is not determined. None as a
+    whole if the rows contradict one another. ``nullspace``: a basis, each vector (n,); unknown j is
+    free if any vector has a nonzero j-th entry. ``conflict``: a smallest-by-inclusion set of rows whose
+    combination reads 0 = miss with miss ≠ 0; ``multipliers`` are the factors of those rows, ``miss``
+    their combined right-hand side.
     """
 
     solution: tuple[float | None, ...] | None
@@ -357,7 +357,7 @@ def solve_linear(
 ) -> LinearOutcome:
     """Solve A x = b for m × n rows of finite floats or fractions.
 
-    Up to 30 rows and columns by fractions; beyond by LU with iterative refinement, where the rank is that to
+    Up to 30 rows and columns by fractions; beyond by LU with iterative refinement, with the rank to
     rounding.
     """
     n = len(matrix[0]) if matrix else 0
@@ -426,7 +426,7 @@ def gauss_jordan(
 
 
 def _quotient(numerator: int, denominator: int) -> float:
-    """The nearest float; infinite where it is out of range."""
+    """The nearest float; infinite if it is out of range."""
     try:
         return numerator / denominator
     except OverflowError:
@@ -434,7 +434,7 @@ def _quotient(numerator: int, denominator: int) -> float:
 
 
 def _solved(a: Array, b: Array) -> LinearOutcome:
-    """By LU, refined until the correction no longer halves; by singular values where it is singular."""
+    """By LU, refined until the correction no longer halves; by singular values if it is singular."""
     n = a.shape[1]
     factor = factorise(a, [1.0] * n)
     long, right = a.astype(np.longdouble), b.astype(np.longdouble)
@@ -459,9 +459,9 @@ def _solved(a: Array, b: Array) -> LinearOutcome:
 
 
 def _contradiction(a: Array, b: Array, rank: int) -> LinearOutcome | None:
-    """Rows in the left null direction along which b sticks out most. Small, but not proven smallest.
+    """Rows in the left null direction with the largest residual. Few, but not proven smallest.
 
-    None where b sticks out by no more than rounding: what residual there is comes of elimination.
+    None if the residual is at most rounding.
     """
     rows = np.abs(a).max(axis=1, initial=0.0)
     rows = np.where(rows > 0.0, rows, 1.0)

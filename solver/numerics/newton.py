@@ -39,7 +39,7 @@ from solver.numerics.tolerances import (
 
 
 class Outcome(Enum):
-    """The end of a search. Only ``CONVERGED`` stands for an isolated answer correct to rounding."""
+    """The end of a search. Only ``CONVERGED`` means an isolated answer correct to rounding."""
 
     CONVERGED = "The residual vanishes to rounding at an isolated point."
     SINGULAR_JACOBIAN = (
@@ -85,14 +85,14 @@ class Point(NamedTuple):
         return bool((np.abs(self.residual) <= RESIDUAL * row_sizes(self.jacobian, self.x)).all())
 
     def explains(self) -> bool:
-        """Whether the step accounts for the residual: F + J dx is small beside F, or beside the sizes of the
-        rules. (Where rank is lost at a minimum of |F| it does not.)"""
+        """Whether the step accounts for the residual: F + J dx is small relative to F, or to the sizes of
+        the rules. (If rank is lost at a minimum of |F| it does not.)"""
         left, sizes = np.abs(self.residual + self.jacobian @ self.step), row_sizes(self.jacobian, self.weight)
         return bool((left <= np.maximum(0.5 * np.abs(self.residual), VANISHING * sizes)).all())
 
 
 class System:
-    """Residual and Jacobian with every way of being undefined turned into None."""
+    """Residual and Jacobian; None wherever they are undefined."""
 
     def __init__(self, residual: Residual, jacobian: Jacobian, scale: Sequence[float]) -> None:
         self.functions = residual, jacobian
@@ -106,7 +106,7 @@ class System:
         return values if np.isfinite(values).all() else None
 
     def point(self, x: Array, residual: Array | None = None) -> Point | None:
-        """The point x, or None where residual or Jacobian is undefined or infinite."""
+        """The point x, or None if residual or Jacobian is undefined or infinite."""
         values = self.residual_at(x) if residual is None else residual
         if values is None:
             return None
@@ -130,7 +130,7 @@ SLOW = 6
 
 
 class NewtonLimits(NamedTuple):
-    """``escapes`` is how often Levenberg–Marquardt may take over."""
+    """``escapes``: how often Levenberg–Marquardt may take over."""
 
     iterations: int = 100
     escapes: int = 6
@@ -140,7 +140,7 @@ STANDARD_LIMITS = NewtonLimits()
 
 
 class NewtonResult(NamedTuple):
-    """The best point met."""
+    """The best point of a search."""
 
     x: tuple[float, ...]
     outcome: Outcome
@@ -170,7 +170,7 @@ def newton(
 
 
 class _Search:
-    """The state of one search: the present point, the damping, and what has been spent."""
+    """The state of one search: the present point, the damping, and the work spent."""
 
     def __init__(self, system: System, point: Point, limits: NewtonLimits) -> None:
         self.system, self.point, self.limits = system, point, limits
@@ -203,7 +203,7 @@ class _Search:
         self.iterations += 1
 
     def _damped_step(self) -> float | None:
-        """Take one damped Newton step. The contraction factor, or None where no length is accepted."""
+        """Take one damped Newton step. The contraction factor, or None if no length is accepted."""
         p = self.point
         step, norm = p.step, p.norm(p.step)
         if norm == 0.0 or not math.isfinite(norm):
@@ -232,7 +232,7 @@ class _Search:
         return None
 
     def _converge(self) -> NewtonResult | None:
-        """Full steps from a point of fast contraction; None (and the best point kept) where it is lost."""
+        """Full steps from a point of fast contraction; None (and the best point kept) if it is lost."""
         previous = math.inf
         for _ in range(POLISH):
             p = self.point
@@ -253,7 +253,7 @@ class _Search:
         return None
 
     def _polished(self) -> NewtonResult:
-        """One more full step or two while they still lower the simplified correction."""
+        """One or two more full steps while they still lower the simplified correction."""
         for _ in range(3):
             p = self.point
             following = self.system.point(p.x + p.step)
@@ -264,7 +264,7 @@ class _Search:
         return self._result(Outcome.CONVERGED if regular else Outcome.SINGULAR_JACOBIAN)
 
     def _escape(self) -> bool:
-        """Levenberg–Marquardt steps towards a smaller residual; False where there is none."""
+        """Levenberg–Marquardt steps towards a smaller residual; False if there is none."""
         if self.escapes >= self.limits.escapes:
             return False
         self.escapes += 1
@@ -284,10 +284,9 @@ class _Search:
 
     def _degenerate(self) -> bool:
         """At a multiple root the Newton step is short although it contracts slowly, and full steps lower the
-        residual until it is rounding: a quarter of it is left at a double one, (1 - 1/m)^m at one of
-        multiplicity m. At a minimum of |F| the step is long, or leaves the residual as it was. At a root
-        where rounding in F keeps the residual up, the Jacobian is the same at both ends.
-        """
+        residual down to rounding: to a quarter at a double one, (1 - 1/m)^m at one of multiplicity m. At a
+        minimum of |F| the step is long, or leaves the residual unchanged. At a root at which rounding in F
+        keeps the residual up, the Jacobian is the same at both ends."""
         for _ in range(HALVINGS):
             p = self.point
             if p.norm(p.step) > DEGENERATE or not p.explains():
@@ -311,7 +310,8 @@ class _Search:
 
 def _is_straight(p: Point, following: Point) -> bool:
     """Whether F is so straight along a short full step that a simple root is near (Newton–Kantorovich):
-    |J⁻¹ (J' - J) dx| is far below |dx|. It is |dx| / 2 at a double root, and more at a minimum of |F|."""
+    |J⁻¹ (J' - J) dx| is far below |dx|. It is |dx| / 2 at a double root, and more at a minimum of
+    |F|."""
     norm = p.norm(p.step)
     if norm > STAGNATION or p.factor.rank < p.factor.columns:
         return False
@@ -323,7 +323,7 @@ METHODS = ("hybr", "lm", "least_squares")
 
 
 class ScipyRoot(NamedTuple):
-    """``success`` is what scipy says of itself; ``evaluations`` are those of the residual."""
+    """``success`` is scipy's own verdict; ``evaluations`` are those of the residual."""
 
     x: tuple[float, ...]
     success: bool
@@ -340,8 +340,8 @@ def scipy_root(
 ) -> ScipyRoot:
     """``scipy.optimize.root`` (hybr, lm) or ``least_squares`` from ``start`` (n,), with the exact Jacobian.
 
-    ``scale`` (n,): typical magnitudes of the unknowns, else scipy takes its own from the Jacobian. Where the
-    residual is undefined it is taken as nan, at which the methods give up. ``tolerance`` is relative.
+    ``scale`` (n,): typical magnitudes of the unknowns, else scipy takes its own from the Jacobian. An
+    undefined residual is nan, at which the methods give up. ``tolerance`` is relative.
     """
     from scipy.optimize import least_squares, root  # takes longer to import than most solves
 
@@ -379,7 +379,7 @@ KEPT = 0.1
 
 
 def _solved(matrices: Array, rhs: Array) -> Array:
-    """-A⁻¹ b for each of (k, n, n) and (k, n), nan where a row is 0; where a matrix is singular, all are
+    """-A⁻¹ b for each of (k, n, n) and (k, n), nan if a row is 0; if a matrix is singular, all are
     regularised by rounding."""
     usable = (abs(matrices).max(axis=2) > 0.0).all(axis=1)
     matrices = np.where(usable[:, None, None], matrices, np.eye(matrices.shape[1]))
@@ -402,8 +402,8 @@ def _least_norm(matrices: Array, rhs: Array) -> Array:
 
 
 class Iteration(NamedTuple):
-    """``solved`` gives a step; of its ``lengths`` the best is taken, none ``longest`` sizes of the unknowns
-    or more. A step as short as ``arrived`` is the last one; there are ``most`` at the most."""
+    """``solved`` gives a step; the best of its ``lengths`` is taken, none of ``longest`` sizes of the
+    unknowns or more. A step as short as ``arrived`` is the last one; there are at most ``most``."""
 
     solved: Callable[[Array, Array], Array]
     lengths: tuple[float, ...]
@@ -425,11 +425,11 @@ def arrivals(
     by: Iteration = NEWTON,
     ranges: tuple[Array, Array] | None = None,
 ) -> Array:
-    """The ends (m, n) of those ``starts`` (k, n) that arrive at a zero of F: Rⁿ → Rᵐ, in their order.
+    """The ends (m, n) of those ``starts`` (k, n) that reach a zero of F: Rⁿ → Rᵐ, in their order.
 
     ``residual`` maps (k, n) to (k, m), ``jacobian`` to (k, m, n), both nan outside their domain. ``scale``
-    (n,): typical sizes of the unknowns; ``ranges``: their lower and upper ends (n,), between which the way
-    stays. Nothing is polished or made distinct.
+    (n,): typical sizes of the unknowns; ``ranges``: their lower and upper ends (n,), which iterates do not
+    leave. The ends are neither polished nor made distinct.
     """
     with np.errstate(all="ignore"):
         f = residual(starts)

@@ -39,8 +39,8 @@ def real_roots(
 ) -> tuple[float, ...] | None:
     """The real roots in [low, high], ascending, each the float nearest to where the polynomial changes sign.
 
-    None where there is no such list: the polynomial is 0, or it has a multiple root (real or not), or a root
-    beyond the floats or nearer to another one than floats can tell.
+    None if there is no such list: the polynomial is 0, or it has a multiple root (real or not), or a root
+    beyond the floats or closer to another one than floats can tell.
     """
     sequence = _sequence(_integers(polynomial))
     if len(sequence[-1]) != 1:
@@ -106,7 +106,7 @@ def _changes(sequence: list[list[int]], place: float) -> int:
 
 
 def _isolated(sequence: list[list[int]], first: int, last: int) -> Iterator[tuple[int, int]]:
-    """Places of floats that have a single root between them, or at the second; ascending."""
+    """Places of floats with a single root between them, or at the second; ascending."""
     waiting = [(first, last, _changes(sequence, first), _changes(sequence, last))]
     while waiting:
         expect_time()
@@ -120,8 +120,8 @@ def _isolated(sequence: list[list[int]], first: int, last: int) -> Iterator[tupl
 
 
 def _nearest(whole: list[int], first: int, last: int) -> float:
-    """The float nearest to the only root between two places, by bisection: it begins beside the root in
-    floats, in steps that grow until the other side is met."""
+    """The float nearest to the only root between two places, by bisection: it begins next to the root
+    in floats, in steps that grow until the other side is reached."""
     end = _sign(whole, last)
     if not end:
         return _float(last)
@@ -150,7 +150,6 @@ def _place(number: float) -> int:
 
 
 def _float(place: int) -> float:
-    """The float at a place."""
     size: float = struct.unpack(">d", struct.pack(">q", abs(place)))[0]
     return math.copysign(size, place)
 
@@ -194,10 +193,10 @@ def split_point(low: float, high: float) -> float:
 
 
 def bracketed_root(function: ScalarFunction, low: float, high: float) -> float:
-    """The float of least |f| where f changes sign between ``low`` and ``high`` (both finite).
+    """The float of least |f| if f changes sign between ``low`` and ``high`` (both finite).
 
     f must be defined and of opposite sign at the ends; it need not be continuous (``is_zero_crossing``
-    tells a root from a pole). Where f is undefined inside, the last defined end is returned.
+    distinguishes a root from a pole). If f is undefined inside, the last defined end is returned.
     """
     a, f_a = low, value_at(function, low)
     b, f_b = high, value_at(function, high)
@@ -223,7 +222,7 @@ def bracketed_root(function: ScalarFunction, low: float, high: float) -> float:
 
 
 def _next_point(a: float, f_a: float, b: float, f_b: float, c: float, f_c: float) -> float:
-    """Inverse quadratic interpolation where Chandrupatla's criterion allows it, else a bisection.
+    """Inverse quadratic interpolation if Chandrupatla's criterion allows it, else a bisection.
 
     Kept one float away from the ends, so that the bracket always shrinks until its ends are adjacent.
     """
@@ -242,7 +241,7 @@ def _next_point(a: float, f_a: float, b: float, f_b: float, c: float, f_c: float
 
 
 def is_zero_crossing(function: ScalarFunction, root: float, low: float, high: float) -> bool:
-    """Whether f fades away towards ``root``: at a pole it grows, at a jump it stays as it is.
+    """Whether f approaches 0 towards ``root``: at a pole it grows, at a jump it stays as it is.
 
     Compares |f(root)| with |f| a few thousand times sqrt(eps) away, within ``low`` … ``high``.
     """

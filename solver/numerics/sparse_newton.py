@@ -1,8 +1,8 @@
 """Newton's method for large sparse systems, damped by the natural monotonicity test.
 
-P. Deuflhard, *Newton Methods for Nonlinear Problems* (2004), section 3.3: a step is accepted where the
-correction that the same Jacobian gives at its end is shorter. The test does not depend on how rules are
-scaled. Steps out of the domain, where the residual is nan, are shortened.
+P. Deuflhard, *Newton Methods for Nonlinear Problems* (2004), section 3.3: a step is accepted if the
+correction by the same Jacobian at its end is shorter. The test does not depend on the scaling of rules.
+Steps out of the domain, where the residual is nan, are shortened.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ BACKWARDS = 0.9
 
 
 class SparseRoot(NamedTuple):
-    """Where the method ended, and whether its last correction was no more than rounding.
+    """The end of the method, and whether its last correction was at most rounding.
 
     ``alone``: the length of a full step, relative to the unknowns, from which on each was much shorter than
-    the one before. At a root so much nearer to another one, or at a multiple root, they are not.
+    the one before. At a root close to another one, or at a multiple root, they are not.
     """
 
     x: Array
@@ -50,7 +50,7 @@ class SparseRoot(NamedTuple):
 
 
 def itself(x: Array) -> Array:
-    """No map: the point as it is."""
+    """The identity."""
     return x
 
 
@@ -65,10 +65,10 @@ def sparse_newton(
 ) -> SparseRoot:
     """Search a root of F: Rⁿ → Rⁿ from ``start`` (n,) with typical magnitudes ``sizes`` (n,).
 
-    Without sizes the first step, to where the linearised equations hold, gives them.
-    ``positive``: unknowns that are positive stay so. ``told`` (n,) → (n,) replaces unknowns that equations
-    give as functions of others: Newton's method on what is left when these are eliminated. With a ``limit``
-    the step of each unknown is cut to that share of its size, and no correction has to become shorter.
+    Without sizes the first step, to where the linearised equations hold, gives them. ``positive``: unknowns
+    that are positive stay so. ``told`` (n,) → (n,) replaces unknowns that equations give explicitly:
+    Newton's method on the reduced system. With a ``limit`` the step of each unknown is cut to that share of
+    its size, and corrections need not become shorter.
     """
     x = told(start)
     f = residual(x)
@@ -114,9 +114,9 @@ def _twice(
     weight: Array,
     length: float,
 ) -> tuple[Array, Array, float] | None:
-    """The point after a second full step from ``x``, where the correction there is shorter than the first
-    one: what one step worsens, another may mend, as where bars turn (the watchdog of R. M. Chamberlain et
-    al., Math. Programming Study 16 (1982) 1-17)."""
+    """The point after a second full step from ``x``, if the correction there is shorter than the first
+    one: a second step may repair what one worsens, as with bars that turn (the watchdog of R. M.
+    Chamberlain et al., Math. Programming Study 16 (1982) 1-17)."""
     f = residual(x)
     if not np.isfinite(f).all():
         return None
@@ -131,7 +131,7 @@ def _twice(
 
 
 def _noise(factor: SparseFactor, slopes: Triplets, x: Array) -> Array:
-    """What a step (n,) may be where the residual is but the rounding of the terms of its rules."""
+    """The step (n,) that rounding of the terms of the rules alone may cause."""
     data, rows, columns = slopes
     gross = np.bincount(rows, np.abs(data * x[columns]), minlength=len(x))
     return factor.solve(EPS * np.random.default_rng(0).choice([-1.0, 1.0], len(x)) * gross)
@@ -139,7 +139,7 @@ def _noise(factor: SparseFactor, slopes: Triplets, x: Array) -> Array:
 
 def _refined(residual: Callable[[Array], Array], factor: SparseFactor, x: Array, weight: Array) -> Array:
     """The last digits by residuals in extended precision (N. J. Higham, *Accuracy and Stability of Numerical
-    Algorithms*, 2002, section 25.2), as long as that contracts fast; the point as it is where a function has
+    Algorithms*, 2002, section 25.2), as long as that contracts fast; the point unchanged if a function has
     none."""
     before = REFINABLE
     for _ in range(REFINEMENTS):
@@ -182,9 +182,9 @@ def _damped(
 def _limited(
     residual: Callable[[Array], Array], x: Array, step: Array, longest: Array, told: Map
 ) -> tuple[Array, Array, float] | None:
-    """The point after a step of which each unknown takes its ``longest`` part at most, as circuit simulators
-    limit voltages (L. W. Nagel, *SPICE2*, 1975): one that is led far off does not hold back the others. The
-    step is halved where it leaves the domain; its share is that of a full step."""
+    """The point after a step of which each unknown takes at most its ``longest`` part, as circuit simulators
+    limit voltages (L. W. Nagel, *SPICE2*, 1975): an unknown that is led far off does not hold back the
+    others. The step is halved if it leaves the domain; its share is that of a full step."""
     share = 1.0
     while share >= SHORTEST:
         part = share * step

@@ -1,10 +1,10 @@
 """Every root of a square system in a box: interval branch and prune in n dimensions.
 
-A box is narrowed by its equations as they stand, then by their combinations of which the Jacobian is nearly
-the identity: the step of Hansen and Sengupta (A. Neumaier, *Interval Methods for Systems of Equations*, 1990,
+A box is narrowed by its equations as they are, then by combinations of them whose Jacobian is nearly the
+identity: the step of Hansen and Sengupta (A. Neumaier, *Interval Methods for Systems of Equations*, 1990,
 theorem 5.1.8). Its image holds every root in the box; if it is empty there is none, and if it lies in the
-interior there is exactly one. A box that is neither is cut across the side along which the equations vary
-most (Kearfott's smear, added up). A front of boxes is treated at once, the newest first.
+interior there is exactly one. Otherwise the box is cut across the side along which the equations vary most
+(Kearfott's smear, summed). A front of boxes is treated at once, the newest first.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ SHRUNK = 0.9
 
 
 class Subdivision(NamedTuple):
-    """``proved``: boxes, as narrow as rounding allows, each with exactly one root, no two with the same.
+    """``proved``: boxes, as narrow as rounding allows, each with exactly one root, all different.
 
-    ``complete``: no box was left of which nothing is known, so that every root in the box searched is there.
+    ``complete``: no box was left undecided, so every root in the searched box is there.
     """
 
     proved: tuple[Box, ...]
@@ -67,7 +67,7 @@ def branch_and_prune(
 
 
 class _Search:
-    """Boxes are arrays (2, k, n), their lower ends first; those without a root have their ends crossed."""
+    """Boxes are arrays (2, k, n), lower ends first; in those without a root the ends are crossed."""
 
     def __init__(self, enclose: BoxFunction, enclose_jacobian: BoxFunction, whole: Array) -> None:
         self.enclose, self.enclose_jacobian, self.whole = enclose, enclose_jacobian, whole
@@ -103,14 +103,15 @@ class _Search:
         return self._divide(_possible(left))
 
     def _narrowed(self, box: Array) -> Array:
-        """The boxes narrowed by every equation as it stands, which gains most where they are wide."""
+        """The boxes narrowed by every equation as it is, which gains most for wide boxes."""
         centre = box[0] + (box[1] - box[0]) / 2
         low, high = _solved(box, centre, *self.enclose(centre, centre), *self.enclose_jacobian(*box))
         low, high = np.fmax.reduce(low, axis=1), np.fmin.reduce(high, axis=1)
         return np.stack([np.fmax(box[0], low), np.fmin(box[1], high)])
 
     def _image(self, box: Array) -> Array:
-        """What combinations of equations leave, not cut with the boxes; infinite where they say nothing."""
+        """The image under combinations of equations, not cut with the boxes; infinite if they give no
+        bound."""
         centre = box[0] + (box[1] - box[0]) / 2
         slopes, at = np.array(self.enclose_jacobian(*box)), np.array(self.enclose(centre, centre))
         usable = np.isfinite(slopes).all(axis=(0, 2, 3)) & np.isfinite(at).all(axis=(0, 2))
@@ -133,8 +134,8 @@ class _Search:
             self.proved.append(box[:, 0])
 
     def _divide(self, box: Array) -> Array:
-        """Boxes in halves across the side of largest smear max_i |∂F_i/∂x_j| w_j, the widest where that is
-        unbounded; those that are too narrow are left."""
+        """Boxes halved across the side of largest smear max_i |∂F_i/∂x_j| w_j, the widest if that is
+        unbounded; boxes that are too narrow are unchanged."""
         widths, range_ = box[1] - box[0], self.whole[1] - self.whole[0]
         wide = widths > NARROW * np.maximum(abs(box).max(axis=0), NARROW * range_)
         self.unresolved += int((~wide.any(axis=1)).sum())
@@ -160,7 +161,7 @@ def _meet(one: Array, other: Array) -> bool:
 def _solved(
     box: Array, centre: Array, at_low: Array, at_high: Array, below: Array, above: Array
 ) -> tuple[Array, Array]:
-    """What every equation says of every unknown: bounds (k, n, n), infinite where its slope may be 0.
+    """The bounds (k, n, n) on every unknown from every equation, infinite if its slope may be 0.
 
     x_j ∈ c_j − (F_i(c) + Σ_{m≠j} J_im (x_m − c_m)) / J_ij: no root in the box is lost.
     """
@@ -186,7 +187,7 @@ def _product(matrix: Array, ends: Array) -> Array:
 
 
 def _inverses(matrices: Array) -> Array:
-    """Inverses of matrices (k, n, n), nan for those that are singular."""
+    """Inverses of matrices (k, n, n), nan for singular ones."""
     sizes = abs(matrices).sum(axis=2, keepdims=True)
     scaled = matrices / np.where(sizes > 0, sizes, 1.0)
     regular = abs(np.linalg.det(scaled)) > 1e-100

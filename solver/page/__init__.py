@@ -236,8 +236,7 @@ def rail(
     model: Model, given: Mapping[str, Value], values: Mapping[str, Value], handles: Sequence[Handle]
 ) -> Rail | None:
     """The motion through an answer (``values``) that the handles of one driver make, the other inputs as
-    ``given``. None where it cannot be followed.
-    """
+    ``given``. None where it cannot be followed."""
     driver = handles[0].driver
     followed = tuple(dict.fromkeys((driver, *(handle.variable for handle in handles))))
     turning = [n for n in followed if turn(model, n) and isinstance(values.get(n), float)]

@@ -182,7 +182,6 @@ class Bench:
     # --- dragging ---
 
     def motion(self, question: Json) -> Json:
-        """The handles of the figures."""
         result = self._result(question)
         return {"handles": [one._asdict() for one in handles(result, _answer(question, result))]}
 

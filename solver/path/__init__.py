@@ -84,7 +84,6 @@ Step: TypeAlias = Evaluate | Select | SolveBlock | Decide | Assume | Check
 
 
 def equations_of(step: Step) -> tuple[int, ...]:
-    """The equations that a step evaluates."""
     match step:
         case Evaluate(equation=equation) | Check(equation=equation):
             return (equation,)
@@ -95,7 +94,6 @@ def equations_of(step: Step) -> tuple[int, ...]:
 
 
 def given_by(step: Step) -> tuple[str, ...]:
-    """The variables that a step finds."""
     match step:
         case Evaluate(unknown=unknown) | Select(unknown=unknown):
             return (unknown,)

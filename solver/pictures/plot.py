@@ -126,7 +126,6 @@ WIDTH, PANEL = 7.0, 2.1
 
 
 def plotted(shown: Curves | Maps, model: Model, turns: Mapping[str, float | None], form: str) -> bytes:
-    """The picture as ``png``, ``svg`` or ``pdf``."""
     inks = ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color")
     style: dict[Any, Any] = {"font.size": 9.0, "svg.fonttype": "none", **dict.fromkeys(inks, INK)}
     with matplotlib.rc_context({**style, "text.parse_math": False}):  # a dollar in a unit is one
@@ -235,8 +234,7 @@ CROSS: dict[str, Any] = {"markersize": 4.5, "color": "#111111", "zorder": 5, "ma
 
 def chart_picture(marks: Sequence[Mark], title: str, label: str = "", towards: bool = False) -> Figure:
     """Errors over times, a line a family; or, with a ``label``, both over the values of the input that it
-    names (``towards`` its limit), a line a method, and a cross where a method gave no answer.
-    """
+    names (``towards`` its limit), a line a method, and a cross where a method gave no answer."""
     figure = Figure(figsize=(8.2, 5.6 if label else 4.4), layout="constrained")
     panels: Any = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1)) if label else [figure.subplots()]
     names = dict.fromkeys(mark.method if label else mark.family for mark in marks)

@@ -98,8 +98,7 @@ def _alone(column: Array) -> bool:
 
 def together(parts: Sequence[tuple[Array, Answers]], count: int) -> Answers:
     """The answers of all rows, from those of some rows each. A first part of all rows is taken over; it has
-    none where other parts have some.
-    """
+    none where other parts have some."""
     if parts and len(parts[0][0]) == count:
         (_, every), *parts = parts
     else:
@@ -210,8 +209,7 @@ def _along(inputs: Sequence[Array], counts: Array, rows: Array, line: int, at: i
 
 def continued(heading: Points, points: Points, turns: Points) -> tuple[Array, NDArray[np.bool_]]:
     """Of places (v, k, r) in each row r the nearest of the points (v, j, r): (k, r), and whether it is so
-    clearly.
-    """
+    clearly."""
     apart = distances(heading, points, turns)
     nearest = apart.argmin(axis=1)
     least = np.take_along_axis(apart, nearest[:, None], axis=1)[:, 0]
@@ -234,8 +232,8 @@ def steady_runs(
 ) -> list[tuple[int, int]]:
     """The runs of ``Answers`` among all or some ``rows`` (n,) of a sweep, those of spans whose inputs move
     steadily and whose answers are all there, ``whole`` (n,), and far apart: by bounds on what ``distances``
-    would be, from the least and the largest numbers of the answers in each span and the two rows before it.
-    """
+    would be, from the least and the largest numbers of the answers in each span and the two rows before
+    it."""
     starts = np.arange(0, len(whole) - SPAN + 1, SPAN)
     if len(planes) < 2 or len(starts) < 2 or not len(turns):
         return []

@@ -77,8 +77,7 @@ _Suggested = tuple[Sequence[Any], Sequence[Any]]
 class Signs:
     """What the signs of the variables of a model say: ``angles``, with their full turns, and the names whose
     signs do not count, ``aside``; the sizes that it suggests are kept here too, by the names known and asked
-    for.
-    """
+    for."""
 
     def __init__(self, model: Model) -> None:
         self.model = model
@@ -201,8 +200,7 @@ signs_of = once(Signs)
 
 def _angles(model: Model) -> dict[str, float]:
     """The full turns of variables in degrees or radians, arguments of sines, results of their inverses, and
-    what is added to any of these.
-    """
+    what is added to any of these."""
     found = {
         n: 2.0 * pi ** (1 - v.measure.pi) / float(v.measure.factor)
         for n, v in model.variables.items()

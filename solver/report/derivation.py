@@ -235,7 +235,6 @@ def why_latex(derivation: Derivation) -> str:
 
 
 def aligned(derivation: Derivation, lines: Iterable[Line]) -> str:
-    """Lines as rows of an ``align*`` environment."""
     page, rows = Page(derivation, Tex()), []
     for line in lines:
         left, *others = page.chain(line)

@@ -29,7 +29,6 @@ class Plain(Notation):
     value = staticmethod(readable)
 
     def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
-        """The expression with numbers for its names."""
         texts = {name: readable(values[name]) for name in names(node)}
         numbers = {n: nodes.Name(f"({text})" if text[0] == "-" else text) for n, text in texts.items()}
         return _FIRST.sub(r"\1\2", self.written(substitute(node, numbers)))

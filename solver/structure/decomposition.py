@@ -78,7 +78,6 @@ class Incidence:
 
     @cached_property
     def edges(self) -> int:
-        """How many occurrences there are."""
         return sum(len(self.occurs[equation]) for equation in self.block.equations)
 
     def restrict(self, block: Block) -> Incidence:

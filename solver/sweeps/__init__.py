@@ -1,6 +1,5 @@
 """Many solves of one question, and here what they begin with: a model prepared for one pattern of inputs and
-outputs. Floats go in, checked floats come out.
-"""
+outputs. Floats go in, checked floats come out."""
 
 from __future__ import annotations
 

@@ -143,8 +143,7 @@ def work_of(
 
 def followed(work: Work, pieces: Iterator[Rows]) -> Iterator[Table]:
     """The pieces as tables, with branches kept: in the numbers of answers where all are asked for, else in
-    the first. Of rows that an interrupt has cut short none are left from the first that failed.
-    """
+    the first. Of rows that an interrupt has cut short none are left from the first that failed."""
     tabled = (Every if work.every else Primary)(work)
     for rows in pieces:
         failed = np.flatnonzero(rows.codes == CODES[Status.FAILED])
@@ -269,8 +268,7 @@ def grid_chunks(rows: Grid) -> Iterator[Chunk]:
 
 def grid_warmup(rows: Grid, total: int | None = None) -> Chunk:
     """Some rows from all over a grid to learn from: so few that they do not weigh on ``total`` rows, its own
-    where that is None; of few none.
-    """
+    where that is None; of few none."""
     places = np.linspace(0, len(rows) - 1, min(LESSONS, (total or len(rows)) // 64)).astype(np.int64)
     return rows.at(places) if len(places) else ()
 
@@ -365,8 +363,7 @@ def _after(path: str, table: Table, chunks: Iterator[Chunk], inputs: Sequence[st
 
 class Outcome(NamedTuple):
     """``counts`` are the rows by status code, ``several`` those of which one of several answers is shown;
-    ``interrupted`` says that there would have been more.
-    """
+    ``interrupted`` says that there would have been more."""
 
     counts: tuple[int, ...]
     interrupted: bool = False

@@ -314,5 +314,4 @@ class CurveTable(Table):
 
     @property
     def arc(self) -> NDArray[np.float64]:
-        """The arc length of every row."""
         return self[self._labels[1]]

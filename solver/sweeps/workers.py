@@ -246,7 +246,6 @@ CARRIAGE = 0.15e-6
 
 
 def processors() -> int:
-    """Processors that this process may use."""
     allowed = getattr(os, "sched_getaffinity", None)
     return len(allowed(0)) if allowed else os.cpu_count() or 1
 

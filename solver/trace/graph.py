@@ -128,7 +128,6 @@ class Graph:
         return self._numbers.get(node)
 
     def value_of(self, node: int) -> float | bool | None:
-        """The value of a constant node."""
         kind = self.nodes[node]
         return kind[1] if kind[0] == "const" else None  # type: ignore[return-value]
 
@@ -158,7 +157,6 @@ class Graph:
         return reduce(partial(self.add, operation), nodes, neutral)
 
     def is_zero(self, node: int) -> int:
-        """The condition that a number is 0."""
         return self.add("eq", node, 0.0)
 
     def beyond(self, number: int, share: float, size: int) -> int:
@@ -263,7 +261,6 @@ class Schedule(NamedTuple):
 
 
 def operands(flow: Graph, node: int) -> tuple[int, ...]:
-    """The nodes that a node reads."""
     operation, *rest = flow.nodes[node]
     if operation in LEAVES:
         return ()

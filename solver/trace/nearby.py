@@ -132,8 +132,7 @@ class Nearby:
 
     def _asked(self, place: int, rows: Sequence[Rows], most: int) -> Asked | None:
         """What is asked of answers, at ``most`` so many, for one of them to be the first. ``rows`` are the
-        answers here and where each number is moved.
-        """
+        answers here and where each number is moved."""
         ranges = [list(map(_around, *some)) for some in zip(*rows, strict=True)]
         keys = [self._keys(some) for some in rows]
         asked, new = list[int](), [place]

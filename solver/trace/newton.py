@@ -383,8 +383,7 @@ class BlockNewton:
 
     def unrolled(self, flow: Graph, known: Sequence[int]) -> list[int]:
         """The root as nodes of another graph, by as many steps as it takes beside the record; nan where these
-        are not enough.
-        """
+        are not enough."""
         x = self._predicted(flow, known)
         for _ in range(1, self._enough):
             step = copied(self.flow, flow, self.step, [*x, *known])
@@ -487,8 +486,7 @@ class BlockNewton:
 
     def _along(self, columns: Array) -> Array:
         """The roots (unknowns, n) along a line of known numbers (m, n): of some rows one after another, of
-        those between from these. Where two such rows next to one another are lost, so are all between.
-        """
+        those between from these. Where two such rows next to one another are lost, so are all between."""
         count = columns.shape[1]
         moves = abs(columns[:, -1] - columns[:, 0]) / np.maximum(abs(columns[:, -1]), abs(columns[:, 0]))
         place = int(np.argmax(np.nan_to_num(moves)))

@@ -237,8 +237,7 @@ AGREEMENT = 1e-6
 
 class Records:
     """The records of one pattern: ``every`` gives all answers of a row by each of the ``programs``, and
-    ``refused`` is not None for a row that is infeasible by one of the ``refusals``.
-    """
+    ``refused`` is not None for a row that is infeasible by one of the ``refusals``."""
 
     def __init__(self, model: Model, planner: Planner, pattern: Pattern) -> None:
         self.model, self.planner, self.pattern = model, planner, pattern

@@ -146,8 +146,7 @@ class AnswerKernel:
         self, columns: Sequence[Array], steady: bool = False, rows: Array | None = None
     ) -> tuple[Answers, Array]:
         """In a ``steady`` sweep answers are in order as far as ``Answers.runs`` says, else in every row;
-        ``rows`` (n,) are the places in it, where some are left out.
-        """
+        ``rows`` (n,) are the places in it, where some are left out."""
         found, within = self._computed(columns)
         planes, there, holds = found
         if np.count_nonzero(left := within & ~holds) > MANY:
@@ -183,8 +182,7 @@ class AnswerKernel:
 
     def clear(self, inputs: Sequence[Pair]) -> Array:
         """The spans (n,), from the ranges of their inputs, in which the answers lie far apart and all holds
-        but what is asked of every row. What no span tells is asked of every row from now on.
-        """
+        but what is asked of every row. What no span tells is asked of every row from now on."""
         told, found, conditions = self._ranges
         pairs = told(inputs)
         ends = np.empty((len(pairs) - len(conditions), 2, len(inputs[0][0])))
@@ -224,8 +222,7 @@ class AnswerKernel:
         self, found: _Found, columns: Sequence[Array], runs: Sequence[tuple[int, int]]
     ) -> list[tuple[int, int]]:
         """Sort the answers of each row; of runs the second row, and the others like it. Returns the runs
-        whose order is told.
-        """
+        whose order is told."""
         planes, there, holds = found
         alone, told = holds.copy(), []
         for start, end in runs:
@@ -308,8 +305,7 @@ class Steady:
     def __call__(self, start: int, before: Array, targets: Sequence[Array]) -> int:
         """Fill ``targets``, columns (n,) of the rows from ``start``, with the answer that goes on from
         ``before`` (v, 2), its numbers in the first two rows. Returns how many answers each row has, 0 where
-        that is not plain.
-        """
+        that is not plain."""
         program = self.sweeper.records.programs[self.sweeper.records.order[0]]
         kernel = self.sweeper.kernel(program)
         count = len(targets[0])
@@ -336,8 +332,7 @@ class Steady:
 
     def _clear(self, kernel: AnswerKernel, first: int, count: int) -> Array:
         """Of so many spans from row ``first`` those of which ranges tell enough, if the inputs move steadily:
-        their least and largest numbers are then the first and the last.
-        """
+        their least and largest numbers are then the first and the last."""
         known, base, clear = self._clear_spans
         at = (first - base) // SPAN
         if known is not kernel or (first - base) % SPAN or not 0 <= at <= at + count <= len(clear):

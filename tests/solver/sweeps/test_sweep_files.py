@@ -456,7 +456,7 @@ def test_an_interrupt_keeps_the_rows_of_a_piece(
     words = ["sweep", "slow.tk", "--over", "c=1:2:0.1", "--want", "x,y", "--jobs", "1", "-o", f"out.{ending}"]
     words += ["--all"] if every else []
     main((*words, "-o", f"whole.{ending}"))
-    monkeypatch.setattr(Records, "learn", lambda *given: False)
+    monkeypatch.setattr(Records, "add", lambda *given: False)
     before, asked = Plan.judged, []
 
     def judged(plan: Plan, numbers: tuple[float, ...]) -> object:
