@@ -91,7 +91,7 @@ class Expansion:
                 self._body(*call)
 
     def _expand(self, body: nodes.RuleBody, context: Context) -> None:
-        """Expand one rule; a stack holds the remaining arms, so that long ``else if`` chains do not
+        """Expand one rule; a stack holds the remaining arms, so ``else if`` chains do not
         recurse."""
         stack = [(body, context)]
         while stack:

@@ -1,7 +1,7 @@
 """Equations and any well-posed set of inputs in, solution path and checked answers out.
 
-Names are fetched on first use, so that ``import solver`` costs nothing. (No module is called
-like a function of this page: the module would take the function's place.)
+Names are imported on first use, so that ``import solver`` costs nothing. (No module has the name of
+a function here: the module would take its place.)
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""The ``backsolve`` command: picks the command, reports what is wrong, never shows a traceback.
+"""The ``backsolve`` command: picks the command, reports mistakes, never shows a traceback.
 
-Only the command that is asked for is imported, and help imports nothing.
+Only the requested command is imported, and help imports nothing.
 """
 
 from __future__ import annotations
@@ -97,9 +97,9 @@ def usage() -> str:
 
 
 def _prepare_streams() -> None:
-    """Streams that the caller has closed lead nowhere, and no file that is opened later takes their place.
+    """Replace streams that the caller has closed, so that no file opened later takes their place.
 
-    A terminal that cannot show a character shows a mark for it.
+    A terminal that cannot show a character shows a substitute.
     """
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -109,7 +109,7 @@ def _prepare_streams() -> None:
 
 
 def _silence_stdout() -> None:
-    """Nobody reads on: what is still buffered goes nowhere, so that the exit raises nothing."""
+    """Nobody reads on: discard the buffered output, so that the exit raises nothing."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

@@ -161,8 +161,7 @@ class RankLoss(NamedTuple):
 
 
 class Beside(NamedTuple):
-    """Besides isolated answers ``equations`` have a curve of others, on which ``values`` leave ``free``
-    open."""
+    """A curve of ``equations`` besides isolated answers, on which ``free`` is open at ``values``."""
 
     equations: tuple[int, ...]
     free: tuple[str, ...]

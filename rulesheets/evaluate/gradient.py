@@ -237,8 +237,7 @@ class TracedFloats(Traced[float]):
 
 
 def _tied(parts: Sequence[Part[float]]) -> bool:
-    """Whether rounding decides which of the arguments is the least or the greatest (``max(x, pi)`` at
-    3.14159…)."""
+    """Whether rounding decides which argument is the least or greatest (``max(x, pi)``)."""
     return any(
         one.value == other.value and (one.rounded or other.rounded)
         for place, one in enumerate(parts)

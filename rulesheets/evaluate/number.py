@@ -79,8 +79,7 @@ class Undefined(ArithmeticError):
 
     @property
     def hole(self) -> bool:
-        """Whether the operation is undefined at isolated points: a division by 0, also by a negative power,
-        or the direction of the origin."""
+        """Whether it is undefined at isolated points: a division by 0, or atan2 at the origin."""
         return (
             self.operation == "/"
             or (self.operation == "^" and self.arguments[0] == 0.0)

@@ -377,8 +377,7 @@ def frac(low: float, high: float) -> Interval:
 
 
 def mod(x_low: float, x_high: float, y_low: float, y_high: float) -> Interval:
-    """The remainder: it has the sign of x, is smaller than y and no larger than x; exact within a period
-    of a fixed y."""
+    """The remainder: the sign of x, smaller than y; exact within a period of a fixed y."""
     reach = magnitudes(y_low, y_high)[1]
     if isnan(x_low) or isnan(y_low) or reach == 0.0:
         return EMPTY

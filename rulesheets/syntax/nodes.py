@@ -463,8 +463,7 @@ def children(node: Any) -> Any:
 
 
 def rebuilt(node: _Tree, parts: tuple[Any, ...], span: Span | None = None) -> _Tree:
-    """The node with other direct parts: the inverse of :func:`children`; with a span, elsewhere in
-    the text."""
+    """The node with other direct parts, the inverse of :func:`children`, or with another span."""
     kind: Any = type(node)
     found, span = node, span or node.span
     match node:

@@ -296,8 +296,7 @@ def _options(
 
 
 def _input(option: Option, name: str, text: str, model: Model) -> tuple[Value, Tolerance | None]:
-    """The input that an option gives a variable. Raises RuleSheetError, also for two variables in one
-    option."""
+    """The input that an option gives. Raises RuleSheetError, also for two variables in one."""
     try:
         value, tolerance = parse_input(text, option.place(text), model.variables[name])
     except RuleSheetError:

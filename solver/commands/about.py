@@ -152,8 +152,7 @@ def _choices(option: Action) -> str:
 
 
 def tutor() -> dict[str, Any]:
-    """The first ``sheet`` and the lessons: what each ``says``, its ``command``, and a line that it
-    ``adds``."""
+    """The first ``sheet``, and lessons: what each ``says``, its ``command``, a line it ``adds``."""
     return tomllib.loads(Path(__file__).with_name("tutor.toml").read_text(encoding="utf-8"))
 
 

@@ -118,8 +118,7 @@ def _ours(plan: Plan, given: Mapping[str, Value | None], inputs: Mapping[str, Va
 
 
 def _others(plan: Plan, exact: Exact, before: Exact | None, inputs: Mapping[str, Value]) -> Iterator[Method]:
-    """Iterations from the previous reference state if it has the same rules, else from a point near the
-    answer."""
+    """Iterations from the previous reference state if it has the same rules, else from nearby."""
     block, state = exact
     kernel = BlockKernel(planner(plan.model).graph, block)
     known = [v for name in kernel.known if isinstance(v := inputs[name], float)]
@@ -193,8 +192,7 @@ def chart_table(marks: Sequence[Mark]) -> str:
 
 
 def stability_table(marks: Sequence[Mark], name: str) -> str:
-    """A line for each method: values of the input that it solved, its largest error, and the median
-    time."""
+    """A line for each method: values solved, largest error, and median time."""
     rows = []
     for method in dict.fromkeys(mark.method for mark in marks):
         mine = [mark for mark in marks if mark.method == method]

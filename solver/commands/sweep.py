@@ -201,8 +201,7 @@ ALONE = ("rows", "zip", "all", "plot", "jobs", "scheduler", "resume")
 
 
 def follow(arguments: Namespace) -> int:
-    """Follow branches, write them and print a summary. The exit code is 0 if there are branches and only
-    limits are singular."""
+    """Follow and write branches; the exit code is 0 if there are any and only limits are singular."""
     request = read_request(arguments)
     request.expect_output(arguments.output)
     others = [f"; --{option} does not go with it" for option in ALONE if getattr(arguments, option)]

@@ -158,8 +158,7 @@ def chosen_outputs(
     inputs: Collection[str],
     values: Mapping[str, Value],
 ) -> tuple[str, ...]:
-    """The named outputs; without names the wanted ones that have a number. Raises RuleSheetError
-    (E407)."""
+    """The named outputs, else the wanted ones with a number. Raises RuleSheetError (E407)."""
     if names is not None:
         return tuple(dict.fromkeys(variables_named(names, model)))
     return tuple(n for n in wanted if n not in inputs and isinstance(values.get(n), float))

@@ -191,8 +191,7 @@ def unattained(problem: BlockProblem, given: Collection[str]) -> NoValue | None:
 
 
 def _outside(function: str, target: Fraction) -> bool:
-    """Whether a function never attains the target. (Ends such as π/2 are not floats and prove
-    nothing.)"""
+    """Whether a function never attains the target. (π/2 is not a float and proves nothing.)"""
     row = TABLE[function]
     low, high, low_open, high_open = -inf, inf, True, True
     if row.image is not None:

@@ -185,8 +185,7 @@ class Candidates:
             self.refused.append(root)
 
     def _add(self, found: Answer, errors: Sequence[float]) -> None:
-        """Add an answer, unless it equals a known one: within rounding, or connected to it by points at which
-        the rules hold."""
+        """Add an answer, unless it is within rounding of a known one or on one curve with it."""
         point = found.values
         for index, answer in enumerate(self.answers):
             other = answer.values
@@ -209,8 +208,7 @@ class Candidates:
         return any(error > share * size for error, size in zip(errors, sizes, strict=True))
 
     def settles(self, point: dict[str, float]) -> bool:
-        """Whether a point is clearly next to an answer, or to a root out of range (which are kept), or
-        clearly not one."""
+        """Whether a point is clearly next to an answer or an excluded root (kept), or clearly not."""
         count, outside = len(self.answers), self.outside
         self.refine(list(point.values()))
         if len(self.answers) > count or self.outside is not outside:
@@ -262,8 +260,7 @@ class Candidates:
         return far and _within(root, answer.values, uncertainty(self.problem, answer.values).errors)
 
     def suspect(self, point: dict[str, float]) -> None:
-        """Record a point that nearly satisfies every equation, or a root near it: floats may be unable to
-        tell whether there is one."""
+        """Record a point that nearly satisfies every equation, or a root near it."""
         from solver.kernel.root_check import root_beside
 
         root, _ = root_beside(self.problem, point, reach=1.0, most=10)
@@ -285,7 +282,7 @@ class Candidates:
         return all(abs(miss) <= NEARLY * size for miss, size in zip(misses, sizes, strict=True))
 
     def note(self, point: dict[str, float]) -> None:
-        """Record the nearest miss inside the ranges, by the largest residual of a rule, with all
+        """Record the nearest miss inside the ranges, by the largest residual, with all
         residuals."""
         problem, x = self.problem, list(point.values())
         try:

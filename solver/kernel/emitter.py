@@ -331,8 +331,7 @@ class IntervalEmitter(_Source[Pair]):
         return self.apply("multiply", left, right)
 
     def divided(self, node: Quotient, above: Pair, below: Pair) -> Pair:
-        """A quotient, also with both sides divided by a factor, which then occurs once less and may be
-        unbounded."""
+        """A quotient, also divided by a factor on both sides, which then occurs once less."""
         found = self.apply("divide", above, below)
         for part, *sides in shared_factors(node):
             x = self.of(part)

@@ -81,8 +81,7 @@ MAX_BATCH_UNKNOWNS = 60
 
 
 def search_from_starts(problem: BlockProblem, candidates: Candidates) -> None:
-    """Find roots from the guess and from starts spread over the ranges; this proves nothing about
-    others."""
+    """Find roots from the guess and from starts spread over the ranges, without proof."""
     kernel = problem.kernel
     batches = kernel.smooth and len(kernel.unknowns) <= MAX_BATCH_UNKNOWNS
     if problem.guesses or not batches:  # one by one: the guess is worth a longer search
@@ -104,8 +103,7 @@ def search_from_starts(problem: BlockProblem, candidates: Candidates) -> None:
 
 
 def _guess_and_beside(problem: BlockProblem, count: int) -> Iterator[list[float]]:
-    """The guess, moved into the ranges, 1 for an unknown without one; and points spread over the
-    ranges."""
+    """The guess in the ranges, 1 where there is none; and points spread over the ranges."""
     ranges = {name: problem.domain(name) for name in problem.unknowns}
     yield [min(max(problem.guesses.get(name, 1.0), low), high) for name, (low, high) in ranges.items()]
     yield from spread([*ranges.values()], problem.scale, count)
@@ -178,8 +176,7 @@ def starts_of(problem: BlockProblem, first: int, last: int) -> Array:
     sizes = problem.named(problem.sizes.tolist())
 
     def points(names: Sequence[str]) -> Array:
-        """The points (last - first, names) of a sequence that is spread over the ranges of
-        unknowns."""
+        """So many points (last - first, names), spread over the ranges of unknowns."""
         around = [sizes[name] for name in names]
         return np.array(list(spread([*map(problem.domain, names)], around, last - first, first)))
 
@@ -243,8 +240,7 @@ CORRECTIONS = 4
 
 
 def free_curve(problem: BlockProblem, point: Mapping[str, float] | None = None) -> BlockOutcome | None:
-    """The freedom that a block leaves at an answer, or at a point searched for; None if there is none,
-    or it does not continue."""
+    """The freedom of a block at a point; None if there is none, or it does not continue."""
     if len(problem.unknowns) > MAX_BATCH_UNKNOWNS or not problem.kernel.smooth:
         return None
     with np.errstate(all="ignore"):
@@ -292,8 +288,7 @@ class _Curve:
         return matrix / rows[:, None], weight, rows
 
     def through(self, x: Array) -> BlockOutcome | None:
-        """The free unknowns along every direction from the point in which all rules continue to
-        hold."""
+        """The free unknowns along every direction in which all rules continue to hold."""
         matrix, weight, _ = self._scaled(x)
         _, singular, right = np.linalg.svd(matrix)
         ways = [direction for s, direction in zip(singular, right, strict=True) if s <= FREE * singular[0]]

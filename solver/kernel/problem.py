@@ -208,8 +208,7 @@ class BlockProblem:
         return moved if moved != point and self.holds(moved) else dict(point)
 
     def beside(self, point: Mapping[str, float], other: Mapping[str, float]) -> dict[str, float]:
-        """The point with its angles, if they have no declared range, moved by whole turns next to
-        another's."""
+        """The point with its angles, if without a range, moved by turns next to another's."""
         moved = dict(point)
         for name, turn in self._free_turns.items():
             moved[name] += turn * round((other[name] - moved[name]) / turn)

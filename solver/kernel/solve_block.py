@@ -458,8 +458,8 @@ def roots(a: Rounded, b: Rounded, c: Rounded) -> tuple[float, ...]:
 
 
 def meets(a: Rounded, b: Rounded, k: Rounded, square: Rounded) -> tuple[tuple[float, float], ...]:
-    """The points where ``a x + b y = k`` meets ``x² + y² = square``: two or none. Raises Unclear in
-    between."""
+    """The two intersections of ``a x + b y = k`` and ``x² + y² = square``, or none. Raises
+    Unclear."""
     length = a.value * a.value + b.value * b.value
     _clear(length, length, a.size * a.size + b.size * b.size)
     discriminant = length * square.value - k.value * k.value

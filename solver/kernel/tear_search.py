@@ -161,8 +161,7 @@ class TearSearch:
         return found
 
     def _holes(self, place: int) -> list[Interval]:
-        """The places where the residual is 0/0: at 0, at 1, at the ends of the tear's domain, or within some
-        floats."""
+        """The places where the residual is 0/0: 0, 1, ends of the tear's domain, or near them."""
         if self.kernel.enclosure(place).cleared is None:
             return []
         points = dict.fromkeys((0.0, 1.0, *filter(math.isfinite, self.problem.domain(self.tear))))
@@ -205,8 +204,7 @@ class TearSearch:
         return any(enclosure.rises_or_falls(min(low, a), max(high, b), known) for a, b in holes)
 
     def _is_hole(self, place: int, x: float) -> bool:
-        """Whether the numerator of the residual is exactly 0 at a point, and a rule has no value there, or
-        cannot hold."""
+        """Whether the residual's numerator is exactly 0 at a point where a rule has no value."""
         numerator = self.kernel.enclosure(place).cleared
         values = {n: Fraction(v) for n, v in self.problem.here.items() if isinstance(v, float)}
         values[self.tear] = Fraction(x)
@@ -378,8 +376,7 @@ def _definition(equations: Equations, unknowns: Collection[str]) -> tuple[int, s
 
 
 def _order(equations: Equations, unknowns: Collection[str], tear: str) -> Order | None:
-    """The order in which the other unknowns follow from a tear, each from one equation in one way,
-    if they do."""
+    """The order in which the other unknowns follow from a tear, one equation each, if they do."""
     waiting, unsolved = dict(equations), set(unknowns) - {tear}
     order: Order = []
     moving = True

@@ -192,8 +192,7 @@ def _beyond(place: int, bound: float) -> Callable[[CurvePoint], float]:
 
 
 def crossing(problem: Problem, here: CurvePoint, length: float, value: float) -> CurvePoint | None:
-    """The point at which the parameter is exactly ``value``, the other coordinates polished with it
-    held."""
+    """The point whose parameter is exactly ``value``; the other coordinates are polished."""
     found = where(problem, here, length, _beyond(-1, value))
     if found is None:
         return None
@@ -338,8 +337,7 @@ class _Walk:
         self.points.append(last)
 
     def _boundary(self, here: CurvePoint, there: CurvePoint, length: float) -> CurvePoint | None:
-        """The point where the first coordinate reaches the end of its range; None if all stay
-        inside."""
+        """Where the first coordinate reaches the end of its range; None if all stay inside."""
         found: list[CurvePoint] = []
         for place, bound in self.problem.passed(there.z):
             if place == len(there.z) - 1:

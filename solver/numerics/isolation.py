@@ -401,8 +401,7 @@ def _widened(below: float, above: float) -> Interval:
 
 
 def _agrees(left: Interval, right: Interval, slope: Interval, distance: float) -> bool:
-    """Whether f can change from ``left`` to ``right`` with such slopes. With a jump in between it mostly
-    cannot."""
+    """Whether f can change from ``left`` to ``right`` with such slopes; mostly not at a jump."""
     least, most = slope[0] * distance, slope[1] * distance
     slack = 1e-14 * (abs(left[0]) + abs(right[0]) + abs(least) + abs(most))
     return right[1] >= left[0] + least - slack and right[0] <= left[1] + most + slack

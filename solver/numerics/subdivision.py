@@ -110,8 +110,7 @@ class _Search:
         return np.stack([np.fmax(box[0], low), np.fmin(box[1], high)])
 
     def _image(self, box: Array) -> Array:
-        """The image under combinations of equations, not cut with the boxes; infinite if they give no
-        bound."""
+        """The image under combinations of equations; infinite if they give no bound."""
         centre = box[0] + (box[1] - box[0]) / 2
         slopes, at = np.array(self.enclose_jacobian(*box)), np.array(self.enclose(centre, centre))
         usable = np.isfinite(slopes).all(axis=(0, 2, 3)) & np.isfinite(at).all(axis=(0, 2))

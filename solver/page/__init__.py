@@ -1,6 +1,6 @@
-"""A sheet as a page in the browser, served on this machine alone.
+"""A sheet as a page in the browser, served only to this machine.
 
-Here are the figures of a sheet as a browser draws them, the points that can be dragged, and the curve they
+This module has the figures of a sheet for a browser, the points that can be dragged, and the curve they
 follow. An input *drives* a figure if moving it alone keeps every link rigid, every pin in place and every
 slider on its guide: the angle of a crank does, its length does not. A point that moves with a driver is a
 handle. It stands for the variable that leads to it by the fewest rules, which becomes the input when the
@@ -33,7 +33,7 @@ from solver.sweeps.tracing import CurveTable
 
 
 def outline(figure: Figure) -> dict[str, Any]:
-    """What stays the same at every answer: names and kinds of points, strokes between them."""
+    """The parts common to all answers: names and kinds of points, strokes between them."""
     marks = marks_of(figure)
     places = [{"name": mark.name, "kind": mark.kind} for mark in marks if mark.kind in PLACES]
     strokes = [
@@ -64,16 +64,16 @@ def geometry(model: Model, values: Mapping[str, Value]) -> list[dict[str, Any] |
 
 
 def needed(model: Model, *, polar: bool = True) -> tuple[str, ...]:
-    """Full names of the variables that the figures are drawn from; ``polar`` ones left out where False."""
+    """Full names of the variables that the figures are drawn from; without ``polar`` ones if False."""
     return variables(figure for figure in model.figures if polar or not outline(figure)["polar"])
 
 
 def boxes(
     outlines: Iterable[Mapping[str, Any]], drawn: Collection[Sequence[dict[str, Any] | None] | None]
 ) -> list[list[float] | None]:
-    """The rectangle (left, bottom, right, top) of every figure in all these states, None where it is in none.
+    """The rectangle (left, bottom, right, top) of every figure in all these states, None if it is in none.
 
-    Of a polar figure the most distant few points count for nothing: velocities may grow without bound.
+    A few outliers of a polar figure are ignored: velocities may grow without bound.
     """
     found: list[list[float] | None] = []
     for number, figure in enumerate(outlines):
@@ -133,7 +133,7 @@ def handles(result: Result, answer: int = 0) -> tuple[Handle, ...]:
 
 
 def _displaced(slopes: Sensitivities, values: Row, driver: str) -> Row:
-    """The values after a small step of one input, to first order; none where a slope is missing."""
+    """The values after a small step of one input, to first order; none if a slope is missing."""
     start = float(values[driver])
     step, drawn = STEP * max(abs(start), 1.0), needed(slopes.model)
     moved: Row = {**values, driver: start + step}
@@ -149,10 +149,10 @@ def _displaced(slopes: Sensitivities, values: Row, driver: str) -> Row:
 def _variable(
     result: Result, values: Row, slopes: Sensitivities, figure: Figure, point: str, driver: str
 ) -> str:
-    """The variable that a point stands for: of those beside its coordinates, the one nearest by rules.
+    """The variable that a point stands for: the nearest by rules of those next to its coordinates.
 
-    The rules of blocks count squared, and steps with several branches as often. Better one of which the
-    sheet says something: its unit, its comment or its value.
+    The rules of blocks count squared, and steps with several branches as often. A variable with a unit,
+    a comment or a value in the sheet is preferred.
     """
     known, decided = result.model.variables, outcomes(result.model, values, result.inputs)
     alone = tuple(mark for mark in marks_of(figure) if mark.name == point)
@@ -171,12 +171,12 @@ def _variable(
 
 
 def _motion(before: Diagram, after: Diagram) -> float:
-    """How far the point goes that goes farthest."""
+    """The largest displacement of a point."""
     return max((dist(before.places[n], after.places[n]) for n in before.places), default=0.0)
 
 
 def _rigid(pair: Pair) -> bool:
-    """Whether links, pins and fixed guides are what they were after a motion."""
+    """Whether links, pins and fixed guides are unchanged after a motion."""
     before, after = (one.places for one in pair)
     changes = [dist(before[name], after[name]) for name, kind in pair[0].kinds.items() if kind == "pin"]
     for stroke in pair[0].strokes:
@@ -193,12 +193,12 @@ def _rigid(pair: Pair) -> bool:
 
 
 def turn(model: Model, name: str) -> float:
-    """A full turn of an angle, 0 for what is none."""
+    """A full turn of an angle, 0 for other variables."""
     return signs_of(model).angles.get(name, 0.0)
 
 
 def apart(model: Model, one: Mapping[str, Value], other: Mapping[str, Value]) -> float:
-    """A measure of how far two answers are from each other: 0 where all that both have is equal."""
+    """The distance between two answers: 0 if all their common values are equal."""
     total = 0.0
     for name in one.keys() & other.keys():
         a, b = one[name], other[name]
@@ -235,8 +235,8 @@ class Rail(NamedTuple):
 def rail(
     model: Model, given: Mapping[str, Value], values: Mapping[str, Value], handles: Sequence[Handle]
 ) -> Rail | None:
-    """The motion through an answer (``values``) that the handles of one driver make, the other inputs as
-    ``given``. None where it cannot be followed."""
+    """The motion through an answer (``values``) of the handles of one driver, the other inputs as
+    ``given``. None if it cannot be followed."""
     driver = handles[0].driver
     followed = tuple(dict.fromkeys((driver, *(handle.variable for handle in handles))))
     turning = [n for n in followed if turn(model, n) and isinstance(values.get(n), float)]
@@ -302,7 +302,7 @@ def _rests_on(model: Model, fixed: Mapping[str, Value | None], parameter: str) -
 def _limits(plan: Plan, name: str, rows: list[Row], closed: bool) -> tuple[float | None, float | None]:
     """The least and the greatest value that is reached between rows; both join the rows.
 
-    None where it does not turn back: at an end of the rows, and for an angle that goes round with them.
+    None if it does not turn back: at an end of the rows, and for an angle that makes full turns.
     """
     whole = turn(plan.model, name)
     values = np.array([float(row[name]) for row in rows])
@@ -339,7 +339,7 @@ def _extreme(plan: Plan, name: str, row: Row, sign: float, ends: list[float]) ->
 
 
 def nearest(plan: Plan, at: float, answers: Iterable[Sequence[Value]], like: Row) -> Row:
-    """Of the answers of a plan at its one input, all values of the one nearest to given ones."""
+    """The values of the answer of a plan, for its one input, that is nearest to given ones."""
     rows = ({**plan.given, plan.inputs[0]: at, **dict(zip(plan.want, one, strict=True))} for one in answers)
     return min(rows, key=lambda row: apart(plan.model, row, like), default={})
 

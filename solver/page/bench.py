@@ -1,7 +1,7 @@
-"""What a page asks of one sheet, answered in values that JSON can carry.
+"""Answers the requests of a page about one sheet, in values that JSON can represent.
 
-For the server it runs as a process of its own: a JSON object a line in, one a line out. The process ends
-when the server does: its input is closed then, which a thread of its own waits for, whatever is being solved.
+For the server it runs as a separate process: one JSON object a line in, one a line out. The process ends when
+the server does: its input is then closed, and a thread waits for that whatever is being solved.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ SLOW = "solve", "typeset", "motion", "rail", "swap", "sweep", "sensitivity", "wh
 class Bench:
     """One sheet at a time: ``load`` it, then ask. Values are in the units of the rules.
 
-    ``python`` lets the Python files run that a sheet names.
+    ``python``: Python files that a sheet names may run.
     """
 
     def __init__(self, python: bool = False) -> None:
@@ -70,7 +70,7 @@ class Bench:
         self.last: tuple[str, Result] | None = None
 
     def answer(self, question: Json) -> Json:
-        """The reply to one message; what is wrong with the sheet or its inputs comes as diagnoses."""
+        """The reply to one message; mistakes in the sheet or its inputs are returned as diagnoses."""
         try:
             if question["do"] not in ("load", *QUICK, *SLOW):
                 raise LookupError("no such question")
@@ -85,13 +85,13 @@ class Bench:
         return self.take(self._read(question))
 
     def take(self, model: Model) -> Json:
-        """Answer about this model from now on."""
+        """Use this model from now on."""
         self.model, self.last = model, None
         self.plans.clear()
         return described(model)
 
     def check(self, question: Json) -> Json:
-        """Whether a text is a sheet, which changes nothing."""
+        """Check whether a text is a sheet, without other effects."""
         model = self._read(question)
         warnings = [complaint(one) for one in (*model.notes, *check_units(model))]
         return {"rules": len(model.equations), "warnings": warnings}
@@ -100,7 +100,7 @@ class Bench:
         return {"rules": typeset(self._model())}
 
     def value(self, question: Json) -> Json:
-        """The value that a text stands for, in the unit of the rules: ``pi/6``, ``3 kW``, ``'open``."""
+        """The value of a text, in the unit of the rules: ``pi/6``, ``3 kW``, ``'open``."""
         text, variable = str(question["text"]), self._model().variables[str(question["name"])]
         value, _ = parse_input(text, variable=variable)
         if variable.display_unit and value_and_unit(text) is None and not isinstance(value, str):
@@ -145,7 +145,7 @@ class Bench:
         return {"outputs": list(table.outputs), "inputs": list(table.inputs), "slopes": slopes}
 
     def swap(self, question: Json) -> Json:
-        """Inputs that an output depends on, the best to take back first, once it becomes an input itself."""
+        """Inputs that an output depends on, the most likely ones to clear first, if it becomes an input."""
         result, name = self._result(question), str(question["name"])
         if not result.solutions or name in result.undetermined:
             return {"choices": []}
@@ -160,7 +160,7 @@ class Bench:
         return {"choices": sorted(share, key=lambda n: (n not in drivers, -share[n]))}
 
     def sweep(self, question: Json) -> Json:
-        """Columns over a range of one input, all in the units shown; null where there is no answer."""
+        """Columns over a range of one input, all in display units; null if there is no answer."""
         name, model = str(question["name"]), self._model()
         start, stop, step = (float(question[key]) for key in ("start", "stop", "step"))
         at = np.arange(start, stop + 1e-9 * step, step) if step else np.empty(0)
@@ -186,7 +186,7 @@ class Bench:
         return {"handles": [one._asdict() for one in handles(result, _answer(question, result))]}
 
     def rail(self, question: Json) -> Json:
-        """The curve that the points of one driver are dragged along, and the room that the figures need."""
+        """The curve of the points of one driver, and the extents of the figures."""
         result, model = self._result(question), self._model()
         number = _answer(question, result)
         group = [one for one in handles(result, number) if one.driver == question["driver"]]
@@ -217,7 +217,7 @@ class Bench:
         return {"status": "solved", "value": value, "values": finite(values), "figures": drawn}
 
     def warm(self, question: Json) -> Json:
-        """Prepare for frames at such values, so that the first of them does not wait for it."""
+        """Prepare frames at such values, so that the first of them is fast."""
         name = str(question["name"])
         (_, outcome), whole = self._dragged(question, name), turn(self._model(), name)
         for value in (*question["values"], *(whole * k / 4 for k in range(-2, 3))):
@@ -225,7 +225,7 @@ class Bench:
         return {}
 
     def _dragged(self, question: Json, name: str) -> tuple[Plan, Callable[[tuple[float]], Answers]]:
-        """The plan with the dragged variable as its input, and what it comes to at a value."""
+        """The plan with the dragged variable as its input, and its answer at a value."""
         model = self._model()
         given = {n: v for n, v in _values(question, "inputs").items() if n != name}
         key = json.dumps([name, given], sort_keys=True)

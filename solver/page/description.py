@@ -1,4 +1,4 @@
-"""A model, its answers and their derivations as the page shows them; and a sheet as one file with sliders.
+"""A model, its answers and their derivations for the page; and a sheet as one file with sliders.
 
 Every state that the file shows was solved and checked; between the points of the grid it shows nothing.
 """
@@ -79,7 +79,7 @@ def typeset(model: Model) -> list[list[str]]:
 
 
 def complaint(diagnosis: Diagnosis) -> dict[str, Any]:
-    """A diagnosis with its places, and as the terminal prints it."""
+    """A diagnosis with its places, and as printed in the terminal."""
     spans = [label.span for label in diagnosis.labels]
     places = [{name: getattr(span, name) for name in ("file", "start", "end", "line")} for span in spans]
     told = {**diagnosis_json(diagnosis), "places": places, "printed": render(diagnosis)}
@@ -105,7 +105,7 @@ def answered(result: Result) -> dict[str, Any]:
 
 
 def _rules(result: Result) -> list[dict[str, Any]]:
-    """Of each rule its state and the number of the step of the path that uses it (0: none)."""
+    """The state of each rule and the number of the step of the path that uses it (0: none)."""
     known = result.solutions[0] if result.solutions else result.partial
     decided = outcomes(result.model, known, result.inputs)
     place: dict[int, int] = {}
@@ -129,7 +129,7 @@ def _rules(result: Result) -> list[dict[str, Any]]:
 
 
 def derived(derivation: Derivation) -> dict[str, Any]:
-    """The inputs that a number rests on, then every step with its formula, its rule and its conditions."""
+    """The inputs that a number depends on, then every step with its formula, rule and conditions."""
     page = Page(derivation, Tex())
     given = [page.known(name) for name in (*derivation.inputs, *derivation.assumed)]
     lines = []
@@ -169,11 +169,11 @@ def export(
     axes: Axes,
     want: Sequence[str] | None = None,
 ) -> tuple[str, int, int]:
-    """The page of a sheet for every combination of the values of ``axes``, how many states it has, and how
-    many of them have an answer.
+    """The page of a sheet for every combination of the values of ``axes``, the number of its states, and
+    of those with an answer.
 
-    Without ``axes`` the inputs are taken that move its figures. Raises RuleSheetError (E445) for more
-    sliders or states than a page holds.
+    Without ``axes`` the inputs that move its figures are used. Raises RuleSheetError (E445) for more
+    sliders or states than a page can hold.
     """
     axes = axes or first_axes(model, inputs, guesses)
     if len(axes) > MOST:
@@ -226,7 +226,7 @@ def _document(
     axes: Axes,
     rows: Sequence[Mapping[str, Value] | None],
 ) -> dict[str, Any]:
-    """What the browser draws: the variables in the units shown, and every figure, state by state."""
+    """The data for the browser: the variables in display units, and every figure, state by state."""
     effective = {n: inputs.get(n, v.value) for n, v in model.variables.items()}
     shown = _shown(model)
     drawn = [None if row is None else geometry(model, row) for row in rows]
@@ -283,7 +283,7 @@ def _round(value: float) -> float:
 
 
 def _page(name: str, data: dict[str, Any]) -> str:
-    """The file. Its policy allows its own script alone, so that no word of a sheet can run."""
+    """The file. Its policy allows only its own script, so that no text of a sheet can run."""
     script = (STATIC / "export.js").read_text(encoding="utf-8").strip()
     style = (STATIC / "export.css").read_text(encoding="utf-8").strip()
     written = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))

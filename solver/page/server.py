@@ -1,11 +1,10 @@
-"""The page's server: who may talk to it, its files, and one websocket a tab with two workers behind it.
+"""The page's server: access control, its files, and one websocket for each tab with two workers.
 
 The token comes once in the address of the page and becomes a cookie that scripts cannot read. Every
-request needs the cookie and, against DNS rebinding, a Host that is this machine. A websocket, and
-every request that says where it comes from, must come from the page itself.
+request needs the cookie and, against DNS rebinding, a Host that is this machine. A websocket, and every
+request that states its origin, must come from the page itself.
 
-Of the two workers of a tab the quick one checks texts and answers while something is dragged; the
-other one solves.
+Of the two workers of a tab the quick one checks texts and answers during a drag; the other one solves.
 """
 
 from __future__ import annotations
@@ -52,7 +51,7 @@ SHIPPED = "shipped:"
 
 
 class Refused(Exception):
-    """A sheet that is not there, or not to be opened or written; the text says why."""
+    """A sheet is missing, or must not be opened or written; the text says why."""
 
 
 class Sheet(NamedTuple):
@@ -64,7 +63,7 @@ class Sheet(NamedTuple):
     within: Path
 
     def write(self, text: str, seen: str) -> None:
-        """Replace the file, if it still says what the page has ``seen``. Raises Refused."""
+        """Replace the file, if its text is still what the page has ``seen``. Raises Refused."""
         if self.key.startswith(SHIPPED):
             raise Refused("a sheet that comes with Backsolve is not written to; copy its folder first")
         if fingerprint(read_source(self.file).text) != seen:
@@ -99,7 +98,7 @@ def sheet_of(key: str, folder: Path) -> Sheet:
 
 
 def fingerprint(text: str) -> str:
-    """Tells whether a text has changed."""
+    """A hash that identifies a text."""
     return sha256(text.encode()).hexdigest()
 
 
@@ -120,7 +119,7 @@ HEADERS = {
 
 @dataclass(frozen=True)
 class Gate:
-    """Wraps an application; ``hosts`` are the names under which it may be asked for."""
+    """Wraps an application; ``hosts`` are the accepted names of this machine."""
 
     app: ASGIApp
     token: str
@@ -153,7 +152,7 @@ class Gate:
             await send({"type": "websocket.close", "code": 1008, "reason": ""})
 
     def _foreign(self, asked: HTTPConnection) -> str | None:
-        """Why a request does not come from the page itself; None where it does."""
+        """Why a request does not come from the page itself; None if it does."""
         host, origin = asked.headers.get("host", ""), asked.headers.get("origin")
         if host.rpartition(":")[0] not in self.hosts and host not in self.hosts:
             return "the host is not this machine"
@@ -181,7 +180,7 @@ _log = logging.getLogger("backsolve.page")
 def application(
     folder: Path, token: str, *, first: str = "", hosts: frozenset[str], timeout: float
 ) -> ASGIApp:
-    """The application for the sheets of a folder; ``first`` is the sheet that the page shows at first."""
+    """The application for the sheets of a folder; ``first`` is the first sheet that the page shows."""
     kept, workers, leaving = dict[str, Json](), Workers(), set[asyncio.Future[Any]]()
 
     async def index(_: object) -> Response:
@@ -262,14 +261,14 @@ class Tab:
         return {"sheets": listed(self.folder), "first": self.first, "folder": str(self.folder)}
 
     async def open(self, message: Json) -> Json:
-        """Read a sheet and load it; ``kept`` is the state in which a tab left it."""
+        """Read a sheet and load it; ``kept`` is the last state of it in a tab."""
         self.sheet = sheet = sheet_of(str(message["sheet"]), self.folder)
         text, shipped = read_source(sheet.file).text, sheet.key.startswith(SHIPPED)
         told = {"sheet": sheet.key, "name": sheet.name, "text": text, "kept": self.kept.get(sheet.key)}
         return {**await self.edit(told), **told, "seen": fingerprint(text), "shipped": shipped}
 
     async def edit(self, message: Json) -> Json:
-        """Take another text for the sheet, which is not written."""
+        """Use another text for the sheet, which is not written."""
         sheet = self._text(message)
         reply = await self.slow.load(sheet)
         if "variables" in reply:
@@ -289,7 +288,7 @@ class Tab:
         return {}
 
     def _text(self, message: Json) -> Json:
-        """The text of a message as the workers take it. Raises Refused for one that is too long."""
+        """The text of a message for the workers. Raises Refused for one that is too long."""
         text = str(message["text"])
         if self.sheet is None:
             raise Refused("no sheet is open")

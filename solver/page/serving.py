@@ -1,4 +1,4 @@
-"""Bring a sheet to a browser, an editor or a notebook: ``open``, ``export``, ``lsp``, ``interact``."""
+"""A sheet in a browser, an editor or a notebook: ``open``, ``export``, ``lsp``, ``interact``."""
 
 from __future__ import annotations
 
@@ -30,11 +30,10 @@ def interact(
 ) -> Cell:
     """The page of a sheet in a cell of a notebook.
 
-    ``over`` names inputs with the values that a slider runs through; ``inputs`` and ``guesses`` are
-    those of :func:`solve` to begin with, ``timeout`` the seconds that a solve may take. The attribute
-    ``inputs`` of the cell holds the inputs as they are now. Values are in the units of the rules.
-    Raises RuleSheetError: E441 without the extra ``notebook``, and for names and values that
-    :func:`solve` refuses.
+    ``over`` names inputs with the values of their sliders; ``inputs`` and ``guesses`` are the initial
+    ones of :func:`solve`, ``timeout`` the time limit of a solve in seconds. The attribute ``inputs``
+    of the cell holds the current inputs. Values are in the units of the rules. Raises RuleSheetError:
+    E441 without the extra ``notebook``, and for names and values that :func:`solve` refuses.
     """
     expect_model(model)
     require_extra("notebook", "the widget needs", "anywidget")
@@ -68,7 +67,7 @@ def _open_arguments(parser: ArgumentParser) -> None:
 
 
 def _open(arguments: Namespace) -> int:
-    """Serve until interrupted; everything in the folder of the sheet can be opened."""
+    """Serve until interrupted; all sheets in the folder of the sheet can be opened."""
     require_extra("page", "the page needs", "starlette", "uvicorn", "websockets")
     from solver.page.server import serve
 

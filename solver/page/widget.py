@@ -1,4 +1,4 @@
-"""A sheet as a page in a cell of a notebook. The kernel answers what the page asks."""
+"""A sheet as a page in a cell of a notebook. The kernel answers the requests of the page."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STATIC = Path(__file__).parent / "static"
 
 
 class Cell(AnyWidget):
-    """The widget. ``inputs`` are those that were given, as they were changed in the cell since."""
+    """The widget. ``inputs`` are the given inputs, as changed in the cell since."""
 
     _esm = STATIC / "widget.js"
     opened = Dict().tag(sync=True)
@@ -47,7 +47,7 @@ class Cell(AnyWidget):
         self.send({**self._answer(message), "id": message.get("id")})
 
     def _answer(self, message: Mapping[str, Any]) -> dict[str, Any]:
-        """The reply to a question of the page. Of texts the last one stays that is a sheet."""
+        """The reply to a request of the page. The last text that is a sheet is kept."""
         do = message.get("do")
         try:
             with time_limit(self._timeout):
@@ -71,7 +71,7 @@ class Cell(AnyWidget):
 
 
 def _text(model: Model) -> str:
-    """The text of the sheet itself, without those that it uses."""
+    """The text of the sheet itself, without used files."""
     spans = [*(v.span for v in model.variables.values()), *(equation.rule for equation in model.equations)]
     sources = [span.source for span in spans if span is not None]
     return next((one.text for one in sources if not model.files or one.name == model.files[0]), "")

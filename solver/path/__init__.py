@@ -1,4 +1,4 @@
-"""A solution path as a value: what to do in which order, before any number exists."""
+"""A solution path as a value: the steps in order, before any number is known."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rulesheets.syntax.nodes import Expression, Name, Number, call, is_number, s
 
 
 class Shown:
-    """What a notebook shows as HTML and as LaTeX: by the report, which stands above it and is met by name."""
+    """Displayed in a notebook as HTML and LaTeX by the report, a higher room imported by name."""
 
     __slots__ = ()
 
@@ -35,7 +35,7 @@ class Evaluate(NamedTuple):
 
 
 class Select(NamedTuple):
-    """Solve for ``unknown`` whichever of the guarded ``equations`` turns out to be active."""
+    """Solve for ``unknown`` by whichever of the guarded ``equations`` is active."""
 
     equations: tuple[int, ...]
     unknown: str
@@ -46,8 +46,8 @@ class SolveBlock(NamedTuple):
     """Solve ``equations`` simultaneously for as many ``unknowns``.
 
     ``tears`` are iterated on; ``order`` lists the explicit steps that follow from them and
-    ``residuals`` the equations that close the block. ``others`` are tearings to try where this
-    one does not settle how many answers there are.
+    ``residuals`` the equations that close the block. ``others`` are tearings to try if this one
+    does not determine the number of answers.
     """
 
     equations: tuple[int, ...]
@@ -59,13 +59,13 @@ class SolveBlock(NamedTuple):
 
 
 class Decide(NamedTuple):
-    """Evaluate conditions whose variables are known; what follows depends on how they come out."""
+    """Evaluate conditions whose variables are known; the rest of the path depends on them."""
 
     conditions: tuple[int, ...]
 
 
 class Assume(NamedTuple):
-    """Solve case by case on a condition that waits on an unknown; an answer is kept if it fits its case."""
+    """Solve case by case on a condition of an unknown; an answer is kept if it fits its case."""
 
     condition: int
 
@@ -105,7 +105,8 @@ def given_by(step: Step) -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Path(Shown):
-    """Steps in order; a path that ends in ``Decide`` or ``Assume`` goes on once the outcome is there.
+    """Steps in order; a path that ends in ``Decide`` or ``Assume`` continues once the outcome is
+    known.
 
     ``undetermined`` are the unknowns that no step reaches.
     """
@@ -115,7 +116,7 @@ class Path(Shown):
 
     @property
     def branches(self) -> int:
-        """How many answers the direct steps can fork into."""
+        """The number of answers that the direct steps can fork into."""
         return prod(step.branches for step in self.steps if isinstance(step, Evaluate | Select))
 
 
@@ -128,9 +129,9 @@ TARGET = Name("#")
 class Stage(NamedTuple):
     """Undo one operation: the preimages of the target ``#`` are the ``forms``, principal first.
 
-    The target must lie between ``low`` and ``high`` (the image of ``operation``), and
-    ``divisor``, where there is one, must not vanish (for a root that is the exponent).
-    ``period`` is that of the operation in its argument.
+    The target must lie between ``low`` and ``high`` (the image of ``operation``), and ``divisor``,
+    if there is one, must not vanish (for a root that is the exponent). ``period`` is that of the
+    operation in its argument.
     """
 
     operation: str
@@ -144,7 +145,7 @@ class Stage(NamedTuple):
 
     @property
     def divides(self) -> bool:
-        """Whether it divides by what may vanish."""
+        """Whether it divides by something that may vanish."""
         return self.divisor is not None and (
             is_number(self.divisor, 0.0) or not isinstance(self.divisor, Number)
         )
@@ -161,10 +162,10 @@ class Quadratic(NamedTuple):
 class Isolation(NamedTuple):
     """``unknown`` from ``start`` through ``stages`` (or by ``quadratic``).
 
-    ``cost``: 0 one preimage, always defined; 1 one preimage, but a divisor may vanish or
-    the target may leave the image; n ≥ 2 n preimages. ``verify``: preimages may be
-    extraneous and must be tried in the equation. ``common``: the equation was solved for a part that holds
-    the unknown several times, so that it may still depend on the unknown where the formula is 0/0.
+    ``cost``: 0 one preimage, always defined; 1 one preimage, but a divisor may vanish or the target may
+    leave the image; n ≥ 2 n preimages. ``verify``: preimages may be extraneous and must be checked in the
+    equation. ``common``: the equation was solved for a part that holds the unknown several times, so it
+    may still depend on the unknown where the formula is 0/0.
     """
 
     unknown: str
@@ -178,7 +179,7 @@ class Isolation(NamedTuple):
 
     @property
     def identity(self) -> bool:
-        """Whether the unknown just takes the value of the other side."""
+        """Whether the unknown simply takes the value of the other side."""
         return not self.stages and self.quadratic is None
 
     @property
@@ -187,12 +188,12 @@ class Isolation(NamedTuple):
 
     @property
     def proven(self) -> bool:
-        """Whether there are no other preimages: of a registered function its author says which there are."""
+        """Whether there are no other preimages: for a registered function this is its author's claim."""
         rows = (TABLE.get(stage.operation) for stage in self.stages)
         return all(row is None or row.source is None for row in rows)
 
     def renamed(self, names: Mapping[str, str]) -> Isolation:
-        """That of a rule which differs in these names alone."""
+        """The isolation for a rule that differs only in these names."""
         other = {name: Name(told) for name, told in names.items()}
         stages = (
             stage._replace(
@@ -218,8 +219,8 @@ class Isolation(NamedTuple):
 
 
 class Let(NamedTuple):
-    """``name := expression``. A ``divisor`` must not vanish, and a root (any other with a ``size``, which is
-    the sum of its terms' sizes) must not be negative."""
+    """``name := expression``. A ``divisor`` must not vanish, and a root (any other with a ``size``, the sum
+    of its terms' sizes) must not be negative."""
 
     name: str
     expression: Expression
@@ -228,7 +229,7 @@ class Let(NamedTuple):
 
 
 class Coefficient(NamedTuple):
-    """A known number; ``size`` is the sum of its terms' sizes, which its rounding goes by."""
+    """A known number; ``size`` is the sum of its terms' sizes, a scale for its rounding."""
 
     expression: Expression
     size: Expression
@@ -244,7 +245,7 @@ class Parabola(NamedTuple):
 
 
 class Circle(NamedTuple):
-    """The meets of the line ``a x + b y = k`` with the circle ``x² + y² = square``: two values, or none."""
+    """Intersections of a line ``a x + b y = k`` and ``x² + y² = square``: two values, or none."""
 
     x: str
     y: str

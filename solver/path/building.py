@@ -1,4 +1,4 @@
-"""A path is built: which step follows which, with no more steps than are needed."""
+"""Building a path: the order of the steps, and no more steps than are needed."""
 
 from __future__ import annotations
 
@@ -46,7 +46,8 @@ def _evaluate(graph: ModelGraph, equation: int, unknown: int) -> Evaluate:
 def _blocks(part: Incidence) -> tuple[Block, ...]:
     """The blocks that determine their unknowns, in the order of solution.
 
-    Of over-determined equations it is the first block of a square part alone; the others will check it.
+    For over-determined equations it is only the first block of a square part; the other equations will
+    check it.
     """
     matching = maximum_matching(part)
     parts = dulmage_mendelsohn(part, matching)
@@ -61,9 +62,9 @@ def _blocks(part: Incidence) -> tuple[Block, ...]:
 def _block_step(
     graph: ModelGraph, part: Incidence, rules: Mapping[int, int], variables: Mapping[int, int]
 ) -> Evaluate | SolveBlock:
-    """The step that solves a block; of those with one tear, with another way to tear it.
+    """The step that solves a block; with one tear also another tearing.
 
-    ``rules`` and ``variables`` give the equations and the variables of the model by those of the ``part``.
+    ``rules`` and ``variables`` map the equations and the variables of the ``part`` to those of the model.
     """
     names = {unknown: graph.names[variable] for unknown, variable in variables.items()}
     equations, unknowns = tuple(rules.values()), tuple(names.values())
@@ -102,7 +103,7 @@ def _is_linear(graph: ModelGraph, equations: Iterable[int], unknowns: Iterable[s
 def _tearings(
     graph: ModelGraph, part: Incidence, weights: Mapping[int, int], linear: bool
 ) -> Iterator[Tearing]:
-    """The tearings of a block: blocks that differ in the numbering alone are torn alike, once."""
+    """The tearings of a block, computed once for blocks that differ only in numbering."""
     equations, unknowns = part.block
     place = {unknown: k for k, unknown in enumerate(unknowns)}
     rows = tuple([tuple([place[u] for u in part.occurs[e]]) for e in equations])
@@ -123,7 +124,7 @@ def _tearings(
 def needed_steps(
     graph: ModelGraph, steps: Sequence[Step], want: Iterable[str], undetermined: Collection[str]
 ) -> list[Step]:
-    """The steps that the wanted variables need; no decision, where these are all reached."""
+    """The steps that the wanted variables need; no decision, if these are all reached."""
     needed = set(want)
     reached = needed.isdisjoint(undetermined)
     kept: list[Step] = []
@@ -136,7 +137,7 @@ def needed_steps(
 
 
 def read_by(graph: ModelGraph, step: Step) -> Iterator[str]:
-    """The variables of the equations of a step, and of the conditions that it asks or that guard them."""
+    """The variables of a step's equations and of the conditions that it evaluates or depends on."""
     conditions = step.conditions if isinstance(step, Decide | Assume) else ()
     for equation in (graph.model.equations[index] for index in equations_of(step)):
         yield from equation.names
@@ -206,7 +207,7 @@ class Building:
         return Path(tuple(needed_steps(graph, steps, want, free)), free)
 
     def _take(self, *steps: Step) -> None:
-        """More steps: what they find is known, and what they use checks nothing; what is spent now, does."""
+        """Add steps: their unknowns are known; spent equations become checks unless they use them."""
         used: set[int] = set()
         for step in steps:
             used.update(equations_of(step))
@@ -219,7 +220,7 @@ class Building:
     # --- direct steps ---
 
     def _direct(self) -> bool:
-        """A round of ripe equations; those that fork, or wait for a condition, are put by."""
+        """A round of ripe equations; those that fork, or wait for a condition, are postponed."""
         ripe, self.frontier.ripe = self.frontier.ripe, []
         best: dict[int, tuple[int, int]] = {}
         for equation in ripe:
@@ -239,7 +240,7 @@ class Building:
         return bool(best) or bool(self.frontier.ripe)
 
     def _fork(self) -> bool:
-        """The ripe equation with the fewest preimages, once nothing cheaper goes on."""
+        """The ripe equation with the fewest preimages, once no cheaper step is left."""
         while self.forking:
             _, equation, unknown = heappop(self.forking)
             if self.frontier.missing[equation]:
@@ -262,12 +263,12 @@ class Building:
         return bool(groups)
 
     def _awaited(self, equation: int) -> list[int]:
-        """The conditions of a pending equation that can't be evaluated yet."""
+        """The conditions of a pending equation that cannot be evaluated yet."""
         first = len(self.graph.occurs)
         return [c for c in self.guards[equation] if self.frontier.missing[first + c]]
 
     def _decide(self) -> bool:
-        """Ask for the outcome of conditions that can be evaluated and guard what is still open."""
+        """Evaluate conditions that can be evaluated and guard open equations."""
         waiting = [
             condition
             for equation in self.pending
@@ -279,7 +280,7 @@ class Building:
         return bool(waiting)
 
     def _assume(self) -> None:
-        """Case by case, where a guarded rule could still say something about an unknown."""
+        """Case by case, if a guarded rule could still determine an unknown."""
         for equation in self.pending:
             useful = self._awaited(equation)
             if not self.frontier.missing[equation]:  # a condition may say what its unknown is

@@ -1,12 +1,12 @@
-"""Conditions: how they come out, which equations take part then, and which cases are to be assumed.
+"""Conditions: their outcomes, the equations that are then active, and the cases to assume.
 
-To assume whole conditions one by one would multiply cases that exclude each other. Instead the sign
-of ``left - right`` of one comparison is assumed; it settles every comparison of the same two
-expressions, and ``and``, ``or`` and ``not`` follow by three-valued logic (S. C. Kleene, *Introduction to
-Metamathematics*, 1952, section 64).
+Assuming whole conditions one by one would multiply cases that exclude each other. Instead the sign of
+``left - right`` of one comparison is assumed; it decides every comparison of the same two expressions, and
+``and``, ``or`` and ``not`` follow by three-valued logic (S. C. Kleene, *Introduction to Metamathematics*,
+1952, section 64).
 
-Assumed signs must leave every quantity a value: comparisons of one expression with known numbers
-bound it (``income < 1e4`` and ``income >= 4e4``), those of two unknown expressions bound their difference.
+Assumed signs must leave every quantity a value: comparisons of one expression with known numbers bound it
+(``income < 1e4`` and ``income >= 4e4``), those of two unknown expressions bound their difference.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from solver.path import Select, Step, equations_of, given_by
 
 
 def outcomes(model: Model, values: Mapping[str, Value], inputs: Collection[str]) -> dict[int, bool]:
-    """The conditions that these values settle; one that has no value there is false."""
+    """The conditions that these values decide; one that has no value there is false."""
     found = {}
     for index, condition in enumerate(model.conditions):
         try:
@@ -38,7 +38,7 @@ def outcomes(model: Model, values: Mapping[str, Value], inputs: Collection[str])
 
 
 def activity(equation: Equation | Requirement, decided: Mapping[int, bool]) -> bool | None:
-    """True: active (of a requirement: asked); False: its guard is false; None: not known yet."""
+    """True: active (a requirement: checked); False: its guard is false; None: not known yet."""
     verdict: bool | None = True
     for premise in equation.guard:
         outcome = decided.get(premise.condition)
@@ -50,7 +50,7 @@ def activity(equation: Equation | Requirement, decided: Mapping[int, bool]) -> b
 
 
 def known_rules(model: Model, decided: Mapping[int, bool], values: Mapping[str, Value]) -> Iterator[Equation]:
-    """The rules that are active where conditions come out so, and that read no more than these values."""
+    """The rules that are active at these outcomes, and all of whose variables are known."""
     blank = model.variables.keys() - values.keys()
     for equation in model.equations:
         if activity(equation, decided) and (not blank or blank.isdisjoint(equation.names)):
@@ -58,7 +58,7 @@ def known_rules(model: Model, decided: Mapping[int, bool], values: Mapping[str, 
 
 
 def solved_by(model: Model, step: Step, decided: Mapping[int, bool]) -> list[Equation]:
-    """The rules that a step solves: of several to select from, the first that is active."""
+    """The rules that a step solves: of several to select from, the first active one."""
     rules = [model.equations[index] for index in equations_of(step)] if given_by(step) else []
     return [rule for rule in rules if activity(rule, decided)][:1] if isinstance(step, Select) else rules
 
@@ -82,12 +82,12 @@ OTHERWISE = {sign: (EVERY - sign,) for sign in MEANING} | {EQUAL: (LESS, GREATER
 
 
 def comparisons(condition: Condition) -> Iterator[Comparison]:
-    """The comparisons that a condition is made of, left to right."""
+    """The comparisons in a condition, left to right."""
     return (atom for atom, _ in _polarities(condition, True))
 
 
 def assumed_outcome(comparison: Comparison, signs: Mapping[Pair, Sign]) -> bool | None:
-    """How a comparison comes out under the assumed signs; None where they don't tell."""
+    """The outcome of a comparison under the assumed signs; None if they do not decide it."""
     pair = comparison.left, comparison.right
     pair = pair if pair in signs else pair[::-1]
     if (wanted := _signs(comparison, pair)) is None or pair not in signs:
@@ -103,7 +103,7 @@ def _signs(atom: Comparison, pair: Pair) -> Sign | None:
 
 
 def outcome(condition: Condition, settle: Callable[[Condition], bool | None]) -> bool | None:
-    """Three-valued value of a condition; ``settle`` answers for its comparisons."""
+    """Three-valued value of a condition; ``settle`` evaluates its comparisons."""
     match condition:
         case Not(term):
             inner = outcome(term, settle)
@@ -145,7 +145,7 @@ def cases_of(
 
 
 def _polarities(condition: Condition, holds: bool) -> Iterator[tuple[Comparison, bool]]:
-    """The comparisons of a condition, each with the outcome that makes for ``holds``."""
+    """The comparisons of a condition, each with the outcome that contributes to ``holds``."""
     if isinstance(condition, Comparison):
         yield condition, holds
     elif isinstance(condition, Not):
@@ -156,7 +156,7 @@ def _polarities(condition: Condition, holds: bool) -> Iterator[tuple[Comparison,
 
 
 def value_of_equality(pair: Pair) -> tuple[str, float | str] | None:
-    """What an assumed equality says of a variable: ``branch = 'open``, ``n = 3``."""
+    """The value that an assumed equality gives a variable: ``branch = 'open``, ``n = 3``."""
     match pair:
         case (Name(name), Symbol(symbol)) | (Symbol(symbol), Name(name)):
             return name, symbol
@@ -167,7 +167,7 @@ def value_of_equality(pair: Pair) -> tuple[str, float | str] | None:
 
 
 def value_said(condition: Condition) -> tuple[str, float | str] | None:
-    """What a condition, where it is true, says of a variable: ``branch = 'open``."""
+    """The value that a true condition gives a variable: ``branch = 'open``."""
     if isinstance(condition, Comparison) and condition.operator == "=":
         return value_of_equality((condition.left, condition.right))
     return None
@@ -197,7 +197,7 @@ def possible(signs: Iterable[Signed], known: Mapping[str, Value]) -> bool:
 
 
 def compatible(premises: Iterable[tuple[Condition, bool]], known: Mapping[str, Value]) -> bool:
-    """Whether conditions can come out so together: some choice of their alternatives is possible."""
+    """Whether conditions can have these outcomes together."""
     choices = list(islice(product(*(_ways(*premise) for premise in premises)), MAX_ALTERNATIVES + 1))
     if len(choices) > MAX_ALTERNATIVES:
         return True
@@ -205,7 +205,7 @@ def compatible(premises: Iterable[tuple[Condition, bool]], known: Mapping[str, V
 
 
 def _ways(condition: Condition, holds: bool) -> list[tuple[Signed, ...]]:
-    """The alternatives that each make a condition come out so."""
+    """The alternatives that each lead to an outcome of a condition."""
     match condition:
         case Comparison(operator, left, right):
             sign = OPERATORS[operator]
@@ -225,7 +225,7 @@ def _ways(condition: Condition, holds: bool) -> list[tuple[Signed, ...]]:
 def _bounds(
     pair: Pair, sign: Sign, known: Mapping[str, Value]
 ) -> tuple[Quantity, tuple[Bound, Bound]] | None:
-    """The quantity that a comparison bounds, with its bounds; None where it bounds none."""
+    """The quantity that a comparison bounds, with its bounds; None if it bounds none."""
     if sign == DIFFERENT:
         return None
     try:
@@ -245,5 +245,5 @@ def _bounds(
 
 
 def _number(side: Expression, known: Mapping[str, Value]) -> float | None:
-    """The value of a side, None where that waits on an unknown. Raises Undefined where it has none."""
+    """The value of a side, None if it depends on an unknown. Raises Undefined if it has none."""
     return value(side, known) if all(name in known for name in nodes.names(side)) else None

@@ -1,14 +1,14 @@
 """Simultaneous equations solved by formula: elimination until one line, circle or parabola is left.
 
-Every angle stands for two generators, its cosine and its sine, every root for one; the equations
-are polynomials in them. What occurs linearly is substituted; two equations that turn a cosine and a sine
-(``a c + b s = p``, ``-b c + a s = q``) give ``a² + b² = p² + q²``; circles are subtracted from one another.
-That closes the loops of planar linkages (the half-angle formulas of the textbooks, e.g. Norton, Design
-of Machinery, chapter 4), slider-driven ones included, and meets of circles and lines.
+Every angle stands for two generators, its cosine and its sine, every root for one; the equations are
+polynomials in them. A generator that occurs linearly is substituted; two equations that rotate a cosine and
+a sine (``a c + b s = p``, ``-b c + a s = q``) give ``a² + b² = p² + q²``; circles are subtracted from one
+another. This solves the loops of planar linkages (the half-angle formulas of the textbooks, e.g. Norton,
+Design of Machinery, chapter 4), slider-driven ones included, and intersections of circles and lines.
 
-Each step is valid for every solution as long as its divisor does not vanish: the solutions of the
-block are among the candidates then, and there are no others. Roots can bring in strangers, which the
-equations themselves have to refuse.
+Each step is valid for every solution as long as its divisor does not vanish: the solutions of the block are
+then among the candidates. Roots can introduce extraneous candidates, which the equations themselves have to
+refuse.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ MAX_EQUATIONS = 16
 def closed_form(
     equations: Sequence[Equation], unknowns: Collection[str], turning: Collection[str] = ()
 ) -> ClosedForm | None:
-    """A closed form of as many equations as unknowns; None where elimination does not lead to one.
+    """A closed form of as many equations as unknowns; None if elimination does not lead to one.
 
-    ``turning`` are the unknowns that whole turns make no difference to.
+    ``turning`` are the unknowns for which whole turns make no difference.
     """
     if len(equations) > MAX_EQUATIONS:
         return None
@@ -63,8 +63,8 @@ def closed_form(
 class _System:
     """Equations in the ``open`` generators.
 
-    ``forward`` are formulas in the order in which they are followed; each group of ``backward`` needs
-    generators that are found later, so that the groups are followed last, in reverse.
+    ``forward`` are formulas in order of evaluation; each group of ``backward`` needs generators that
+    are found later, so the groups are evaluated last, in reverse.
     """
 
     def __init__(self, equations: Sequence[Equation], generators: Generators) -> None:
@@ -75,13 +75,13 @@ class _System:
         self.backward: list[list[Formula]] = []
 
     def tidy(self) -> None:
-        """Drop the equations that have come to 0 = 0. Raises NoForm where one holds no unknown."""
+        """Drop the equations that have become 0 = 0. Raises NoForm if one holds no unknown."""
         self.equations = [e for e in (p.reduced(self.pairs) for p in self.equations) if e]
         if any(not self.unknown(e) for e in self.equations):
             raise NoForm
 
     def move(self) -> bool:
-        """The first step of elimination that can be made; False where there is none."""
+        """Make the first possible step of elimination; False if there is none."""
         return (
             self._substitute(by_number=True)
             or self._solve_one()
@@ -93,7 +93,7 @@ class _System:
         )
 
     def _close(self, found: Collection[str], *places: int) -> bool:
-        """From here on these generators are known, and the equations at these places used up."""
+        """Mark these generators as known, and the equations at these places as used."""
         self.open.difference_update(found)
         self.equations = [e for place, e in enumerate(self.equations) if place not in places]
         return True
@@ -104,7 +104,7 @@ class _System:
         return sorted(polynomial.generators & self.open)
 
     def _curved(self, equation: Polynomial) -> Polynomial:
-        """What is not linear of it."""
+        """Its nonlinear part."""
         return Polynomial(
             (monomial, c)
             for monomial, c in equation.items()
@@ -121,14 +121,14 @@ class _System:
         return Coefficient(self._expression(polynomial), add(*(call("abs", term) for term in terms)))
 
     def _divisor(self, divisor: Polynomial) -> Let:
-        """A generator for something known, which must not vanish."""
+        """A generator for a known expression that must not vanish."""
         name = f"#d{len(self.generators.meaning)}"
         self.generators.meaning[name] = Name(name)
         value, size = self._coefficient(divisor)
         return Let(name, value, divisor=True, size=size)
 
     def _reciprocal(self, divisor: Polynomial) -> str:
-        """A generator for the reciprocal of something known."""
+        """A generator for the reciprocal of a known expression."""
         let = self._divisor(divisor)
         inverse = f"#i{let.name[2:]}"
         self.forward += [let, Let(inverse, 1.0 / Name(let.name))]
@@ -159,7 +159,7 @@ class _System:
         return False
 
     def _subtract(self) -> bool:
-        """Take one equation from another so that what is not linear in them goes."""
+        """Subtract one equation from another so that their nonlinear parts cancel."""
         curved = [self._curved(equation) for equation in self.equations]
         for (i, one), (j, other) in combinations(enumerate(curved), 2):
             if one and set(one) == set(other) and len(ratios := {other[m] / one[m] for m in one}) == 1:
@@ -197,10 +197,10 @@ class _System:
         return False
 
     def _substitute(self, by_number: bool) -> bool:
-        """Replace a plain generator that an equation gives as a polynomial in the others, wherever it stands.
+        """Replace a plain generator that an equation gives as a polynomial in the others.
 
-        Equations free of angles come first: what they make zero is exactly zero then. ``by_number``: only
-        where the coefficient of the generator is a number, so that no divisor is needed.
+        Equations free of angles come first: what they make zero is then exactly zero. ``by_number``: only if
+        the coefficient of the generator is a number, so that no divisor is needed.
         """
         costs = []
         for place, equation in enumerate(self.equations):
@@ -227,7 +227,7 @@ class _System:
         return True
 
     def _cross(self) -> bool:
-        """Two lines in two plain generators, by Cramer's rule: no pivot to choose without numbers."""
+        """Two lines in two plain generators, by Cramer's rule, which needs no pivot."""
         for (i, one), (j, other) in combinations(enumerate(self.equations), 2):
             unknown = self.unknown(one)
             if len(unknown) != 2 or not _plain(*unknown) or self.unknown(other) != unknown:
@@ -243,7 +243,8 @@ class _System:
         return False
 
     def _rotate(self) -> bool:
-        """Replace two equations that turn an angle, which occurs nowhere else, by ``a² + b² = p² + q²``.
+        """Replace two equations that rotate an angle, which occurs nowhere else, by ``a² + b² = p² +
+        q²``.
 
         They are ``a c + b s = p`` and ``-b c + a s = q``, or that with the signs of the second changed.
         """
@@ -278,7 +279,7 @@ def _plain(*names: str) -> bool:
 
 
 def _line(equation: Polynomial, x: str, y: str) -> Line | None:
-    """``a x + b y = k`` with a, b and k free of the two; None where it is no such line."""
+    """``a x + b y = k`` with a, b and k free of the two; None if it is not such a line."""
     none, by_x = Polynomial(), equation.coefficients(x)
     by_y = by_x.get(0, none).coefficients(y)
     a, b, k = by_x.get(1, none), by_y.get(1, none), -by_y.get(0, none)

@@ -43,8 +43,8 @@ FOLDING = (0.0, 1.0, -1.0)
 
 @dataclass(eq=False)
 class Shape:
-    """Both sides of rules that differ in names and numbers only: names told by their order (``#0``) and
-    numbers by theirs (``#.0``), but for exponents. Equal shapes are the same object."""
+    """Both sides of rules that differ in names and numbers only: names by their order (``#0``) and
+    numbers by theirs (``#.0``), except exponents. Equal shapes are the same object."""
 
     left: Expression
     right: Expression
@@ -57,8 +57,8 @@ _INTERNED: dict[tuple[Expression, Expression], Shape] = {}
 
 class Family(NamedTuple):
     """Rules of one shape: their ``places`` (m,) among all rules, the first of them, the ``columns`` (k, m) of
-    its names, in order of first appearance, and of theirs among all names, and the ``numbers`` (c, m) that
-    stand in them, in the order of the text."""
+    its names, in order of first appearance, as places among all names, and their ``numbers`` (c, m), in the
+    order of the text."""
 
     places: NDArray[np.intp]
     first: Equation
@@ -67,7 +67,7 @@ class Family(NamedTuple):
 
 
 def same_columns(pattern: NDArray[np.bool_]) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.intp]]]:
-    """The different columns of a pattern (k, m), each with the places where it stands."""
+    """The different columns of a pattern (k, m), each with its places."""
     packed = np.ascontiguousarray(np.packbits(pattern, axis=0).T)
     groups: dict[bytes, list[int]] = {}
     for place, key in enumerate(packed.view(f"V{packed.shape[1]}").ravel().tolist() if packed.size else ()):
@@ -94,7 +94,7 @@ def by_shape(model: Model) -> Sequence[Sequence[Equation]]:
 
 @once
 def occurrences(model: Model) -> tuple[tuple[int, ...], ...]:
-    """The places among the variables of those that each rule reads."""
+    """The places of the variables in each rule."""
     number = {name: i for i, name in enumerate(model.variables)}.__getitem__
     return tuple([tuple(map(number, e.names)) for e in model.equations])
 
@@ -105,8 +105,7 @@ def alike(model: Model, equations: Sequence[Equation]) -> Alike:
 
 
 class Shapes:
-    """All rules of a model by their shapes, with the ``family`` of each and its place among the ``member`` s
-    of that; and what is asked for of them."""
+    """All rules of a model by shape, with the ``family`` of each and its place in ``member``."""
 
     def __init__(self, model: Model) -> None:
         self.equations, self.names = model.equations, tuple(model.variables)
@@ -173,7 +172,7 @@ def _shape(equation: Equation) -> tuple[Shape, Sequence[float]]:
 
 
 def _blank(side: Expression, names: dict[str, Name], numbers: list[float]) -> Expression:
-    """A side of a rule as its shape has it; its numbers are appended."""
+    """A side of a rule in its shape; its numbers are appended."""
     if isinstance(side, Name):
         return names[side.name]
     if isinstance(side, Number):
@@ -205,19 +204,19 @@ def asked_shape(shape: Shape, unknown: tuple[bool, ...]) -> Shape:
 
 @lru_cache(MOST)
 def degree_of(shape: Shape, unknown: tuple[bool, ...]) -> float:
-    """The degree of rules of a shape in the ``unknown`` ones of their names, in the order of these."""
+    """The degree of rules of a shape in the ``unknown`` ones of their names."""
     unknowns = {f"#{k}" for k, new in enumerate(unknown) if new}
     return degree(subtract(shape.left, shape.right), unknowns)
 
 
 @lru_cache(MOST)
 def _counts(shape: Shape) -> Counter[str]:
-    """How often each name occurs in rules of a shape."""
+    """The number of occurrences of each name in rules of a shape."""
     return Counter((*nodes.names(shape.left), *nodes.names(shape.right)))
 
 
 class Effort(NamedTuple):
-    """What it costs to solve a rule for an unknown, as ``Isolation`` has it, and into how many branches."""
+    """The cost of solving a rule for an unknown, as in ``Isolation``, and the number of branches."""
 
     cost: int
     branches: int
@@ -232,7 +231,7 @@ MAX_TURNS = 12
 
 
 class ModelGraph:
-    """Variables and equations by number; isolations are found once and kept."""
+    """Variables and equations by number; isolations are computed once and kept."""
 
     def __init__(self, model: Model) -> None:
         self.model = model
@@ -250,14 +249,14 @@ class ModelGraph:
         self.torn: dict[Any, Any] = {}
 
     def __getstate__(self) -> dict[str, object]:
-        """Kept without what paths alone are built by, and what blocks of one pattern share."""
+        """Pickled without data that only building paths and blocks of one pattern need."""
         kernels = {key: kernel for key, kernel in self.kernels.items() if isinstance(key, SolveBlock)}
         emptied: dict[str, object] = {key: {} for key in ("_efforts", "_isolated", "torn")}
         return {**self.__dict__, **emptied, "kernels": kernels}
 
     @cached_property
     def users(self) -> Mapping[str, Sequence[int]]:
-        """Equations that read a variable, in their body or their guard."""
+        """Equations that contain a variable, in their body or their guard."""
         users: dict[str, list[int]] = {name: [] for name in self.names}
         for equation, occurs in zip(self.model.equations, self.occurs, strict=True):
             guards = (v for p in equation.guard for v in self.condition_occurs[p.condition])
@@ -271,8 +270,8 @@ class ModelGraph:
         return found if found is None or names == own else found.renamed(dict(zip(names, own, strict=True)))
 
     def isolated(self, equation: int, variable: int) -> Isolated:
-        """The isolation of the first of the rules that differ from this one in their names alone, and the
-        names of that, in the order of those of this one."""
+        """The isolation of the first of the rules that differ from this one only in names, and its names,
+        in the order of those of this one."""
         key = (equation, variable)
         if key not in self._isolations:
             from solver.path.isolate import isolate  # most are kept from an earlier run
@@ -288,10 +287,10 @@ class ModelGraph:
         return self._isolations[key]
 
     def effort(self, equation: int, variable: int) -> Effort | None:
-        """What an isolation costs, None where there is none: found once for rules of one shape.
+        """The cost of an isolation, None if there is none: computed once for rules of one shape.
 
-        Numbers 0 and 1 fold away, so that shapes are told apart by these; where an unknown occurs several
-        times, terms may also be equal by their numbers.
+        Numbers 0 and 1 fold away, so they distinguish shapes; if an unknown occurs several times, terms
+        may also be equal by their numbers.
         """
         body = self.model.equations[equation]
         shape, numbers = shape_of(body)
@@ -306,13 +305,13 @@ class ModelGraph:
 
     @cached_property
     def angles(self) -> Mapping[str, Angle]:
-        """Variables that are nothing but angles."""
+        """Variables that can only be angles."""
         return _angles(self.model)
 
     @cached_property
     def weighed(self) -> Set[str]:
-        """What is nothing but an angle to the rules, but larger or smaller than something to a condition or
-        an absolute value: a whole turn of it may make a difference."""
+        """Angles that a condition or an absolute value compares with something: a whole turn of them may
+        make a difference."""
         required = (requirement.comparison for requirement in self.model.requirements)
         sums = (side for rules in by_shape(self.model) for rule in rules for side in (rule.left, rule.right))
         chosen = (part for side in sums if is_angle_sum(side) for part in walk(side) if _chooses(part))
@@ -320,18 +319,18 @@ class ModelGraph:
         return self.angles.keys() - _angles(self.model, conditions) if conditions else set()
 
     def turn(self, name: str) -> float | None:
-        """The period of a variable that is nothing but an angle: 360 or 2π, or None.
+        """The period of a variable that can only be an angle: 360 or 2π, or None.
 
-        Several of them where a rule reads a part of the angle: ``sind(theta/2)`` repeats itself after 720.
+        Several of them if a rule has a part of the angle: ``sind(theta/2)`` has the period 720.
         """
         return None if (found := self.angles.get(name)) is None else found[0] * found[1]
 
     def single_turn(self, name: str) -> float | None:
-        """360 or 2π for a variable that is nothing but an angle, else None."""
+        """360 or 2π for a variable that can only be an angle, else None."""
         return None if (found := self.angles.get(name)) is None else found[0]
 
     def is_turning(self, name: str) -> bool:
-        """Whether a variable is nothing but an angle, and a single turn of it makes no difference."""
+        """Whether a variable can only be an angle, and a single turn of it makes no difference."""
         return (found := self.angles.get(name)) is not None and found[1] == 1
 
 
@@ -342,7 +341,7 @@ Angle: TypeAlias = tuple[float, int]
 
 def _evidence(*parts: Node) -> Iterator[tuple[str, float, int]]:
     """The names in expressions and in the inequalities of conditions: for each occurrence the period of the
-    function that it stands under and how many of them are to be counted, or 0 for a plain number."""
+    function around it and how many of them count, or 0 for a plain number."""
     stack = [*parts]
     while stack:
         node = stack.pop()
@@ -361,7 +360,7 @@ def _evidence(*parts: Node) -> Iterator[tuple[str, float, int]]:
 
 
 def angle_evidence(model: Model) -> Iterator[tuple[str, float, int]]:
-    """What the rules that call functions of angles say of them."""
+    """The evidence of angles in rules that call functions of angles."""
     for rules in by_shape(model):
         if _reads_angles(rules[0]):
             yield from _angle_evidence_by_shape(rules)
@@ -400,8 +399,8 @@ def _angles(model: Model, conditions: Iterable[Node] = ()) -> dict[str, Angle]:
 
 
 def _angle_evidence_by_shape(rules: Sequence[Equation]) -> Iterator[tuple[str, float, int]]:
-    """What rules of one shape say of angles: the same of other names, where the numbers in the arguments of
-    periodic functions are the same."""
+    """The evidence of angles in rules of one shape: the same for other names, if the numbers in the
+    arguments of periodic functions are the same."""
     places = _numbers_of_angles(rules[0].left, rules[0].right)
     alike: dict[tuple[float, ...], list[Equation]] = {}
     for rule in rules:
@@ -416,7 +415,7 @@ def _angle_evidence_by_shape(rules: Sequence[Equation]) -> Iterator[tuple[str, f
 
 
 def _numbers_of_angles(*sides: Expression) -> list[int]:
-    """Which numbers of a rule, in the order of the text, stand in arguments of periodic functions."""
+    """The numbers of a rule, by their order, that occur in arguments of periodic functions."""
     found, count = list[int](), 0
     stack = [(side, False) for side in sides[::-1]]
     while stack:
@@ -430,7 +429,7 @@ def _numbers_of_angles(*sides: Expression) -> list[int]:
 
 
 def _rule_angle_evidence(*sides: Expression) -> Iterator[tuple[str, float, int]]:
-    """What the sides of a rule say of angles: ``thetaAB = atan2d(…)`` gives one as such."""
+    """The evidence of angles in a rule: ``thetaAB = atan2d(…)`` gives one."""
     for one, other in (sides, sides[::-1]):
         if isinstance(one, Name) and isinstance(other, Call) and (turn := TABLE[other.function].angle):
             yield one.name, turn, 1
@@ -448,8 +447,8 @@ def within_half_turns(number: float, turn: float) -> float:
 
 
 def is_angle_sum(side: nodes.Expression) -> bool:
-    """Names, a whole number of times each, and numbers added up, compared or not: no evidence of angles, and
-    harmless to them unless one of them is none."""
+    """Whether names, each a whole number of times, and numbers are only added up, compared or not: no
+    evidence of angles, and harmless to them unless one of them is not an angle."""
     return all(
         isinstance(part, Name | Number | Negative | Sum) or _is_multiple(part) or _chooses(part)
         for part in walk(side)
@@ -466,7 +465,7 @@ def _chooses(part: Node) -> bool:
 
 
 def _addends(argument: nodes.Expression) -> tuple[tuple[str, Ratio], ...] | None:
-    """The angles that are added up in an argument with their factors; None where it is no such sum."""
+    """The angles in a sum in an argument with their factors; None if it is not such a sum."""
     match argument:
         case Number():
             return ()
@@ -488,7 +487,7 @@ def _addends(argument: nodes.Expression) -> tuple[tuple[str, Ratio], ...] | None
 
 
 def _ratio(number: float) -> Ratio | None:
-    """A factor without its sign as numerator and denominator; None for 0, and where it is no short one."""
+    """A factor without its sign as numerator and denominator; None for 0, and without a short ratio."""
     for denominator in (1, 2, 3, 4, 5, 6, 8, 10, 100, 1000):
         numerator = round(abs(number) * denominator) if abs(number) < MAX_FACTOR else 0
         if numerator and numerator / denominator == abs(number):

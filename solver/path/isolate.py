@@ -1,9 +1,9 @@
 """Isolation: one equation solved for one unknown, as a chain of inverse operations.
 
-The chain starts with the value of the side that is free of the unknown and undoes,
-one stage after another, what was done to the unknown. Each stage says what it asks of
-its target (the image of the operation that it undoes) so that a refusal can name the
-rule, the operation and the value: ``cosd = 1.08``.
+The chain starts with the value of the side without the unknown and undoes the operations on the
+unknown, one stage after another. Each stage states the condition on its target (the image of the
+operation that it undoes), so that a refusal can name the rule, the operation and the value: ``cosd
+= 1.08``.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from solver.path.polynomial import NoForm
 
 
 def isolate(left: Expression, right: Expression, unknown: str) -> Isolation | None:
-    """Solve ``left = right`` for ``unknown``; None where no chain of inverse operations does it."""
+    """Solve ``left = right`` for ``unknown``; None if no chain of inverse operations does it."""
     in_left, in_right = (list(nodes.names(side)).count(unknown) for side in (left, right))
     if not in_left and not in_right:
         return None
@@ -79,7 +79,7 @@ def operand(left: Expression, right: Expression, unknown: str, depth: int) -> Ex
 
 
 def _stages(node: Expression, unknown: str) -> list[Stage] | None:
-    """What undoes an expression, one operation after another; None where that is not known."""
+    """The stages that undo an expression, one operation after another; None if there are none."""
     stages: list[Stage] = []
     while not isinstance(node, Name):
         if sum(unknown in nodes.names(part) for part in nodes.children(node)) > 1:
@@ -193,7 +193,7 @@ PART = "#part"
 
 
 def _repeated(node: Expression, unknown: str) -> list[Stage] | None:
-    """What undoes an expression of which several operands hold the unknown."""
+    """The stages that undo an expression of which several operands hold the unknown."""
     if (signed := _signed_square(node, unknown)) is not None:
         return signed
     if (formula := _ratio(node, unknown)) is not None:
@@ -210,8 +210,8 @@ def _repeated(node: Expression, unknown: str) -> list[Stage] | None:
 
 
 def _around(node: Expression, unknown: str, last: bool = False) -> Iterator[Expression]:
-    """The parts of a node that hold the first occurrence of an unknown, or the last, the largest first; but
-    neither the node nor the unknown."""
+    """The parts of a node that hold the first or the last occurrence of an unknown, the largest first,
+    except the node and the unknown themselves."""
     while True:
         operands = nodes.children(node)
         node = next(part for part in operands[:: -1 if last else 1] if unknown in nodes.names(part))
@@ -230,7 +230,7 @@ def _ratio(node: Expression, unknown: str) -> Stage | None:
 
 
 def _signed_square(node: Expression, unknown: str) -> list[Stage] | None:
-    """What undoes ``x*abs(x)``, the square with the sign of x, as in the head loss of a pipe."""
+    """The stage that undoes ``x*abs(x)``, as in the head loss of a pipe."""
     factors, divisors = _factors(node)
     held = [factor for factor in factors if unknown in nodes.names(factor)]
     if len(held) != 2 or any(unknown in nodes.names(divisor) for divisor in divisors):
@@ -288,9 +288,9 @@ _UNIT: Polynomial = (ONE,)
 
 
 def polynomial_of(left: Expression, right: Expression, unknown: str) -> tuple[Polynomial, bool] | None:
-    """``left - right`` brought to one polynomial, and whether a denominator was multiplied away.
+    """``left - right`` as one polynomial, and whether a denominator was multiplied away.
 
-    None where it is none of degree 2 at most.
+    None if it is not one of degree 2 at most.
     """
     try:
         numerator, denominator = _rational(right, unknown)
@@ -368,8 +368,7 @@ _ROUGH = frozenset({"sqrt", "abs", *_TANGENTS, *_DIRECTIONS})
 
 
 def _single(form: Expression, functions: Collection[str]) -> tuple[Call, Expression, Expression] | None:
-    """The operation of some functions, with its factor and the rest, that is the single one which a form is
-    linear in."""
+    """The single operation of some kinds in which a form is linear, its factor, and the rest."""
     parts = [part for part in walk(form) if isinstance(part, Call) and part.function in functions]
     linear = []
     for part in dict.fromkeys(parts):
@@ -380,8 +379,8 @@ def _single(form: Expression, functions: Collection[str]) -> tuple[Call, Express
 
 
 def without_logarithm(form: Expression) -> Expression:
-    """What vanishes where a form does: of ``factor*ln(x) + rest`` it is ``x - exp(-rest/factor)``, which has
-    no pole. Other forms stay as they are."""
+    """An expression that vanishes where a form does: for ``factor*ln(x) + rest`` it is ``x -
+    exp(-rest/factor)``, which has no pole. Other forms are unchanged."""
     if (found := _single(form, LOGARITHMS)) is None:
         return form
     logarithm, factor, rest = found
@@ -391,9 +390,10 @@ def without_logarithm(form: Expression) -> Expression:
 
 
 def smooth(left: Expression, right: Expression) -> Expression:
-    """An expression that vanishes wherever ``left = right`` does, smooth where that can be had.
+    """An expression that vanishes wherever ``left = right`` does, smooth if possible.
 
-    It is where the equation is ``factor*rough + rest = 0`` for a single rough operation, which is undone.
+    It is smooth if the equation is ``factor*rough + rest = 0`` for a single rough operation, which is
+    undone.
     """
     form = left - right
     if (found := _single(form, _ROUGH)) is None:

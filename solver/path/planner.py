@@ -1,4 +1,4 @@
-"""Paths by the pattern of inputs that they answer to, and how they branch."""
+"""Paths by the pattern of inputs, and their branching."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from solver.path.graph import ModelGraph
 
 @dataclass(eq=False)
 class Planner:
-    """Paths of one model, kept by the pattern that they answer to."""
+    """Paths of one model, kept by their pattern."""
 
     graph: ModelGraph
     paths: dict[tuple[Any, ...], Path] = field(default_factory=dict)
@@ -27,11 +27,11 @@ class Planner:
         want: frozenset[str] | None = None,
         required: bool = False,
     ) -> Path:
-        """The path from the ``known`` variables, given how conditions came out.
+        """The path from the ``known`` variables, given the outcomes of conditions.
 
-        ``inactive`` equations are not solved for anything (they asked nothing, or nothing could
-        satisfy them, at the values at hand); ``want`` prunes to what these names need, and with ``required``
-        to what direct steps of one value add for the requirements.
+        ``inactive`` equations are not solved for anything (they hold for any value, or for none, at the
+        present values); ``want`` prunes to what these names need, and ``required`` adds requirements that
+        direct steps of one value lead to.
         """
         key = known, frozenset(decided.items()), inactive, want, required
         if key not in self.paths:
@@ -43,7 +43,7 @@ class Planner:
 
 @once
 def planner(model: Model) -> Planner:
-    """The planner of a model, with every path that it has found so far."""
+    """The planner of a model, with every path found so far."""
     return Planner(ModelGraph(model))
 
 
@@ -55,25 +55,25 @@ MAX_CONDITIONS = 4
 
 
 class Case(NamedTuple):
-    """How a path goes on where conditions come out so; one that makes no difference is left out."""
+    """The rest of a path for given outcomes of conditions; one without influence is left out."""
 
     outcomes: tuple[Premise, ...]
     tree: PathTree
 
 
 class PathTree(NamedTuple):
-    """``path``, and the cases that follow where it ends in a question; none where there are too many."""
+    """``path``, and the cases that follow if it ends in a question; none if there are too many."""
 
     path: Path
     cases: tuple[Case, ...] = ()
 
     @property
     def open(self) -> bool:
-        """Whether the path ends in a question that is not followed up."""
+        """Whether the path ends in a question without cases."""
         return bool(question(self.path)) and not self.cases
 
     def ends(self) -> Iterator[PathTree]:
-        """The trees that nothing follows, this one where it has no cases."""
+        """The leaves of the tree, this one if it has no cases."""
         if not self.cases:
             yield self
         for case in self.cases:
@@ -81,7 +81,7 @@ class PathTree(NamedTuple):
 
     @property
     def branches(self) -> int | None:
-        """How many answers there can be at most; None where a block or an open question leaves that open."""
+        """The largest possible number of answers; None if a block or an open question leaves it open."""
         if self.open or any(isinstance(step, SolveBlock) for step in self.path.steps):
             return None
         ahead = [case.tree.branches for case in self.cases]
@@ -93,13 +93,13 @@ class PathTree(NamedTuple):
 
 
 def question(path: Path) -> tuple[int, ...]:
-    """The conditions on which it depends how a path goes on."""
+    """The conditions that the rest of a path depends on."""
     last = path.steps[-1] if path.steps else None
     return last.conditions if isinstance(last, Decide | Assume) else ()
 
 
 def path_tree(planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] | None = None) -> PathTree:
-    """The path from ``inputs`` with its cases, followed as deep as they have :data:`MAX_ENDS` ends at most.
+    """The path from ``inputs`` with its cases, down to at most :data:`MAX_ENDS` ends.
 
     Only the conditions that the inputs decide are evaluated; nothing is solved.
     """
@@ -124,7 +124,7 @@ class _Ahead:
     def tree(
         self, known: frozenset[str], decided: Mapping[int, bool], told: frozenset[int], depth: int
     ) -> PathTree:
-        """The path from what is known, its questions followed up ``depth`` times."""
+        """The path from known variables, with cases down to ``depth``."""
         path = self.planner.path(known, decided, want=self.want)
         steps = (step for step in path.steps if not (isinstance(step, Check) and step.equation in told))
         path = Path(tuple(steps), path.undetermined)
@@ -167,7 +167,7 @@ class _Ahead:
         )
 
     def _outcomes(self, decided: Mapping[int, bool], condition: int) -> list[bool]:
-        """How a condition can come out where others are decided."""
+        """The possible outcomes of a condition, given those of others."""
         return [
             outcome
             for outcome in (True, False)

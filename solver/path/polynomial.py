@@ -1,8 +1,9 @@
-"""Polynomials in several generators with exact rational coefficients: what elimination computes with.
+"""Polynomials in several generators with exact rational coefficients, for elimination.
 
 A generator is a variable, the cosine or the sine of an angle, a root, or any other part of an
-expression that stays as it is. Like terms are merged, so that what cancels by algebra is gone; the
-square of a sine is written by that of the cosine."""
+expression that is not opened. Like terms are merged, so that terms cancel by algebra; the square of a
+sine is written by that of the cosine.
+"""
 
 from __future__ import annotations
 
@@ -36,8 +37,7 @@ MAX_TERMS = 400
 
 
 class NoForm(Exception):
-    """The equations are no polynomials in generators, have too many terms for a formula, or contradict one
-    another."""
+    """The equations are not polynomials, have too many terms, or contradict one another."""
 
 
 class Polynomial(dict[Monomial, Fraction]):
@@ -144,7 +144,7 @@ _QUARTER = {"d": 90.0, "": math.pi / 2}
 
 @dataclass
 class Generators:
-    """What the generators stand for."""
+    """The meaning of the generators."""
 
     unknowns: frozenset[str]
     turning: Collection[str]
@@ -156,9 +156,9 @@ class Generators:
     extra: list[Polynomial] = field(default_factory=list)
 
     def polynomial(self, node: Expression) -> Polynomial:
-        """Of a part without unknowns: opened as far as it is a polynomial, a generator of its own beyond.
+        """A part without unknowns: opened as far as it is a polynomial, else a generator of its own.
 
-        Raises NoForm for a part with unknowns that is none.
+        Raises NoForm for a part with unknowns that is not a polynomial.
         """
         known = not self.unknowns.intersection(names(node))
         match node:
@@ -202,7 +202,7 @@ class Generators:
         raise NoForm
 
     def _named(self, node: Expression) -> str:
-        """The generator of a known part that stays as it is."""
+        """The generator of a known part that is not opened."""
         for name, meaning in self.meaning.items():
             if meaning == node:
                 return name
@@ -219,7 +219,7 @@ class Generators:
     # --- angles ---
 
     def _circular(self, function: str, argument: Expression) -> Polynomial:
-        """Of ``±base + 90·quarters + rest``: at most one unknown, at most once."""
+        """For ``±base + 90·quarters + rest``: at most one unknown, at most once."""
         unit, cosine = _CIRCULAR[function], function.startswith("cos")
         turns = right_angles(argument, _QUARTER[unit])
         if turns is not None and unit:
@@ -268,13 +268,13 @@ class Generators:
 
 
 def name_of(term: Expression) -> str:
-    """The name that a term is, with either sign; blank where it is none."""
+    """The name of a term, with either sign; blank if it is not a name."""
     inner = term.operand if isinstance(term, Negative) else term
     return inner.name if isinstance(inner, Name) else ""
 
 
 def right_angles(term: Expression, quarter: float) -> int | None:
-    """How many right angles a term is."""
+    """A term as a number of right angles."""
     inner, sign = (term.operand, -1) if isinstance(term, Negative) else (term, 1)
     count = sign * inner.value / quarter if isinstance(inner, Number) else 0.5
     return int(count) if count == int(count) and abs(count) < 1e6 else None

@@ -1,7 +1,7 @@
-"""Drawings, plots and charts: the one room of matplotlib, entered by commands and the page alone.
+"""Drawings, plots and charts: the only room that imports matplotlib, used by commands and the page.
 
-Here is a figure at one answer: its strokes and points, the window and the scale that it is seen at, and
-where its labels go.
+This module has a figure at one answer: its strokes and points, its window and scale, and the places of
+its labels.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ LARGEST = 1e150
 
 
 class Stroke(NamedTuple):
-    """What is drawn at or between points, which are named: ``angle`` is in degrees."""
+    """A mark at or between named points: ``angle`` is in degrees."""
 
     kind: str
     points: tuple[str, ...]
@@ -61,7 +61,7 @@ class Diagram(NamedTuple):
 
 
 class View(NamedTuple):
-    """One state: a title, and its diagrams in the order of the sheet, None where one cannot be drawn."""
+    """One state: a title, and its diagrams in order, None for one that cannot be drawn."""
 
     title: str
     diagrams: tuple[Diagram | None, ...]
@@ -74,7 +74,7 @@ def variables(figures: Iterable[Figure]) -> tuple[str, ...]:
 
 
 def diagram(figure: Figure, values: Mapping[str, Value]) -> Diagram:
-    """The figure at these values. Raises ValueError, in a few words, where they do not suffice."""
+    """The figure at these values. Raises ValueError with a short reason if it lacks one."""
     missing = [name for name in variables([figure]) if name not in values]
     if missing:
         raise ValueError(f"{' and '.join(missing[:3])}{' …' if len(missing) > 3 else ''} has no value")
@@ -103,7 +103,7 @@ def diagram(figure: Figure, values: Mapping[str, Value]) -> Diagram:
 
 
 def lacking(figure: Figure, values: Mapping[str, Value]) -> str:
-    """Why a figure cannot be drawn from these values, in a few words; empty where it can."""
+    """A short reason why a figure cannot be drawn from these values; empty if it can."""
     try:
         diagram(figure, values)
     except ValueError as why:
@@ -122,12 +122,12 @@ def drawable(figures: Iterable[Figure], values: Mapping[str, Value]) -> tuple[Di
 
 
 def require_matplotlib() -> None:
-    """Raise RuleSheetError (E432) where matplotlib is not installed."""
+    """Raise RuleSheetError (E432) if matplotlib is not installed."""
     require_extra("plot", "drawing needs", "matplotlib", code="E432")
 
 
 def picture_kind(path: str, kinds: Sequence[str], what: str = "picture", notes: tuple[str, ...] = ()) -> str:
-    """The ending of a file to draw into. Raises RuleSheetError: E433 for another one, E432."""
+    """The ending of a picture file. Raises RuleSheetError: E433 for another one, E432."""
     kind = os.path.splitext(path)[1].lower()
     if kind not in kinds:
         endings = " or ".join(filter(None, (", ".join(kinds[:-1]), kinds[-1])))
@@ -159,7 +159,7 @@ class Window(NamedTuple):
         return self.top - self.bottom
 
     def resized(self, width: float, height: float) -> Window:
-        """The window of that size about the same middle."""
+        """The window of that size with the same middle."""
         x, y = (self.left + self.right) / 2, (self.bottom + self.top) / 2
         return Window(x - width / 2, y - height / 2, x + width / 2, y + height / 2)
 
@@ -172,7 +172,7 @@ def window(diagrams: Iterable[Diagram]) -> Window:
 
 
 def scale(width: float, height: float, room: Place) -> float:
-    """The smallest round number of units a millimetre that fits width and height into the room (mm).
+    """The smallest round number of units per millimetre at which width and height fit (mm).
 
     A diagram without extent has the scale 1.
     """
@@ -206,7 +206,7 @@ window, away from the point, and from the place in an earlier frame."""
 
 
 class LabelRequest(NamedTuple):
-    """A label that wants a place: beside a point, or beside a segment (``along``); all in millimetres."""
+    """A label to be placed: beside a point, or beside a segment (``along``); all in millimetres."""
 
     text: str
     point: Place
@@ -223,7 +223,7 @@ def place(
     """A box for every request by its key, in a window [0, width] × [0, height].
 
     Boxes (n, 4) are middles and half sides, ``segments`` (n, 2, 2) their ends. ``before`` are the offsets
-    from the point that labels had in an earlier frame.
+    of labels from their points in an earlier frame.
     """
     half, found = np.array(size) / 2, dict.fromkeys(label_requests, np.array([np.inf, np.inf, 0.0, 0.0]))
     costs: dict[str, tuple[Array, Array]] = {}  # of each candidate by itself
@@ -259,13 +259,13 @@ def _candidates(request: LabelRequest) -> Array:
 
 
 def overlaps(boxes: Array, others: Array) -> Array:
-    """The areas (n, m) that boxes have in common with others."""
+    """The areas (n, m) of the intersections of boxes with others."""
     sides = boxes[:, None, 2:] + others[:, 2:] - np.abs(boxes[:, None, :2] - others[:, :2])
     return np.asarray(sides.clip(0.0).prod(axis=2))
 
 
 def inside(boxes: Array, segments: Array) -> Array:
-    """The lengths (n, m) of segments that lie inside of boxes (Liang and Barsky 1984)."""
+    """The lengths (n, m) of segments inside boxes (Liang and Barsky 1984)."""
     start, step = segments[:, 0], segments[:, 1] - segments[:, 0]
     slope = np.where(step == 0.0, 1e-300, step)
     low, high = ((boxes[:, None, :2] + side * boxes[:, None, 2:] - start) / slope for side in (-1, 1))

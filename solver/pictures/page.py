@@ -1,8 +1,8 @@
-"""Figures in matplotlib: where panels go, the signs of a diagram, a page of them, the frames of a film.
+"""Figures in matplotlib: the layout of panels, the signs of a diagram, a page, the frames of a film.
 
-Axes are in the units of the diagram; signs have the size that they have on paper, whatever the scale.
-Colours are those of Okabe and Ito (2008), which people with any colour vision
-tell apart; strokes differ too."""
+Axes are in the units of the diagram; signs have their size on paper, whatever the scale. Colours are
+those of Okabe and Ito (2008), which people with any colour vision can distinguish; strokes differ too.
+"""
 
 from __future__ import annotations
 
@@ -63,10 +63,10 @@ Cell: TypeAlias = tuple[int, int]
 
 
 class Room(NamedTuple):
-    """Where a figure of a view is drawn: a rectangle of the page, caption and scale included, in millimetres.
+    """The rectangle of the page for a figure of a view, caption and scale included, in millimetres.
 
-    It is seen through a ``window`` at ``scale`` units a millimetre. ``travel`` has the two farthest places
-    of every slider, by the number of its stroke.
+    It shows a ``window`` at ``scale`` units per millimetre. ``travel`` has the two farthest places of every
+    slider, by the number of its stroke.
     """
 
     place: Window
@@ -90,7 +90,7 @@ class Layout(NamedTuple):
 def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> Layout:
     """The layout that fits every view: ``frames`` are the views of each frame, one for a still picture.
 
-    Above the panels is room for the titles that views have, and for a heading where it is ``headed``.
+    Above the panels is room for the titles of views, and for a heading if ``headed``.
     """
     count = max(map(len, frames))
     shown = [[v for views in frames if k < len(views) and (v := views[k])] for k in range(count)]
@@ -126,12 +126,12 @@ def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> 
 
 
 def text_width(text: str, points: float) -> float:
-    """About how wide a text is, in millimetres, in the font that matplotlib brings along."""
+    """The approximate width of a text in millimetres, in matplotlib's own font."""
     return 0.215 * points * len(text)
 
 
 def _extent(seen: Sequence[Sequence[Diagram]]) -> tuple[float, float, float]:
-    """How one figure of the sheet is seen in every view: its scale, and the size of its window in units."""
+    """The scale and the size of the window, in units, of one figure of the sheet in all views."""
     windows = [window(diagrams) for diagrams in seen]
     width, height = max(w.width for w in windows), max(w.height for w in windows)
     reach = max(abs(coordinate) for window in windows for coordinate in window)
@@ -228,7 +228,7 @@ class Pen:
         return offsets
 
     def label_requests(self) -> dict[str, LabelRequest]:
-        """The labels, at points, which share one where they are at one place, and at strokes."""
+        """The labels, at points, shared by points at the same place, and at strokes."""
         groups: dict[str, list[str]] = {}
         for name, at in self.spots.items():
             if not name.startswith("_"):
@@ -374,7 +374,7 @@ def draw_page(
     heading: str = "",
     before: Placed | None = None,
 ) -> Placed:
-    """Draw the views into an empty figure, whose size it sets; the places of the labels.
+    """Draw the views into an empty figure, set its size, and return the places of the labels.
 
     ``before`` are those of an earlier frame of a film.
     """
@@ -455,7 +455,7 @@ Frame: TypeAlias = tuple[str, Sequence[View | None]]
 
 
 def images(film: Sequence[Frame], dpi: float) -> Iterator[Image.Image]:
-    """The frames as pictures of one size. Labels stay on the same side of their points where they can."""
+    """The frames as pictures of one size. Labels stay on the same side of their points if possible."""
     plan = layout([views for _, views in film], headed=True)
     before: Placed | None = None
     for heading, views in film:

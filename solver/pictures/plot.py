@@ -1,4 +1,4 @@
-"""Curves of sweeps, their panels, and the charts of methods: what matplotlib draws with axes."""
+"""Curves of sweeps, their panels, and the charts of methods, drawn with matplotlib's axes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CURVES = 8
 class Curves(NamedTuple):
     """``abscissa`` (n,) are the values of the input ``along`` which the curves run.
 
-    ``heights[name]`` (curves, n) are those of a variable; ``labels`` tell the curves apart.
+    ``heights[name]`` (curves, n) are those of a variable; ``labels`` identify the curves.
     """
 
     along: str
@@ -48,12 +48,11 @@ class Maps(NamedTuple):
 def arranged(
     table: Table, inputs: tuple[str, ...], shape: tuple[int, ...], answer: str | None = None
 ) -> Curves | Maps:
-    """Curves along the input that takes most values, one for each combination of the others and each answer.
+    """Curves along the input with most values, one for each combination of the others and each answer.
 
     The rows are a grid of this ``shape`` over the ``inputs``; rows side by side, or of a file, have a shape
-    of one number. ``answer`` is the column of the numbers of answers, where a row may have several.
-    Where two inputs of numbers would make more curves than can be told apart, maps. Raises
-    RuleSheetError (E445) where nothing can be drawn.
+    of one number. ``answer`` is the column of the numbers of answers, if a row may have several. If two
+    inputs of numbers would make too many curves, maps. Raises RuleSheetError (E445) if nothing can be drawn.
     """
     rows, number = np.arange(len(table.status)), np.zeros(len(table.status), dtype=int)
     if answer:
@@ -88,7 +87,7 @@ def arranged(
 
 
 def _spread(column: Array, places: tuple[Array, ...], shape: tuple[int, ...]) -> Array:
-    """An array of this shape with the column at these places, nothing elsewhere."""
+    """An array of this shape with the column at these places, nan elsewhere."""
     symbols = column.dtype == object
     found = np.full(shape, None if symbols else np.nan, dtype=object if symbols else float)
     found[places] = column
@@ -167,7 +166,7 @@ def _draw_curves(figure: Figure, curves: Curves, model: Model, turns: Mapping[st
 
 
 def _curve(axes: Axes, curves: Curves, name: str, row: int, turn: float | None, place: int) -> None:
-    """A line where its abscissa runs one way, dots where it goes to and fro; a lone point is a dot, too."""
+    """A line if its abscissa is monotone, else dots; a lone point is a dot, too."""
     reached = np.isfinite(curves.abscissa)
     x, y = curves.abscissa[reached], curves.heights[name][row][reached]
     label = curves.labels[row] if len(curves.labels) > 1 else name
@@ -190,7 +189,7 @@ def tidy(axes: Axes) -> None:
 
 
 def _draw_maps(figure: Figure, maps: Maps, model: Model) -> None:
-    """A panel a variable; what is not solved stays white."""
+    """A panel for each variable; unsolved places stay white."""
     figure.set_size_inches(WIDTH, 3.2 * len(maps.fields))
     rows: Any = figure.subplots(len(maps.fields), 1, sharex=True, squeeze=False)
     for axes, (name, field) in zip(rows[:, 0], maps.fields.items(), strict=True):
@@ -207,8 +206,8 @@ def _draw_maps(figure: Figure, maps: Maps, model: Model) -> None:
 def colored(field: Any) -> tuple[float | None, float | None, str]:
     """The ends of the colours, and which of them have values beyond.
 
-    A pole beside ordinary values would leave one colour for these: where the outermost hundredths span
-    more than the rest, the colours end there, and the bar has points.
+    A pole would leave one colour for ordinary values: if the outermost hundredths span more than the
+    rest, the colours end there, and the bar has points.
     """
     values = field[np.isfinite(field)]
     if not len(values):
@@ -220,7 +219,7 @@ def colored(field: Any) -> tuple[float | None, float | None, str]:
 
 
 def titled(names: Sequence[str], model: Model) -> str:
-    """``xB [mm]``; of several names the unit that they share."""
+    """``xB [mm]``; for several names their common unit."""
     unit = model.variables[names[0]].shown_unit
     return ", ".join(names) + (f" [{unit}]" if unit else "")
 
@@ -233,8 +232,9 @@ CROSS: dict[str, Any] = {"markersize": 4.5, "color": "#111111", "zorder": 5, "ma
 
 
 def chart_picture(marks: Sequence[Mark], title: str, label: str = "", towards: bool = False) -> Figure:
-    """Errors over times, a line a family; or, with a ``label``, both over the values of the input that it
-    names (``towards`` its limit), a line a method, and a cross where a method gave no answer."""
+    """Errors over times, a line for each family; or, with a ``label``, both over the values of the input
+    that it names (``towards`` its limit), a line for each method, and a cross where a method gave no
+    answer."""
     figure = Figure(figsize=(8.2, 5.6 if label else 4.4), layout="constrained")
     panels: Any = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1)) if label else [figure.subplots()]
     names = dict.fromkeys(mark.method if label else mark.family for mark in marks)
@@ -259,9 +259,9 @@ def chart_picture(marks: Sequence[Mark], title: str, label: str = "", towards: b
 
 
 def _line(panels: Sequence[Axes], name: str, marks: Sequence[Mark], place: int) -> None:
-    """One line of errors, rings around false answers, bars from errors up to the radii that are proved.
+    """One line of errors, rings around false answers, bars from errors up to the proved radii.
 
-    The first line, our own, is the widest. Over times the first and the last tolerance are told.
+    The first line, our own, is the widest. Over times the first and the last tolerance are labelled.
     """
     over = len(panels) > 1
     marks = [mark for mark in marks if over or not math.isnan(mark.error)]
@@ -286,7 +286,7 @@ def _line(panels: Sequence[Axes], name: str, marks: Sequence[Mark], place: int) 
 
 
 def _framed(axes: Axes, marks: Sequence[Mark], title: str) -> None:
-    """Errors from rounding to nonsense; what floats can't tell from right is shaded. A legend beside them."""
+    """Axes from rounding to nonsense, the band below one ulp shaded, and a legend."""
     tidy(axes)
     axes.set_title(title, fontsize=10, loc="left", color=INK, parse_math=False)
     axes.set_yscale("log")

@@ -1,9 +1,9 @@
-"""A branch of answers kept along a sweep: the row after a row goes on where it was heading.
+"""A branch of answers kept along a sweep: each row continues the previous rows.
 
-The rule of ``ranking.py`` decides in the first row of a stretch in which the inputs move steadily. From there
-an answer is kept that lies clearly nearest to the straight line through its last two rows; where
-none does, the rule decides again. Where the ranges of the answers lie far apart, that needs no look at
-single rows: bounds of the same distances decide for hundreds of rows at once.
+The ranking of ``ranking.py`` decides in the first row of a stretch in which the inputs move steadily. From
+there the answer is kept that lies clearly nearest to the straight line through its last two rows; if none
+does, the ranking decides again. If the ranges of the answers lie far apart, single rows need not be examined:
+bounds of the same distances decide for hundreds of rows at once.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ ROOM = 2**16
 
 
 class Answers(NamedTuple):
-    """The answers of n rows: how many each has, ``counts`` (n,), and ``planes`` of the first answers, of the
-    second ones, and so on, each with a column (n,) for each wanted variable. What stands in a plane beyond
-    the count of a row means nothing.
+    """The answers of n rows: ``counts`` (n,), and ``planes`` of the first answers, of the second ones, and so
+    on, each with a column (n,) for each wanted variable. Values in a plane beyond the count of a row are
+    meaningless.
 
     In rows ``start + 2`` to ``end`` of ``runs`` each answer clearly continues the one of its plane in the row
-    before, and only the planes of row ``start + 1`` need be in the order of the rule.
+    before, and only the planes of row ``start + 1`` need be in the order of the ranking.
     """
 
     counts: Array
@@ -56,7 +56,7 @@ class Answers(NamedTuple):
     def chosen(self, first: Array, own: bool = False) -> list[Array]:
         """A column for each wanted variable: the answers ``first`` (n,), else nan or None.
 
-        ``own``: nobody reads the planes any more, and they may be written to.
+        ``own``: the planes are not read any more, and may be overwritten.
         """
         most = int(np.bincount(first).argmax()) if first.any() else 0
         kinds = range(len(self.planes)) if first.any() else ()
@@ -86,7 +86,7 @@ class Answers(NamedTuple):
         return columns
 
     def points(self, rows: Array, count: int) -> Points:
-        """The numbers (v, count, rows) of so many answers of these rows; a symbol counts by its letters."""
+        """The numbers (v, count, rows) of so many answers of these rows; symbols are coded."""
         columns = zip(*self.planes[:count], strict=True)
         return np.array([[numbers_of(values[rows]) for values in column] for column in columns])
 
@@ -97,8 +97,8 @@ def _alone(column: Array) -> bool:
 
 
 def together(parts: Sequence[tuple[Array, Answers]], count: int) -> Answers:
-    """The answers of all rows, from those of some rows each. A first part of all rows is taken over; it has
-    none where other parts have some."""
+    """The answers of all rows, from those of parts of them. A first part of all rows is taken over; its
+    rows in other parts are empty."""
     if parts and len(parts[0][0]) == count:
         (_, every), *parts = parts
     else:
@@ -124,10 +124,10 @@ def kept(
     at: int = 0,
     known: Sequence[int] = (),
 ) -> Array:
-    """Of each row (n,) the number of the answer that comes first, 0 where it is the one that the rule says.
+    """For each row (n,) the number of the answer that comes first, 0 for the first of the ranking.
 
-    ``turns`` (v,) are whole turns of angles, else infinite. A stretch ends where ``line`` rows are full; the
-    first row is row ``at`` of the sweep. Those of the first rows are ``known``.
+    ``turns`` (v,) are whole turns of angles, else infinite. A stretch ends after ``line`` rows; the first
+    row is row ``at`` of the sweep. Those of the first rows are ``known``.
     """
     counts = answers.counts
     if _alone(counts) and counts[0] < 2:
@@ -168,7 +168,7 @@ def kept(
 
 
 def found_again(answers: Answers, before: Points, turns: Points) -> list[int]:
-    """Which answers of the first rows (k,) the numbers (v, k) are."""
+    """The answers of the first rows (k,) with the numbers (v, k)."""
     again = []
     for row, numbers in enumerate(before.T):
         points = answers.points(np.array([row]), int(answers.counts[row]))
@@ -186,8 +186,8 @@ def _alike(sizes: Array) -> Iterator[Array]:
 
 
 def _along(inputs: Sequence[Array], counts: Array, rows: Array, line: int, at: int) -> NDArray[np.bool_]:
-    """Whether the step into each of these rows is one of a sweep, as even as those before and after it: of
-    rows without an order one in nine is by chance as even as one of them."""
+    """Whether the step into each of these rows is as even as those before and after it: of unordered rows
+    one in nine is so by chance."""
 
     def step(into: Array) -> Points:
         there = (into > 0) & (into < len(counts)) & ((into + at) % line != 0)
@@ -208,8 +208,7 @@ def _along(inputs: Sequence[Array], counts: Array, rows: Array, line: int, at: i
 
 
 def continued(heading: Points, points: Points, turns: Points) -> tuple[Array, NDArray[np.bool_]]:
-    """Of places (v, k, r) in each row r the nearest of the points (v, j, r): (k, r), and whether it is so
-    clearly."""
+    """For places (v, k, r) the nearest of points (v, j, r): (k, r), and whether clearly so."""
     apart = distances(heading, points, turns)
     nearest = apart.argmin(axis=1)
     least = np.take_along_axis(apart, nearest[:, None], axis=1)[:, 0]
@@ -230,10 +229,9 @@ def distances(heading: Points, points: Points, turns: Points) -> Points:
 def steady_runs(
     inputs: Sequence[Array], rows: Array | None, planes: Sequence[list[Array]], whole: Array, turns: Points
 ) -> list[tuple[int, int]]:
-    """The runs of ``Answers`` among all or some ``rows`` (n,) of a sweep, those of spans whose inputs move
-    steadily and whose answers are all there, ``whole`` (n,), and far apart: by bounds on what ``distances``
-    would be, from the least and the largest numbers of the answers in each span and the two rows before
-    it."""
+    """The runs of ``Answers`` among all or some ``rows`` (n,) of a sweep: spans whose inputs move steadily
+    and whose answers all exist, ``whole`` (n,), and are far apart, by bounds on ``distances`` from the
+    least and the largest numbers of the answers in each span and the two rows before it."""
     starts = np.arange(0, len(whole) - SPAN + 1, SPAN)
     if len(planes) < 2 or len(starts) < 2 or not len(turns):
         return []
@@ -260,7 +258,7 @@ def _ends(column: Array, starts: Array) -> Points:
 
 @np.errstate(all="ignore")
 def moving(inputs: Sequence[Array], span: int = SPAN) -> NDArray[np.bool_]:
-    """Whether in each span, with the two rows before it, the inputs (n,) move steadily."""
+    """Whether the inputs (n,) move steadily in each span and the two rows before it."""
     count = len(inputs[0])
     starts = np.arange(0, count - span + 1, span)
     some, every = np.zeros(len(starts), dtype=bool), np.ones(len(starts), dtype=bool)
@@ -282,7 +280,7 @@ def moving(inputs: Sequence[Array], span: int = SPAN) -> NDArray[np.bool_]:
 
 @np.errstate(all="ignore")
 def far_apart(ends: Points, turns: Points) -> NDArray[np.bool_]:
-    """Whether in each span every answer goes on nearest to itself, clearly, whatever its steps are."""
+    """Whether in each span every answer clearly continues itself, whatever its steps are."""
     count = len(ends)
     low, high = ends[:, :, 0], ends[:, :, 1]
     middle, width = (high + low) / 2.0, (high - low)[:, None]
@@ -298,7 +296,7 @@ def far_apart(ends: Points, turns: Points) -> NDArray[np.bool_]:
 
 
 def numbers_of(column: Array) -> Points:
-    """The numbers of a column; a symbol, near to nothing but itself, counts by its letters."""
+    """The numbers of a column; a symbol is a number by its letters, far from all others."""
     if column.dtype == object:
         return np.array([_coded(value) for value in column.tolist()], dtype=float)
     return np.nan_to_num(column)

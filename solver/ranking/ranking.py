@@ -75,9 +75,8 @@ _Suggested = tuple[Sequence[Any], Sequence[Any]]
 
 
 class Signs:
-    """What the signs of the variables of a model say: ``angles``, with their full turns, and the names whose
-    signs do not count, ``aside``; the sizes that it suggests are kept here too, by the names known and asked
-    for."""
+    """The role of signs of the variables of a model: ``angles``, with their full turns, and the names whose
+    signs do not count, ``aside``; the suggested sizes are kept here too, by the known and wanted names."""
 
     def __init__(self, model: Model) -> None:
         self.model = model
@@ -115,7 +114,7 @@ class Signs:
 
     @cached_property
     def differences(self) -> frozenset[str]:
-        """Names that a rule gives as a difference: one below 0 says nothing of others of its kind."""
+        """Names that a rule gives as a difference: their sign says nothing about their kind."""
         found = set[str]()
         for rules in by_shape(self.model):
             sides = rules[0].left, rules[0].right
@@ -151,10 +150,10 @@ class Signs:
 
     @cached_property
     def factors(self) -> Collection[Sequence[Monomial]]:
-        """Sums that rules multiply by, divide by or raise to a power, as ``1 - x``, by their terms: what
-        grows or remains is seldom negative, nor a small rest of large terms.
+        """Sums that rules multiply by, divide by or raise to a power, as ``1 - x``, by their terms: such
+        a factor is seldom negative, and seldom a small rest of large terms.
 
-        A plain difference of which only the square counts may be one of coordinates.
+        A plain difference that occurs only squared may be one of coordinates.
         """
         if len(self.model.variables) > MANY:
             return ()
@@ -170,8 +169,7 @@ class Signs:
 
     @cached_property
     def radii(self) -> Mapping[str, bool]:
-        """Names that are never a term by themselves, such as lengths of links: whether they multiply a sine
-        or a cosine."""
+        """Names that are never a term by themselves: whether they multiply a sine or a cosine."""
         found, terms = dict[str, bool](), set[str]()
         for equation in self.model.equations if len(self.model.variables) <= MANY else ():
             terms |= _terms(equation.left, equation.right)
@@ -185,7 +183,7 @@ class Signs:
     def floor(self, name: str) -> float:
         """The least reading of an absolute temperature, a mass or an absolute pressure; else minus infinity.
 
-        Pa and its multiples measure stresses as well, which have either sign.
+        Pa and its multiples are also units of stress, which has either sign.
         """
         variable = self.model.variables[name]
         unit = variable.measure
@@ -222,9 +220,10 @@ _Leaf = tuple[str | float, bool]
 
 
 def _form(*sides: Expression) -> tuple[tuple[object, ...], list[_Leaf]]:
-    """What rules that differ in names, numbers and signs only have in common, and their names and numbers.
+    """The common form of rules that differ only in names, numbers and signs, and their names and numbers.
 
-    Looser than a ``Shape``: at the ends of a row of nodes numbers stand in the place of names."""
+    Looser than a ``Shape``: at the ends of a row of nodes numbers replace names.
+    """
     form, leaves = list[object](), list[_Leaf]()
     nodes: list[tuple[Any, bool]] = [(side, False) for side in sides]
     while nodes:
@@ -241,13 +240,13 @@ def _form(*sides: Expression) -> tuple[tuple[object, ...], list[_Leaf]]:
 
 
 def _column(leaves: Sequence[_Leaf]) -> Sequence[str | float]:
-    """What stands at one place of rules of one form; numbers with their sign beside that of names."""
+    """The entries at one place of rules of one form; numbers with their sign."""
     negative = next((sign for leaf, sign in leaves if isinstance(leaf, str)), False)
     return [-leaf if isinstance(leaf, float) and sign != negative else leaf for leaf, sign in leaves]
 
 
 def _passed_on(pairs: Collection[tuple[str | float, str | float]]) -> bool:
-    """Whether ``LINKS`` pairs in a row lead from name to name, and not round."""
+    """Whether ``LINKS`` pairs in a row lead from name to name, without a circle."""
     onward = dict(pairs)
     for start in onward:
         path = [start]
@@ -259,7 +258,7 @@ def _passed_on(pairs: Collection[tuple[str | float, str | float]]) -> bool:
 
 
 def _has_odd_power(node: Any, name: str) -> bool:
-    """Whether something but an even power reads a name."""
+    """Whether a name occurs other than in even powers."""
     match node:
         case Name(read):
             return read == name
@@ -284,7 +283,7 @@ def _added(node: Expression) -> Iterator[Expression]:
 
 
 def _factors(node: Expression) -> Iterator[Sum]:
-    """The sums that an expression is a product, quotient or power of."""
+    """The sums of which an expression is a product, quotient or power."""
     match node:
         case Sum():
             yield node
@@ -305,7 +304,7 @@ def _is_plain(factor: Sequence[Monomial]) -> bool:
 
 
 def _monomials(total: Sum) -> tuple[Monomial, ...]:
-    """The terms of a sum; none if one of them is no monomial."""
+    """The terms of a sum; none if one of them is not a monomial."""
     found = [(_monomial(part), -1.0 if negative else 1.0) for part, negative in added(total)]
     read = tuple((sign * one[0], *one[1:]) for one, sign in found if one)
     return read if len(read) == len(found) else ()
@@ -328,9 +327,9 @@ def _monomial(node: Expression) -> Monomial | None:
 
 
 class Ranking:
-    """The rule for one model and one set of ``known`` names; it holds at any values of these.
+    """The ranking for one model and one set of ``known`` names, at any values of these.
 
-    ``read`` are the names that an answer is given by: unknowns ``among`` those it has (None: all), those of
+    ``read`` are the names that an answer is compared by: unknowns ``among`` its own (None: all), those of
     the sheet before those of its subsheets.
     """
 
@@ -393,7 +392,7 @@ class Ranking:
     def keys_of_rows(self, rows: Sequence[Sequence[float]], given: Sequence[float]) -> list[Key]:
         """The keys of tuples of the numbers of ``read``, with a tuple of those of ``known``.
 
-        nan stands for a symbol, and for a number that is not there.
+        nan stands for a symbol, and for a missing number.
         """
         return self.keys_on(FLOATS, rows, given, tuple([number == 0.0 for number in given]))
 
@@ -404,8 +403,7 @@ class Ranking:
         given: Sequence[Figure],
         zero: tuple[bool, ...],
     ) -> list[Key]:
-        """The key that each answer is sorted by, in any arithmetic; ``zero`` tells the known numbers that are
-        0."""
+        """The sort key of each answer, in any arithmetic; ``zero`` marks the known numbers that are 0."""
         tops = [on.largest([on.there(n, -np.inf) for n in column]) for column in zip(*answers, strict=True)]
         rows = [[on.there(number, 0.0) for number in answer] for answer in answers]
         most = [on.largest([LEAST, *map(abs, column)]) for column in zip(*rows, strict=True)]
@@ -437,10 +435,10 @@ class Ranking:
     def unlikely(
         self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]
     ) -> list[tuple[str, ...]]:
-        """Of each answer the names whose numbers are of unlikely size.
+        """The names of each answer whose numbers are of unlikely size.
 
-        A single answer, or where they all are, has such a name only if its size follows from the inputs and
-        is exceeded: a small number may be a difference of large ones.
+        A single answer, or one of only unlikely answers, has such a name only if its size follows from the
+        inputs and is exceeded: a small number may be a difference of large ones.
         """
         numbers = _numbers(given, self.known)
         sizes = self._suggested(FLOATS, numbers, tuple([number == 0.0 for number in numbers]))
@@ -493,9 +491,9 @@ class Ranking:
     def _factored(
         self, numbers: Sequence[Figure], counted: Sequence[Figure], on: Arithmetic
     ) -> tuple[Figure, Figure, Figure]:
-        """How many factors that are sums are negative, where no unknown in them is so anyhow; how many
-        decades their terms are larger than they; and how many are 0. Neighbours, whose plain difference is
-        taken, are alike."""
+        """The number of negative factors that are sums, if no unknown in them is usually negative; by how
+        many decades their terms are larger than they; and how many are 0. Neighbours, whose plain
+        difference is taken, are alike."""
         crossed, lost, none = 0.0, 0.0, 0.0
         for plain, factor in self._factors:
             weight, terms = 1.0, []
@@ -525,14 +523,14 @@ class Ranking:
         return on.rounded(GRAIN * on.decade(sum((a - b) * (a - b) for a, b in ends)))
 
     def _apart(self, row: Sequence[Figure], sizes: _Suggested, on: Arithmetic) -> list[Figure]:
-        """Decades from the suggested size, one a name; 0 of angles and of what is 0."""
+        """Decades from the suggested size for each name; 0 for angles and for zeros."""
         return [
             0.0 if angle else (on.decade(number) - decade) * (number != 0.0)
             for angle, number, decade in zip(self.angles, row, sizes[0], strict=False)
         ]
 
     def _guessed(self, row: Sequence[Figure], on: Arithmetic) -> Figure:
-        """How far an answer is from the guesses, on a scale on which what is all but as far is as far."""
+        """The distance from the guesses, on a scale on which nearly equal distances are equal."""
         if not self.guesses:
             return 0.0
         total = 0.0
@@ -545,7 +543,7 @@ class Ranking:
         return on.rounded(GRAIN * on.decade(total))
 
     def _suggested(self, on: Arithmetic, given: Sequence[Figure], zero: tuple[bool, ...]) -> _Suggested:
-        """The decade that is suggested for each name, and whether it follows from the inputs."""
+        """The suggested decade of each name, and whether it follows from the inputs."""
         decades, determined = self._suggestions.over(on, given, zero)
         guesses = map(self.guesses.get, self.names)
         return [FLOATS.decade(g) if g else d for g, d in zip(guesses, decades, strict=True)], determined
@@ -556,12 +554,12 @@ def _numbers(values: Mapping[str, Value], names: Sequence[str]) -> tuple[float, 
 
 
 def _away(apart: Figure, determined: bool) -> Figure:
-    """How far a number is from the suggested size: a small one only from a size that follows."""
+    """The distance from the suggested size; for a small number only if the size follows."""
     return abs(apart) if determined else apart
 
 
 def is_measured(place: int) -> bool:
-    """Whether a part of a key is a measure, and not a count or a sign."""
+    """Whether a part of a key is a measure, not a count or a sign."""
     return place in (1, 4, SIZE, 7, 8) or (place > 8 and place % 2 == 0)
 
 
@@ -575,7 +573,7 @@ def unlikely(
     inputs: Mapping[str, Value],
     guesses: Mapping[str, float],
 ) -> list[tuple[str, ...]]:
-    """Of each answer the names whose numbers are of unlikely size; ``answers`` hold the inputs as well."""
+    """The names of each answer whose numbers are of unlikely size; ``answers`` hold the inputs as well."""
     if len(answers) == 1:
         numbers = (1.0, *answers[0].values(), *guesses.values())
         sizes = [abs(number) for number in numbers if isinstance(number, float) and number]

@@ -80,8 +80,8 @@ class Suggestions:
     def over(
         self, on: Arithmetic, given: Sequence[Any], zero: tuple[bool, ...]
     ) -> tuple[list[Any], list[bool]]:
-        """The decades, and which of them follow from the numbers ``given``; nan is one that has no size.
-        ``zero`` tells the numbers that are 0."""
+        """The decades, and which of them follow from the numbers ``given``; nan is one without a size.
+        ``zero`` marks the numbers that are 0."""
         if zero not in self._found:
             self._found[zero] = self._where(zero)
         slopes_of, constants, determined = self._found[zero]
@@ -94,10 +94,10 @@ class Suggestions:
 
     def _where(self, zero: tuple[bool, ...]) -> tuple[list[Slopes], list[float], list[bool]]:
         """The decades as slopes times those of the known numbers plus constants, and which are determined;
-        others are the nearest to 1 which the rules admit. Where a model is too large nothing is suggested.
+        others are as near to 1 as the rules allow. For too large a model nothing is suggested.
 
-        Known numbers that are ``zero`` vanish, and with them the terms that they are factors of; so does what
-        a rule gives as 0.
+        Known numbers that are ``zero`` vanish, and with them the terms that they are factors of, and the
+        values that a rule then gives as 0.
         """
         names, known = self.names, self.known
         unknowns = sorted(set(self.model.variables).difference(known))
@@ -126,11 +126,11 @@ def _sparse(matrix: Vector) -> list[Slopes]:
 def nearly_balanced(
     rules: Alike, unknowns: Sequence[str], known: Mapping[str, float], sharing: bool = True
 ) -> Vector:
-    """Sizes (n,) of the unknowns of a large block, which balance its rules about as well as they can.
+    """Sizes (n,) of the unknowns of a large block that approximately balance its rules.
 
     The terms of a sum are ``sharing`` it, or one may make up most of it, as along a chain of branches.
 
-    Rules of one shape, with zeros at the same places, ask for the same equations of other unknowns.
+    Rules of one shape, with zeros at the same places, give the same equations for other unknowns.
     """
     n = len(unknowns)
     place = {name: i for i, name in enumerate(unknowns)}
@@ -206,8 +206,7 @@ _ONE = _Term({})
 class _Rows:
     """Linear equations between decades; variables by name, numbers of free size by an integer.
 
-    ``exact`` ones hold of scalings that leave the rules unchanged: functions of numbers, and what they make
-    of them, do not scale.
+    ``exact`` ones hold for scalings that leave the rules unchanged: functions of numbers do not scale.
     """
 
     def __init__(
@@ -237,8 +236,9 @@ class _Rows:
         self._balance([term for *_, term in found], EXACT if exact else 1.0, shares)
 
     def _shared(self, parts: Sequence[tuple[Expression, bool]]) -> list[tuple[Expression, bool, _Term]]:
-        """The terms of a balance that are there, and whether each is subtracted; if they are ``sharing`` it
-        each times the number of those of its sign: of n equal ones each is the n-th part of the balance."""
+        """The terms of a balance that are not 0, and whether each is subtracted; if they are ``sharing``
+        it, each times the number of those of its sign: each of n equal ones is the n-th part of the
+        balance."""
         found = [(part, sign, term) for part, sign in parts if (term := self._term(part)) is not None]
         if not self.sharing:
             return found
@@ -261,7 +261,7 @@ class _Rows:
     def _balance(
         self, terms: Sequence[_Term], weight: float = 1.0, shares: Sequence[float] = ()
     ) -> _Term | None:
-        """The mean of terms, which are asked to be of one size, each with its share."""
+        """The mean of terms, which should have one size, each with its share."""
         if not terms:
             return None
         mean, shares = _Term({}, exact=False), shares or [1.0] * len(terms)
@@ -275,9 +275,9 @@ class _Rows:
         return terms[0]
 
     def _sum(self, node: Expression, numbers: bool = True) -> _Term | None:
-        """The size of terms that are of one size, or nearly so where differences may cancel.
+        """The size of terms of one size, or nearly so if differences may cancel.
 
-        ``numbers`` are left out where the others may be much larger: beside exponentials, under logarithms.
+        ``numbers`` are left out if the others may be much larger: next to exponentials, in logarithms.
         """
         signed = added(node)
         parts = [part for part, _ in signed]
@@ -298,14 +298,13 @@ class _Rows:
         return left
 
     def _any(self) -> _Term:
-        """A number whose size nothing tells."""
+        """A number of unknown size."""
         if self.exact:
             return _ONE
         self.free += 1
         return _Term({self.free - 1: 1.0}, exact=False)
 
     def _term(self, node: Expression) -> _Term | None:
-        """None is 0."""
         match node:
             case Number(value):
                 return _Term({}, log10(abs(value))) if value else None
@@ -334,7 +333,7 @@ class _Rows:
                 return _ONE
 
     def _power(self, base: Expression, exponent: Expression) -> _Term:
-        """The exponent is asked to be of size 1, and of a scaling the base as well."""
+        """The exponent should have size 1, and for a scaling the base as well."""
         for term, asked in ((self._term(exponent), True), (self._term(base), self.exact)):
             if asked and term is not None:
                 self.rows.append((term, 1.0))
@@ -364,7 +363,7 @@ class _Rows:
 
 
 def _nodes(equations: Sequence[Equation]) -> frozenset[str]:
-    """The names of which differences with several others are taken: the levels of a network."""
+    """The names of which differences with several others are taken: the potentials of a network."""
     neighbours = defaultdict[str, set[str]](set)
     for node in walk(*(side for equation in equations for side in (equation.left, equation.right))):
         if isinstance(node, Sum) and _is_balance(added(node)):
@@ -380,7 +379,7 @@ def _is_balance(signed: Sequence[tuple[Expression, bool]]) -> bool:
 
 
 def _is_level(part: Expression) -> bool:
-    """Whether a term of a sum is a name, or a number of times one."""
+    """Whether a term of a sum is a name, or a number times one."""
     match part:
         case Name() | Product(Number(), Name()) | Product(Name(), Number()):
             return True

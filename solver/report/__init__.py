@@ -1,6 +1,6 @@
-"""What a person or a program reads of a solve: variable sheet, path, JSON, CSV.
+"""Reports of a solve for people and programs: variable sheet, path, JSON, CSV.
 
-Here are text tables: columns as wide as they need to be, and as the screen allows (the one door of rich).
+This module has text tables: columns as wide as needed and as the screen allows (the only import of rich).
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from rulesheets.diagnosis import Diagnosis, render
 
 
 class Screen(NamedTuple):
-    """``width`` columns, None for a file or a pipe; whether words are set off in ``color``."""
+    """``width`` columns, None for a file or a pipe; whether words are highlighted in ``color``."""
 
     width: int | None = None
     color: bool = False
 
     def paint(self, text: str, style: str) -> str:
-        """Set off words, where ``rich`` is installed."""
+        """Highlight words, if ``rich`` is installed."""
         if not self.color or not text:
             return text
         try:
@@ -43,7 +43,7 @@ SCREEN: ContextVar[Screen] = ContextVar("SCREEN", default=PLAIN)
 
 
 def shown_on(stream: TextIO) -> AbstractContextManager[None]:
-    """Reports are made for this stream within the context."""
+    """Within the context reports are made for this stream."""
     return setting(SCREEN, screen_of(stream))
 
 
@@ -70,9 +70,9 @@ def table(
 ) -> str:
     """Lines of left-aligned columns under a header and a rule of dashes.
 
-    ``least`` are the smallest widths of the first columns: a column of numbers that keeps its width does not
-    shift the rest of the table when a number changes. ``soft`` columns are cut where the screen is too
-    narrow; ``styles`` set off the cells of the first columns where it can.
+    ``least`` are the smallest widths of the first columns: columns of numbers with a fixed width do not
+    shift the table when a number changes. ``soft`` columns are cut if the screen is too narrow; ``styles``
+    highlight the cells of the first columns on a terminal.
     """
     cells = [tuple(map(printable, row)) for row in rows]
     lines = [tuple(header), *cells] if header else cells
@@ -100,7 +100,7 @@ def fits(header: Sequence[str], rows: Iterable[Sequence[str]]) -> bool:
 
 
 def width(text: str) -> int:
-    """Cells that a text takes on a terminal: wide characters take two, combining ones none."""
+    """The cells of a text on a terminal: wide characters take two, combining ones none."""
     if text.isascii():
         return len(text)
     wide = sum(unicodedata.east_asian_width(character) in "WF" for character in text)

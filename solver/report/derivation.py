@@ -1,4 +1,4 @@
-"""Why a number is what it is: the chain of rules from the inputs to it; as text, Markdown and LaTeX."""
+"""The derivation of a number: the chain of rules from the inputs to it; as text, Markdown and LaTeX."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ CLOSE = math.sqrt(float_info.epsilon)
 def explicit_form(isolation: Isolation, values: Mapping[str, Value]) -> Expression | None:
     """The form of ``isolation`` whose value is that of the unknown in ``values``.
 
-    Where the answer lies whole turns away from every preimage, the form says how many:
-    ``asind(y) + 360``. None where no form has a value near the answer.
+    If the answer differs from every preimage by whole turns, the form includes them: ``asind(y) +
+    360``. None if no form has a value near the answer.
     """
     if isolation.identity:
         return isolation.start
@@ -72,7 +72,7 @@ def _turned(isolation: Isolation, known: Mapping[str, Value], answer: float) -> 
 
 
 def _value(form: Expression, known: Mapping[str, Value]) -> float:
-    """The value of a form, nan where it has none."""
+    """The value of a form, nan if it has none."""
     try:
         return value(form, known)
     except Undefined:
@@ -80,10 +80,10 @@ def _value(form: Expression, known: Mapping[str, Value]) -> float:
 
 
 class Guard(NamedTuple):
-    """A condition that selected a rule: how it came out, and the variables that it was ``read`` at.
+    """A condition that selected a rule: its outcome, and the variables that it was ``read`` at.
 
-    ``assumed``: it waited on what the rule was to give, so its case was assumed, solved, and
-    found to be so.
+    ``assumed``: it depended on the result of the rule, so its case was assumed, solved, and
+    confirmed.
     """
 
     condition: Condition
@@ -93,10 +93,10 @@ class Guard(NamedTuple):
 
 
 class Line(NamedTuple):
-    """One equation. Its ``form`` is what was computed, None where no form reproduces the value.
+    """One equation. Its ``form`` is what was computed, None if no form reproduces the value.
 
-    Without an ``unknown`` it is a rule that an iteration has made hold; without an ``equation`` it is what
-    an iteration gave.
+    Without an ``unknown`` it is a rule that an iteration has satisfied; without an ``equation`` it is a
+    result of an iteration.
     """
 
     unknown: str | None
@@ -108,7 +108,7 @@ class Line(NamedTuple):
 class Link(NamedTuple):
     """A step: one line, or a block, whose ``tears`` were iterated on.
 
-    The lines of a block are what follows from the tears, what closes it, and what it gave.
+    The lines of a block are the explicit steps, the equations that close it, and its results.
     """
 
     unknowns: tuple[str, ...]
@@ -118,11 +118,11 @@ class Link(NamedTuple):
 
 @dataclass(frozen=True)
 class Derivation(Shown):
-    """Where the value of ``name`` comes from, among the ``values`` of the answer.
+    """The derivation of the value of ``name`` among the ``values`` of the answer.
 
-    ``inputs`` are the given names that it rests on, in the order of the sheet; ``assumed`` are those of
-    symbols taken from the case that was solved; ``links`` are the steps in order of computation. Where there
-    is no value, ``diagnoses`` say why.
+    ``inputs`` are the given names that it depends on, in the order of the sheet; ``assumed`` are those of
+    symbols taken from the case that was solved; ``links`` are the steps in order of computation. If there is
+    no value, ``diagnoses`` say why.
     """
 
     model: Model
@@ -141,8 +141,8 @@ class Derivation(Shown):
 def why(result: Result, name: str) -> Derivation:
     """The chain of rules from the inputs to one value of the primary answer.
 
-    Only what that value needs is in it, the conditions that selected its rules included.
-    Raises RuleSheetError for a name that the model does not have.
+    It contains only what that value needs, including the conditions that selected its rules. Raises
+    RuleSheetError for a name that the model does not have.
     """
     variable_named(name, result.model)
     if result[name] is None:
@@ -152,7 +152,7 @@ def why(result: Result, name: str) -> Derivation:
 
 
 class _Tracing:
-    """Goes back from one value to everything that it rests on."""
+    """Goes back from one value to everything that it depends on."""
 
     def __init__(self, result: Result) -> None:
         self.model, self.inputs, self.origins = result.model, result.inputs, result.origins
@@ -179,7 +179,7 @@ class _Tracing:
         return Derivation(self.model, name, self.values, tuple(inputs), tuple(assumed), links)
 
     def _solved(self, step: Step | None) -> tuple[Equation, ...]:
-        """The equations that a step solved: of several to select from, the first active at the answer."""
+        """The equations that a step solved: of several alternatives, the first active one."""
         if step is None:
             return ()
         decided = outcomes(self.model, self.values, self.inputs) if isinstance(step, Select) else {}
@@ -198,7 +198,7 @@ class _Tracing:
         return Link(step.unknowns, tuple(lines), step.tears or step.unknowns)
 
     def _line(self, unknown: str | None, equation: Equation, step: Step) -> Line:
-        """An equation; assumed are the conditions that what was known before the step does not decide."""
+        """An equation with its guards; assumed are the conditions that were not known before the step."""
         form, guards = None, []
         if unknown and (isolation := isolate(equation.left, equation.right, unknown)):
             form = explicit_form(isolation, {name: self.values[name] for name in equation.names})
@@ -219,7 +219,7 @@ MARGIN = "    "
 
 
 def why_text(derivation: Derivation) -> str:
-    """The inputs, then the numbered steps, each with its rule and what selected it."""
+    """The inputs, then the numbered steps, each with its rule and its condition."""
     return "\n\n".join(Page(derivation, Plain()).parts())
 
 
@@ -251,7 +251,7 @@ def aligned(derivation: Derivation, lines: Iterable[Line]) -> str:
 
 
 class Page:
-    """One derivation in one notation, with the signs of Markdown where they are asked for."""
+    """One derivation in one notation, with Markdown syntax on request."""
 
     def __init__(self, derivation: Derivation, notation: Plain | Tex, *, markdown: bool = False) -> None:
         self.derivation, self.notation, self.markdown = derivation, notation, markdown
@@ -273,7 +273,7 @@ class Page:
         return f"{whole}, from {inputs} by {used} of {rules}"
 
     def unit(self, name: str | None) -> str:
-        """`` N``, or `` N = 2.25 lbf`` where it is shown in another unit than that of the rules."""
+        """`` N``, or `` N = 2.25 lbf`` if it is shown in another unit than that of the rules."""
         if name is None:
             return ""
         variable, value = self.model.variables[name], self.values[name]
@@ -283,7 +283,7 @@ class Page:
         return f"{unit} = {readable(shown(value, variable))} {variable.display_unit}"
 
     def chain(self, line: Line) -> tuple[str, ...]:
-        """What a line says is equal: the unknown, its form, that with numbers, its value; each said once."""
+        """The equal expressions of a line: unknown, form, form with numbers, value; each once."""
         tell = self.notation.written
         if line.unknown is None:
             return () if line.equation is None else (tell(line.equation.left), tell(line.equation.right))
@@ -293,7 +293,7 @@ class Page:
         return tell(Name(line.unknown)), *dict.fromkeys(told)
 
     def guards(self, line: Line, notation: Plain | Tex | None = None) -> Iterator[tuple[str, str, str]]:
-        """``because``, the conditions, and the values that they were read at; likewise what was assumed."""
+        """``because``, the conditions, and the values of their variables; likewise the assumed ones."""
         for word, assumed in (("because", False), ("assuming", True)):
             group = [guard for guard in line.guards if guard.assumed is assumed]
             if group:
@@ -316,11 +316,11 @@ class Page:
             yield "\n".join(self._steps(found.links))
 
     def code(self, text: str) -> str:
-        """A text of the sheet as it stands."""
+        """A text of the sheet, unchanged."""
         return code_span(text) if self.markdown else text
 
     def _plain(self, text: str) -> str:
-        """Words of a sheet as themselves in Markdown: no emphasis, no links, no HTML."""
+        """Text of a sheet, literal in Markdown: no emphasis, no links, no HTML."""
         return _SPECIAL.sub(r"\\\1", text) if self.markdown else text
 
     def formula(self, line: Line) -> str:
@@ -354,7 +354,7 @@ class Page:
             yield from (" " * len(bullet) + line if line else "" for line in lines[1:])
 
     def _described(self, line: Line, used: int) -> list[str]:
-        """An equation with its rule, and what selected that; ``used`` columns stand before it."""
+        """An equation with its rule and conditions; ``used`` columns precede it."""
         word = "such that " if not line.unknown else "" if line.equation else "which gives "
         formula, told = [word + self.formula(line)], []
         if line.equation is not None:
@@ -374,7 +374,7 @@ class Page:
         return [*formula, *(MARGIN + one for one in told)]
 
     def _heading(self, link: Link) -> list[str]:
-        """What a block gives, and what was iterated on."""
+        """The unknowns of a block, and those that were iterated on."""
         found, tears = (
             ", ".join(f"${self.notation.written(Name(n))}$" if self.markdown else n for n in some)
             for some in (link.unknowns, link.tears)
@@ -390,7 +390,7 @@ _SPECIAL = re.compile(r"([\\`*_\[\]<>|$~&])")
 
 
 def code_span(text: str) -> str:
-    """A code span of Markdown, between more backticks than there are in the text."""
+    """A code span of Markdown, between more backticks than the text contains."""
     fence = "`" * (1 + max(map(len, re.findall("`+", text)), default=0))
     pad = " " if text.startswith("`") or text.endswith("`") else ""
     return f"{fence}{pad}{text}{pad}{fence}"

@@ -1,4 +1,4 @@
-"""Results as HTML and LaTeX, and what is derived from them: sensitivities, tolerances, samples."""
+"""Results as HTML and LaTeX, and derived results: sensitivities, tolerances, samples."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ WIDE = 6
 
 
 class Derived(NamedTuple):
-    """What is derived from a result, each None where nobody asks: ``samples`` come with ``bands``."""
+    """Derived results, None for each that was not requested: ``samples`` come with ``bands``."""
 
     sensitivities: Sensitivities | None
     bands: ToleranceBands | None
     samples: Samples | None
 
     def text(self) -> str:
-        """Blocks of text: tables, and under each why something is missing."""
+        """Blocks of text: tables, each followed by the reasons for missing entries."""
         blocks: list[str] = []
         if (slopes := self.sensitivities) is not None:
             groups = [slopes.inputs[i : i + WIDE] for i in range(0, len(slopes.inputs), WIDE)]
@@ -53,7 +53,7 @@ class Derived(NamedTuple):
         return "\n\n".join(blocks)
 
     def json(self) -> dict[str, object]:
-        """Members of a JSON object; null stands for what is not known."""
+        """Members of a JSON object; null for unknown values."""
         members: dict[str, object] = {}
         if (slopes := self.sensitivities) is not None:
             members["sensitivities"] = [
@@ -136,7 +136,7 @@ def _tolerances_text(bands: ToleranceBands) -> list[str]:
 
 
 def _samples_text(samples: Samples, bands: ToleranceBands) -> str:
-    """What the samples did, beside what first order says of the standard deviation and the range."""
+    """Statistics of the samples, with the first-order estimates of standard deviation and range."""
     rows = []
     for name in samples.outputs:
         variable, band = bands.sensitivities.model.variables[name], _displayed(bands, name)
@@ -166,7 +166,7 @@ def _band_json(name: str, band: Band | None) -> dict[str, object]:
 
 
 class Grid(NamedTuple):
-    """What a notebook shows: texts in rows, ``numeric`` columns to the right, HTML before and after them."""
+    """A table for a notebook: texts in rows, ``numeric`` columns to the right, HTML before and after."""
 
     heads: Sequence[str]
     rows: Iterable[Sequence[str]]
@@ -176,7 +176,7 @@ class Grid(NamedTuple):
 
 
 def html(shown: Any) -> str:
-    """What a notebook shows of a result, a table, a path, a derivation, or sensitivities."""
+    """The HTML of a result, a table, a path, a derivation, or sensitivities for a notebook."""
     grid = grid_of(shown)
     rows = tuple(grid.rows)
     table = html_table(grid.heads, rows, grid.numeric) if rows or not grid.before else ""
@@ -213,7 +213,7 @@ ANSWERS = 4
 
 @grid_of.register
 def _result_grid(result: Result) -> Grid:
-    """The variable sheet of a result and what there is to say of it."""
+    """The variable sheet of a result and its messages."""
     rows = sheet_rows(result, every=len(result.solutions) <= ANSWERS)
     heads, cells = sheet_heads(rows), (row.cells() for row in rows)
     said = "" if result.status is Status.SOLVED else f"<p><b>{escape(str(result.status))}</b></p>"

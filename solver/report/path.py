@@ -1,4 +1,4 @@
-"""A solution path as text: what is solved from which rule, in order; and the rules that are not satisfied."""
+"""A solution path as text: the unknowns and rules of each step; and the rules that are not satisfied."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _FIRST = re.compile(r"(^|\(|, )\((-[^()]*)\)(?!\^)")
 
 
 class Plain(Notation):
-    """As in a rule sheet, numbers below zero in parentheses wherever a sign would precede them."""
+    """As in a rule sheet, numbers below zero in parentheses after a sign."""
 
     value = staticmethod(readable)
 
@@ -45,7 +45,7 @@ class Tex(Latex):
 
 
 def _rounded(value: Value) -> Expression:
-    """A value as a person reads it."""
+    """A value with the digits for a reader."""
     return nodes.Symbol(value) if isinstance(value, str) else nodes.Number(float(f"{value:.{DIGITS}g}") + 0.0)
 
 
@@ -55,7 +55,7 @@ def rule_text(span: Span) -> str:
 
 
 def short_names(files: Iterable[str]) -> Mapping[str, str]:
-    """The shortest endings of file names that tell them apart: ``position.tk``."""
+    """The shortest endings of file names that distinguish them: ``position.tk``."""
     found = {}
     names = tuple(dict.fromkeys(files))
     for name in names:
@@ -67,7 +67,7 @@ def short_names(files: Iterable[str]) -> Mapping[str, str]:
 
 
 class Places:
-    """``file:line`` of the rules of a model, the files by their shortest names; and what the rules say."""
+    """``file:line`` of the rules of a model, the files by their shortest names; and the texts of rules."""
 
     def __init__(self, model: Model) -> None:
         self._model = model
@@ -106,7 +106,7 @@ class Places:
 def path_text(result: Result) -> str:
     """A table of the steps, then the number of branches and the wanted variables that no step reaches.
 
-    Only a block leaves open how many answers the path can have.
+    Only a block leaves the number of answers of the path open.
     """
     path = result.path
     blocks = any(isinstance(step, SolveBlock) for step in path.steps)
@@ -115,7 +115,7 @@ def path_text(result: Result) -> str:
 
 
 def path_table(model: Model, path: Path, first: int = 1) -> str:
-    """One line a step: number (from ``first``), what is found, in how many ways, the rule and its place."""
+    """A line for each step: number, unknowns, number of branches, the rule and its place."""
     places, rows = Places(model), []
     for number, step in enumerate(told(path), first):
         for place, (found, ways, *rule) in enumerate(_rows(model, places, step)):
@@ -124,7 +124,7 @@ def path_table(model: Model, path: Path, first: int = 1) -> str:
 
 
 def told(path: Path) -> tuple[Step, ...]:
-    """The steps worth telling: each once, and no check of an equation that was solved with."""
+    """The steps to show: each once, without checks of an equation that was solved with."""
     steps = tuple(dict.fromkeys(path.steps))
     solved = {e for step in steps if not isinstance(step, Check) for e in equations_of(step)}
     return tuple(step for step in steps if not (isinstance(step, Check) and step.equation in solved))
@@ -142,7 +142,7 @@ def _not_reached(path: Path, wanted: Iterable[str]) -> list[str]:
 
 
 def _rows(model: Model, places: Places, step: Step) -> Iterator[tuple[str, int, str, str]]:
-    """What a step finds, in how many ways, and by which rule: its place, and what it says."""
+    """The unknowns of a step, its number of branches, and its rules with their places."""
 
     def rule(index: int) -> tuple[str, str]:
         return places.rule(model.equations[index])
@@ -191,7 +191,7 @@ def tree_text(model: Model, tree: PathTree, wanted: Sequence[str]) -> str:
 
 
 def reaches(tree: PathTree, wanted: Sequence[str]) -> bool:
-    """Whether some end of the tree, as far as it is followed, leads to every wanted variable."""
+    """Whether some end of the tree, as far as it is known, leads to every wanted variable."""
     return any(end.open or not unreached(end.path, wanted) for end in tree.ends())
 
 
@@ -229,9 +229,8 @@ LONGEST = 72
 def rule_status_table(result: Result) -> str:
     """The rules that are not satisfied, those blamed first and once, others once a call; else empty.
 
-    ``>`` marks a rule that a diagnosis points at, ``*`` one that waits for unknowns. Rules wait where the
-    inputs do not determine everything; where a solve has ended otherwise, what comes after it is not worth
-    telling.
+    ``>`` marks a rule that a diagnosis points at, ``*`` one that waits for unknowns. Waiting rules are
+    shown only if the inputs do not determine everything.
     """
     places, partial = Places(result.model), result.status is Status.PARTIAL
     blamed = {(label.span.file, label.span.start) for d in result.diagnoses for label in d.labels}

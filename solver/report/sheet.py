@@ -21,7 +21,7 @@ from solver.solution.solving import Result, Solution
 
 
 def tolerated(text: str, tolerance: Tolerance | None) -> str:
-    """``3 ± 0.01``: the text of an input with its tolerance, as a sheet reads it."""
+    """``3 ± 0.01``: an input with its tolerance, in the syntax of a sheet."""
     if tolerance is None:
         return text
     return f"{text} ± {exact(tolerance.size)}{'%' if tolerance.percent else ''}"
@@ -30,7 +30,7 @@ def tolerated(text: str, tolerance: Tolerance | None) -> str:
 def certain(value: Value | None, error: float) -> str:
     """A value with the digits that its error leaves: the last one may be off by one, zeros included.
 
-    All that a float has where the error is 0; ``±1e-16`` where not one digit is right.
+    All digits of the float if the error is 0; ``±1e-16`` if no digit is right.
     """
     if not isinstance(value, float) or error == 0.0:
         return exact(value)
@@ -52,9 +52,9 @@ GUESS = "G"
 
 
 class SheetRow(NamedTuple):
-    """A variable with its input or its guess (then ``status`` is ``G``) and one output an answer.
+    """A variable with its input or its guess (then ``status`` is ``G``) and one output for each answer.
 
-    ``errors``: the error bar of every output, where they are asked for. ``tolerance``: that of the input.
+    ``errors``: the error bar of every output, on request. ``tolerance``: that of the input.
     """
 
     status: str
@@ -67,7 +67,7 @@ class SheetRow(NamedTuple):
     tolerance: Tolerance | None = None
 
     def cells(self, tell: Callable[[Value | None], str] = readable) -> tuple[str, ...]:
-        """Its texts, one a column."""
+        """Its texts, one for each column."""
         outputs = map(certain, self.outputs, self.errors) if self.errors else map(tell, self.outputs)
         given = tolerated(tell(self.input), self.tolerance)
         return (self.status, given, self.name, *outputs, self.unit, self.comment)
@@ -76,11 +76,11 @@ class SheetRow(NamedTuple):
 def sheet_rows(
     result: Result, *, every: bool = False, digits: bool = False, others: bool = False, display: bool = True
 ) -> tuple[SheetRow, ...]:
-    """Rows in the order of the sheet, locals only where they are given or wanted.
+    """Rows in the order of the sheet, locals only if they are given or wanted.
 
-    A variable that was not asked for and has no value is left out. ``digits`` adds the error bars. ``others``
-    are the rows that are left out instead; of a pruned solve those that have a value. Values are in the units
-    of ``display``, or in those of the rules.
+    A variable that was not wanted and has no value is left out. ``digits`` adds the error bars. ``others``
+    are the rows that are left out instead; for a pruned solve those with a value. Values are in the units of
+    ``display``, or in those of the rules.
     """
     found: Sequence[Mapping[str, Value]] = result.solutions if every else result.solutions[:1]
     found, (posted, whole), rows = found or (result.partial,), named(result), []
@@ -110,11 +110,8 @@ def sheet_rows(
 
 
 def named(result: Result) -> tuple[dict[str, bool], bool]:
-    """The variables that have a row, each with whether it has one even where it has no value.
-
-    And whether all that the sheet has was asked for. Of fewer, those that calls only pass on to one another
-    have no row.
-    """
+    """The variables that have a row, each with whether it has one even without a value; and whether all
+    variables of the sheet were wanted. If not, those that calls only pass on have no row."""
     wanted = set(result.wanted)
     posted = [v for v in result.model.variables.values() if v.posted]
     whole = all(v.passed or v.name in wanted for v in posted)
@@ -193,7 +190,7 @@ def finite(values: Mapping[str, Value]) -> dict[str, Value]:
 
 
 def _proof(answer: Solution, shown: Mapping[str, Value]) -> Json:
-    """What was proved of an answer, and what is next to a double root that is not there."""
+    """The proof of an answer, and the exact roots near an apparent double root."""
     assert answer.proof is not None
     radius = {name: answer.radius[name] for name in shown if name in answer.radius}
     found: Json = {"proved": answer.proof.proved, "radius": radius}
@@ -238,7 +235,7 @@ NAMED, NAMES = 4, 6
 
 
 def attempts_text(result: Result) -> str:
-    """A table of blocks and methods; nothing where no block was solved."""
+    """A table of blocks and methods; empty if no block was solved."""
     rows = []
     for block, attempts in result.attempts.items():
         names = few(block.unknowns, NAMED)
@@ -253,10 +250,10 @@ def attempts_text(result: Result) -> str:
 
 
 def conditions_text(result: Result) -> str:
-    """A table of the blocks of the primary answer, where it has any.
+    """A table of the blocks of the primary answer, if it has any.
 
-    The condition is that of the Jacobian of the block by its unknowns, rules and unknowns scaled: how
-    many times larger a rounding error comes out than it went in.
+    The condition is that of the Jacobian of the block by its unknowns, rules and unknowns scaled: the
+    factor by which it amplifies rounding errors.
     """
     if not result.solutions or not (blocks := result.solutions[0].accuracy.blocks):
         return ""
@@ -268,9 +265,9 @@ def conditions_text(result: Result) -> str:
 
 
 def proof_lines(result: Result) -> Iterator[str]:
-    """Whether each answer with a proof is proved, how far its numbers may be off, and whether these are all.
+    """Whether each answer with a proof is proved, the error bound of its numbers, and whether these are all.
 
-    Of a double root: whether it is exactly there, or a hair decides; which way, where that is proved.
+    For a double root: whether it is exact, or else which roots there are, if that is proved.
     """
     proofs = [solution.proof for solution in result.solutions if solution.proof is not None]
     proved = [proof for proof in proofs if proof.proved]
@@ -306,8 +303,8 @@ def proof_lines(result: Result) -> Iterator[str]:
 def work_line(result: Result) -> str:
     """``29 rules: 27 direct, 1 block of 2; all satisfied, worst residual 1e-16``.
 
-    Rules are counted by equation: a tuple counts for each of its halves, a rule function
-    once a call. The last part is there where there is an answer, or a part of one.
+    Rules are counted by equation: a tuple counts for each of its halves, a rule function once a
+    call. The last part appears if there is an answer, or a part of one.
     """
     direct, sizes = _counted(result.path)
     used, total = direct + sum(sizes), len(result.model.equations)
@@ -348,8 +345,8 @@ MEANINGS = {
 def result_text(result: Result, *, every: bool = False, explain: bool = False, digits: bool = False) -> str:
     """Everything that ``backsolve solve`` prints, without the last line end.
 
-    ``every`` puts all answers side by side; ``explain`` adds the locals, the path, and
-    how many rules were used; ``digits`` prints every number with the digits that are right.
+    ``every`` puts all answers side by side; ``explain`` adds the locals, the path, and the number
+    of rules used; ``digits`` prints every number with the digits that are right.
     """
     parts = [sheet_table(sheet_rows(result, every=every, digits=digits))]
     if explain:
@@ -364,7 +361,7 @@ def result_text(result: Result, *, every: bool = False, explain: bool = False, d
 
 
 def sheet_table(rows: Sequence[SheetRow]) -> str:
-    """The variable sheet as in print, one output column an answer."""
+    """The variable sheet as printed, one output column for each answer."""
     header = sheet_heads(rows)
     count = len(header) - 5
     names = max((len(row.name) for row in rows), default=0)
@@ -376,7 +373,7 @@ def sheet_table(rows: Sequence[SheetRow]) -> str:
 
 
 def _turned(rows: Sequence[SheetRow]) -> str:
-    """Many answers on a narrow screen: what is given, then tables of variables that fit side by side, a line
+    """Many answers on a narrow screen: the inputs, then tables of variables that fit side by side, a line
     for each answer."""
     given = [row for row in rows if not any(v is not None for v in row.outputs)]
     parts = [sheet_table([row._replace(outputs=(None,), errors=()) for row in given])] if given else []
@@ -391,7 +388,7 @@ def _turned(rows: Sequence[SheetRow]) -> str:
 
 
 def _lines(rows: Sequence[SheetRow]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """A table of answers: names across, answers down. Its last column is empty, for nothing is cut."""
+    """A table with names across and answers down; an empty last column, so none is cut."""
     head = (f"{row.name} [{row.unit}]" if row.unit else row.name for row in rows)
     values = zip(*(row.cells()[3:-2] for row in rows), strict=True)
     return ("Answer", *head, ""), [(str(k), *line, "") for k, line in enumerate(values, 1)]

@@ -1,1 +1,1 @@
-"""A path followed to every answer, case by case; what that comes to, in the user's names, and its cures."""
+"""Follows a path to every answer, case by case; determines status, messages and remedies."""

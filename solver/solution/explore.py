@@ -87,10 +87,10 @@ def explore(
 ) -> Exploration:
     """Every answer for these inputs.
 
-    ``thorough``: what it costs to prove that there are no others does not count. ``brief``: the last resorts
-    of a block are left out, and so are curves of answers where it has none. ``nearby``: in blocks, only
-    what Newton's method leads to. ``enough``: the search ends at the first such answer. Raises CutOff where a
-    limit in time is met.
+    ``thorough``: the work of proving that there are no others is not limited. ``brief``: the last resorts of
+    a block are left out, and so are curves of answers if it has none. ``nearby``: in blocks, only what
+    Newton's method leads to. ``enough``: the search ends at the first such answer. Raises CutOff at the time
+    limit.
     """
     search = PathSearch(asked, enough)
     search.budget.thorough, search.budget.brief, search.budget.nearby = thorough, brief, nearby
@@ -98,7 +98,7 @@ def explore(
 
 
 class PathSearch:
-    """Follows every way in floats; a subclass may solve the steps in another arithmetic.
+    """Follows every branch in floats; a subclass may solve the steps in another arithmetic.
 
     ``complete``: no step so far can have more answers than were followed. ``delicate``: somewhere rounding
     decides how many there are, or whether a rule holds.
@@ -122,7 +122,7 @@ class PathSearch:
         self._begin()
 
     def _begin(self) -> None:
-        """Nothing is found yet."""
+        """Reset the results."""
         self.leaves: list[Leaf] = []
         self.contradicted: list[Leaf] = []
         self.open_cases: list[Leaf] = []
@@ -130,7 +130,7 @@ class PathSearch:
         self.gaps: dict[tuple[int, ...], Gap] = {}
 
     def run(self) -> Exploration:
-        """All answers; where the sensible ones of some blocks lead to none, those from their others."""
+        """All answers; if the preferred answers of blocks lead to none, those from the others."""
         start = self._start()
         try:
             self._explore(start)
@@ -145,20 +145,20 @@ class PathSearch:
         return self.run()
 
     def _start(self) -> Branch:
-        """The branch on which nothing but the inputs is known."""
+        """The branch on which only the inputs are known."""
         start = Branch(dict(self.inputs), {})
         start.decided.update(self.analysis.outcomes(range(len(self.model.conditions)), start))
         return start
 
     def _found(self) -> Exploration:
-        """What the branches came to; an open case hides no answer if what it lacks is refused."""
+        """The results; an open case hides no answer if its missing values are refused."""
         complete = self.complete and all(excluded(leaf) or self._refused(leaf) for leaf in self.open_cases)
         ends = tuple(self.leaves), complete, tuple(self.contradicted), tuple(self.open_cases)
         gaps = tuple(self.gaps.values())
         return Exploration(*ends, self.delicate, self.outcomes, self.budget.used, gaps)
 
     def _refused(self, leaf: Leaf) -> bool:
-        """Whether no value satisfies a rule that leads to what a leaf lacks."""
+        """Whether no value satisfies a rule that leads to a missing value of a leaf."""
         missing = frozenset(leaf.missing)
         path = self.planner.path(frozenset(self.inputs), leaf.branch.conditions, want=missing)
         leading = {equation for step in path.steps for equation in equations_of(step)}
@@ -168,11 +168,11 @@ class PathSearch:
 
     @property
     def _most_leaves(self) -> int:
-        """Answers that are listed of a model of this size."""
+        """The largest number of answers listed for a model of this size."""
         return min(MAX_LEAVES, max(FEW_LEAVES, MAX_VALUES // max(len(self.model.variables), 1)))
 
     def _is_full(self, branch: Branch) -> bool:
-        """Whether nothing more is looked for on a branch."""
+        """Whether the search of a branch is to end."""
         ends = len(self.leaves) + len(self.contradicted) + len(self.open_cases)
         full = ends >= self._most_leaves or (self.enough is not None and any(map(self.enough, self.leaves)))
         if full:
@@ -180,7 +180,7 @@ class PathSearch:
         return full
 
     def _truncate(self, branch: Branch, what: str) -> None:
-        """Remember that a branch was given up: there are too many ``what``."""
+        """Record that a branch was abandoned: there are too many ``what``."""
         self.complete = False
         self.gaps.setdefault((), Gap(count=len(self.leaves), cut=what == "answers"))
         branch.facts = (*branch.facts, Truncated(what))
@@ -193,7 +193,7 @@ class PathSearch:
         listed: Sequence[Mapping[str, Value]],
         cut: bool,
     ) -> None:
-        """Remember where a step may have more answers than are listed, the first of each step."""
+        """Record where a step may have more answers than are listed, the first of each step."""
         if any(map(self._turned, unknowns)):
             complete = False
         self.complete = self.complete and complete
@@ -206,16 +206,17 @@ class PathSearch:
         self.gaps[equations] = Gap(equations, unknowns, len(listed), *ends, listed_cut, uncounted=cut)
 
     def _underdetermined_since(self, count: int) -> bool:
-        """Whether the cases since so many were open leave a continuum that nothing contradicts.
+        """Whether the cases after the first so many open ones leave an uncontradicted continuum.
 
-        Answers of other cases do not make it a solved one; a case of equality is but its edge.
+        Answers of other cases do not make this a solved one; a case of equality is only its
+        boundary.
         """
         return any(not blocked(leaf) and not leaf.on_edge for leaf in self.open_cases[count:])
 
     # --- following a path ---
 
     def _explore(self, branch: Branch) -> None:
-        """Follow a branch and its forks to their ends: each fork with all of its own before the next."""
+        """Follow a branch and its forks to their ends, depth first."""
         stack: list[tuple[Iterator[Pending], int]] = [(iter([(branch, None, 0)]), 1)]
         while stack:
             forks, answers = stack[-1]
@@ -234,15 +235,15 @@ class PathSearch:
                 stack = stack if one is None else [(iter([(one, None, 0)]), 1)]
 
     def _kind(self, step: Step) -> Kind:
-        """What steps have in common that ask the same with other names and numbers."""
+        """The common key of steps that pose the same problem with other names and numbers."""
         equations, unknown = [self.model.equations[e] for e in equations_of(step)], frozenset(given_by(step))
         return tuple([asked_shape(shape_of(e)[0], tuple([n in unknown for n in e.names])) for e in equations])
 
     @property
     def _too_many_searches(self) -> bool:
         """Whether the blocks of the first path of the kinds that were searched, one of them twice, have
-        together the unknowns of a large block; or of one too large for a search, where a first search has
-        proven nothing."""
+        as many unknowns together as a large block; or as one too large for a search, if a first search
+        proved nothing."""
         if not self.first_path or max(self._sought.values(), default=0) < 1 + self.complete:
             return False
         return sum(self._rows[kind] for kind in self._sought) > (DENSE if self.complete else FEW)
@@ -257,13 +258,13 @@ class PathSearch:
         return found
 
     def _as_one_block(self, begun: Mapping[str, Value], forked: bool) -> Branch | None:
-        """The sensible answer of all steps of the first path, solved as one large block from the values at
+        """The preferred answer of all steps of the first path, solved as one large block from the values at
         which its first steps have ``begun``.
 
-        None for a model whose answers can be listed, where the steps are not those of a network of blocks,
-        and where an unknown is negative though the path has ``forked``, so that others may be positive. A few
-        of 2^100 answers tell nobody anything, and each block of such a path costs a search. Where all of them
-        are to be proven, each is searched.
+        None for a model whose answers can be listed, for steps that are not those of a network of blocks, and
+        if an unknown is negative though the path has ``forked``, so that others may be positive. A few of
+        2^100 answers are useless, and each block of such a path costs a search. If all of them are to be
+        proven, each is searched.
         """
         steps, self.first_path = self.first_path or (), ()
         blocks = [place for place, step in enumerate(steps) if isinstance(step, SolveBlock)]
@@ -293,13 +294,13 @@ class PathSearch:
         return branch
 
     def _sensible(self, found: BlockOutcome, forked: bool) -> dict[str, float]:
-        """The first answer, if it is simple, and not negative where others may be positive; else nothing."""
+        """The first answer, if it is simple, and not negative where others may be positive; else none."""
         values = next((a.values for a in found.answers if a.double is None), {})
         negative = any(v < 0.0 and self.graph.turn(name) is None for name, v in values.items())
         return {} if forked and negative else {**values}
 
     def _continued(self, begun: Mapping[str, Value], steps: Sequence[Step]) -> dict[str, float]:
-        """The numbers that steps have ``begun`` with; others go on with those of the last of their kind."""
+        """The values that steps have ``begun`` with; others continue the last of their kind."""
         last, found = dict[Kind, tuple[float, ...]](), dict[str, float]()
         for step in steps:
             kind = self._kind(step)
@@ -310,8 +311,8 @@ class PathSearch:
         return found
 
     def _followed(self, branch: Branch, steps: Sequence[Step] | None, start: int) -> Iterable[Pending]:
-        """Follow a branch until it ends, and plan again where an outcome asks for it: its forks, if it has
-        any, and the steps that each goes on with."""
+        """Follow a branch until it ends, planning again when an outcome requires it: its forks, if it has
+        any, and the remaining steps of each."""
         found = True if steps is None else self._follow(branch, steps, start)
         while found is True and not self._is_full(branch):
             self.budget.used += PLAN
@@ -325,9 +326,9 @@ class PathSearch:
     def _follow(
         self, branch: Branch, steps: Sequence[Step], start: int = 0, ends: bool = True
     ) -> bool | Iterator[Pending]:
-        """Run the steps from ``start``: True where the branch must be planned anew, False where it ended,
-        and its forks, each with the steps left to it, where it forked, or is to be solved as one block. Where
-        the steps are not all that there are, it does not end with them."""
+        """Run the steps from ``start``: True if the branch must be planned again, False if it ended, and its
+        forks, each with its remaining steps, if it forked, or is to be solved as one block. With only a part
+        of the steps it does not end after them."""
         for place in range(start, len(steps)):
             expect_time()
             if self.model.requirements and self._broken(branch):
@@ -362,7 +363,7 @@ class PathSearch:
         return False
 
     def _reopened(self, branch: Branch) -> bool:
-        """Take up blocks again that determined too little, and of which more is known now."""
+        """Solve blocks again that determined too little, and of which more is known now."""
         lost = {e: fact.free for e, fact in branch.inactive.items() if isinstance(fact, RankLoss)}
         again = [e for e, free in lost.items() if any(name in branch.values for name in free)]
         for equation in again:
@@ -371,8 +372,8 @@ class PathSearch:
         return bool(again)
 
     def _broken(self, branch: Branch) -> bool:
-        """Whether the branch leads to no answer, by a requirement on what is known. Whole turns of an angle
-        are settled at its end."""
+        """Whether known values violate a requirement, so that the branch leads to no answer. Whole turns of
+        an angle are decided at its end."""
         broken = unmet(self.model, branch.values, branch.decided)
         asked = (self.model.requirements[fact.requirement].names for fact in broken)
         return any(all(self.graph.turn(name) is None for name in names) for names in asked)
@@ -386,7 +387,7 @@ class PathSearch:
             branch.settled.update(equations_of(step))
 
     def _evaluate(self, branch: Branch, step: Step, equation: int, unknown: str) -> bool | Forks | None:
-        """None: go on; True: plan anew; False: ended; else the forks, each to be followed by itself."""
+        """None: continue; True: plan again; False: ended; else the forks."""
         isolation, _ = self.graph.isolated(equation, self.graph.number[unknown])
         outcome = self._stepped(branch, equation, unknown)
         cut = not outcome.complete and isolation is not None and isolation.proven
@@ -409,7 +410,7 @@ class PathSearch:
     def _forks(
         self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]]
     ) -> Forks | None:
-        """Go on with the one value there is (None), or with a fork for each."""
+        """Continue with the only value (None), or with a fork for each."""
         if len(found) != 1:
             self.forked = len(found)
             return self._each(branch, step, found)
@@ -419,7 +420,7 @@ class PathSearch:
         return None
 
     def _each(self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]]) -> Forks:
-        """A fork for each value, made when those before it have been followed to their ends."""
+        """A fork for each value, made after those before it have been followed to their ends."""
         for values, facts in found:
             if self._is_full(branch):
                 break
@@ -450,9 +451,9 @@ class PathSearch:
         return False
 
     def _agreed(self, branch: Branch, equation: int) -> bool:
-        """Whether another value, as good for all rules that read it, satisfies one that fails: it is taken.
+        """Whether another value, equally good for all its rules, satisfies a rule that fails: it is taken.
 
-        The nearest is: another may be another answer, and that is on a branch of its own.
+        It is the nearest one: a farther one may be another answer, which has a branch of its own.
         """
         decided = branch.conditions
         for name in self.model.equations[equation].names:
@@ -472,7 +473,7 @@ class PathSearch:
         return False
 
     def _turned(self, unknown: str) -> bool:
-        """Whether whole turns of an angle, of which one is looked at, may be answers of their own."""
+        """Whether whole turns of an angle, of which one is followed, may be different answers."""
         variable = self.model.variables[unknown]
         endless = variable.low == -math.inf or variable.high == math.inf
         return endless and unknown in self.graph.weighed
@@ -524,19 +525,19 @@ class PathSearch:
         return outcome
 
     def _asked_before(self, step: SolveBlock, known: Numbers) -> Numbers:
-        """The known numbers of a block, as those under which its outcome is kept."""
+        """The key of the outcome of a block: its known numbers."""
         return known
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
-        """How far each number of a branch may be from the one that it stands for."""
+        """The error of each number of a branch."""
         found = forward_errors(self.model, branch.values, branch.steps, branch.conditions)
         numbers = {n: v for n, v in branch.values.items() if isinstance(v, float)}
         return {name: found.error.get(name) or half_unit(number) for name, number in numbers.items()}
 
     def _blank(self, branch: Branch, unknowns: Sequence[str], fact: Fact) -> None:
-        """No value of these satisfies what is known: they stay blank, and rules that read them are idle.
+        """No value of these satisfies the known rules: they stay blank, and rules with them are idle.
 
-        Where a rule is 0/0, that is no reason to exclude a value.
+        If a rule is 0/0, that does not exclude a value.
         """
         failing = about(fact) if isinstance(fact, NoValue | NoRoot) else ()
         told = (indeterminacy(self.model.equations[e], branch.values) for e in failing)
@@ -549,7 +550,7 @@ class PathSearch:
     # --- case by case ---
 
     def _assume(self, branch: Branch, step: Assume) -> bool:
-        """The cases of one comparison; each is dropped once it is known to come out otherwise."""
+        """The cases of one comparison; each is dropped once its outcome is known to be another."""
         self.analysis.infer(branch)
         pair = self.analysis.open_pair(branch, step.condition)
         if pair is None:
@@ -587,7 +588,7 @@ class PathSearch:
         return settled(self.graph, branch.values, self.inputs)
 
     def _finish(self, branch: Branch, underdetermined: bool = False) -> None:
-        """Every rule that is active at the end of a branch is asked of the independent rule check."""
+        """Check every rule that is active at the end of a branch with the independent rule check."""
         if branch.signs and self.analysis.contradicted(branch):
             return
         branch = branch.fork()

@@ -1,22 +1,20 @@
-"""Answers proved: that each exists, and is the only one within its radius.
+"""Proofs that each answer exists, and is the only one within its radius.
 
 The rules that an answer was solved with are taken step by step, in the order of the path: the inputs are
-exact, each step proves its unknowns for whatever its known numbers are within their balls. Conditions must
-come out as they were taken for all numbers in the balls; rules that were left over must not be contradicted.
+exact, each step proves its unknowns for all known numbers within their balls. Conditions must have the same
+outcome for all numbers in the balls; the remaining rules must not be contradicted.
 
-If K(X) = m − Y F(m) + (I − Y F'(X)) (X − m) lies in the interior of X, then F has exactly one root in X,
-whatever the known numbers are within their balls (R. Krawczyk, Computing 4 (1969) 187–201; A. Neumaier,
-*Interval Methods for Systems of Equations*, 1990, section 5.1). F must be continuous in X: where a function
-jumps there, nothing is proved. A double root is proved where rational numbers satisfy the rules with a
-singular Jacobian.
+If K(X) = m − Y F(m) + (I − Y F'(X)) (X − m) lies in the interior of X, then F has exactly one root in X, for
+all known numbers within their balls (R. Krawczyk, Computing 4 (1969) 187–201; A. Neumaier, *Interval Methods
+for Systems of Equations*, 1990, section 5.1). F must be continuous in X: where a function jumps, nothing is
+proved. A double root is proved if rational numbers satisfy the rules with a singular Jacobian.
 
-Two roots, or none, where floats see a double one: near a fold the bordered system F(x) + μ u = 0,
-v·(x − x₀) = t is regular, so that Krawczyk's operator proves one curve x(t) with one μ(t) for all t of an
-interval at once (Lyapunov–Schmidt reduction; W. Govaerts, *Numerical Methods for Bifurcations of Dynamical
-Equilibria*, 2000, chapter 3). F = 0 on it where μ = 0. If μ″ has one sign there, μ is convex or concave: with
-its value and slope at one point next to its extreme, and its values at the ends, that proves that it has two
-zeros, or none. The slopes of the rules must be continuous along it: of a kink, where they jump, second
-derivatives know nothing.
+Two roots, or none, near an apparent double root: near a fold the bordered system F(x) + μ u = 0, v·(x − x₀) =
+t is regular, so that Krawczyk's operator proves one curve x(t) with one μ(t) for all t of an interval at once
+(Lyapunov–Schmidt reduction; W. Govaerts, *Numerical Methods for Bifurcations of Dynamical Equilibria*, 2000,
+chapter 3). F = 0 on it where μ = 0. If μ″ has one sign there, μ is convex or concave: with its value and
+slope at one point next to its extreme, and its values at the ends, that proves that it has two zeros, or
+none. The slopes of the rules must be continuous along it: second derivatives do not see a kink.
 """
 
 from __future__ import annotations
@@ -58,14 +56,14 @@ BITS = 400
 
 
 class _Obstacle(Exception):
-    """What stands in the way of a proof, in words; a double root, or what is beside it, if it is that."""
+    """Why a proof failed, in words; or a double root, or the roots near an apparent one."""
 
     def __init__(self, said: str, double: tuple[str, ...] = (), beside: ProvedRoots | None = None) -> None:
         self.proof = Proof(False, obstacle=said, double=double, beside=beside)
 
 
 def prove(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Proof:
-    """The proof of a solved leaf, as far as it goes."""
+    """The proof of a solved leaf, as far as it succeeds."""
     with precision(BITS):
         try:
             return _Proving(model, leaf, inputs).proof()
@@ -132,7 +130,7 @@ class _Proving:
         self.balls.update(root)
 
     def _double(self, square: Square, indices: Set[int], middle: Sequence[Any]) -> None:
-        """Raises _Obstacle where floats see a double root: it is there, or two next to it, or none."""
+        """Raises _Obstacle at an apparent double root: one exact root, two nearby, or none."""
         folds = (fact.equations for fact in self.leaf.branch.facts if isinstance(fact, DoubleRoot))
         if all(indices.isdisjoint(equations) for equations in folds):
             return
@@ -150,7 +148,7 @@ class _Proving:
             raise _Obstacle(f"{names}: {beside.roots or 'no'} roots, just apart", beside=beside)
 
     def _certain(self, condition: nodes.Condition) -> bool | None:
-        """How a condition comes out for all numbers in the balls; None where they do not agree."""
+        """The outcome of a condition for all numbers in the balls; None if it is not the same."""
         if isinstance(condition, nodes.Given):
             return condition.name in self.inputs
         if not isinstance(condition, nodes.Comparison):
@@ -184,7 +182,7 @@ class Square(NamedTuple):
     unknowns: Sequence[str]
 
     def rows(self, flat: Sequence[Any]) -> list[Sequence[Any]]:
-        """The matrix of as many numbers as there are partials."""
+        """A matrix with as many numbers as there are partials."""
         n = len(self.unknowns)
         return [flat[i : i + n] for i in range(0, n * n, n)]
 
@@ -196,7 +194,7 @@ class Square(NamedTuple):
 
 
 def proved_root(square: Square, known: Mapping[str, Ball], middle: Sequence[Ball]) -> dict[str, Ball] | None:
-    """Balls around ``middle`` with exactly one root, for any ``known`` numbers in theirs; None: no proof."""
+    """Balls around ``middle`` with exactly one root for any ``known`` numbers; None without proof."""
     found = only_root(square, known, middle)
     return None if found is None else found[0]
 
@@ -205,7 +203,7 @@ def only_root(
     square: Square, known: Mapping[str, Ball], middle: Sequence[Ball], radii: Sequence[float] = ()
 ) -> tuple[dict[str, Ball], list[float]] | None:
     """Balls that hold the root, for any ``known`` numbers in theirs, and the radii around ``middle`` within
-    which it is the only one, for each of these: the given ones or larger; None: no proof."""
+    which it is the only one, for each of these: the given ones or larger; None without a proof."""
     names, image = square.unknowns, partial(_image, square, known, jumps(square.forms, square.unknowns))
     try:
         proved = _inflated(image, list(middle), radii)
@@ -238,7 +236,7 @@ def _image(
     middle: Sequence[Ball],
     box: Sequence[Ball],
 ) -> list[Ball] | None:
-    """K(X) of a ``box`` X around its ``middle`` m; None where F may jump, or F' be singular."""
+    """K(X) of a ``box`` X around its ``middle`` m; None if F may jump, or F' be singular."""
     inside, centre = ({**known, **dict(zip(square.unknowns, point, strict=True))} for point in (box, middle))
     if not continuous(kinks, inside):
         return None
@@ -284,8 +282,8 @@ SPECK = 2.0**-200
 def exact_double_root(
     square: Square, known: Mapping[str, Ball], near: Sequence[float]
 ) -> dict[str, Fraction] | None:
-    """The exact root next to the floats ``near`` at which the Jacobian is singular; None where there is none
-    that is rational, or where a number that it depends on is not known exactly."""
+    """The exact root next to the floats ``near`` at which the Jacobian is singular; None if there is none
+    that is rational, or a number that it depends on is not known exactly."""
     given = {name: number for name, ball in known.items() if (number := exact_fraction(ball)) is not None}
     exact = [Fraction(number) for number in near]
     short = ([number.limit_denominator(most) for number in exact] for most in DENOMINATORS)
@@ -302,8 +300,8 @@ def exact_double_root(
 def _singular_root(square: Square, numbers: Mapping[str, Fraction]) -> bool:
     """Whether the rules hold, and the determinant of their Jacobian is 0.
 
-    Derivatives by degrees hold π, by powers of which the determinant is a sum with rational coefficients. As
-    π is transcendental, it is 0 if and only if it is 0 for more numbers in place of π than its degree.
+    Derivatives by degrees hold π, so the determinant is a sum over powers of π with rational coefficients.
+    As π is transcendental, it is 0 if and only if it is 0 for more numbers in place of π than its degree.
     """
     if any(exactly(form, numbers) for form in square.forms):
         return False
@@ -352,9 +350,9 @@ class Stretch(NamedTuple):
 def unfolded(
     square: Square, known: Mapping[str, Ball], middle: Sequence[Ball]
 ) -> tuple[Mapping[str, Ball], ...] | None:
-    """The roots next to the double one that floats see at ``middle``: two, each enclosed, or none.
+    """The roots near the apparent double one at ``middle``: two, each enclosed, or none.
 
-    None: no proof.
+    None without a proof.
     """
     if len(square.unknowns) > MOST_UNKNOWNS:
         return None
@@ -397,7 +395,7 @@ class _Curve:
         self.kinks = jumps(square.partials, names)
 
     def unfolded(self) -> tuple[Mapping[str, Ball], ...] | None:
-        """Raises Undefined, and ZeroDivisionError where a matrix can't be proved regular."""
+        """Raises Undefined, and ZeroDivisionError if a matrix cannot be proved regular."""
         place, point = self._extreme()
         height, tangent = point[MU], self._slopes(point)
         for reach in REACHES:
@@ -419,7 +417,7 @@ class _Curve:
     def _stretch(self, place: Ball, reach: float, point: Mapping[str, Ball]) -> Stretch | None:
         """The curve around a point of it.
 
-        μ = 0 is in the box that is searched for others, so that F = 0 takes place on the curve alone.
+        μ = 0 is in the box that is searched for others, so F = 0 only on the curve.
         """
         middle = [number.mid() for number in point.values()]
         thin = self._at(around(place, reach), middle)
@@ -460,7 +458,7 @@ class _Curve:
         return (one, other) if any(not one[name].overlaps(other[name]) for name in one) else None
 
     def _extreme(self) -> tuple[Ball, dict[str, Ball]]:
-        """Next to where μ′ vanishes: the place t, a number, and x and μ there."""
+        """Near the zero of μ′: the place t, a number, and x and μ there."""
         place, start, steps = ball(0), [*self.middle, ball(0)], STEPS
         while (point := self._at(place, start)) is not None:
             if not steps:
@@ -474,7 +472,7 @@ class _Curve:
         return proved_root(self.bordered, {**self.known, PLACE: place}, [s.mid() for s in start])
 
     def _slopes(self, point: Mapping[str, Ball]) -> list[Ball]:
-        """x′ (n,) and μ′ wherever the ``point`` may be."""
+        """x′ (n,) and μ′ for any position of the ``point``."""
         return solved(self.bordered.jacobian({**self.known, **point}), [*([ball(0)] * self.n), ball(1)])
 
     def _bend(self, point: Mapping[str, Ball]) -> Ball:

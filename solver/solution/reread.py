@@ -1,7 +1,7 @@
-"""Rules read again where a verdict leaves something open: without what vanishes, at 0/0 by limits.
+"""Rules read again if a verdict is open: without vanishing factors, or at 0/0 by limits.
 
-Where rules lose an unknown (at a dead centre, above all), they are read again without what vanishes. Where a
-block has no answer, its equations may be 0/0 where there would be one, or fix a given number otherwise.
+If rules lose an unknown (above all at a dead centre), they are solved again without vanishing factors. If a
+block has no answer, its equations may be 0/0 at one, or determine a given number otherwise.
 """
 
 from __future__ import annotations
@@ -73,9 +73,10 @@ TINY = 1e-30
 
 
 def with_limits(asked: Asked, found: Exploration) -> tuple[Model, Exploration]:
-    """What is found with limits, and the model with the limits that stand for parts of its rules.
+    """The results with limits, and the model with the limits in place of parts of its rules.
 
-    Forward, limits are put in for what is 0/0 at values that do not depend on them, and explored again.
+    Forward, limits replace parts that are 0/0 at values that do not depend on them, and the path is
+    followed again.
     """
     by = asked.model
     filled: dict[int, float] = {}
@@ -113,8 +114,8 @@ def _filled(model: Model, values: Mapping[str, Value]) -> Iterator[tuple[int, tu
 
 
 def answers_between(asked: Asked, known: Sequence[Leaf] = ()) -> tuple[Leaf, ...]:
-    """Answers at which rules are 0/0, and that answers for given numbers on both sides of one lead to, others
-    than those to the ``known`` answers."""
+    """Answers at which rules are 0/0, as common limits of answers for slightly smaller and slightly larger
+    inputs, except the ``known`` ones."""
     model, inputs = asked.model, asked.inputs
     every = walk(*(side for e in model.equations for side in (e.left, e.right)))
     if not any(isinstance(part, Quotient) for part in every):
@@ -147,7 +148,7 @@ def _told_by(rule: Equation) -> Iterator[tuple[str, float]]:
 
 
 def _without_rule(model: Model, rule: Equation) -> Model:
-    """The model with a rule that says nothing in the place of one."""
+    """The model with an empty rule in place of one."""
     equations = (e.but(e.left, e.left) if e is rule else e for e in model.equations)
     return replace(model, equations=tuple(equations))
 
@@ -168,7 +169,7 @@ def _beside(asked: Asked) -> tuple[Leaf, ...]:
 
 
 def _between(leaf: Leaf, sides: Sequence[Sequence[Leaf]], inputs: Mapping[str, Value]) -> Leaf | None:
-    """The common limit of the answers that belong to this one; None where they do not come together."""
+    """The common limit of the answers that belong to this one; None if they do not converge."""
     nearest = [min(side, key=lambda other: _distance(leaf, other)) for side in sides]
     if max(_distance(leaf, other) for other in nearest) > APART:
         return None
@@ -196,7 +197,7 @@ def _distance(one: Leaf, other: Leaf) -> float:
 
 
 def _standing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Leaf | None:
-    """The answer with what its rules were taken by; None if one of them does not hold, or none is 0/0."""
+    """The answer with the limits of its rules; None if one of them does not hold, or none is 0/0."""
     values = leaf.branch.values
     decided = outcomes(model, values, inputs)
     facts = []
@@ -235,7 +236,7 @@ def _holds_beside(equation: Equation, values: Mapping[str, Value]) -> bool:
 
 def hole(asked: Asked, leaf: Leaf, fact: NoRoot) -> Indeterminacy | None:
     """A rule that is 0/0 next to the nearest miss of a block, where rules nearly hold, and its limit at the
-    answer that there would be."""
+    presumed answer."""
     model, best = asked.model, {**leaf.branch.values, **fact.best}
     there = {**best, **{name: float(f"{round(x, PLACES):.{PLACES}g}") + 0.0 for name, x in fact.best.items()}}
     rules = [model.equations[e] for e in fact.equations]
@@ -307,7 +308,7 @@ def _fixed(
 
 
 def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> tuple[float, float] | None:
-    """The ends of the one value, but for rounding, that the rules give to a variable at any trial of an
+    """The ends of the one value, up to rounding, that the rules give a variable at any trial of an
     unknown; None if there is none."""
     rest = {n: v for n, v in asked.inputs.items() if n != name}
     sizes = [abs(v) for v in rest.values() if isinstance(v, float) and v]
@@ -341,10 +342,10 @@ def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> tupl
 def without_vanishing_factors(
     asked: Asked, found: Exploration, verdict: Verdict, always: bool = False
 ) -> tuple[Model, Exploration, Verdict] | None:
-    """The rules without products that vanish, and what comes of them; None where that is no more.
+    """The rules without products that vanish, and the verdict on them; None if that is no better.
 
-    For a ``verdict`` on what was ``found`` that leaves something open. Where two answers coincide it stands:
-    what the rules read there is the edge between those two.
+    For an open ``verdict`` on what was ``found``. Coinciding answers stay: there the rules are at the
+    boundary between the two.
     """
     if any(isinstance(fact, DoubleRoot) for fact in verdict.facts):
         return None
@@ -382,7 +383,7 @@ def without_vanishing_factors(
 
 
 def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verdict:
-    """What is determined, by the leaves that know most; the rules that tell nothing here say what is not."""
+    """The determined values, by the leaves that know most; the reduced rules say what is not determined."""
     fewest = min(len(leaf.missing) for leaf in told.leaves)
     leaves = tuple(leaf for leaf in told.leaves if len(leaf.missing) == fewest)
     decided = leaves[0].branch.conditions
@@ -395,13 +396,13 @@ def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verd
 
 
 def _stands(model: Model, leaf: Leaf) -> bool:
-    """Whether the rules as they are written hold, all that can be read."""
+    """Whether all rules as written that can be evaluated hold."""
     values, decided = leaf.branch.values, leaf.branch.conditions
     return all(check_rule(rule, values).holds for rule in known_rules(model, decided, values))
 
 
 def _repeated(model: Model, fact: RankLoss) -> int | None:
-    """A rule of a block that follows from its others, to first order: the one that has most part in it."""
+    """A rule of a block that follows from its others, to first order: the one with the largest share."""
     try:
         slopes = [sides(model.equations[index], fact.point).slopes for index in fact.equations]
     except Undefined:
@@ -416,7 +417,7 @@ def _repeated(model: Model, fact: RankLoss) -> int | None:
 
 
 def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[AsksNothing, ...]]:
-    """The model without products that vanish at the values; which rule tells nothing of which unknown."""
+    """The model without vanishing products; and which rule does not determine which unknown."""
     equations: list[Equation] = []
     told_nothing: list[AsksNothing] = []
     for equation in model.equations:
@@ -431,7 +432,7 @@ def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[As
 
 
 def _without(side: nodes.Expression, values: Mapping[str, float]) -> nodes.Expression:
-    """The expression with 0 for products and quotients of what is 0 at the values with what is unknown."""
+    """The expression with 0 for products and quotients of zeros with unknowns."""
     done: list[nodes.Expression] = []
     for part in nodes.children(side):  # a loop, for one frame a level: trees may be hundreds of levels deep
         done.append(_without(part, values))
@@ -450,8 +451,8 @@ def _read(part: nodes.Expression, values: Mapping[str, float]) -> bool:
 def judged_again(
     asked: Asked, found: Exploration, verdict: Verdict, prove: bool, limits: bool
 ) -> tuple[Verdict, Exploration, Model]:
-    """The verdict, what it rests on, and the model as it was read for it, where more can be said than by a
-    first ``verdict`` on what was ``found``. When the time is up, that is the last."""
+    """The verdict, its exploration, and the model as it was read for it, if they are better than a first
+    ``verdict`` on what was ``found``. When the time is up, the last one."""
     by = asked.model
     if verdict.status in (Status.SINGULAR, Status.PARTIAL):
         with suppress(TimeIsUp):

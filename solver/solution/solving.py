@@ -1,4 +1,4 @@
-"""One solve: inputs in, a judged and explained result out; and samples of it, drawn within tolerances."""
+"""One solve: inputs in, a judged and explained result out; and samples of it within tolerances."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Solution(Mapping[str, Value]):
 
     @property
     def radius(self) -> Mapping[str, float]:
-        """How far every number may be from the exact one at most: proved, where a proof was asked for."""
+        """A proved upper bound of the error of every number, if a proof was requested."""
         return {} if self.proof is None else self.proof.radius
 
     @property
@@ -66,7 +66,7 @@ class Solution(Mapping[str, Value]):
         return self.accuracy.error
 
     def __getstate__(self) -> dict[str, object]:
-        """Pickled with its error bars, which are measured when they are asked for."""
+        """Pickled with its error bars, which are computed on demand."""
         own: dict[str, object] = {name: self.__dict__[name] for name in self.__match_args__}
         return {**own, "measure": None, "accuracy": self.accuracy}
 
@@ -84,14 +84,14 @@ class Solution(Mapping[str, Value]):
 
 @dataclass(frozen=True)
 class Result(Shown):
-    """``solutions`` are distinct, the primary one first; ``complete`` where they are known to be all.
+    """``solutions`` are distinct, the primary one first; ``complete`` if they are known to be all.
 
     ``inputs`` are the values that were given (after overrides and clearing), ``guesses`` likewise.
-    ``wanted`` are the names by which the status was judged, ``undetermined`` those that stay unknown.
-    Where the status is not ``solved``, ``partial`` holds what the inputs do determine. ``origins`` are
-    the steps of the path that the values of the primary answer (or of ``partial``) came from;
-    ``attempts`` the methods that were tried on each of its simultaneous blocks, in order. ``gaps`` say why
-    ``solutions`` may not be all. ``near`` solves the same for other inputs, near to given values.
+    ``wanted`` are the names that decide the status, ``undetermined`` those that stay unknown. If the
+    status is not ``solved``, ``partial`` holds what the inputs determine. ``origins`` are the steps of the
+    path that the values of the primary answer (or of ``partial``) came from; ``attempts`` the methods that
+    were tried on each of its simultaneous blocks, in order. ``gaps`` say why ``solutions`` may not be all.
+    ``near`` solves the same for other inputs, near to given values.
     """
 
     model: Model
@@ -111,7 +111,7 @@ class Result(Shown):
     near: Near | None = field(default=None, repr=False, compare=False)
 
     def __getitem__(self, name: str) -> Value | None:
-        """Value of the primary answer (or what is determined of it); None where it has none.
+        """Value of the primary answer (or of the determined part); None if it has none.
 
         Raises KeyError for a name that the model does not have.
         """
@@ -131,9 +131,10 @@ class Result(Shown):
     ) -> Sensitivities:
         """Derivatives of ``outputs`` (None: the wanted ones) by ``inputs`` (None: all that are numbers).
 
-        They are exact, those of the answer with that number, each input moved alone; ``None`` in the table
-        where there is none, and ``diagnoses`` that say why. Raises RuleSheetError for names that the model
-        does not have, and for an input that was not given as a number; IndexError for an answer too many.
+        They are exact, at the answer with that number, each input moved alone; the table has ``None`` for
+        a missing one, and ``diagnoses`` that say why. Raises RuleSheetError for names that the model does
+        not have, and for an input that was not given as a number; IndexError for a number without an
+        answer.
         """
         from solver.derivatives import chosen_inputs, chosen_outputs, sensitivities
 
@@ -149,7 +150,7 @@ class Result(Shown):
         outputs: Iterable[str] | None = None,
         answer: int = 0,
     ) -> ToleranceBands:
-        """How far ``outputs`` may be off by the tolerances of the inputs, to first order.
+        """The tolerances of ``outputs`` that follow from those of the inputs, to first order.
 
         ``tolerances`` override those of the sheet, in the units of the inputs. Raises RuleSheetError for
         names that the model does not have.
@@ -161,7 +162,7 @@ class Result(Shown):
         return ToleranceBands(sizes, found, self._answer(answer))
 
     def _answer(self, number: int) -> Mapping[str, Value]:
-        """An answer by its number; where there is none, what is determined."""
+        """An answer by its number; without answers, the determined values."""
         if not self.solutions:
             return self.partial
         if not 0 <= number < len(self.solutions):
@@ -175,7 +176,7 @@ def can_prove() -> bool:
 
 
 def require_proof() -> None:
-    """Raises RuleSheetError where the extra is not installed."""
+    """Raises RuleSheetError if the extra is not installed."""
     if not can_prove():
         notes = ("pip install 'backsolve[proof]'",)
         raise RuleSheetError(error("E449", "proof needs python-flint", notes=notes))
@@ -241,9 +242,9 @@ def solve(
 def conclude(
     asked: Asked, *, prove: bool = False, limits: bool = False
 ) -> tuple[Verdict, Exploration, Model]:
-    """The verdict on these inputs, what it rests on, and the model as it was read for it.
+    """The verdict on these inputs, its exploration, and the model as it was read for it.
 
-    Raises TimeIsUp before there is one.
+    Raises TimeIsUp if there is none yet.
     """
     found = explore_required(asked, always=prove)
     verdict = judge(asked, found)
@@ -256,7 +257,7 @@ def conclude(
 
 @contextmanager
 def _rare_collection() -> Iterator[None]:
-    """The garbage collector looks but rarely; not at all where it has been switched off."""
+    """Garbage collection runs rarely; not at all if it has been switched off."""
     usual = gc.get_threshold()
     gc.set_threshold(*(COLLECTION if usual[0] else usual))
     try:
@@ -266,7 +267,7 @@ def _rare_collection() -> Iterator[None]:
 
 
 def _cut_off(asked: Asked, reached: CutOff) -> Result:
-    """What is known when the time is up: the answers found until then, else the values determined."""
+    """The results when the time is up: the answers found until then, else the values determined."""
     verdict = judge(asked, reached.found)
     fact = OutOfTime(tuple(name for name in reached.known if name not in asked.inputs))
     if verdict.status is Status.SOLVED:
@@ -278,13 +279,13 @@ def _cut_off(asked: Asked, reached: CutOff) -> Result:
 
 
 def posted(model: Model) -> tuple[str, ...]:
-    """The names that a solve without ``want`` is judged by."""
+    """The names that decide the status of a solve without ``want``."""
     names = tuple(name for name, variable in model.variables.items() if variable.posted)
     return names or tuple(model.variables)
 
 
 def _result(asked: Asked, by: Model, verdict: Verdict, complete: bool, prove: bool) -> Result:
-    """The result of a verdict that was come to ``by`` the rules as they are read at these values."""
+    """The result; ``by`` is the model as it was read at these values."""
     model, inputs, _, guesses, judged = asked
     status, leaves = verdict.status, verdict.leaves
     primary = leaves[0] if leaves else None
@@ -326,14 +327,14 @@ def _result(asked: Asked, by: Model, verdict: Verdict, complete: bool, prove: bo
 def _near(
     asked: Asked, inputs: Mapping[str, Value], guesses: Mapping[str, float]
 ) -> Mapping[str, Value] | None:
-    """The answer nearest to the guesses, None where there is none."""
+    """The answer nearest to the guesses, None if there is none."""
     asked = asked._replace(inputs=inputs, guesses=guesses)
     verdict = judge(asked, explore_required(asked))
     return verdict.leaves[0].branch.values if verdict.status is Status.SOLVED else None
 
 
 def _explained(asked: Asked, verdict: Verdict) -> tuple[Diagnosis, ...]:
-    """What there is to say; of an answer that nothing stood in the way of, nothing."""
+    """The messages about a result; none for an undisturbed answer."""
     branches = [leaf.branch for leaf in verdict.leaves]
     noted = verdict.facts or any(branch.facts for branch in branches)
     if verdict.status is Status.SOLVED and branches and not noted and not branches[0].inactive:
@@ -364,7 +365,8 @@ SPREADS = {"uniform": 3**-0.5, "normal": 1 / 3}
 
 
 class Samples(NamedTuple):
-    """``table`` has one row a sample: the inputs drawn, and the outputs, NaN where it is not solved.
+    """``table`` has one row for each sample: the inputs drawn, and the outputs, NaN if it is not
+    solved.
 
     ``spread`` is the standard deviation of an input in units of its tolerance.
     """
@@ -386,7 +388,7 @@ class Samples(NamedTuple):
         return np.compress(np.isfinite(column), column)
 
     def statistics(self, name: str) -> tuple[float, float, float, float] | None:
-        """Mean, standard deviation, least and greatest value of an output; None of fewer than two samples."""
+        """Mean, standard deviation, least and greatest output; None for fewer than two samples."""
         column = self.solved(name)
         if len(column) < 2:
             return None
@@ -394,6 +396,6 @@ class Samples(NamedTuple):
 
     @property
     def counts(self) -> dict[Status, int]:
-        """How many samples came out with each status."""
+        """The number of samples of each status."""
         codes, numbers = np.unique(self.table.status, return_counts=True)
         return {self.table.STATUSES[code]: int(n) for code, n in zip(codes, numbers, strict=True)}

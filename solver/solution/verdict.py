@@ -1,10 +1,10 @@
-"""One question to its verdict: explored in as many digits as it takes, and judged by its leaves.
+"""From a question to its verdict: explored in as many digits as needed, and judged by its leaves.
 
-The given values are exact numbers, so that an answer exists to all digits, however ill-conditioned. Where the
-error bar of an answer says that floats lose more than their rounding, the path is followed once more in
-numbers of higher precision, and of twice that, until two precisions agree: then every value is the float
-nearest to the exact one. Where they never do, what floats found stands, with its error bars, unless those
-leave no digit of a value.
+The given values are exact numbers, so an answer exists to all digits, however ill-conditioned. If the error
+bar of an answer shows that floats lose more than their rounding, the path is followed again in higher
+precision, and in twice that, until two precisions agree: then every value is the float nearest to the exact
+one. If they never agree, the answer in floats stands with its error bars, unless those leave no digit of a
+value.
 """
 
 from __future__ import annotations
@@ -55,10 +55,10 @@ MAX_STEPS = 2_000
 
 
 def explore_refined(asked: Asked, always: bool = False) -> Exploration:
-    """As ``explore``, with every judged value that has a number right to the last digit of a float.
+    """As ``explore``, with every judged number right to the last digit of a float.
 
     Leaves that are refined hold their values to more digits in ``branch.precise``; ``always``: all are,
-    needed or not. Raises CutOff where a limit in time is met.
+    needed or not. Raises CutOff at the time limit.
     """
     try:
         found = explore(asked, thorough=always)
@@ -82,9 +82,9 @@ def explore_refined(asked: Asked, always: bool = False) -> Exploration:
 
 
 def _meaningless(asked: Asked, leaf: Leaf) -> bool:
-    """Whether some value is nothing but rounding: the sine of 1e90 + x is any number for values of 1e90 that
-    are next to one another, and the rule holds whatever x is. What only floats lose in a rule
-    (``exp(x) - 1`` at a small x) leaves an answer its meaning."""
+    """Whether some value is only rounding: the sine of 1e90 + x is any number for values of 1e90 that are
+    next to one another, and the rule holds for any x. What only floats lose in a rule (``exp(x) - 1`` at a
+    small x) does not make an answer meaningless."""
     branch = leaf.branch
     numbers = {n: abs(v) for n in asked.judged if isinstance(v := branch.values.get(n), float) and v}
 
@@ -101,7 +101,7 @@ def _meaningless(asked: Asked, leaf: Leaf) -> bool:
 
 
 def certain(asked: Asked, found: Exploration) -> Exploration:
-    """The answers that floats are sure of: the only part of a search that was cut off that tells anything."""
+    """The answers that floats are sure of: the only useful part of an interrupted search."""
     leaves: tuple[Leaf, ...] = ()
     with grace(GRACE), suppress(TimeIsUp):
         if not found.delicate:
@@ -110,7 +110,7 @@ def certain(asked: Asked, found: Exploration) -> Exploration:
 
 
 def _vague(asked: Asked, leaf: Leaf) -> bool:
-    """Whether floats may have lost digits of an answer, or the answer to whether there is one."""
+    """Whether floats may have lost digits of an answer, or leave open whether there is one."""
     told, values = leaf_errors(asked.model, leaf), leaf.branch.values
     errors = told.error
     numbers = {name: abs(v) for name, v in values.items() if isinstance(v, float)}
@@ -137,9 +137,10 @@ def _vague(asked: Asked, leaf: Leaf) -> bool:
 
 
 def explore_required(asked: Asked, always: bool = False) -> Exploration:
-    """As ``explore_refined``; where that leaves something open, again within what requirements allow.
+    """As ``explore_refined``; if that leaves something open, again within the ranges that
+    requirements allow.
 
-    Answers that break a requirement remain known from the first search.
+    Answers that violate a requirement remain known from the first search.
     """
     found = explore_refined(asked, always)
     if found.complete or not asked.model.requirements:
@@ -157,7 +158,7 @@ def explore_required(asked: Asked, always: bool = False) -> Exploration:
 
 
 def narrowed(model: Model, inputs: Mapping[str, Value]) -> Model | None:
-    """The model with the ranges that requirements amount to at these inputs; None where that is no news."""
+    """The model with the ranges that requirements imply at these inputs; None if they are no narrower."""
     variables = dict(model.variables)
     for requirement in model.requirements:
         comparison, guarded = requirement.comparison, bool(requirement.guard)
@@ -190,12 +191,11 @@ def _within(variable: Variable, operator: str, limit: float) -> Variable:
 
 
 class Verdict(NamedTuple):
-    """``leaves`` are the answers (or what is determined of them), the primary first.
+    """``leaves`` are the answers (or their determined parts), the primary first.
 
-    ``facts`` are what the status rests on; ``structural`` the names that these inputs could not determine at
-    any values.
-    ``reread``: by rules as they read at these values alone, so that it tells nothing of others. (Rules that
-    are only left out still count.)
+    ``facts`` are the reasons for the status; ``structural`` the names that these inputs could not determine
+    at any values. ``reread``: rules were read as they are only at these values, so it says nothing about
+    others. (Rules that are only left out still count.)
     """
 
     status: Status
@@ -243,7 +243,7 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
 
 
 def _curves(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> Iterator[facts.Beside]:
-    """The ways that end where the rules leave wanted variables free: answers, but no isolated ones."""
+    """The branches that end with wanted variables free: answers, but not isolated ones."""
     for leaf in found.leaves:
         why = leaf.branch.reasons
         if leaf.missing and why and all(isinstance(fact, facts.AsksNothing | facts.RankLoss) for fact in why):
@@ -254,8 +254,8 @@ def _curves(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> It
 
 
 def _uncovered(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> tuple[facts.Uncovered, ...]:
-    """The cases that nothing contradicts, and in which no rule determines what is wanted; none where a rule
-    of such a case holds whatever that is: then there is a continuum of answers."""
+    """The cases without contradiction in which no rule determines a wanted variable; none if a rule of such
+    a case holds for any value of it: then there is a continuum of answers."""
     leaves = [
         leaf for leaf in found.open_cases if not (leaf.underdetermined or leaf.on_edge or blocked(leaf))
     ]
@@ -267,9 +267,9 @@ def _uncovered(model: Model, found: Exploration, inputs: Mapping[str, Value]) ->
 
 
 def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> Sequence[Leaf]:
-    """The leaves at which something is free, and nothing refused; all, where there are none of these.
+    """The leaves at which something is free, and nothing refused; all, if there are none of these.
 
-    One of two roots may lead to a contradiction: that says nothing of the other.
+    One of two roots may lead to a contradiction: that does not affect the other.
     """
     if len(leaves) == 1:
         return leaves
@@ -278,7 +278,7 @@ def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> 
 
 
 def _unsettled(leaf: Leaf) -> tuple[facts.DoubleRoot | facts.RestsOnRounding, ...]:
-    """Why values of a leaf are no isolated answer."""
+    """Why values of a leaf are not an isolated answer."""
     return tuple(
         fact for fact in leaf.branch.facts if isinstance(fact, facts.DoubleRoot | facts.RestsOnRounding)
     )
@@ -343,7 +343,7 @@ def _worst(why: Sequence[Fact]) -> Status:
 
 
 def _contradicted(found: Exploration) -> Verdict:
-    """Every way ended at a rule that does not hold."""
+    """Every branch ended at a rule that does not hold."""
     conclusive = _conclusive(found)
     refused = [
         leaf for leaf in found.contradicted if all(isinstance(fact, facts.Unmet) for fact in leaf.conflicts)
@@ -377,9 +377,9 @@ def _contradicted(found: Exploration) -> Verdict:
 
 
 def _conclusive(found: Exploration) -> bool:
-    """Whether refusals on every way prove that there is no answer.
+    """Whether refusals on every branch prove that there is no answer.
 
-    They do if every way was followed to its end; or if there was one way only, of direct steps, none of which
+    They do if every branch was followed to its end; or if there was only one, of direct steps, none of which
     has more values than it could count.
     """
     ends = (*found.leaves, *found.contradicted, *found.open_cases)
@@ -394,7 +394,7 @@ def _conclusive(found: Exploration) -> bool:
 
 
 def _preferred(model: Model, leaves: list[Leaf]) -> list[Leaf]:
-    """Distinct leaves; one in which an auxiliary has no value gives way to one where all have."""
+    """Distinct leaves; one in which an auxiliary has no value gives way to a complete one."""
     whole = [
         leaf
         for leaf in leaves
@@ -416,9 +416,9 @@ def _preferred(model: Model, leaves: list[Leaf]) -> list[Leaf]:
 
 
 def _same_leaf(model: Model, leaf: Leaf, other: Leaf, varying: Sequence[str]) -> bool:
-    """Whether two ways lead to one answer: to the same floats, or to others that rounding makes of them.
+    """Whether two branches lead to one answer: to the same floats, or to others within rounding.
 
-    ``varying``: the names whose values are not alike everywhere.
+    ``varying``: the names whose values differ between leaves.
     """
     one, two = leaf.branch.values, other.branch.values
     if one.keys() != two.keys():
@@ -438,7 +438,6 @@ def _same_leaf(model: Model, leaf: Leaf, other: Leaf, varying: Sequence[str]) ->
 
 
 def _ordered(asked: Asked, leaves: list[Leaf]) -> list[Leaf]:
-    """Leaves by the rule of ``solver.ranking``."""
     if len(leaves) < 2:
         return leaves
     among = {name for leaf in leaves for name in leaf.branch.values}

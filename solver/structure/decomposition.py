@@ -49,10 +49,10 @@ class Incidence:
     """The bipartite graph of a system, or of a part of one.
 
     ``occurs[e]`` are the unknowns of equation ``e``, ascending. ``resolvable[e][u]`` is the cost of
-    solving ``e`` for ``u``: 0 where the solution is single and safe, 1 where it is single but a
-    coefficient may vanish, 2 and more the number of branches; absent where it can't be isolated.
+    solving ``e`` for ``u``: 0 if the solution is single and safe, 1 if it is single but a
+    coefficient may vanish, 2 and more the number of branches; absent if it cannot be isolated.
     ``unknowns`` is n. A part keeps the numbering of the whole, so both are indexed alike; ``part``
-    names what takes part (None: everything).
+    lists its members (None: everything).
     """
 
     occurs: Rows
@@ -62,7 +62,6 @@ class Incidence:
 
     @cached_property
     def block(self) -> Block:
-        """The equations and unknowns that take part."""
         if self.part is not None:
             return self.part
         return Block(tuple(range(len(self.occurs))), tuple(range(self.unknowns)))
@@ -81,7 +80,7 @@ class Incidence:
         return sum(len(self.occurs[equation]) for equation in self.block.equations)
 
     def restrict(self, block: Block) -> Incidence:
-        """The part with these equations and unknowns alone; costs time for the part only."""
+        """The part with only these equations and unknowns; takes time only for the part."""
         if block == self.block:
             return self
         inside = frozenset(block.unknowns)
@@ -93,11 +92,11 @@ class Incidence:
 
 
 class Frontier:
-    """Propagation of what is known, one variable at a time.
+    """Propagation of known variables, one at a time.
 
     An equation with one unknown left is ripe, one with none left is spent (a check); ``ripe`` and ``spent``
-    collect them in the order in which they come up. ``occurs[e]`` are the distinct variables of equation
-    ``e``; where it is active, ``missing[e]`` counts those that are not ``known``.
+    collect them in order. ``occurs[e]`` are the distinct variables of equation ``e``; if it is active,
+    ``missing[e]`` counts those that are not ``known``.
     """
 
     def __init__(self, occurs: Sequence[Sequence[int]], variables: int) -> None:
@@ -125,7 +124,7 @@ class Frontier:
             self._sort(equation)
 
     def unknown_of(self, equation: int) -> int | None:
-        """The single unknown of a ripe equation, or None where it is not ripe any more."""
+        """The single unknown of a ripe equation, or None if it is not ripe any more."""
         if self.missing[equation] != 1:
             return None
         return next(v for v in self._occurs[equation] if not self.known[v])
@@ -143,10 +142,10 @@ Edges: TypeAlias = Sequence[Sequence[int]] | Mapping[int, Sequence[int]]
 
 
 class Matching(NamedTuple):
-    """Partners by number, None where there is none.
+    """Partners by number, None for an unmatched node.
 
-    Of a maximum matching the size is unique. Which equations and which unknowns stay single is
-    made so: the last ones, in source order, that can. Who is matched with whom is not unique.
+    The size of a maximum matching is unique. The unmatched equations and unknowns are made unique:
+    the last possible ones, in source order. Who is matched with whom is not unique.
     """
 
     unknown_of: dict[int, int | None]
@@ -158,9 +157,9 @@ class Matching(NamedTuple):
 
 
 def maximum_matching(incidence: Incidence) -> Matching:
-    """As many disjoint (equation, unknown) pairs as there can be, each unknown in its equation.
+    """As many disjoint (equation, unknown) pairs as possible, each unknown in its equation.
 
-    Maximum matchings differ in which unknowns they leave single inside the under-determined part alone.
+    Maximum matchings differ only in which unknowns of the under-determined part are unmatched.
     """
     equations, unknowns = incidence.block
     equation_of: dict[int, int | None] = dict.fromkeys(unknowns)
@@ -176,9 +175,9 @@ def maximum_matching(incidence: Incidence) -> Matching:
 
 
 def augmented(nodes: Iterable[int], edges: Edges) -> dict[int, int]:
-    """The owner of every partner: nodes are given one in turn, and never lose it to a later node.
+    """The owner of every partner: nodes are matched in turn, and stay matched.
 
-    So the nodes that end up matched are the lexicographically first set that can be.
+    So the nodes that end up matched are the lexicographically first set possible.
     """
     owner_of: dict[int, int] = {}
     spent: set[int] = set()  # partners from which no free one can be reached, now or later
@@ -196,7 +195,7 @@ def augmented(nodes: Iterable[int], edges: Edges) -> dict[int, int]:
 def shortest_path(
     root: int, edges: Edges, owner_of: Mapping[int, int], spent: Container[int]
 ) -> tuple[dict[int, int | None], int | None]:
-    """The partner before each one reached (None: the root is), and the nearest that is free."""
+    """The partner before each one reached (None: the root is), and the nearest free one."""
     before: dict[int, int | None] = {}
     queue: list[int | None] = [None]
     for previous in queue:
@@ -225,11 +224,11 @@ def reached(roots: Iterable[int], edges: Edges, owner_of: Mapping[int, int | Non
 
 
 class Parts(NamedTuple):
-    """Every equation and every unknown stands in exactly one part. The parts are unique.
+    """Every equation and every unknown belongs to exactly one part. The parts are unique.
 
-    ``over`` has more equations than unknowns (or is empty): its equations contradict one another
-    or repeat one another. ``square`` has as many of both and can be solved once ``over`` is.
-    ``under`` has more unknowns than equations: none of its unknowns is determined.
+    ``over`` has more equations than unknowns (or is empty): its equations contradict one another or
+    are dependent. ``square`` has as many of both and can be solved once ``over`` is. ``under`` has
+    more unknowns than equations: none of its unknowns is determined.
     """
 
     over: Block
@@ -253,9 +252,9 @@ def dulmage_mendelsohn(incidence: Incidence, matching: Matching | None = None) -
 
 
 def undetermined(incidence: Incidence, given: Collection[int]) -> frozenset[int]:
-    """The unknowns that stay undetermined where some are given.
+    """The unknowns that stay undetermined if some are given.
 
-    An equation determines one that it can be solved for, once all others that occur in it are determined.
+    An equation determines one that it can be solved for, once all its others are determined.
     """
     equations, unknowns = incidence.block
     part = incidence.restrict(Block(equations, tuple([u for u in unknowns if u not in given])))
@@ -299,12 +298,11 @@ def strong_components(successors: Sequence[Sequence[int]]) -> Iterator[list[int]
 def block_triangular(
     incidence: Incidence, square: Block | None = None, matching: Matching | None = None
 ) -> tuple[Block, ...]:
-    """The blocks to solve one after another, each simultaneous in itself.
+    """The blocks to solve one after another, each of simultaneous equations.
 
-    The blocks are unique, whatever the matching that they are found with; among orders in which
-    every block comes after those that it needs, it is the one that keeps closest to the source.
-    ``matching`` may be any maximum matching of the whole, where that is known already.
-    Raises ValueError where the part can't be matched completely.
+    The blocks are unique, for any matching; of the orders in which every block comes after those
+    that it needs, this is the one closest to the source. ``matching`` may be any maximum matching
+    of the whole, if known already. Raises ValueError if the part cannot be matched completely.
     """
     part = incidence if square is None else incidence.restrict(square)
     equations = part.block.equations

@@ -52,7 +52,7 @@ def tearings(
     """Up to ``limit`` tearings with equally many tears, at least one: least cost of the steps first, then
     least weight, then source order.
 
-    The number of tears is the minimum where all sets can be tried with an ``effort`` of sets times unknowns;
+    The number of tears is the minimum if all sets can be tried with an ``effort`` of sets times unknowns;
     else it is a heuristic's. Unknowns without a weight weigh 0.
     """
     weight = weights or {}
@@ -77,8 +77,8 @@ def tearings(
 
 
 class _Order(NamedTuple):
-    """``steps`` and what they cost; what is known after them, the (cost, equation, unknown) that go on from
-    there, and the ``fewest`` unknowns left in an equation that has several, 0 without one."""
+    """``steps`` and their cost; the known variables after them, the (cost, equation, unknown) that may
+    follow, and the ``fewest`` unknowns left in an equation that has several, 0 without one."""
 
     cost: int
     steps: Steps
@@ -88,8 +88,9 @@ class _Order(NamedTuple):
 
 
 def _order(incidence: Incidence, known: Collection[int], ceiling: int | None = None) -> _Order:
-    """Steps that lead on from what is known, each the cheapest, then first, on offer, as long as it costs no
-    more than ``ceiling``. (Without one, what is known at the end does not depend on the order.)"""
+    """Steps that follow from the known variables, each the cheapest, then first, available, as long as it
+    costs no more than ``ceiling``. (Without one, the known variables at the end do not depend on the
+    order.)"""
     reached = set(known)
     missing = {e: sum(u not in reached for u in incidence.occurs[e]) for e in incidence.block.equations}
     offers: list[tuple[int, int, int]] = []
@@ -121,7 +122,7 @@ def _order(incidence: Incidence, known: Collection[int], ceiling: int | None = N
 
 
 def _searched(incidence: Incidence, tears: Tears) -> _Order | None:
-    """The order of least total cost; None where the search takes too long."""
+    """The order of least total cost; None if the search takes too long."""
     queue = [_order(incidence, tears, ceiling=0)]
     closed: set[frozenset[int]] = set()
     pushed = 0
@@ -169,8 +170,8 @@ def _complete(
 ) -> Iterator[tuple[Tears, _Order]]:
     """Sets with ``size`` further tears from which everything follows, in lexicographic order.
 
-    An unknown that follows from the tears before it is passed over: a set with it is not smallest. As many as
-    are missing have to be left: sets of fewer tears have been searched.
+    An unknown that follows from the tears before it is skipped: a set with it is not smallest. Sets of fewer
+    tears have been searched before.
     """
     unknowns = incidence.block.unknowns
     if len(order.known) == len(unknowns):

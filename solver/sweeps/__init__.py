@@ -1,5 +1,5 @@
-"""Many solves of one question, and here what they begin with: a model prepared for one pattern of inputs and
-outputs. Floats go in, checked floats come out."""
+"""Many solves of one question; this module prepares a model for one pattern of inputs and outputs: floats go
+in, checked floats come out."""
 
 from __future__ import annotations
 
@@ -85,16 +85,17 @@ Array: TypeAlias = NDArray[Any]
 
 
 def turns_of(model: Model, names: Iterable[str]) -> Array:
-    """The whole turns of angles (v,), infinite for all else."""
+    """The whole turns of angles (v,), infinite for other variables."""
     turn = planner(model).graph.turn
     return np.array([turn(name) or np.inf for name in names])
 
 
 class Plan:
-    """What ``prepare`` returns. Numbers come in the order of ``inputs`` and go in that of ``want``.
+    """The result of ``prepare``. Numbers are given in the order of ``inputs`` and returned in that of
+    ``want``.
 
-    Rows that decide alike share the record of the first of them; rows that no record settles are solved
-    step by step.
+    Rows with the same decisions share the record of the first of them; rows that no record covers are
+    solved step by step.
     """
 
     def __init__(
@@ -122,7 +123,7 @@ class Plan:
         def __call__(self, *numbers: Value, **named: Value) -> tuple[Value, ...]:
             """The wanted values of the primary answer for a number of each input, by place or by name.
 
-            Raises Unsolved where there is none, as for an infinite number, TypeError for what is no number.
+            Raises Unsolved if there is none, also for an infinite number, TypeError for other types.
             """
 
         def all(self, *numbers: Value, **named: Value) -> list[tuple[Value, ...]]:
@@ -137,7 +138,7 @@ class Plan:
             object.__setattr__(self, name, function)
 
     def _bind(self) -> None:
-        """Let calls begin with the record that is asked first."""
+        """Let calls begin with the first record."""
         records = self.records
         if records.programs and (forms := (*records.first(), records.every[records.order[0]])) != self._bound:
             self._bound, (*first, every) = forms, forms
@@ -147,7 +148,7 @@ class Plan:
             self._call(primary, with_fallback(every, self._every))
 
     def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
-        """What the first record does not settle, or all where there is none yet."""
+        """What the first record does not cover, or all if there is none yet."""
         numbers = self._numbers(given, named)
         found = self.records.known(numbers)
         if found is None:
@@ -163,13 +164,13 @@ class Plan:
         return self._answers(numbers) if found is None else found
 
     def _numbers(self, given: tuple[Value | None, ...], named: Mapping[str, Value]) -> tuple[Value, ...]:
-        """The numbers of a call; places that a record has filled up hold None."""
+        """The numbers of a call; places that a record has filled hold None."""
         while given and given[-1] is None:
             given = given[:-1]
         return arguments(self.model, self.inputs, given, named)
 
     def _known(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]] | None:
-        """The answers by the first record that settles them."""
+        """The answers by the first record that covers them."""
         found = self.records.known(numbers)
         self._bind()
         return found
@@ -183,11 +184,7 @@ class Plan:
     def outcome(
         self, numbers: tuple[Value, ...], beside: Status | None = None
     ) -> tuple[Status, list[tuple[Value, ...]]]:
-        """The status of one row and, where it is solved, the wanted values of every answer in order.
-
-        Where the row ``beside`` it has no answer, and a brief search finds none either, this is not asked for
-        last resorts, which have not helped there.
-        """
+        """The status of one row and, if it is solved, the wanted values of every answer in order."""
         found = self._known(numbers)
         if found is not None:
             return Status.SOLVED, found
@@ -207,9 +204,8 @@ class Plan:
     def _solved(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]], Verdict | None]:
         """The outcome of a row step by step, and the verdict unless a record refuses it.
 
-        What is found out becomes a record, where it can; of an infeasible row it is the refusal, where
-        nothing but that is known of it. A row that lacks an input teaches nothing: it is solved for it; nor
-        does one whose rules were read anew.
+        The solve becomes a record, if possible; an infeasible row becomes a refusal. A row that lacks an
+        input, or whose rules were read again, is not recorded.
         """
         if any(refused(*numbers) is not None for refused in self.records.refused):
             return Status.INFEASIBLE, [], None
@@ -230,11 +226,11 @@ class Plan:
         return verdict.status, rows, verdict
 
     def sweep(self, *columns: Column, jit: bool = False) -> Table:
-        """One solve a row for arrays (n,) in the order of ``inputs``; a row without an answer is NaN.
+        """One solve for each row of arrays (n,) in the order of ``inputs``; a row without an answer is NaN.
 
-        The primary answer of a row is the one that continues a branch, else the one that the rule says.
-        With ``jit`` the records are compiled to machine code (extra ``jit``), which pays from about 1e5 rows.
-        Raises ValueError for columns of different lengths, ImportError where the extra is absent.
+        The primary answer of a row continues a branch, or else comes first in the ranking. With ``jit`` the
+        records are compiled to machine code (extra ``jit``), which pays off from about 1e5 rows. Raises
+        ValueError for columns of different lengths, ImportError without the extra.
         """
         if len(columns) != len(self.inputs):
             told = plural(len(self.inputs), "column")
@@ -253,7 +249,7 @@ class Plan:
         return turns_of(self.model, self.want)
 
     def sweeper(self, jit: bool) -> AnswerSweeper:
-        """What solves rows by the records that there are."""
+        """Solves rows by the existing records."""
         if self._sweeper is None or self._sweeper.jit is not jit or self._sweeper.records is not self.records:
             self._sweeper = AnswerSweeper(self.records, jit, self.turns)
         return self._sweeper
@@ -268,11 +264,11 @@ class Plan:
         return self._fixing[key] if fixed else self
 
     def mark(self) -> Any:
-        """What has been learned so far, for ``forget``."""
+        """The present state of the records, for ``forget``."""
         return self.records.mark(), {key: plan.mark() for key, plan in self._fixing.items()}
 
     def forget(self, mark: Any) -> None:
-        """Go back to what was known at a mark."""
+        """Go back to a marked state."""
         known, fixing = mark
         self.records.forget(known)
         self._fixing = {key: self._fixing[key] for key in fixing}
@@ -280,11 +276,11 @@ class Plan:
             plan.forget(fixing[key])
 
     def judged(self, numbers: tuple[Value, ...]) -> tuple[Verdict, Exploration]:
-        """Verdict on one row, unexplained; what it found out serves the rows that decide alike.
+        """The verdict on one row, unexplained; its solve becomes a record.
 
-        A number that is nan is an input that the row lacks, and is solved for; one that is infinite is none
-        at all. What floats leave vague is solved again in extended precision. Where the time is up the row
-        is failed.
+        A nan is a missing input, which is solved for; an infinite number is invalid. Where floats are not
+        accurate enough the row is solved again in extended precision. When the time is up the row is
+        failed.
         """
         if (refused := self._refused(numbers)) is not None:
             status, _ = refused
@@ -301,8 +297,8 @@ class Plan:
             return Verdict(Status.FAILED, (), (OutOfTime(()),)), Exploration((), False, ())
 
     def _refused(self, numbers: tuple[Value, ...]) -> tuple[Status, Diagnosis] | None:
-        """The status of a row with an infinite number, or one outside the range that the sheet declares, and
-        what is said of it; None for a row that can be asked."""
+        """The status of a row with an infinite number, or one outside the declared range, and its message;
+        None for other rows."""
         pairs = zip(numbers, (self.model.variables[name] for name in self.inputs), strict=True)
         given = [(float(v), variable) for v, variable in pairs if not isinstance(v, str)]
         for number, variable in given:
@@ -314,7 +310,7 @@ class Plan:
         return None
 
     def _values(self, numbers: tuple[Value, ...]) -> dict[str, Value]:
-        """The inputs of a row by name, those that it lacks left out."""
+        """The inputs of a row by name, without missing ones."""
         row = {n: v if isinstance(v, str) else float(v) for n, v in zip(self.inputs, numbers, strict=True)}
         return {**self.given, **{n: v for n, v in row.items() if isinstance(v, str) or math.isfinite(v)}}
 
@@ -334,11 +330,11 @@ def prepare(
 ) -> Plan:
     """Fix the pattern of a solve: ``inputs`` will be given by position, ``want`` is returned.
 
-    The sheet's other inputs, overridden by ``given`` (None clears one), are fixed now. ``want``
-    defaults to the variables of the sheet that are no inputs, without those that calls only pass on to one
-    another. ``timeout`` limits the seconds of a solve step by step; a call that meets the limit raises
-    Unsolved with the status ``failed``. Raises RuleSheetError for names that the model does not have,
-    ValueError for an input that is named twice.
+    The sheet's other inputs, overridden by ``given`` (None clears one), are fixed now. ``want`` defaults
+    to the variables of the sheet that are not inputs, without those that calls only pass on. ``timeout``
+    limits the seconds of a solve step by step; a call that reaches the limit raises Unsolved with the
+    status ``failed``. Raises RuleSheetError for names that the model does not have, ValueError for an
+    input that is named twice.
     """
     expect_model(model)
     names = variables_named(inputs, model)
@@ -374,7 +370,7 @@ def sweep_answers(
 ) -> tuple[NDArray[np.int8], Answers]:
     """The status codes (n,) of every row, and all its wanted values, the primary answer first.
 
-    The columns (n,) stand in the order of the plan's inputs; without any there is one row. In a ``steady``
+    The columns (n,) are in the order of the plan's inputs; without any there is one row. In a ``steady``
     sweep answers are in order as far as ``Answers.runs`` says.
     """
     groups = _by_symbols(columns)
@@ -400,7 +396,7 @@ def _numbers(columns: Sequence[Array], key: Key, rows: Array) -> list[Array]:
 def _alike(
     plan: Plan, columns: list[Array], count: int, jit: bool, steady: bool
 ) -> tuple[NDArray[np.int8], Answers]:
-    """The same of ``count`` rows of numbers alone."""
+    """The same for ``count`` rows of numbers only."""
     if not columns:  # nothing tells the rows apart
         one, rows = plan.outcome(())
         return np.full(count, CODES[one], dtype=np.int8), listed([rows] * count)
@@ -468,7 +464,7 @@ def one_answer(
     first: Array,
     own: bool = False,
 ) -> Table:
-    """A row for each row of inputs, with the answers ``first`` (n,) of each, whose planes it may ``own``."""
+    """A row for each row of inputs, with its ``first`` (n,) answer, whose planes it may ``own``."""
     values = answers.chosen(first, own) or [np.full(len(status), np.nan) for _ in want]
     return _table(inputs, want, status, values, answers.counts)
 

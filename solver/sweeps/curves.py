@@ -38,10 +38,10 @@ from solver.sweeps.tracing import (
 def _curve_unknowns(
     graph: ModelGraph, steps: Sequence[Step], parameter: str
 ) -> tuple[tuple[str, ...], frozenset[str]]:
-    """The unknowns of a path, and what moves with the parameter, which does so, too.
+    """The unknowns that span the curve, and all variables that change with the parameter, itself included.
 
-    The unknowns are the unknowns of the steps that can have several values, and all that these need of what
-    moves, in the order of the steps: nothing where every step has one value, and no case was assumed.
+    They are the unknowns of the steps that can have several values, and the changing variables that these
+    need, in the order of the steps: none if every step has one value, and no case was assumed.
     """
     made = [(step, names, {*read_by(graph, step)}) for step in steps if (names := given_by(step))]
     assumed = {name for step in steps if isinstance(step, Assume) for name in read_by(graph, step)}
@@ -85,7 +85,7 @@ def is_discontinuous(
 ) -> bool:
     """Whether a value jumps, has a pole, or is missing (None) between two places where it is known.
 
-    It is looked at closely only where its middle lies outside of those at the ends, or next to one of them.
+    It is examined closely only if its middle lies outside of those at the ends, or next to one of them.
     ``turn``: the whole turn of an angle, which makes no difference.
     """
 
@@ -113,7 +113,7 @@ def is_discontinuous(
 
 
 def _grows(start: float, end: float, value: Callable[[float], float | None], most: float) -> bool:
-    """Whether a value grows without bound, or vanishes, where it is largest: at a maximum it does not,
+    """Whether a value grows without bound, or vanishes, at its largest: at a maximum it does not,
     however small it is at the ends."""
     reached: list[float] = []
     for _ in range(HALVINGS):
@@ -143,10 +143,10 @@ def follow_sweep(
     given: Mapping[str, Value | None] | None = None,
     guesses: Mapping[str, float] | None = None,
 ) -> CurveTable:
-    """Every branch of answers that some value of the swept variable has an answer on, followed to its ends.
+    """Every branch of answers at some value of the swept variable, followed to its ends.
 
     Branches are numbered in the order in which they are found, from the first value on. Raises RuleSheetError
-    for unknown names, ValueError where there is no finite value to sweep.
+    for unknown names, ValueError if there is no finite value to sweep.
     """
     plan = prepare(model, (name,), want, given, guesses)
     swept = np.atleast_1d(np.asarray(values, dtype=np.float64))
@@ -171,7 +171,7 @@ def follow_sweep(
 def _followed(
     plan: Plan, name: str, values: Vector, leaf: Leaf, value: float, sizes: Mapping[str, float]
 ) -> Iterator[_Found]:
-    """The branch that an answer lies on, if its rules leave it one way to go."""
+    """The branch of an answer, if its rules leave a single curve."""
     graph, span = planner(plan.model).graph, (float(values.min()), float(values.max()))
     unknowns, moving = _curve_unknowns(graph, leaf.branch.steps, name)
     names = (*unknowns, name)
@@ -209,7 +209,7 @@ class _Found(NamedTuple):
 
 
 def _same(leaf: Leaf, name: str, value: Value) -> bool:
-    """Whether an answer has this value, too, of a variable that does not move with the swept one."""
+    """Whether an answer also agrees in a variable that does not change with the swept one."""
     there = leaf.branch.values.get(name)
     if isinstance(there, float) and isinstance(value, float):
         return abs(there - value) <= SAME * max(abs(there), abs(value))
@@ -251,7 +251,7 @@ _Run: TypeAlias = tuple[Sequence[_Row], bool, str, str]
 
 
 def _runs(found: _Found, want: Sequence[str]) -> Iterator[_Run]:
-    """The rows of a branch. Where nothing can have several values, they part where there is no answer."""
+    """The rows of a branch, separated where there is no answer if nothing can have several values."""
     curve, system = found.curve, found.system
     scale = curve.pieces[0].problem.scale
     rows = [_Row(*row, *system.filled(row[0], want, scale)) for row in found.rows]
@@ -271,7 +271,7 @@ def _runs(found: _Found, want: Sequence[str]) -> Iterator[_Run]:
         return values if status is Status.SOLVED else {}
 
     def value(name: str, place: float) -> float | None:
-        """Symbols count as 0: what can be told of them is where they are missing."""
+        """The value; symbols count as 0, since only a missing one matters."""
         found = answer(place).get(name)
         return 0.0 if isinstance(found, str) else found
 
@@ -290,7 +290,7 @@ def _runs(found: _Found, want: Sequence[str]) -> Iterator[_Run]:
 
 
 def _end(end: End, z: Vector, system: CurveSystem) -> str:
-    """Why a branch ends there, the variable named whose range is at its end."""
+    """Why a branch ends there, with the variable whose range ends."""
     if end is not End.BOUNDARY:
         return str(end.value)
     apart = np.minimum(np.abs(z - system.low), np.abs(z - system.high)) / (1.0 + np.abs(z))

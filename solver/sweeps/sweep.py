@@ -1,8 +1,8 @@
-"""A sweep from its rows to its table: cut into pieces, solved, put together or written as it comes.
+"""A sweep from its rows to its table: cut into pieces, solved, joined or written in order.
 
-How rows are cut is a matter of the rows alone, never of the clock: a row can be solved from where its
-neighbour ended, so pieces decide the last bits. Cut alike, a sweep gives the same bytes in one process, in
-several, and on a cluster.
+The cuts depend only on the rows, never on the time: a row can be solved from the answer of its neighbour,
+so pieces decide the last bits. With the same cuts a sweep gives the same bytes in one process, in several,
+and on a cluster.
 """
 
 from __future__ import annotations
@@ -63,19 +63,18 @@ def sweep(
     """Solve the model for every row of ``inputs``: arrays of one length; with ``grid``, each combination.
 
     ``inputs`` is a mapping of names to columns, or a data frame (pandas, polars, Arrow) with these columns.
-    A column may be given with its unit, ``(values, "in")``, or as an array of pint.
-    With ``all`` every answer has a row of its own and a number in the column ``answer`` (0: none),
-    which stays with its branch from row to row. With ``jit`` the rows run through machine code (extra
-    ``jit``), which pays from about 1e5 of them. ``jobs`` processes share the work (None: as many as pay),
-    or the workers of a dask cluster, by the address of its ``scheduler``; the table is the same.
+    A column may be given with its unit, ``(values, "in")``, or as an array of pint. With ``all`` every
+    answer has a row of its own and a number in the column ``answer`` (0: none), which stays with its branch
+    from row to row. With ``jit`` the rows run through machine code (extra ``jit``), which pays off from
+    about 1e5 of them. ``jobs`` processes share the work (None: as many as pay off), or the workers of a
+    dask cluster, by the address of its ``scheduler``; the table is the same.
 
     With ``follow`` the curve of answers is followed through its turning points: rows are points along it,
-    every branch has a number, and the table is a ``CurveTable``, which knows limit positions and ends.
+    every branch has a number, and the table is a ``CurveTable`` with limit positions and ends.
 
-    ``timeout``: seconds for the whole sweep; rows that are not solved by then are ``failed``.
-
-    Raises RuleSheetError for unknown names, ValueError for arrays that are no columns of one length and for
-    a wrong number of ``jobs``.
+    ``timeout``: seconds for the whole sweep; rows that are not solved by then are ``failed``. Raises
+    RuleSheetError for unknown names, ValueError for arrays that are not columns of one length and for a
+    wrong number of ``jobs``.
     """
     expect_model(model)
     if not isinstance(inputs, Mapping):
@@ -108,7 +107,7 @@ def sweep(
 
 
 def _in_its_unit(model: Model, name: str, column: Any) -> Any:
-    """``(values, "in")`` and arrays of pint in the unit of a variable; all else as it is."""
+    """``(values, "in")`` and arrays of pint in the unit of a variable; others unchanged."""
     variable = variable_named(name, model)
     if isinstance(column, tuple) and len(column) == 2 and isinstance(column[1], str) and variable.unit:
         values, unit = column
@@ -130,9 +129,9 @@ def work_of(
     jit: bool = False,
     timeout: float | None = None,
 ) -> Work:
-    """A plan as something that any process can do.
+    """A plan as work that any process can do.
 
-    Raises RuleSheetError (E441) where machine code is asked for and its extra is not there.
+    Raises RuleSheetError (E441) if machine code is requested without its extra.
     """
     if jit:
         require_extra("jit", "machine code needs", "llvmlite")
@@ -142,8 +141,8 @@ def work_of(
 
 
 def followed(work: Work, pieces: Iterator[Rows]) -> Iterator[Table]:
-    """The pieces as tables, with branches kept: in the numbers of answers where all are asked for, else in
-    the first. Of rows that an interrupt has cut short none are left from the first that failed."""
+    """The pieces as tables, with branches kept: in the numbers of answers if all are wanted, else in the
+    first. After an interrupt, rows from the first failed one on are dropped."""
     tabled = (Every if work.every else Primary)(work)
     for rows in pieces:
         failed = np.flatnonzero(rows.codes == CODES[Status.FAILED])
@@ -163,12 +162,10 @@ def monte_carlo(
 ) -> Samples:
     """Solve for ``samples`` draws of the inputs that have a tolerance, near the primary answer of ``result``.
 
-    Inputs are drawn independently of one another; the same ``seed`` gives the same draws. Of several
-    answers of a sample the nearest to the primary one counts. ``tolerances`` override those of the sheet,
-    in the units of the inputs.
-
-    Raises ValueError for an unknown distribution, for less than two samples, and where nothing is solved to
-    start from; RuleSheetError for unknown names.
+    Inputs are drawn independently; the same ``seed`` gives the same draws. Of several answers of a sample the
+    nearest to the primary one counts. ``tolerances`` override those of the sheet, in the units of the inputs.
+    Raises ValueError for an unknown distribution, for less than two samples, and without an answer to start
+    from; RuleSheetError for unknown names.
     """
     if distribution not in SPREADS:
         raise ValueError(f"the distributions are {', '.join(SPREADS)}, not {distribution}")
@@ -208,7 +205,7 @@ class Stretch:
         return self.count
 
     def __getitem__(self, places: Array | slice) -> Array:
-        """Where numerator and denominator are exact floats (below 2^53), one division rounds once."""
+        """If numerator and denominator are exact floats (below 2^53), one division rounds once."""
         if isinstance(places, slice):
             places = np.arange(*places.indices(self.count))
         bottom = lcm(self.start.denominator, self.step.denominator)
@@ -225,7 +222,7 @@ Axis: TypeAlias = Stretch | Array
 
 @dataclass(frozen=True)
 class Grid:
-    """Every combination of the axes, the last one running fastest; nothing is held but the axes.
+    """Every combination of the axes, the last one varying fastest; only the axes are stored.
 
     ``zipped``: the axes side by side instead, row k with the value k of each; all have one length.
     """
@@ -242,7 +239,6 @@ class Grid:
         return tuple(map(len, self.axes[:1] if self.zipped else self.axes))
 
     def at(self, places: Array) -> Chunk:
-        """The inputs of these rows."""
         along = [places] * len(self.axes) if self.zipped else np.unravel_index(places, self.shape)
         return tuple(axis[there] for axis, there in zip(self.axes, along, strict=True))
 
@@ -258,7 +254,7 @@ def size(done: int, total: int | None) -> int:
 
 
 def grid_chunks(rows: Grid) -> Iterator[Chunk]:
-    """Pieces of a grid, each made when it is asked for."""
+    """Pieces of a grid, each made on demand."""
     total, done = len(rows), 0
     while done < total:
         end = min(total, done + size(done, total))
@@ -267,14 +263,14 @@ def grid_chunks(rows: Grid) -> Iterator[Chunk]:
 
 
 def grid_warmup(rows: Grid, total: int | None = None) -> Chunk:
-    """Some rows from all over a grid to learn from: so few that they do not weigh on ``total`` rows, its own
-    where that is None; of few none."""
+    """Some rows from all over a grid for records in advance: few enough to be cheap for ``total`` rows, its
+    own if that is None; none for a small grid."""
     places = np.linspace(0, len(rows) - 1, min(LESSONS, (total or len(rows)) // 64)).astype(np.int64)
     return rows.at(places) if len(places) else ()
 
 
 def file_chunks(pieces: Iterable[Chunk], total: int | None) -> Iterator[Chunk]:
-    """Pieces of a file, however it was cut when it was read."""
+    """Pieces of a file, independent of how it was cut when it was read."""
     done, waiting, held = 0, list[Chunk](), 0
     for piece in pieces:
         waiting.append(piece)
@@ -294,7 +290,7 @@ def _joined(pieces: list[Chunk]) -> Chunk:
 
 
 class Sink(Protocol):
-    """Takes the pieces of a table in order; then it is closed, whole, or discarded."""
+    """Takes the pieces of a table in order; then it is closed, complete, or discarded."""
 
     def add(self, table: Table) -> None: ...
     def close(self) -> None: ...
@@ -302,7 +298,7 @@ class Sink(Protocol):
 
 
 def heads(names: Iterable[str], model: Model) -> tuple[str, ...]:
-    """The headings of a table: ``v``, and ``v [km/h]`` for what is not in the unit of the rules."""
+    """The headings of a table: ``v``, or ``v [km/h]`` for a unit other than that of the rules."""
     found = displays(model, names)
     return tuple(
         f"{name} [{model.variables[name].display_unit}]" if name in found else name for name in names
@@ -318,9 +314,9 @@ def shown_columns(table: Table, model: Model) -> Table:
 
 
 def resumed(path: str, work: Work, chunks: Iterator[Chunk]) -> tuple[Table, Iterator[Chunk]]:
-    """The rows of a file that an earlier run of a sweep has left, and the chunks of those left to do.
+    """The rows of a file from an earlier run of a sweep, and the remaining chunks.
 
-    Rows at its end that failed are left out: they are solved again, with more time perhaps. Raises
+    Failed rows at its end are left out: they are solved again, perhaps with more time. Raises
     RuleSheetError: E448 for units that are not those of the rules, for a file with other columns or rows,
     E440, E441.
     """
@@ -345,7 +341,7 @@ def resumed(path: str, work: Work, chunks: Iterator[Chunk]) -> tuple[Table, Iter
 
 
 def _after(path: str, table: Table, chunks: Iterator[Chunk], inputs: Sequence[str]) -> Iterator[Chunk]:
-    """The rows that are left. Raises RuleSheetError (E448) if the earlier ones are others."""
+    """The remaining rows. Raises RuleSheetError (E448) if the earlier ones are different."""
     done, rows = 0, len(table.status)
     for chunk in chunks:
         count = min(len(chunk[0]), rows - done)
@@ -362,8 +358,8 @@ def _after(path: str, table: Table, chunks: Iterator[Chunk], inputs: Sequence[st
 
 
 class Outcome(NamedTuple):
-    """``counts`` are the rows by status code, ``several`` those of which one of several answers is shown;
-    ``interrupted`` says that there would have been more."""
+    """``counts`` are the rows by status code, ``several`` those that show one of several answers;
+    ``interrupted``: there would have been more."""
 
     counts: tuple[int, ...]
     interrupted: bool = False
@@ -397,9 +393,9 @@ def run(
 ) -> Outcome:
     """Hand every piece of a table to every sink, in the display units of a ``model``.
 
-    ``every``: each answer has a row of its own. ``progress`` hears the number of rows done. An interrupt ends
-    the sweep and keeps what is done. Anything else that ends it early discards the sinks and is raised, as is
-    a second interrupt.
+    ``every``: each answer has a row of its own. ``progress`` is called with the number of rows done. An
+    interrupt ends the sweep and keeps what is done. Anything else that ends it early discards the sinks and
+    is raised, as is a second interrupt.
     """
     counts, several = np.zeros(len(WORDS), dtype=np.int64), 0
     with Interrupts():

@@ -39,7 +39,7 @@ from solver.solution.verdict import judge
 
 
 class CurveSystem:
-    """The rules between ``names``: the unknowns of the core, then the parameter; all else is ``fixed``."""
+    """The rules between ``names``: the unknowns of the curve, then the parameter; others are ``fixed``."""
 
     def __init__(
         self,
@@ -67,7 +67,7 @@ class CurveSystem:
         self.low[-1], self.high[-1] = max(self.low[-1], span[0]), min(self.high[-1], span[1])
 
     def values(self, z: Vector) -> dict[str, Value]:
-        """What is known at a point of the curve."""
+        """The known values at a point of the curve."""
         return {**self.fixed, **dict(zip(self.names, z.tolist(), strict=True))}
 
     def regime(self, z: Vector) -> tuple[int, ...]:
@@ -79,7 +79,7 @@ class CurveSystem:
         return [e for e in active_equations(self.model, self.values(z), self.inputs) if e.index in chosen]
 
     def problem(self, at: Vector, scale: Vector) -> Problem | None:
-        """The problem of the rules that are active at ``at``; None where they leave more than a curve."""
+        """The problem of the rules that are active at ``at``; None if they leave more than a curve."""
         values, rows, equations = self.values(at), [], []
         for equation in self.active(at):
             if (row := slopes(equation, values)) is not None:
@@ -107,7 +107,7 @@ class CurveSystem:
         return Problem(residual, jacobian, scale, self.turn, *ranges, self.regime, self.regime(at))
 
     def holds(self, z: Vector, within: float) -> bool:
-        """Whether every active rule of the core holds at a point, to a share of its terms."""
+        """Whether every active rule of the curve holds at a point, up to a share of its terms."""
         values = self.values(z)
         for equation in self.active(z):
             try:
@@ -122,10 +122,11 @@ class CurveSystem:
     def filled(
         self, point: CurvePoint, want: Sequence[str], scale: Vector
     ) -> tuple[Status, dict[str, Value]]:
-        """The status and the wanted values that are determined, by an ordinary solve with the core given.
+        """The status and the wanted values that are determined, by an ordinary solve with the curve's
+        unknowns given.
 
-        So is all that does not move along the curve: of several answers it is that of the branch. A fold is
-        ``singular``.
+        So is everything that does not change along the curve: of several answers it is that of the branch.
+        A fold is ``singular``.
         """
         status, values = self._solved(point.z, want)
         if status is not Status.SOLVED and not point.fold:
@@ -135,7 +136,7 @@ class CurveSystem:
         return Status.SINGULAR if point.fold else status, values
 
     def _solved(self, z: Vector, want: Sequence[str]) -> tuple[Status, dict[str, Value]]:
-        """With angles in (-180, 180], as far as the rules of the core admit it."""
+        """With angles in (-180, 180], as far as the rules of the curve allow it."""
         finite = np.isfinite(self.turn)
         turn = np.where(finite, self.turn, 1.0)
         moved = np.where(finite, z - turn * np.ceil(z / turn - 0.5), z)
@@ -147,7 +148,7 @@ class CurveSystem:
 
 
 def _direction(equation: Equation) -> tuple[str, float] | None:
-    """The angle of a rule ``angle = atan2d(…)``, and the turn by which it jumps where that passes 180."""
+    """The angle of a rule ``angle = atan2d(…)``, and the turn by which it jumps at 180."""
     sides = (equation.left, equation.right)
     for one, other in (sides, sides[::-1]):
         if isinstance(one, Name) and isinstance(other, Call):
@@ -189,7 +190,7 @@ class Curve(NamedTuple):
 
 
 def traced(system: CurveSystem, seed: Vector, scale: Vector) -> Curve | None:
-    """The branch through ``seed``; None where the rules have no single curve there."""
+    """The branch through ``seed``; None if the rules have no single curve there."""
     problem = system.problem(seed, scale)
     ahead = None if problem is None else start(problem, seed)
     if problem is None or ahead is None:
@@ -214,7 +215,7 @@ def _turned(point: CurvePoint) -> CurvePoint:
 
 
 def _onward(system: CurveSystem, problem: Problem, home: CurvePoint) -> tuple[list[Piece], End]:
-    """Follow a curve through changes of its rules, as long as the answer goes on."""
+    """Follow a curve through changes of its rules, as long as the answer continues."""
     pieces, first = list[Piece](), home
     for _ in range(CHANGES):
         expect_time()
@@ -236,7 +237,8 @@ def _onward(system: CurveSystem, problem: Problem, home: CurvePoint) -> tuple[li
 def curve_rows(curve: Curve, values: Vector) -> Iterator[tuple[CurvePoint, bool]]:
     """The first point, every swept value that the branch passes, every fold, the last point.
 
-    With each whether the swept variable rises before it: where it turns back it is the greatest then.
+    Each with whether the swept variable increases before it: where it turns back it is then the
+    greatest.
     """
     first, last = curve.points[0], curve.points[-1]
     yield first, bool(first.tangent[-1] > 0)
@@ -255,7 +257,7 @@ def curve_rows(curve: Curve, values: Vector) -> Iterator[tuple[CurvePoint, bool]
 
 
 def _crossing(problem: Problem, here: CurvePoint, there: CurvePoint, value: float) -> CurvePoint | None:
-    """From the end whose tangent is the steeper: that of a fold does not reach to the swept value."""
+    """From the end with the steeper tangent: that of a fold does not reach the swept value."""
     begin, end = (_turned(there), here) if here.fold else (here, there)
     reach = float((end.z - begin.z) / problem.scale @ begin.tangent)
     found = crossing(problem, begin, reach, value)
@@ -271,10 +273,10 @@ class Limit(NamedTuple):
 
 
 class Branch(NamedTuple):
-    """One connected branch: its rows ``first`` up to, but without, ``last``.
+    """One connected branch: its rows from ``first`` up to ``last``, exclusive.
 
-    ``closed``: it comes back to where it began (the last row is the first one again). Otherwise ``start`` and
-    ``end`` say why it does not go on before its first and after its last row.
+    ``closed``: it returns to its start (the last row is the first one again). Otherwise ``start`` and ``end``
+    say why it does not continue before its first and after its last row.
     """
 
     number: int
@@ -290,8 +292,8 @@ class CurveTable(Table):
     """Columns by name: the swept variable, the wanted ones, then ``branch`` (1, 2, …) and ``arc``.
 
     ``arc`` is the length of the curve from the first row of its branch, every variable of the curve in units
-    of its magnitude and angles in radians: a number that grows along the branch. Rows at limit positions have
-    the status ``singular``, and the values that are determined there.
+    of its magnitude and angles in radians. Rows at limit positions have the status ``singular``, and the
+    values that are determined there.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""One piece of a sweep solved, here, by helpers or on a cluster alike, and branches kept between pieces."""
+"""One piece of a sweep solved, here, by workers or on a cluster alike; branches are kept between pieces."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from solver.sweeps import Plan, one_answer, sweep_answers, turns_of
 
 
 def refusals(columns: Sequence[Array], inputs: Sequence[Variable]) -> NDArray[np.int8]:
-    """The status code of each row (n,), 0 where it can be asked.
+    """The status code of each row (n,), 0 if it can be solved.
 
     A row that lacks an input (blank, NaN, infinite) is ``partial``, one with an input outside the
     declared range ``infeasible``: no solution lies in the range.
@@ -50,14 +50,14 @@ def refusals(columns: Sequence[Array], inputs: Sequence[Variable]) -> NDArray[np
 
 
 class Rows(NamedTuple):
-    """A piece as it is solved: the inputs of rows, their status codes (n,), and all their answers."""
+    """A piece in progress: inputs of rows, their status codes (n,), and all their answers."""
 
     inputs: tuple[Array, ...]
     codes: Array
     answers: Answers
 
     def last(self) -> Rows:
-        """The last two rows, which a branch goes on from."""
+        """The last two rows, which a branch continues."""
         rows = len(self.codes)
         inputs = tuple(column[-2:] for column in self.inputs)
         return Rows(inputs, self.codes[-2:], self.answers.cut(max(rows - 2, 0), rows))
@@ -73,12 +73,11 @@ ENDLESS = 2**62
 
 
 class Work(NamedTuple):
-    """What has to be known to solve any piece of a sweep.
+    """Everything needed to solve any piece of a sweep.
 
-    ``warmup`` are rows (a column an input) of which records are made beforehand. ``every``
-    asks for all answers of a row instead of the primary one, ``jit`` for machine code. The primary
-    answer keeps its branch within ``line`` rows. ``until`` is the end of the time by the clock of the system:
-    rows that are solved later fail.
+    ``warmup`` are rows (a column for each input) that are recorded in advance. ``every`` requests all answers
+    of a row instead of the primary one, ``jit`` machine code. The primary answer keeps its branch within
+    ``line`` rows. ``until`` is the time limit by the system clock: rows that are solved later fail.
     """
 
     model: Model
@@ -94,7 +93,7 @@ class Work(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The columns of the table, the status not among them."""
+        """The columns of the table without the status."""
         wanted = tuple(name for name in self.want if name not in self.inputs)
         if self.answer is None:
             return (*self.inputs, *wanted, free_name("answers", (*self.inputs, *wanted)))
@@ -102,7 +101,7 @@ class Work(NamedTuple):
 
     @property
     def answer(self) -> str | None:
-        """The column that numbers the answers of a row, where each has a row of its own."""
+        """The column with the numbers of answers, if each has a row of its own."""
         return free_name("answer", (*self.inputs, *self.want)) if self.every else None
 
     def packed(self) -> bytes:
@@ -119,9 +118,9 @@ def unpacked(data: bytes) -> Work:
 
 
 class Solver:
-    """Solves pieces of one sweep, each from the same state: what it solved before leaves no trace.
+    """Solves pieces of one sweep, each from the same state: earlier pieces have no influence.
 
-    Of the warmup of the work records are made beforehand; the plan goes back to these before every piece.
+    The warm-up rows are recorded in advance; the plan goes back to these records before every piece.
     """
 
     def __init__(self, work: Work) -> None:
@@ -142,7 +141,7 @@ class Solver:
         return Rows(tuple(columns), codes, together([(places, answers)], len(codes)))
 
     def _begin(self) -> None:
-        """What the warmup teach, and no more."""
+        """Only the records of the warm-up rows."""
         if self._known is not None:
             self._plan.forget(self._known)
             return
@@ -153,9 +152,9 @@ class Solver:
 
 class Primary:
     """Pieces as tables with one answer a row: the one that continues the branch of the row before, else the
-    one that the rule says.
+    first of the ranking.
 
-    A row begins anew where the rows of a line are full: where an outer input of a grid changes.
+    A branch begins anew after the rows of a line: where an outer input of a grid changes.
     """
 
     def __init__(self, work: Work) -> None:
@@ -173,7 +172,7 @@ class Primary:
         return one_answer(inputs, work.want, rows.codes, rows.answers, first[-count:])
 
     def _continued(self, rows: Rows) -> tuple[Array, Rows]:
-        """The rows behind the last two before them, and of each the answer that comes first."""
+        """The rows after the last two before them, and the number of the first answer of each."""
         known: list[int] = []
         if self._before is not None:
             before, known = self._before
@@ -188,7 +187,7 @@ class Primary:
 class Every:
     """Pieces as tables with a row for each answer, which has a number that stays with its branch.
 
-    A row of inputs without an answer keeps one row, numbered 0.
+    A row of inputs without an answer keeps one row, with the number 0.
     """
 
     def __init__(self, work: Work) -> None:
@@ -210,12 +209,12 @@ class Every:
 
 
 class Follower:
-    """Numbers the answers of each row by those of the row before, for every variable one whole ``turn``.
+    """Numbers the answers of each row by those of the row before; each variable has a whole ``turn``.
 
-    The answers of two neighbouring rows are paired by the least distance between where a branch is
-    heading (on a straight line through its last two rows) and where an answer lies. An answer that
-    continues no branch takes the smallest number that is free. Numbers start anew at every ``line``
-    rows: where an outer input of a grid changes. The order of the answers within a row stays.
+    The answers of two neighbouring rows are paired by the least distance between the extrapolation of a
+    branch (a straight line through its last two rows) and an answer. An answer that continues no branch
+    takes the smallest free number. Numbers start anew at every ``line`` rows: where an outer input of a
+    grid changes. The order of the answers within a row stays.
     """
 
     def __init__(self, turns: Array, line: int) -> None:
@@ -227,7 +226,7 @@ class Follower:
         self._steps = self._at
 
     def __call__(self, points: Points, counts: Array) -> NDArray[np.int32]:
-        """The numbers of the answers (v, m) of the next rows, so many each; 0 for a row that has none."""
+        """The numbers of the answers (v, m) of the next rows, so many each; 0 for a row without one."""
         each = np.maximum(counts, 1)
         starts = np.cumsum(each) - each
         plain = self._plain_rows(points, starts, counts)
@@ -266,10 +265,10 @@ class Follower:
         self._at, self._steps = found, steps
 
     def _plain_rows(self, points: Points, starts: Array, counts: Array) -> NDArray[np.bool_]:
-        """Rows in which each answer is nearer to the one of its place in the row before than to any other.
+        """Rows in which each answer is nearer to the one at its place in the row before than to any other.
 
-        Pairing them one by one would come to the same, if the row before them came in the order of the
-        one before that; which is so for all rows but a few.
+        Pairing them one by one would give the same, if the row before them is in the order of the one
+        before that; which is so for all rows but a few.
         """
         alike = (np.arange(self._row, self._row + len(counts)) % self._line >= 2) | (counts == 0)
         alike[:2] = False
@@ -287,5 +286,5 @@ class Follower:
         return np.asarray(alike)
 
     def _apart(self, there: Points, here: Points) -> Points:
-        """The differences of numbers of the variables (v, …), by whole turns as small as they get."""
+        """The differences of the variables (v, …), reduced by whole turns."""
         return without_turns(there - here, self._turns.reshape(-1, *(1,) * (there.ndim - 1)))

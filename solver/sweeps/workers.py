@@ -1,8 +1,9 @@
-"""Where the pieces of a sweep are solved, in order: here, by several processes, or on a dask cluster.
+"""Solves the pieces of a sweep in order: here, by several processes, or on a dask cluster.
 
 Each worker is a fresh interpreter, whatever this process has done before (threads, a script without a
-main guard), and is spoken to by a thread of this one. A worker that ends too early loses nothing: its
-piece is given to a new one."""
+main guard), and a thread of this process communicates with it. If a worker dies, its piece is given
+to a new one.
+"""
 
 from __future__ import annotations
 
@@ -44,9 +45,9 @@ _START = (
 
 
 def solved_by_workers(work: Work, chunks: Iterable[Chunk], jobs: int) -> Iterator[Rows]:
-    """The pieces in their order; two a worker are under way at any time.
+    """The pieces in their order; two for each worker are in progress at any time.
 
-    Raises RuleSheetError (E446) where workers keep ending over one piece.
+    Raises RuleSheetError (E446) if workers repeatedly die over one piece.
     """
     with closing(_Workers(work.packed(), jobs)) as workers:
         yield from in_order(workers.submit, chunks, lambda: 2 * jobs, workers.interrupt)
@@ -58,9 +59,10 @@ def in_order(
     window: Callable[[], int],
     interrupt: Callable[[], None] | None = None,
 ) -> Iterator[Rows]:
-    """Results of futures in the order of the pieces, never more than ``window()`` of them under way.
+    """Results of futures in the order of the pieces, never more than ``window()`` of them in
+    progress.
 
-    At an interrupt the pieces under way are cut short by ``interrupt``, else left behind.
+    At an interrupt the pieces in progress are cut short by ``interrupt``, else abandoned.
     """
     under_way, left = deque[Any](), iter(chunks)
     while True:
@@ -72,7 +74,7 @@ def in_order(
 
 
 def _awaited(future: Any, interrupt: Callable[[], None] | None) -> Rows | None:
-    """The piece of a future; None where an interrupt leaves none of it."""
+    """The piece of a future; None if an interrupt leaves none of it."""
     patience = PAUSE
     while True:
         try:
@@ -89,8 +91,8 @@ def _awaited(future: Any, interrupt: Callable[[], None] | None) -> Rows | None:
 
 
 class _Workers:
-    """Processes, a thread for each, which starts its own with its first piece. They are out of reach of the
-    terminal's interrupt, and end when this process does."""
+    """Processes, with a thread for each, which starts its own with its first piece. The terminal's
+    interrupt does not reach them, and they end when this process does."""
 
     def __init__(self, work: bytes, jobs: int) -> None:
         self._work, self._ending = work, False
@@ -98,7 +100,7 @@ class _Workers:
         self._own, self._all = local(), list[Any]()
 
     def interrupt(self) -> None:
-        """Ask the workers for what they have, and start no other piece."""
+        """Request the finished rows from the workers, and start no other piece."""
         for worker in [] if self._ending else self._all:
             worker.send_signal(signal.SIGINT)
         self._ending = True
@@ -155,7 +157,7 @@ class _Workers:
 
 
 def serve() -> None:
-    """Solve pieces until there are no more. An interrupt lets the rows that are left fail."""
+    """Solve pieces until there are no more. An interrupt lets the remaining rows fail."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     questions = sys.stdin.buffer
@@ -183,8 +185,8 @@ _one_at_a_time = Lock()
 def solved_on_cluster(work: Work, chunks: Iterable[Chunk], scheduler: Any) -> Iterator[Rows]:
     """The pieces in their order. ``scheduler`` is an address, or a ``distributed.Client``.
 
-    Two pieces a thread of the cluster are under way at any time. Raises RuleSheetError: E441 without
-    dask, E444 for a scheduler or workers that cannot be used.
+    Two pieces for each thread of the cluster are in progress at any time. Raises RuleSheetError:
+    E441 without dask, E444 for a scheduler or workers that cannot be used.
     """
     require_extra("dask", "clusters need", "dask", "distributed")
     distributed = import_module("distributed")
@@ -259,8 +261,8 @@ def solved_pieces(
 ) -> Iterator[Rows]:
     """The pieces in their order: the same whoever solves them.
 
-    ``jobs`` is a number of processes; None starts as many as there are processors where that pays.
-    Functions that are registered in this process alone are computed by it. ``scheduler`` is the address of a
+    ``jobs`` is a number of processes; None starts as many as there are processors if that pays off.
+    Functions that are registered only in this process are computed by it. ``scheduler`` is the address of a
     dask cluster. An interrupt ends the pieces.
     """
     chunks = takewhile(lambda _: not interrupted(), chunks)
@@ -276,12 +278,12 @@ def solved_pieces(
 
 
 def _adaptively(work: Work, chunks: Iterator[Chunk], total: int | None, jobs: int) -> Iterator[Rows]:
-    """Here, until what is left turns out to be worth starting workers for.
+    """Solve here, until the remaining work is worth starting workers for.
 
-    Where nobody knows how many rows are left it may be as many as there have been. The first piece teaches
-    the records that serve the others, and is no measure of them, unless its rows were slow by themselves; of
-    two pieces in a row the quicker counts, since one may have a row that had to go step by step. Measured is
-    the time of the processor: on a machine that others keep busy workers pay no sooner.
+    If the number of remaining rows is unknown, it is assumed to equal the number solved so far. The first
+    piece makes the records that serve the others, so its time does not count, unless its rows were slow by
+    themselves; of two pieces in a row the quicker counts, since one may have a row that was solved step by
+    step. Processor time is measured: on a busy machine workers pay off no sooner.
     """
     solve, done, before = Solver(work), 0, inf
     for number, chunk in enumerate(chunks):

@@ -1,4 +1,4 @@
-"""A program as numpy source: rows in blocks that stay in the cache, every result into a buffer."""
+"""A program as numpy source: rows in blocks that fit the cache, every result into a buffer."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ LARGEST = 2.0**1023
 
 
 def circular(flow: Graph, degrees: int) -> tuple[int, int]:
-    """Sine and cosine, by the angle to the nearest right one. Angles beyond ``FAR`` have none (nan)."""
+    """Sine and cosine, from the angle to the nearest right one; nan for angles beyond ``FAR``."""
     op = flow.raw
     quarters = op("rint", op("mul", degrees, 1.0 / 90.0))
     rest = op("mul", op("sub", degrees, op("mul", quarters, 90.0)), RADIAN)
@@ -59,13 +59,13 @@ def circular(flow: Graph, degrees: int) -> tuple[int, int]:
 
 
 def _nothing(flow: Graph, number: int) -> int:
-    """0, or nan beyond ``FAR``: what overflows leaves no difference."""
+    """0, or nan beyond ``FAR``: an overflow leaves no difference."""
     large = flow.raw("mul", number, LARGEST / FAR * 2.0)
     return flow.raw("sub", large, large)
 
 
 def near(flow: Graph, a: int, b: int) -> int:
-    """Whether two numbers are the same to rounding."""
+    """Whether two numbers are equal to rounding."""
     op = flow.raw
     larger = op("max", op("abs", a), op("abs", b))
     return op("le", op("abs", op("sub", a, b)), op("mul", larger, TOLERANCE))
@@ -119,7 +119,7 @@ class ArrayKernel:
 
 
 class _Writer:
-    """Lines of the block function; registers are taken again once nothing reads them any more."""
+    """Lines of the block function; registers are reused after their last read."""
 
     def __init__(self, flow: Flow, wanted: tuple[int, ...], plan: Schedule) -> None:
         self.flow, self.plan = flow, plan
@@ -199,7 +199,7 @@ class _Writer:
         return name
 
     def _release(self, at: int, node: int) -> None:
-        """Give back the registers that are read here for the last time."""
+        """Release the registers that are read here for the last time."""
         for operand in dict.fromkeys(operands(self.flow, node)):
             name = self.names.get(operand)
             if name is not None and self.plan.last[operand] == at and name[0] in "bm":

@@ -1,8 +1,8 @@
 """Expressions, angles and conditions as operations of a graph.
 
-What is simplified keeps the value to rounding: the tangent of the direction of a point is the quotient
-of its coordinates, a cosine moved by right angles is a sine, and where an angle came out of a
-closed form its cosine and sine are there already.
+Simplifications keep the value to rounding: the tangent of the direction of a point is the quotient of
+its coordinates, a cosine shifted by right angles is a sine, and for an angle from a closed form the
+cosine and sine are there already.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Flow(Graph):
             self.apart_from_zero(divisor)
 
     def apart_from_zero(self, divisor: int) -> None:
-        """Require a divisor not to be 0, and no sum in it to be what rounding of its terms leaves."""
+        """Require that a divisor, and each sum in it, is more than its rounding error."""
         sums = [(factor, terms) for factor in self._factors(divisor) if (terms := self._cancelling(factor))]
         for factor, terms in sums:
             self.require(self.beyond(factor, BACKWARD, self.over("add", map(self._reach, terms))))
@@ -95,12 +95,12 @@ class Flow(Graph):
             self.require(self.add("not", self.is_zero(divisor)))
 
     def _reach(self, term: int) -> int:
-        """How large a term is, at most; a number for a sine, which saves operations."""
+        """An upper bound of the size of a term; a number for a sine, which saves operations."""
         number, node = self.factor(term) or (1.0, term)
         return self.constant(abs(number)) if self.nodes[node][0] in _BOUNDED else self.add("abs", term)
 
     def _factors(self, node: int) -> list[int]:
-        """What vanishes where a product does, a quotient, or an odd function."""
+        """The factors at whose zeros a product, a quotient, or an odd function vanishes."""
         kind, *parts = self.nodes[node]
         if kind == "call" and parts[0] in _ODD:
             return self._factors(int(parts[1]))
@@ -110,7 +110,7 @@ class Flow(Graph):
         return [factor for part in read for factor in self._factors(int(part))]
 
     def _cancelling(self, node: int) -> list[int]:
-        """The terms of a sum that may cancel, and 1 of a logarithm; none of another number."""
+        """The terms of a sum that may cancel, and 1 of a logarithm; none for another number."""
         if self.nodes[node][:2] == ("call", "ln"):
             return [self.constant(1.0)]
         if self.nodes[node][0] not in ("add", "sub") or not_negative(self, node):
@@ -143,7 +143,7 @@ class Flow(Graph):
                 return self.add("pow", base, power)
 
     def call(self, function: str, *arguments: int) -> int:
-        """The node of a function; those of angles by what is known of the angle."""
+        """The node of a function; for a function of an angle, simplified for known directions."""
         if function in ("sqrt", "abs"):
             return self.add(function, *arguments)
         if all(self.value_of(argument) is not None for argument in arguments):
@@ -176,7 +176,7 @@ class Flow(Graph):
         return node
 
     def selected(self, condition: int, one: int, other: int) -> int:
-        """A selection; of two directions it is one, of the selected point."""
+        """A selection; of two directions it is the direction of the selected point."""
         node = super().selected(condition, one, other)
         first, second = self._directions.get(one), self._directions.get(other)
         if first and second and first.unit == second.unit and first.length is None is second.length:
@@ -266,7 +266,7 @@ _CIRCULAR = frozenset({"sind", "cosd", "tand", "sin", "cos", "tan"})
 
 
 class Numbers:
-    """Evaluates nodes at one set of inputs, each once. ``found`` takes nodes that are known otherwise."""
+    """Evaluates nodes at one set of inputs, each once. ``found`` has nodes whose values are given."""
 
     def __init__(self, flow: Flow, inputs: Mapping[int, float]) -> None:
         self.flow, self.inputs = flow, inputs
@@ -274,8 +274,8 @@ class Numbers:
         self._errors: dict[int, float] = {}
 
     def error(self, node: int) -> float:
-        """How far rounding may move the number of a node, to first order: running error analysis (Higham,
-        Accuracy and Stability of Numerical Algorithms, 2002, section 3.3)."""
+        """A first-order bound of the rounding error of a node: running error analysis (Higham, Accuracy
+        and Stability of Numerical Algorithms, 2002, section 3.3)."""
         for one in sorted(computed_from(self.flow, [node], self._errors)):
             self._errors[one] = self._error(one)
         return self._errors[node]
@@ -295,7 +295,7 @@ class Numbers:
         return total
 
     def __call__(self, node: int) -> float | bool:
-        """The number of a node; nan where an operation has none."""
+        """The number of a node; nan if an operation has none."""
         for one in sorted(computed_from(self.flow, [node], self.found)):
             self.found[one] = self._value(one)
         return self.found[node]

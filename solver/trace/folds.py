@@ -1,10 +1,10 @@
 """Ranges of the numbers known to a block in which its roots neither appear nor vanish.
 
 Along a curve of roots their number changes where the slope of the residual is 0 or unknown, or at an end of
-the range that is searched. Boxes of the tear that may hold a root while the known numbers are anywhere in
-their ranges are split until the slope of each excludes 0: then there are as many roots for any numbers within
-as there are for one sample (implicit function theorem). From there the ranges are grown, each side by itself,
-as long as the proof succeeds; next to a fold it does not.
+the searched range. Boxes of the tear that may hold a root for known numbers in their ranges are split until
+the slope of each excludes 0: then there are as many roots for any numbers within as for one sample (implicit
+function theorem). From there the ranges are extended, each side by itself, as long as the proof succeeds;
+next to a fold it does not.
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ beyond such solves where nothing is proved."""
 
 
 class ConstantRootCount:
-    """Whether a block has as many roots for some numbers as it has for a ``sample``, as far as is proved.
+    """Whether a block has as many roots for some numbers as for a ``sample``, as far as is proved.
 
-    ``ends`` are those of the known numbers that are ``varying``, one range after the other; they are moved
-    where a number outside is asked for. ``proved`` tells whether there is a proof for the sample; where there
-    is none the ranges reach hardly beyond numbers with a solve of as many answers.
+    ``ends`` are those of the known numbers that are ``varying``, one range after the other; they are extended
+    when a number outside is given. ``proved`` tells whether there is a proof for the sample; if there is none
+    the ranges reach hardly beyond numbers with a solve of as many answers.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class ConstantRootCount:
         return tuple(end for place in self.places for end in self.ranges[place])
 
     def _grow(self) -> None:
-        """Move all sides from the sample, as far as that is proved."""
+        """Extend all sides from the sample, as far as that is proved."""
         for share in SHARES:
             wider = self.ranges.copy()
             for place in self.places:
@@ -85,7 +85,7 @@ class ConstantRootCount:
         self._shares = {(place, up): GROWTH * share for place in self.places for up in (False, True)}
 
     def __call__(self, *numbers: float) -> bool:
-        """Whether numbers lie within the ranges, or these reach there."""
+        """Whether numbers lie within the ranges, extended if possible."""
         held = all(map(self._reaches, self.places, numbers))
         self.ends = self._ends()
         return held
@@ -93,8 +93,8 @@ class ConstantRootCount:
     scalar = __call__
 
     def _reaches(self, place: int, number: float) -> bool:
-        """Whether a number lies in its range, or the side next to it can be moved there: a step that is
-        proved is followed by a longer one, another one by a shorter one."""
+        """Whether a number lies in its range, or the side next to it can be moved there: a successful
+        step is followed by a longer one, a failed one by a shorter one."""
         while not self.ranges[place][0] <= number <= self.ranges[place][1]:
             if not self._shares and self.proved and math.isfinite(number):
                 self._grow()
@@ -118,7 +118,7 @@ class ConstantRootCount:
         return True
 
     def array(self, *columns: Any) -> NDArray[np.bool_]:
-        """The same of rows (n,), as far as ranges that reach some of them go."""
+        """The same for rows (n,), as far as ranges that cover some of them extend."""
         for end in (np.fmin, np.fmax):
             self(*(float(end.reduce(column)) for column in columns))
         pairs = zip(columns, self.ends[::2], self.ends[1::2], strict=True)
@@ -137,7 +137,7 @@ def _moved(number: float, share: float, size: float | None = None) -> float:
 def _proofs(
     kernel: BlockKernel, sample: Sequence[float], varying: Sequence[bool], margins: Sequence[float]
 ) -> Iterator[Proof]:
-    """Of each tearing whose search covers the block, whether no root appears or vanishes within ranges."""
+    """For each tearing with a complete search, whether its number of roots is constant."""
     if not all(v == 0.0 or 1.0 / ORDINARY <= abs(v) <= ORDINARY for v in sample):
         return
     wide = [moves or margin > 0.0 for moves, margin in zip(varying, margins, strict=True)]
@@ -188,10 +188,10 @@ def _flat(chain: Enclosure, boxes: list[Box], numbers: Sequence[float]) -> list[
 
 
 def _has_no_fold(chain: Enclosure, domain: Ends, numbers: Sequence[float], ends: Sequence[float]) -> bool:
-    """Whether the slope is not 0 wherever the residual may be, as far as floats usually go.
+    """Whether the slope is nonzero wherever the residual may be 0, within the usual range of floats.
 
-    Where both may be 0 at a single point of the tear, narrower boxes tell no more: there the ranges of the
-    known numbers are split, to ``FINEST`` of themselves.
+    If both may be 0 at a single point of the tear, narrower boxes do not help: then the ranges of the
+    known numbers are split, down to ``FINEST`` of themselves.
     """
     finest = FINEST * max(_widths((*domain, *ends)), default=0.0)
     waiting, left = [[(*box, *ends) for box in presplit(*domain)]], BOXES

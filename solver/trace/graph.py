@@ -1,7 +1,7 @@
 """A straight-line program as a graph: every operation once, constants folded.
 
-Nodes are numbered in the order in which they can be computed, and equal operations are one node. A constant
-that was computed comes with a bound on its error.
+Nodes are numbered in an order in which they can be computed, and equal operations are one node. A computed
+constant comes with an error bound.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ DEGREE = 57.29577951308232
 
 
 class NotCompilable(Exception):
-    """What has no straight-line form: a symbol in arithmetic, a constant without a value."""
+    """There is no straight-line form: a symbol in arithmetic, a constant without a value."""
 
 
 _SELECTABLE = frozenset({"add", "sub", "mul", "div", "neg", "abs", "sqrt"})
@@ -43,7 +43,7 @@ SELECTORS = frozenset({"call", "root", "item", "unfolded"})
 class Operation(NamedTuple):
     """An operation on floats, on arrays, as Python source (empty for a call by its name), and as one of LLVM.
 
-    An array or LLVM form is absent where it is written as other operations.
+    An array or LLVM form is absent if it is written as other operations.
     """
 
     value: Callable[..., float | bool]
@@ -96,10 +96,10 @@ OPERATIONS = {
 
 
 class Graph:
-    """Operations, and what must hold for them to count.
+    """Operations, and the conditions under which the results count.
 
-    ``plain``: as the rules are written, without what leaves special directions out or is more exact than the
-    rules are in floats (``cosd(theta + 90)`` for a small ``theta``).
+    ``plain``: as the rules are written, without simplifications that skip special directions or are more
+    exact than the rules are in floats (``cosd(theta + 90)`` for a small ``theta``).
     """
 
     def __init__(self, plain: bool = False) -> None:
@@ -124,7 +124,7 @@ class Graph:
         return self.node("input", place)
 
     def number(self, *node: Operand) -> int | None:
-        """The number of an operation that is there already."""
+        """The number of an existing operation."""
         return self._numbers.get(node)
 
     def value_of(self, node: int) -> float | bool | None:
@@ -145,14 +145,14 @@ class Graph:
         return self.node(operation, *nodes) if found is None else found
 
     def raw(self, operation: str, *operands: int | float) -> int:
-        """The node of an operation as it is, unsimplified; floats among the operands are constants."""
+        """The node of an operation, unsimplified; floats among the operands are constants."""
         return self.node(operation, *self._nodes(operands))
 
     def _nodes(self, operands: Iterable[int | float]) -> list[int]:
         return [self.constant(part) if isinstance(part, float) else part for part in operands]
 
     def over(self, operation: str, nodes: Iterable[int]) -> int:
-        """The sum of some nodes, or whether all of them hold (``and``), or any (``or``)."""
+        """The sum of some nodes, or their conjunction (``and``) or disjunction."""
         neutral = {"add": self.constant(0.0), "and": self.true, "or": self.false}[operation]
         return reduce(partial(self.add, operation), nodes, neutral)
 
@@ -160,7 +160,7 @@ class Graph:
         return self.add("eq", node, 0.0)
 
     def beyond(self, number: int, share: float, size: int) -> int:
-        """The condition that a number is larger than a share of a size, whatever its sign."""
+        """The condition that a number is larger than a share of a size, for either sign."""
         return self.add("lt", self.add("mul", share, size), self.add("abs", number))
 
     def within(self, number: int, share: float, size: int) -> int:
@@ -172,14 +172,14 @@ class Graph:
         return self.over("and", (self.add("eq", *pair) for pair in zip(some, others, strict=True)))
 
     def logical(self, node: int) -> bool:
-        """Whether a node is true or false, not a number."""
+        """Whether a node is a truth value, not a number."""
         kind, *parts = self.nodes[node]
         if kind == "const":
             return isinstance(parts[0], bool)
         return kind in LOGICAL or (kind == "where" and self.logical(int(parts[1])))
 
     def node(self, *node: Operand) -> int:
-        """The number of an operation, which is made where it is not there yet."""
+        """The number of an operation, which is added if needed."""
         key = (node[0], type(node[1]).__name__, *map(repr, node[1:])) if node[0] == "const" else node
         number = self._numbers.setdefault(key, len(self.nodes))
         if number == len(self.nodes):
@@ -197,7 +197,7 @@ class Graph:
         return None
 
     def total(self, nodes: Iterable[int]) -> int:
-        """The sum of some nodes as it is, unsimplified."""
+        """The sum of some nodes, unsimplified."""
         return reduce(partial(self.raw, "add"), nodes)
 
     def horner(self, coefficients: Iterable[float], x: int) -> int:
@@ -215,13 +215,13 @@ class Graph:
             self.checks.append(condition)
 
     def bound(self, number: int) -> None:
-        """A number that must be finite, because what is computed from it could hide that it is not."""
+        """A number that must be finite, because results could hide that it is not."""
         if self.value_of(number) is None:
             self.require(self.node("finite", number))
 
     @contextmanager
     def only_if(self, condition: int) -> Iterator[None]:
-        """What is required inside, but for finite numbers, is required where the condition holds."""
+        """Requirements made inside, except finiteness, apply only if the condition holds."""
         outside, self.checks = self.checks, []
         yield
         inside, self.checks = self.checks, outside
@@ -230,7 +230,7 @@ class Graph:
             self.require(check if bound else self.add("or", self.add("not", condition), check))
 
     def beside_one(self, node: int) -> int | None:
-        """What is added to 1, where a node is such a sum."""
+        """The term added to 1, if a node is such a sum."""
         kind, *parts = self.nodes[node]
         if self.plain or kind not in ("add", "sub"):
             return None
@@ -268,7 +268,7 @@ def operands(flow: Graph, node: int) -> tuple[int, ...]:
 
 
 def schedule(flow: Graph, wanted: Sequence[int]) -> Schedule:
-    """Depth first from the wanted nodes, so that what is computed is soon read."""
+    """Depth first from the wanted nodes, so that values are read soon after they are computed."""
     placed: dict[int, None] = {}
     stack = [(node, False) for node in reversed(wanted)]
     while stack:
@@ -283,7 +283,7 @@ def schedule(flow: Graph, wanted: Sequence[int]) -> Schedule:
 
 
 def computed_from(flow: Graph, wanted: Iterable[int], known: Container[int] = ()) -> set[int]:
-    """What the wanted nodes are computed from, themselves included, but for what is known."""
+    """The nodes that the wanted ones are computed from, themselves included, except known ones."""
     found: set[int] = set()
     waiting = list(wanted)
     while waiting:
@@ -301,10 +301,11 @@ def copied(
     inputs: Sequence[int] | None = None,
     forms: Mapping[str, Callable[..., int]] | None = None,
 ) -> list[int]:
-    """The wanted nodes in another graph, with ``inputs`` (by place) in the place of the source's own.
+    """The wanted nodes in another graph, with ``inputs`` (by place) instead of the source's own.
 
     The roots of blocks become a few steps of their iteration, unless the target has their finders, too;
-    operations that have ``forms`` (by kind, calls by function) what these make of the target's nodes.
+    operations that have ``forms`` (by kind, calls by function) become the results of these on the
+    target's nodes.
     """
     found: dict[int, int] = {}
     roots: dict[int, list[int]] = {}
@@ -342,7 +343,7 @@ def _negative(flow: Graph, a: int) -> int | None:
 
 
 def _opposite(flow: Graph, a: int) -> int | None:
-    """What a node is the negative of, by its sign or that of a number."""
+    """The node of which a node is the negative, by its sign or that of a number."""
     number, value = flow.factor(a), flow.value_of(a)
     if flow.nodes[a][0] == "neg" or (number and number[0] < 0.0):
         return _negative(flow, a)
@@ -381,7 +382,7 @@ def _subtract(flow: Graph, a: int, b: int) -> int | None:
 
 
 def _growth(flow: Graph, power: int) -> int | None:
-    """``(1 + x)^n - 1`` without the cancellation that leaves nothing of it for a small x."""
+    """``(1 + x)^n - 1`` without cancellation for a small x."""
     if flow.plain or flow.nodes[power][0] != "pow":
         return None
     base, exponent = (int(part) for part in flow.nodes[power][1:])
@@ -392,7 +393,7 @@ def _growth(flow: Graph, power: int) -> int | None:
 
 
 def not_negative(flow: Graph, node: int) -> bool:
-    """Whether a node cannot be less than zero."""
+    """Whether a node cannot be negative."""
     kind, *parts = flow.nodes[node]
     if kind == "const":
         return float(parts[0]) >= 0.0
@@ -406,7 +407,7 @@ def not_negative(flow: Graph, node: int) -> bool:
 
 
 def _cancelled(flow: Graph, a: int, b: int) -> int | None:
-    """``(x + y) - y`` and its like: what was added and is taken away again is not rounded twice."""
+    """``(x + y) - y`` and the like: an addend that is subtracted again is not rounded twice."""
     if flow.plain or flow.reported:
         return None
     kind, *parts = flow.nodes[a]
@@ -443,7 +444,7 @@ def _multiply(flow: Graph, a: int, b: int) -> int | None:
 
 
 def _square(flow: Graph, a: int) -> int | None:
-    """The square of a root, of a number of roots, of a number whose sign was chosen."""
+    """The square of a root, of a number of roots, of a number whose sign was selected."""
     kind, *parts = flow.nodes[a]
     if kind == "neg":
         return flow.add("mul", int(parts[0]), int(parts[0]))
@@ -467,7 +468,7 @@ def _square(flow: Graph, a: int) -> int | None:
 
 
 def _size(flow: Graph, node: int) -> float | None:
-    """The absolute value of a number, or of two that a selection is between."""
+    """The absolute value of a number, or of the two alternatives of a selection."""
     kind, *parts = flow.nodes[node]
     values = [flow.value_of(int(part)) for part in parts[1:]] if kind == "where" else [flow.value_of(node)]
     sizes = {abs(v) if isinstance(v, float) else None for v in values}

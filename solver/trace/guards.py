@@ -1,6 +1,6 @@
-"""Guards: what a record knows at a place of its steps, and the conditions of rules and their checks as nodes.
+"""Guards: the state of a record at a step, and conditions of rules and their checks as nodes.
 
-Where one of them fails the results do not count, and another record or a full solve has the word.
+If one of them fails the results do not count, and another record or a full solve decides.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ ENOUGH = 0.1
 
 
 class Pattern(NamedTuple):
-    """What is fixed before the numbers: which inputs vary, what the others are, what is wanted."""
+    """The fixed part of a question: varying inputs, values of the others, wanted variables."""
 
     inputs: tuple[str, ...]
     given: Mapping[str, Value]
@@ -41,10 +41,10 @@ class Pattern(NamedTuple):
 
 @dataclass
 class State:
-    """The nodes of the variables that are known, and what must hold for them to count.
+    """The nodes of the known variables, and the conditions under which they count.
 
-    ``settled`` are the rules that hold by the way an unknown was computed, ``used`` the conditions that let
-    in the rules that were solved.
+    ``settled`` are the rules that hold because an unknown was computed from them, ``used`` the conditions
+    that activated the rules that were solved.
     """
 
     values: dict[str, int]
@@ -59,7 +59,7 @@ class State:
 
 
 def symbol_of(expression: Expression, symbols: Mapping[str, str]) -> str | None:
-    """The symbol that an expression is, or that its variable has; None where it is a number."""
+    """The symbol that an expression is, or that its variable has; None for a number."""
     match expression:
         case Symbol(name):
             return name
@@ -73,7 +73,7 @@ LARGEST = 1e300
 
 
 class Guards:
-    """A graph in the making, of one model for one pattern, that decides as ``sample`` does."""
+    """A graph in progress, of one model for one pattern, with the decisions of ``sample``."""
 
     def __init__(self, model: Model, planner: Planner, pattern: Pattern, sample: Mapping[str, Value]) -> None:
         self.model, self.planner, self.pattern = model, planner, pattern
@@ -88,7 +88,7 @@ class Guards:
         """Angles within one turn by the way they are computed."""
 
     def _on(self, state: State) -> State:
-        """Let what is required from here on be required of this state."""
+        """Let requirements from here on belong to this state."""
         self.flow.checks = state.checks
         return state
 
@@ -104,9 +104,9 @@ class Guards:
         self.flow.require(condition if outcome else self.flow.add("not", condition))
 
     def _condition(self, state: State, condition: nodes.Condition, missing: bool | None = None) -> int | None:
-        """The node of a condition; None where a variable is missing.
+        """The node of a condition; None if a variable is missing.
 
-        With ``missing``, terms that are not known are left out where the others settle that outcome.
+        With ``missing``, unknown terms are left out if the others decide that outcome.
         """
         match condition:
             case Comparison(operator, left, right):
@@ -133,7 +133,7 @@ class Guards:
         raise NotCompilable
 
     def _active(self, state: State, guard: Sequence[Premise]) -> int | None:
-        """The node of a guard; None where it is not known."""
+        """The node of a guard; None if it is not known."""
         nodes = list[int]()
         for premise in guard:
             node = self._condition(state, self.model.conditions[premise.condition])
@@ -145,12 +145,12 @@ class Guards:
     # --- ranges ---
 
     def _in_range(self, variable: Variable, node: int) -> int:
-        """Whether a number lies in a declared range, and rounding does not make it so."""
+        """Whether a number lies in a declared range, and not only by rounding."""
         above = self._above(node, variable.low, variable.low_open)
         return self.flow.add("and", above, self._below(node, variable.high, variable.high_open))
 
     def _above(self, node: int, edge: float, strict: bool) -> int:
-        """Whether a number lies above an edge by more than rounding makes of it at the sample."""
+        """Whether a number lies above a bound by more than its rounding at the sample."""
         if edge == -math.inf:
             return self.flow.true
         moved = self.flow.add("sub", node, 4.0 * self._numbers.error(node))
@@ -165,7 +165,7 @@ class Guards:
     # --- rules ---
 
     def _check_rules(self, state: State) -> None:
-        """Require every rule that does not hold by the way in which an unknown was computed."""
+        """Require every rule, except those that hold because an unknown was computed from them."""
         for equation in self.model.equations:
             known = all(name in state.values or name in state.symbols for name in equation.names)
             if not known or equation.index in state.settled or activity(equation, state.decided) is False:
@@ -178,7 +178,7 @@ class Guards:
                 self.flow.require(check)
 
     def _check_rule(self, state: State, equation: Equation) -> int:
-        """Whether an equation holds: |F| ≤ 64 eps · Σ|∂F/∂v · v|, with what rounding may have hidden.
+        """Whether an equation holds: |F| ≤ 64 eps · Σ|∂F/∂v · v|, including hidden rounding.
 
         Next to the pole of a logarithm, where its argument is lost in rounding, both are compared without it.
         """
@@ -196,7 +196,7 @@ class Guards:
         return met
 
     def _balanced(self, state: State, equation: Equation, left: Expression, right: Expression) -> int:
-        """Whether the two sides of an equation are equal but for rounding."""
+        """Whether the two sides of an equation are equal up to rounding."""
         flow = self.flow
         flow.reported = True
         try:
@@ -251,7 +251,7 @@ class Guards:
             raise NotCompilable from None
 
     def _clear_of_edges(self, state: State, equation: Equation) -> Iterator[int]:
-        """Whether no function jumps next to what was computed: there slopes do not tell."""
+        """Whether no function jumps close to the computed values: slopes are useless there."""
         flow = self.flow
         for function, height in heights(equation) if jumps(equation) else ():
             if all(flow.nodes[state.values[name]][0] in LEAVES for name in nodes.names(height)):
@@ -266,8 +266,8 @@ class Guards:
     # --- requirements ---
 
     def _requirement(self, state: State, requirement: Requirement) -> tuple[int, int]:
-        """Whether a requirement is asked, and whether it is met. What is known too little is not asked; next
-        to an edge a full solve has the word."""
+        """Whether a requirement applies, and whether it is met. One with unknown values is skipped; next to
+        its boundary a full solve decides."""
         flow = self.flow
         if not all(name in state.values for name in requirement.names):
             if all(name in state.values or name in state.symbols for name in requirement.names):

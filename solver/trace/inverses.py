@@ -1,4 +1,5 @@
-"""Every value of an unknown, as nodes: one rule solved for it, or a block with a closed form."""
+"""All values of an unknown, as nodes: from one rule solved for it, or a block with a closed
+form."""
 
 from __future__ import annotations
 
@@ -26,10 +27,10 @@ _LINEAR = frozenset({"negative", "sum", "product", "quotient"})
 
 
 class Inverses(Guards):
-    """Isolations followed backwards, and the two roots of a quadratic."""
+    """Isolations evaluated backwards, and the two roots of a quadratic."""
 
     def _isolation(self, equation: int, unknown: str) -> Isolation:
-        """Raises NotCompilable where no formula solves the rule for the unknown."""
+        """Raises NotCompilable if no formula solves the rule for the unknown."""
         isolation = self.graph.isolation(equation, self.graph.number[unknown])
         if isolation is None:
             raise NotCompilable
@@ -47,7 +48,7 @@ class Inverses(Guards):
         return [*found]
 
     def _selected(self, state: State, step: Select) -> int:
-        """A selection between the values of rules that can be active; exactly one value may come out."""
+        """A selection between the values of rules that can be active; exactly one must be."""
         flow, groups = self.flow, dict[int, int]()
         for index in step.equations:
             equation = self.model.equations[index]
@@ -80,9 +81,9 @@ class Inverses(Guards):
 
     @staticmethod
     def _solved_for(state: State, equation: int, isolation: Isolation) -> None:
-        """A rule that was solved by sums and products holds by construction: one rounding an operation.
+        """A rule that was solved by sums and products holds by construction: one rounding per operation.
 
-        It must be linear in the unknown: what is a sum in a divisor may be far smaller than the unknown.
+        It must be linear in the unknown: a sum in a divisor may be far smaller than the unknown.
         """
         operations = [stage.operation for stage in isolation.stages]
         divides = [place for place, stage in enumerate(isolation.stages) if stage.divisor == TARGET]
@@ -124,7 +125,7 @@ class Inverses(Guards):
         return found
 
     def _same_parity(self, exponent: int) -> None:
-        """An exponent stays even, or not: only even powers of two opposite bases are equal."""
+        """Require that an exponent stays even, or odd: bases ±b have equal even powers only."""
         half = self.flow.add("div", exponent, 2.0)
         even = self.flow.add("eq", self.flow.add("rint", half), half)
         self._require(even, bool(self._numbers(even)))
@@ -132,7 +133,7 @@ class Inverses(Guards):
     def _turned_values(
         self, state: State, isolation: Isolation, stage: Stage, rest: Sequence[Stage], targets: list[int]
     ) -> list[int]:
-        """What is left to undo of an angle, and its whole turns: within the range, else within one turn."""
+        """The remaining stages of an angle, and its whole turns: within the range, else within one turn."""
         variable = self.model.variables[isolation.unknown]
         period, turn = stage.period or 0.0, self.graph.turn(isolation.unknown)
         bounded = variable.low > -math.inf or variable.high < math.inf
@@ -157,8 +158,8 @@ class Inverses(Guards):
     def _usual_turns(
         self, state: State, unknown: str, period: float, rest: Sequence[Stage], targets: list[int]
     ) -> list[int]:
-        """A multiple of an angle in the period around its guess, else in the first one from 0; what differs
-        from an angle by a sum in the principal turn."""
+        """A multiple of an angle in the period around its guess, else in the first one from 0; a sum with
+        an angle in the principal turn."""
         flow = self.flow
         ends = [flow.constant(0.0), flow.constant(period), *targets]
         for step in rest:
@@ -175,7 +176,7 @@ class Inverses(Guards):
         return [flow.add("sub", node, flow.add("mul", size, count)) for node, count in moved]
 
     def _wrapped(self, node: int, turn: float) -> int:
-        """The angle in the turn around 0, its upper end included, also where rounding moved it past that."""
+        """The angle in the turn around 0, its upper end included, also if rounding moved it past that."""
         flow = self.flow
         half, edge = turn / 2, LIBRARY * EPS * turn - turn / 2
         count = flow.add("rint", flow.add("div", node, turn))
@@ -222,7 +223,7 @@ class Inverses(Guards):
         return flow.add("div", q, a), flow.add("div", c, q)
 
     def _root(self, one: int, other: int) -> int:
-        """The root of a difference, of which something is left beside its terms."""
+        """The root of a difference that is not lost in the rounding of its terms."""
         flow = self.flow
         difference = flow.add("sub", one, other)
         size = flow.add("add", flow.add("abs", one), flow.add("abs", other))
@@ -232,8 +233,8 @@ class Inverses(Guards):
     # --- closed forms ---
 
     def _candidates(self, state: State, step: SolveBlock) -> list[tuple[State, Generators]]:
-        """For each candidate a state of its own, and the nodes of its generators: formulas in their order, of
-        which one with two values makes two candidates of each.
+        """For each candidate a state of its own, and the nodes of its generators: formulas in order, of which
+        one with two values makes two candidates of each.
 
         Raises NotCompilable for a block without a closed form.
         """
@@ -292,7 +293,7 @@ class Inverses(Guards):
 
 
 def _image(form: Expression, stage: Stage) -> tuple[float, float] | None:
-    """Where the values of a form lie, from those at the ends of the stage's image."""
+    """The range of the values of a form, from those at the ends of the stage's image."""
     ends = [max(-1e300, stage.low), min(1e300, stage.high)]
     try:
         here: list[Mapping[str, float]] = [{TARGET.name: end} for end in ends]

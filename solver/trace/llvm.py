@@ -74,7 +74,7 @@ def _arc(flow: Graph, x: int, cosine: bool, right: float, scale: float) -> int:
 
 
 def _forms(unit: str, right: float, scale: float) -> dict[str, Callable[..., int]]:
-    """Of the functions that give an angle in a unit."""
+    """The forms of functions that give an angle in a unit."""
     return {
         f"direction{unit}": lambda flow, y, x: _direction(flow, y, x, right, scale),
         f"call atan2{unit}": lambda flow, y, x: _direction(flow, y, x, right, scale),
@@ -89,10 +89,10 @@ _ANGLES = FORMS | _forms("", _HALF_PI, 1.0) | _forms("d", 90.0, DEGREE)
 
 
 class _Writer:
-    """Lines of the loop body, one value each. ``module`` is one with the function
-    ``rows(start, end, inputs…, outputs…)``, which fills the wanted nodes.
+    """Lines of the loop body, one value each. ``module`` is one with the function ``rows(start,
+    end, inputs…, outputs…)``, which fills the wanted nodes.
 
-    Raises NotCompilable where the graph has a function that the loop cannot hold.
+    Raises NotCompilable if the graph has a function that the loop cannot hold.
     """
 
     def __init__(self, flow: Flow, wanted: Sequence[int], inputs: list[int]) -> None:
@@ -185,7 +185,7 @@ SHARE = 32_768
 
 
 def available() -> bool:
-    """Whether LLVM can be had."""
+    """Whether LLVM is installed."""
     try:
         import llvmlite.binding  # noqa: F401
     except ImportError:
@@ -196,7 +196,7 @@ def available() -> bool:
 class NativeKernel:
     """Computes some nodes of a graph for arrays of inputs (n,), like ``ArrayKernel``.
 
-    Raises NotCompilable where the graph has a function that the loop cannot hold.
+    Raises NotCompilable if the graph has a function that the loop cannot hold.
     """
 
     def __init__(self, flow: Flow, wanted: Sequence[int]) -> None:
@@ -220,7 +220,7 @@ class NativeKernel:
 
 
 def _compiled(source: str, pointers: int) -> tuple[Any, Callable[..., None]]:
-    """The engine (to keep) and the loop."""
+    """The engine (to be kept) and the loop."""
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()

@@ -1,9 +1,9 @@
-"""Next to some numbers the first answer of a record is known to be the first: the others need no look there.
+"""Boxes of inputs in which the first answer of a record is known to stay the first: others are not computed.
 
-They are followed to both ends of a range of each input, and what they may be anywhere in all ranges is taken
-for twice as far from where they are as the moves of all inputs add up to. Where the rule puts one answer
-first whatever the numbers are, within that, it is the first in all of the box. Where nothing but the sizes of
-a few others may put them before it, the rule of the two is asked at every call.
+The answers are computed at both ends of a range of each input. Their values anywhere in all ranges are
+bounded by twice the sum of the moves of all inputs. If the ranking puts one answer first for all values
+within these bounds, it is the first everywhere in the box. If only the sizes of a few others may put them
+first, the ranking of the two is evaluated at every call.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ Limits: TypeAlias = Mapping[int, Ends]
 
 
 class Asked(NamedTuple):
-    """The ``answers`` that are followed, the limits that their numbers must keep to, and those of them that
-    are ``compared`` with the first one at every call."""
+    """The ``answers`` that are computed, the limits on their numbers, and those that are ``compared`` with
+    the first one at every call."""
 
     answers: list[int]
     limits: Limits
@@ -46,8 +46,7 @@ class Asked(NamedTuple):
 
 
 class Nearby:
-    """The boxes of one record, the first around its ``sample``. ``settles`` tells whether it is the record
-    that settles a row."""
+    """The boxes of a record, the first around its ``sample``; ``settles``: it covers a row."""
 
     def __init__(self, program: Program, sample: Numbers, settles: Callable[[Numbers], bool]) -> None:
         assert program.ranked is not None and program.brief is not None
@@ -72,7 +71,7 @@ class Nearby:
         self._lay(sample)
 
     def move(self, numbers: Numbers) -> None:
-        """Take note of numbers outside of the box, and lay it around them where enough of them were asked."""
+        """Record numbers outside of the box, and move it to them after enough of these."""
         told = self.box.told if self.box else 0
         self._missed += 1
         if told + self._missed < self._price:
@@ -82,7 +81,8 @@ class Nearby:
         self._lay(numbers)
 
     def _lay(self, numbers: Numbers) -> None:
-        """Lay the box around some numbers: of those that ask for the fewest answers the widest."""
+        """Put the box around some numbers: the widest of those with the fewest answers to
+        compute."""
         self.box, self.call = None, None
         if (here := self._rows(numbers)) is None:
             return
@@ -112,14 +112,14 @@ class Nearby:
 
     def _is_nearer(self, place: int, other: int, here: Rows) -> int:
         """The condition that the sizes of one answer are so much nearer to the suggested ones than those of
-        another one that nothing else counts: the rule of the two alone says so by more than it rounds to."""
+        another that only they decide the ranking, by more than rounding."""
         flow, (ranking, answers, given) = self.program.flow, self.ranked
         zero = tuple(number == 0.0 for number in here[0][len(ranking.read) :])
         _, key = keys_as_nodes(flow, ranking, [answers[place], answers[other]], given, zero)
         return flow.add("lt", ROUNDED, key[SIZE])
 
     def _moved(self, numbers: Numbers, share: float) -> list[Rows] | None:
-        """The answers where each number is moved down and up by a share; None where one of them ends."""
+        """The answers with each number moved down and up by a share; None if one of them ends."""
         found = []
         for at, number in enumerate(numbers):
             if isinstance(number, float) and number:
@@ -131,8 +131,8 @@ class Nearby:
         return found
 
     def _asked(self, place: int, rows: Sequence[Rows], most: int) -> Asked | None:
-        """What is asked of answers, at ``most`` so many, for one of them to be the first. ``rows`` are the
-        answers here and where each number is moved."""
+        """The conditions, for at ``most`` so many answers, for one of them to be the first. ``rows`` are
+        the answers here and with each number moved."""
         ranges = [list(map(_around, *some)) for some in zip(*rows, strict=True)]
         keys = [self._keys(some) for some in rows]
         asked, new = list[int](), [place]
@@ -146,7 +146,7 @@ class Nearby:
         return None
 
     def _limits(self, answers: Iterable[tuple[int, Sequence[float], Sequence[Ends]]]) -> Limits:
-        """Of the numbers of answers that may come near to 0 the nodes, and how far these may."""
+        """The nodes of the numbers of answers that may come close to 0, and their bounds."""
         found, ranking = {}, self.ranked.ranking
         angles = (*ranking.angles, *(False for _ in ranking.read))
         for k, numbers, ranges in answers:
@@ -163,7 +163,7 @@ class Nearby:
         return found
 
     def _rows(self, numbers: Numbers) -> Rows | None:
-        """The numbers of every answer that the rule reads, and those that are given."""
+        """The numbers of every answer that the ranking reads, and the given ones."""
         found: list[tuple[float, ...]] | None = self._values(*numbers)
         count = len(self.program.endings)
         return found if found is not None and len(found) == count and self.settles(numbers) else None
@@ -176,7 +176,7 @@ class Nearby:
         self, place: int, ranges: Sequence[Sequence[Ends]], keys: Sequence[Sequence[Key]], limits: Limits
     ) -> tuple[list[int], set[int]]:
         """The answers that may come before that of a place somewhere in the ranges, within the limits, and
-        those that the sizes alone tell from it."""
+        those that only the sizes distinguish from it."""
         ranking, answers, given = self.ranked
         rows = [
             [
@@ -210,8 +210,8 @@ class Nearby:
 
 
 def _counts_whole(place: int, rows: Sequence[Sequence[Ends]], angles: Sequence[bool]) -> bool:
-    """Whether no number of an answer, angles aside, is so small in its range that it may count as 0 beside
-    those of the others."""
+    """Whether no number of an answer, except angles, is so small in its range that it may count as 0
+    relative to those of the others."""
     for angle, column in zip(angles, zip(*rows, strict=True), strict=False):
         least = max(column[place][0], -column[place][1], 0.0)
         if not angle and any(least <= 2.0 * ZERO * max(-low, high) for low, high in column):
@@ -224,6 +224,6 @@ def _shared(one: Ends, other: Ends) -> Ends:
 
 
 def _around(*numbers: float) -> Ends:
-    """A number that is not there stays so."""
+    """The range around a number; a missing one stays missing."""
     far = spread(numbers)
     return numbers[0] - far, numbers[0] + far

@@ -1,14 +1,14 @@
-"""Newton's method on the rules of a block, started where a record has its answer.
+"""Newton's method on the rules of a block, started at the recorded answer.
 
 The steps must shrink by ``CONTRACTION`` from one to the next: then the iteration stays on the branch of the
 record (Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 5.1.2: the first contraction factor).
-Where they do not, the known numbers are moved from those of the record in smaller and smaller shares. At the
-end the root is rounded to some of its digits and corrected from there, so that its last
-ones do not depend on where the iteration came from.
+If they do not, the known numbers are moved from those of the record in smaller and smaller shares. At the end
+the root is rounded to some of its digits and corrected from there, so that its last ones do not depend on the
+start of the iteration.
 
-The linear systems are eliminated in straight lines: the pivots are chosen once, at the numbers of the sample,
-in the order of Markowitz (Management Science 3, 1957, 255-269) among those that are not small in their row.
-Only entries that are there are computed, so that a sparse matrix costs what it holds.
+The linear systems are eliminated in straight-line code: the pivots are chosen once, at the numbers of the
+sample, in the order of Markowitz (Management Science 3, 1957, 255-269) among those that are not small in
+their row. Only nonzero entries are computed.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def eliminate(flow: Flow, nodes: Entries, numbers: Entries, scale: Sequence[floa
     """The elimination of a matrix (n, n) of nodes whose columns are of the sizes ``scale``; ``numbers`` are
     those of the nodes at the sample. Both are overwritten.
 
-    Raises NotCompilable where the matrix of the sample is singular.
+    Raises NotCompilable if the matrix of the sample is singular.
     """
     found = Elimination(flow, len(scale))
     rows = {i: {j for r, j in nodes if r == i} for i in range(len(scale))}
@@ -101,7 +101,7 @@ def eliminate(flow: Flow, nodes: Entries, numbers: Entries, scale: Sequence[floa
 
 
 def _pivot(rows: dict[int, set[int]], numbers: Entries, scale: Sequence[float]) -> tuple[int, int]:
-    """The entry that fills in least, of those that are not small in their row."""
+    """The entry with the least fill-in, of those that are not small in their row."""
     counts = Counter(at for places in rows.values() for at in places)
     found = list[tuple[float, float, int, int]]()
     for row, places in rows.items():
@@ -179,7 +179,7 @@ class BlockNewton:
             raise NotCompilable from None
 
     def _settled(self) -> tuple[float, ...]:
-        """The root at the sample, by the rules as they are or, where these do not lead back to it, without
+        """The root at the sample, by the rules as they are or, if these do not lead back to it, without
         their logarithms: next to a pole of one a root cannot be rounded. Raises ValueError."""
         kernel = self.kernel
         found, near = self._led_to(kernel.forms, kernel.partials)
@@ -219,9 +219,9 @@ class BlockNewton:
         return None, False
 
     def _write(self) -> None:
-        """The operations of a step, of the root that it leads next to (rounded, corrected by its slopes),
-        and of what rounding may move the unknowns by: an inverse of the slopes times the sizes of the rules,
-        with signs drawn once (Higham, Accuracy and Stability, ch. 15)."""
+        """The operations of a step, of the root that it leads to (rounded, corrected by its slopes), and of
+        the rounding errors of the unknowns: an inverse of the slopes times the sizes of the rules, with
+        signs drawn once (Higham, Accuracy and Stability, ch. 15)."""
         self.flow = flow = Flow(plain=True)
         unknowns, every = self.kernel.unknowns, (*self.kernel.unknowns, *self.known)
         places = {name: flow.input(i) for i, name in enumerate(every)}
@@ -246,7 +246,7 @@ class BlockNewton:
         )
 
     def _tell_quiet(self, pivots: Sequence[int]) -> None:
-        """Whether rounding hardly moves the root at the sample, and so wherever ``pivots`` are like those."""
+        """Whether rounding hardly moves the root at the sample, and so wherever ``pivots`` are similar."""
         flow, raw = self.flow, self.flow.raw
         at_sample = Numbers(flow, dict(enumerate((*self.start, *self.sample))))
         sizes = {node: float(at_sample(node)) for node in pivots if flow.value_of(node) is None}
@@ -262,7 +262,7 @@ class BlockNewton:
         return self.flow.total(raw("mul", share, share) for share in shares)
 
     def _slopes(self, flow: Flow, places: dict[str, int]) -> Entries:
-        """The nodes of the slopes that are not 0 throughout, by row and column."""
+        """The nodes of the slopes that are not always 0, by row and column."""
         count = len(self.kernel.unknowns)
         entries: Entries = {}
         for place, slope in enumerate(self.partials):
@@ -273,7 +273,7 @@ class BlockNewton:
         return entries
 
     def _sizes(self, flow: Flow, places: dict[str, int], slopes: Entries) -> Iterator[int]:
-        """Of each rule Σ|∂F/∂v · v| over all variables, every third with a minus."""
+        """Σ|∂F/∂v · v| of each rule over all variables, every third with a minus."""
         for row, form in enumerate(self.forms):
             terms = list[int]()
             for name in dict.fromkeys(names(form)):
@@ -287,7 +287,7 @@ class BlockNewton:
             yield flow.add("neg", total) if row * row % 3 == 1 else total
 
     def _terms_of_zeros(self, point: Mapping[str, float]) -> Iterator[float]:
-        """Of an unknown that is 0 to rounding a share of the terms that cancel in it; 0 of another."""
+        """For an unknown that is 0 to rounding a share of its cancelling terms; else 0."""
         sizes = [sum(abs(slope * point[name]) for name, slope in some.items()) for some in self.gradients]
         for x, column in zip(self.start, zip(*self.slopes, strict=True), strict=True):
             shares = (size / abs(slope) for size, slope in zip(sizes, column, strict=True) if slope)
@@ -295,10 +295,11 @@ class BlockNewton:
             yield CANCELLED * terms if abs(x) <= ZERO * terms else 0.0
 
     def _bends(self) -> dict[tuple[int, ...], Array]:
-        """What further powers of moves of the known numbers add to that, (unknowns,) each: (j, k) of d_j d_k.
+        """The contributions of higher powers of moves of the known numbers, (unknowns,) each: (j, k) of d_j
+        d_k.
 
-        Powers of a single number up to ``POWERS``, squares and products of a few. Empty where the roots
-        beside the sample are not found.
+        Powers of a single number up to ``POWERS``, squares and products of a few. Empty if the roots next to
+        the sample are not found.
         """
         count, moves = len(self.sample), [BESIDE * (abs(number) or 1.0) for number in self.sample]
         if count > MAX_BENT:
@@ -320,7 +321,7 @@ class BlockNewton:
         return {at: c / math.prod(moves[j] for j in at) for at, c in bends if len(at) > 1}
 
     def _predicted(self, flow: Graph, known: Sequence[int]) -> list[int]:
-        """Where the root is by the tangent and the bends."""
+        """The root as predicted by the tangent and the higher powers."""
         found, pairs = [], zip(known, self.sample, strict=True)
         moves = [flow.raw("sub", node, number) for node, number in pairs]
         for i, x in enumerate(self.start):
@@ -339,7 +340,7 @@ class BlockNewton:
         return found
 
     def _predict(self) -> None:
-        """Write where the iteration of one row starts, and whether that is next to the record."""
+        """Write the start of the iteration of one row, and whether it is close to the record."""
         flow, count = Flow(plain=True), len(self.sample)
         predicted = self._predicted(flow, [flow.input(j) for j in range(count)])
         self.prediction = flow, predicted
@@ -357,8 +358,8 @@ class BlockNewton:
         )
 
     def _loop(self, *parts: tuple[list[str], list[str]]) -> list[str]:
-        """The iteration around the statements of a step, and those of the root behind it: steps until one is
-        shorter; the last of them is not gone."""
+        """The iteration around the statements of a step, and those of the root after it: steps until one is
+        shorter; the last of them is not taken."""
         (steps, (*off, length)), (below, (*root, last)), (pivots, (alike,)), (error, (moved,)) = parts
         names = _names(len(off))
         return [
@@ -382,7 +383,7 @@ class BlockNewton:
         ]
 
     def unrolled(self, flow: Graph, known: Sequence[int]) -> list[int]:
-        """The root as nodes of another graph, by as many steps as it takes beside the record; nan where these
+        """The root as nodes of another graph, by as many steps as are needed near the record; nan if these
         are not enough."""
         x = self._predicted(flow, known)
         for _ in range(1, self._enough):
@@ -391,22 +392,22 @@ class BlockNewton:
         return copied(self.flow, flow, self._found(self._alike), [*x, *known])
 
     def _found(self, alike: bool) -> list[int]:
-        """The root that a last step leads next to; nan where that goes far, or where rounding may. With
-        ``alike``, pivots like those of the record tell that it does not."""
+        """The root that a last step leads to; nan if that is far, or if rounding may lead far. With
+        ``alike``, pivots like those of the record show that it does not."""
         raw, limits = self.flow.raw, (CONVERGED, LAST, CONDITION)
         asked = [raw("le", length, limit**2) for length, limit in zip(self.lengths, limits, strict=True)]
         good = raw("and", raw("and", *asked[:2]), self.alike if alike else asked[2])
         return [raw("where", good, root, math.nan) for root in self.root]
 
     def _beside(self) -> Iterator[list[float]]:
-        """Known numbers a little farther from the sample than the bends of the root were fitted."""
+        """Known numbers slightly outside the range in which the powers were fitted."""
         for j, number in enumerate(self.sample):
             for share in (-2.5 * BESIDE, 2.5 * BESIDE):
                 yield [*self.sample[:j], number + share * (abs(number) or 1.0), *self.sample[j + 1 :]]
 
     @cached_property
     def _alike(self) -> bool:
-        """Whether the pivots there are like those of the record, which rounding hardly moves."""
+        """Whether the pivots are similar to those of the record, which rounding hardly moves."""
         try:
             roots = [(*self.scalar(*known), *known) for known in self._beside()] if self.quiet else []
         except ValueError:
@@ -415,7 +416,7 @@ class BlockNewton:
 
     @cached_property
     def _enough(self) -> int:
-        """Steps from where the root is predicted."""
+        """The number of steps from the predicted root."""
         most = 1
         for known in self._beside():
             x = np.array(self._start(*known)[: len(self.start)])
@@ -429,7 +430,7 @@ class BlockNewton:
     # --- one row ---
 
     def scalar(self, *known: float) -> tuple[float, ...]:
-        """The root at these numbers. Raises ValueError where the branch of the record is not followed."""
+        """The root at these numbers. Raises ValueError if the branch of the record is lost."""
         try:
             found = self._newton(*self._start(*known))
         except (ArithmeticError, ValueError):
@@ -439,7 +440,7 @@ class BlockNewton:
     def _followed(
         self, known: Sequence[float], before: Sequence[float], root: tuple[float, ...], share: float = 1.0
     ) -> tuple[float, ...]:
-        """The root by way of numbers between those ``before`` and these."""
+        """The root, by way of numbers between those ``before`` and these."""
         at = 0.0
         while at < 1.0:
             to = min(1.0, at + share)
@@ -459,7 +460,7 @@ class BlockNewton:
 
     @cached_property
     def _kernels(self) -> tuple[ArrayKernel, ...]:
-        """What predicts roots, what steps from them and how long a step is, and where the last one leads."""
+        """The kernels for the predicted roots, for steps and their lengths, and for the final root."""
         steps = *self.step, self.lengths[0]
         pairs = self.prediction, (self.flow, steps), (self.flow, self._found(False))
         return tuple(ArrayKernel(flow, wanted) for flow, wanted in pairs)
@@ -471,7 +472,7 @@ class BlockNewton:
         return found
 
     def array(self, *known: Any) -> Array:
-        """The roots (unknowns, n); nan where the branch is not followed."""
+        """The roots (unknowns, n); nan where the branch is lost."""
         given = [np.atleast_1d(np.asarray(column, dtype=float)) for column in known]
         count = max(map(len, given), default=1)
         columns = np.array([np.broadcast_to(column, count) for column in given]).reshape(len(given), count)
@@ -486,7 +487,7 @@ class BlockNewton:
 
     def _along(self, columns: Array) -> Array:
         """The roots (unknowns, n) along a line of known numbers (m, n): of some rows one after another, of
-        those between from these. Where two such rows next to one another are lost, so are all between."""
+        those between from these. If two such rows next to one another are lost, so are all between."""
         count = columns.shape[1]
         moves = abs(columns[:, -1] - columns[:, 0]) / np.maximum(abs(columns[:, -1]), abs(columns[:, 0]))
         place = int(np.argmax(np.nan_to_num(moves)))
@@ -505,7 +506,7 @@ class BlockNewton:
 
     def _walked(self, columns: Array, place: int) -> Array:
         """The roots (unknowns, n) of rows (m, n), each from that before it, away from the record by the known
-        number of a place; none behind one that is lost."""
+        number of a place; none after one that is lost."""
         found = np.full((len(self.start), columns.shape[1]), np.nan)
         off = columns[place] - self.sample[place]
         order = np.argsort(abs(off), kind="stable")
@@ -523,7 +524,7 @@ class BlockNewton:
     def _rows(
         self, start: Array, before: Array, known: Array, share: float, predicted: Array | None = None
     ) -> Array:
-        """Roots (unknowns, n) for known numbers (m, n) from those at others, by half the way if need be."""
+        """Roots (unknowns, n) for known numbers (m, n) from those at others, halving if needed."""
         found = self._iterate(start if predicted is None else predicted, known)
         lost = np.flatnonzero(~np.isfinite(found[0]))
         if lost.size and share > FINEST:
@@ -536,7 +537,7 @@ class BlockNewton:
         return found
 
     def _iterate(self, x: Array, known: Array) -> Array:
-        """As the loop of one row, on all rows that have not converged."""
+        """The loop of one row, on all rows that have not converged."""
         roots, left = np.full(x.shape, np.nan), np.arange(known.shape[1])
         before = np.full(known.shape[1], np.inf)
         for _ in range(ITERATIONS):
@@ -555,7 +556,7 @@ class BlockNewton:
 
 
 def _in_line(columns: Array) -> bool:
-    """Whether the numbers of each column (m, n) go on in one direction."""
+    """Whether the numbers of each column (m, n) are monotone."""
     steps = np.diff(columns, axis=1)
     return bool(((steps >= 0.0).all(axis=1) | (steps <= 0.0).all(axis=1)).all())
 

@@ -1,9 +1,9 @@
-"""The rule of which answer comes first, as operations of a record.
+"""The ranking of answers as operations of a record.
 
-``Ranking`` is written over numbers of any kind; here they are nodes of a program. Of the keys of the answers
-as much is written down as orders them at the sample; where that comes out alike for two of them, another
-record has the word. Over ranges of numbers the rule says in which the order of the sample is kept: interval
-arithmetic without outward rounding, for the rule counts in millionths, and asks for more than that.
+``Ranking`` is written over numbers of any kind; here they are nodes of a program. The keys of the answers
+are written as far as they order them at the sample; if that part is equal for two of them, another record
+decides. Over ranges of numbers the ranking shows in which the order of the sample is kept: interval
+arithmetic without outward rounding, since the ranking compares at a resolution of a millionth.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SAFETY = 2.0
 
 
 class KeyRanges:
-    """The keys of answers over ranges of the numbers that the rule reads."""
+    """The keys of answers over ranges of the numbers that the ranking reads."""
 
     def __init__(self, ranked: Ranked, zero: tuple[bool, ...]) -> None:
         ranking, answers, given = ranked
@@ -42,7 +42,7 @@ class KeyRanges:
         self._ranges = Ranges(table, [part for key in keys for part in key])
 
     def __call__(self, ends: Mapping[int, Pair]) -> list[list[Pair]]:
-        """Of each answer the pairs of the parts of its key, from those (spans,) of the nodes read."""
+        """For each answer the pairs of the parts of its key, from those (spans,) of the nodes."""
         found = self._ranges([ends[node] for node in self.places])
         return [found[at : at + self.parts] for at in range(0, len(found), self.parts)]
 
@@ -50,10 +50,10 @@ class KeyRanges:
 def before(
     one: Sequence[Pair], other: Sequence[Pair], known: Sequence[tuple[Key, Key]] = ()
 ) -> NDArray[np.bool_]:
-    """Whether one key is less than another wherever the numbers of their ranges are, (spans,).
+    """Whether one key is less than another for all numbers in the ranges, (spans,).
 
-    ``known`` are both keys at some points, as ``spread`` takes them: of parts that are no counts these tell
-    by how far they are apart where their ranges do not.
+    ``known`` are both keys at some points, as ``spread`` takes them: for parts that are not counts, their
+    distances decide if the ranges do not.
     """
     sooner, alike = np.False_, np.True_
     for place, (a, b) in enumerate(zip(one, other, strict=True)):
@@ -68,7 +68,7 @@ def before(
 
 
 def spread(numbers: Sequence[float]) -> float:
-    """How far all moves together take a number: the first is where it was, then two of each input."""
+    """The combined effect of all moves: first the old value, then two values for each input."""
     here, there = numbers[0], numbers[1:]
     pairs = zip(there[::2], there[1::2], strict=True)
     return SAFETY * sum(max(abs(one - here), abs(other - here)) for one, other in pairs)
@@ -109,7 +109,6 @@ class Number:
 
     @property
     def number(self) -> int:
-        """The node as a number."""
         return self.flow.add("where", self.node, 1.0, 0.0) if self.logical else self.node
 
     def applied(self, operation: str, one: Any, other: Any) -> Any:
@@ -149,10 +148,10 @@ Ends: TypeAlias = tuple[tuple[int, float, float], ...]
 
 
 class Order(NamedTuple):
-    """How answers are sorted: by ``keys``, as far as all that ``told`` tells them apart.
+    """The order of answers: by ``keys``, up to the parts that ``told`` needs to distinguish them.
 
-    Where the nodes of ``usual`` lie between their ends the answers stand in the order of the sample, whatever
-    the keys are, and where those of ``first`` do the first one is the first.
+    If the nodes of ``usual`` lie between their ends the answers are in the order of the sample, whatever the
+    keys are, and if those of ``first`` do the first one is the first.
     """
 
     keys: tuple[tuple[int, ...], ...] = ()
@@ -170,8 +169,8 @@ UNORDERED = Order()
 
 
 class Ranked(NamedTuple):
-    """What the ``ranking`` reads: nodes of the names of each answer, and of what is given; None for one that
-    has no number."""
+    """The input of the ``ranking``: nodes of the names of each answer, and of the given ones; None for one
+    without a number."""
 
     ranking: Ranking
     answers: tuple[tuple[int | None, ...], ...]
@@ -185,11 +184,11 @@ def order(
     beforehand: bool,
     double: Sequence[bool],
 ) -> Order:
-    """What sorts answers, of which the sample is in order already; ``beforehand``: and where this is known.
+    """Sorts answers that are in order at the sample; ``beforehand``: and the ranges in which this is known.
     Those at ``double`` roots come last.
 
-    ``numbers`` tells what a node is at the sample. Raises NotCompilable where the rule does not tell the
-    answers of the sample apart.
+    ``numbers`` gives the value of a node at the sample. Raises NotCompilable if the ranking does not
+    distinguish the answers of the sample.
     """
 
     ranking, answers, given = ranked
@@ -223,7 +222,7 @@ def keys_as_nodes(
     given: Sequence[int | None],
     zero: tuple[bool, ...],
 ) -> list[tuple[int, ...]]:
-    """The nodes of the parts of each answer's key; ``zero`` tells which given numbers are 0."""
+    """The nodes of the parts of each answer's key; ``zero`` marks the given numbers that are 0."""
     known, *rows = [
         [math.nan if node is None else Number(flow, node) for node in nodes] for nodes in (given, *answers)
     ]
@@ -238,7 +237,7 @@ def _usual(
     numbers: Callable[[int], float],
     pairs: Callable[[Sequence[Any]], Iterable[tuple[Any, Any]]],
 ) -> Ends:
-    """The widest ranges around the sample in which the rule is known to put pairs of answers in order."""
+    """The widest ranges around the sample in which the ranking is known to order pairs of answers."""
     ranking, answers, given = ranked
     angles = dict(zip(ranking.names, ranking.angles, strict=True))
     kinds = dict[int, bool]()
@@ -268,7 +267,7 @@ def _free(
     ranges: Mapping[int, tuple[float, float]],
     nodes: Sequence[int],
 ) -> set[int]:
-    """Those of the nodes that may be anything: each is tried together with all before it that may."""
+    """The nodes that may have any value: each is tried with all earlier ones of this kind."""
     found, waiting = set[int](), list(nodes)
     while waiting:
         turns = dict.fromkeys(found, 0) | {node: turn for turn, node in enumerate(waiting)}
@@ -297,7 +296,7 @@ def _node(flow: Flow, value: Any) -> int:
 
 
 def _arithmetic(flow: Flow) -> Arithmetic:
-    """The rule's arithmetic on nodes. What has no number at the sample has none in any row."""
+    """The ranking's arithmetic on nodes; one without a number at the sample never has one."""
 
     def larger(one: Any, other: Any) -> Any:
         if not isinstance(one, Number) and not isinstance(other, Number):

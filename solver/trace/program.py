@@ -1,11 +1,11 @@
-"""What a record is: a graph of operations, the results of each answer, and when they count.
+"""The program of a record: a graph of operations, the results of each answer, and their conditions.
 
-On arrays the endings are all answers of a row in their order, none of them twice; where the order is not
-known beforehand they are exchanged in pairs by selections (an insertion sort without branches, stable as the
-list is). Conditions that others imply, by the ranges of the numbers, are left out: a number lies in up to
-three pieces, below zero, at zero and above. Rounding is monotonic, so the ends of a result come from the ends
-of its operands by the operation itself (R. E. Moore, Interval Analysis, 1966, without outward rounding).
-Comparisons are decided of numbers alone that are asked to be finite.
+On arrays the endings are all answers of a row in their order, none of them twice; if the order is not known
+beforehand they are exchanged in pairs by selections (an insertion sort without branches, stable as the list
+is). Conditions implied by others, by the ranges of the numbers, are left out: a number lies in up to three
+intervals, below zero, at zero and above. Rounding is monotonic, so the ends of a result come from the ends of
+its operands by the operation itself (R. E. Moore, Interval Analysis, 1966, without outward rounding).
+Comparisons are decided only for numbers that are required to be finite.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from solver.trace.order import UNORDERED, Order, Ranked
 
 
 class Ending(NamedTuple):
-    """One answer as nodes of the graph: the wanted values (a symbol by its name), which count where all that
+    """One answer as nodes of the graph: the wanted values (a symbol by its name), which count if all of
     ``holds`` is true."""
 
     results: tuple[int | str, ...]
@@ -31,19 +31,19 @@ class Ending(NamedTuple):
 
 @dataclass(slots=True)
 class Box:
-    """Ranges of the inputs that are numbers: the ends of each. ``told`` counts the answers told there."""
+    """Ranges of the numeric inputs: the ends of each. ``told`` counts the answers given there."""
 
     ends: tuple[float, ...]
     told: int = 0
 
 
 class Program(NamedTuple):
-    """``inputs`` is how many numbers it takes; ``symbols`` are the inputs, by place, that must be these.
+    """``inputs`` is the number of inputs; ``symbols`` are the inputs, by place, that must have these values.
 
-    The endings are all answers of a row, in the order of the sample; ``order`` tells that of a row. Where one
-    of them does not count, none does. ``brief`` tells the first answer of most rows with less work: of its
-    endings the first one ``alone`` has to count. Where answers are iterated, ``ranked`` is what orders them.
-    Each input lies within the ``box``.
+    The endings are all answers of a row, in the order of the sample; ``order`` gives that of a row. If one of
+    them does not count, none does. ``brief`` computes only the first answer of most rows: of its endings only
+    the first one has to count. If answers are iterated, ``ranked`` orders them. Each input lies within the
+    ``box``.
     """
 
     flow: Flow
@@ -63,18 +63,18 @@ class Program(NamedTuple):
 
     @property
     def holds(self) -> tuple[int, ...]:
-        """All that is asked of the answers."""
+        """All conditions of the answers."""
         return tuple(dict.fromkeys(check for ending in self.endings for check in ending.holds))
 
 
 def checks_and_bounds(flow: Flow, conditions: Sequence[int]) -> tuple[list[int], dict[int, int]]:
-    """Conditions, and the numbers that others of them ask to be finite, by these."""
+    """Conditions, and the numbers that others require to be finite, separately."""
     finite = {n: int(flow.nodes[n][1]) for n in conditions if flow.nodes[n][0] == "finite"}
     return [n for n in dict.fromkeys(conditions) if n not in finite], finite
 
 
 def counts(flow: Flow, conditions: Sequence[int], quick: bool = False) -> int:
-    """The node that is true where conditions hold; ``quick``: only where they are soon seen to hold."""
+    """The node that is true if conditions hold; ``quick``: by a shorter, sufficient test."""
     checks, numbers = checks_and_bounds(flow, conditions)
     holds = flow.over("and", (_straight(flow, check, quick) for check in checks))
     opposites = [n for n in computed_from(flow, checks) if flow.nodes[n][0] in ("not", "xor")]
@@ -85,9 +85,9 @@ def counts(flow: Flow, conditions: Sequence[int], quick: bool = False) -> int:
 
 
 def _straight(flow: Flow, condition: int, quick: bool) -> int:
-    """A condition without its short cuts, which are of no use where every row computes everything.
+    """A condition without its short cuts, which are useless if every row computes everything.
 
-    Where it is ``quick`` a short cut stands for the whole, but not for the opposite of it.
+    With ``quick`` a short cut replaces the whole, but not its opposite.
     """
     kind, *parts = flow.nodes[condition]
     if kind == "sooner":
@@ -99,7 +99,6 @@ def _straight(flow: Flow, condition: int, quick: bool) -> int:
 
 
 def each_of(flow: Flow, conditions: Iterable[int]) -> Iterator[int]:
-    """Conditions one by one."""
     for condition in conditions:
         kind, *parts = flow.nodes[condition]
         if kind == "and":
@@ -109,10 +108,11 @@ def each_of(flow: Flow, conditions: Iterable[int]) -> Iterator[int]:
 
 
 class AllAnswers(NamedTuple):
-    """``symbols`` (one a wanted name) are the words that a column of symbols has the numbers of, or None.
+    """``symbols`` (one for each wanted name) are the words that a column of symbols has the numbers of,
+    or None.
 
-    ``places`` are the wanted values of each place; ``there`` tells of each that its values stand at none
-    before it. All of it counts where the node ``holds`` is true.
+    ``places`` are the wanted values of each place; ``there`` tells whether they differ from those of all
+    earlier places. All of it counts if the node ``holds`` is true.
     """
 
     places: list[tuple[int, ...]]
@@ -122,9 +122,9 @@ class AllAnswers(NamedTuple):
 
 
 def every(program: Program, in_order: bool, quick: bool) -> AllAnswers:
-    """All answers of every row, sorted, or else as they stand; ``quick`` as in ``counts``.
+    """All answers of every row, sorted, or else unsorted; ``quick`` as in ``counts``.
 
-    Raises NotCompilable where symbols stand beside numbers.
+    Raises NotCompilable if a column mixes symbols and numbers.
     """
     flow, order = program.flow, program.order
     symbols = tuple(map(_words, zip(*(ending.results for ending in program.endings), strict=True)))
@@ -141,7 +141,7 @@ def every(program: Program, in_order: bool, quick: bool) -> AllAnswers:
 
 
 def _words(column: tuple[int | str, ...]) -> tuple[str, ...] | None:
-    """The symbols that a wanted variable can be."""
+    """The possible symbols of a wanted variable."""
     words = {result for result in column if isinstance(result, str)}
     if words and not all(isinstance(result, str) for result in column):
         raise NotCompilable
@@ -149,7 +149,7 @@ def _words(column: tuple[int | str, ...]) -> tuple[str, ...] | None:
 
 
 def _sorted(flow: Flow, rows: Iterable[tuple[int, ...]], width: int) -> list[tuple[int, ...]]:
-    """The first nodes of rows, so many, sorted by the others."""
+    """The first nodes of so many rows, sorted by the others."""
     placed: list[tuple[int, ...]] = []
     for row in rows:
         placed.append(row)
@@ -172,7 +172,7 @@ def _less(flow: Flow, one: tuple[int, ...], other: tuple[int, ...]) -> int:
 
 
 def _once(flow: Flow, places: list[tuple[int, ...]]) -> Iterator[int]:
-    """Of each place the node that is true where its values stand at none before it."""
+    """For each place the node that is true if its values differ from all earlier places."""
     for at, place in enumerate(places):
         same = (flow.alike(before, place) for before in places[:at])
         yield flow.over("and", (flow.add("not", node) for node in same))
@@ -192,7 +192,7 @@ _INHERITING = frozenset({"add", "sub", "mul", "neg", "abs", "sqrt", "sind", "cos
 
 
 def joined(ranges: Iterable[Range]) -> Pieces:
-    """The pieces of some ranges together."""
+    """The union of the intervals of some ranges."""
     all_of = list(ranges)
     below = [(a, min(b, -LEAST)) for a, b in all_of if a < 0.0]
     zero = [(0.0, 0.0) for a, b in all_of if a <= 0.0 <= b]
@@ -201,18 +201,18 @@ def joined(ranges: Iterable[Range]) -> Pieces:
 
 
 def shared(one: Iterable[Range], other: Iterable[Range]) -> Pieces:
-    """What lies in some ranges and in some others."""
+    """The intersection of some ranges with others."""
     pairs = ((max(a, c), min(b, d)) for (a, b), (c, d) in product(one, other))
     return joined((a, b) for a, b in pairs if a <= b)
 
 
 def simplified(program: Program) -> Program:
-    """The same program without conditions that others imply, and without numbers that only those read."""
+    """The same program without conditions that others imply, and without their operands."""
     return _Simplification(program).program()
 
 
 class _Simplification:
-    """What is known of the nodes of a record where all its conditions hold."""
+    """The known ranges of the nodes of a record if all its conditions hold."""
 
     def __init__(self, program: Program) -> None:
         self.old, self.flow, self.order = program, program.flow, program.order
@@ -246,7 +246,7 @@ class _Simplification:
         return old._replace(endings=endings, order=Order(keys, asked, usual))
 
     def _meet(self, wanted: Iterable[int]) -> None:
-        """What nodes, and those that they read, come down to, and their ranges."""
+        """Simplify nodes and their operands, with their ranges."""
         for node in sorted(computed_from(self.flow, wanted, self.nodes)):
             self.nodes[node] = self._left_of(node)
             if self.flow.nodes[node][0] not in LOGICAL:
@@ -294,7 +294,7 @@ class _Simplification:
     # --- comparisons ---
 
     def _decided(self, kind: str, a: int, b: int) -> bool | None:
-        """Whether a comparison comes out alike in all rows."""
+        """The outcome of a comparison if it is the same in all rows."""
         if not {a, b} <= self.sure:
             return None
         signs, wanted = self._compared(a, b), {"lt": {-1}, "le": {-1, 0}, "eq": {0}}[kind]
@@ -341,7 +341,7 @@ class _Simplification:
         return {a: tuple(piece for piece in self.ranges[a] if piece[0])} if zero else {}
 
     def _within(self, node: int, low: float, high: float) -> Iterator[tuple[int, Pieces]]:
-        """A number between two others, and what it is the size or the opposite of."""
+        """A number between two others, and the numbers of which it is the size or the opposite."""
         pieces = shared(self.ranges[node], [(low, high)])
         yield node, pieces
         kind, *parts = self.flow.nodes[node]
@@ -353,7 +353,7 @@ class _Simplification:
     # --- numbers that are finite with others ---
 
     def _with(self, finite: Iterable[int], known: Iterable[int] = ()) -> set[int]:
-        """The nodes that are finite numbers where these are, and those known to be."""
+        """The nodes that are finite if these are, and those known to be."""
         sure, waiting = set(known), list(finite)
         while waiting:
             node = waiting.pop()
@@ -365,7 +365,7 @@ class _Simplification:
         return sure
 
     def _heads(self) -> set[int]:
-        """Of numbers that must be finite those with which all of them are."""
+        """Of numbers that must be finite, a set whose finiteness implies that of all."""
         heads, sure = set[int](), set[int]()
         for node in sorted({*self.finite.values()}, reverse=True):
             if node not in sure:
@@ -380,7 +380,7 @@ class _Simplification:
         return heads
 
     def _spread(self, node: int, sure: set[int]) -> None:
-        """Finite numbers give a finite number where it is not too large."""
+        """Finite numbers give a finite number if it is not too large."""
         kind, name, *_ = self.flow.nodes[node]
         known = kind in _MONOTONIC - {"sqrt"} or (name if kind == "call" else kind) in _WITHIN
         whole = kind == "const" or (known and sure.issuperset(operands(self.flow, node)))

@@ -1,9 +1,9 @@
-"""A program as Python source: one solve on floats, straight down.
+"""A program as Python source: one solve on floats, in straight-line code.
 
-Of sines and cosines of degrees the angle is reduced to the nearest right angle, exactly, and what is left is
-taken to radians with one rounding: a change of the angle by no more than its last digit. Multiples of 30
-degrees are exact where the exact answer is a float, as in ``rulesheets.functions.floats``, which is more
-accurate and takes longer.
+For sines and cosines of degrees the angle is reduced to the nearest right angle, exactly, and the rest is
+converted to radians with one rounding: a change of the angle by no more than its last digit. Multiples of 30
+degrees are exact if the exact answer is a float, as in ``rulesheets.functions.floats``, which is more
+accurate and slower.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ FAR = 1e15
 
 
 def sine_and_cosine(degrees: float) -> tuple[float, float]:
-    """Of any angle. Raises ValueError for one that is no number."""
+    """Of any angle. Raises ValueError for nan and infinity."""
     if not -FAR <= degrees <= FAR:
         degrees = fmod(degrees, 360.0)
     quarters = round(degrees / 90.0)
@@ -47,7 +47,7 @@ def sine_and_cosine(degrees: float) -> tuple[float, float]:
 
 
 def sine_and_cosine_lines(angle: str, sine: str | None, cosine: str | None) -> list[str]:
-    """Statements that assign what is asked for, without a call where the angle needs no reduction."""
+    """Statements that assign the requested values, without a call if the angle needs no reduction."""
     lines = [f"if -{NEAR} <= {angle} <= {NEAR}:", f"    r = {angle} * {RADIAN!r}"]
     if sine:
         lines += [f"    {sine} = sin(r)", f"    if {angle} * {angle} == 900.0: {sine} = {angle} / 60.0"]
@@ -75,7 +75,7 @@ _TWICE = frozenset({"max", "sind", "cosd", "unfolded"})
 
 
 def float_of(given: object) -> float:
-    """A number of another type as a float; a text is none, nor an array of one, nor what has two parts.
+    """A number of another type as a float; not a text, an array, or a complex number.
 
     Raises TypeError.
     """
@@ -101,7 +101,8 @@ _FUNCTIONS: dict[str, object] = {
 
 
 def compile_scalar(program: Program, all_answers: bool = False) -> Callable[..., Any]:
-    """``f(*numbers)`` gives the wanted values of the primary answer, or None where the program does not tell.
+    """``f(*numbers)`` returns the wanted values of the primary answer, or None if the program does not cover
+    them.
 
     With ``all_answers`` a list of them, the primary first.
     """
@@ -111,7 +112,7 @@ def compile_scalar(program: Program, all_answers: bool = False) -> Callable[...,
 
 
 def _namespace(program: Program) -> dict[str, Any]:
-    """What the statements of a program call."""
+    """The names that the statements of a program use."""
     names = {node[1] for node in program.flow.nodes if node[0] == "call"}
     namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS}
     namespace["otherwise"] = lambda *numbers, **named: None
@@ -128,8 +129,8 @@ def block_function(
 ) -> Callable[..., Any]:
     """A function of ``arguments``, inputs ``a0``, ``a1``, … of a program, around its operations.
 
-    ``parts`` are so many of its results each; ``written`` makes the statements of the body from a pair for
-    each part: the statements that stand in front of its results, and the texts that read these.
+    ``parts`` are the numbers of results of each part; ``written`` makes the statements of the body from a
+    pair for each part: the statements before its results, and the texts of these.
     """
     writer, pairs = _Writer(program, False), []
     nodes = [node for node in program.endings[0].results if isinstance(node, int)]
@@ -145,7 +146,7 @@ def block_function(
 
 
 def with_fallback(function: Callable[..., Any], otherwise: Callable[..., Any]) -> Callable[..., Any]:
-    """A compiled function that hands numbers of which it does not tell to ``otherwise``."""
+    """A compiled function that calls ``otherwise`` for numbers that it does not cover."""
     known = {**function.__globals__, "otherwise": otherwise}
     return FunctionType(function.__code__, known, function.__name__, function.__defaults__)
 
@@ -204,7 +205,7 @@ class _Writer:
 
     @contextmanager
     def _under(self, head: str) -> Iterator[None]:
-        """Lines under a head; what is computed there is not known outside."""
+        """Lines under a head; values computed there are not known outside."""
         self._line(head)
         outer, self.texts = self.texts, dict(self.texts)
         self.indent += "    "
@@ -212,7 +213,7 @@ class _Writer:
         self.texts, self.indent = outer, self.indent[4:]
 
     def _sorted(self, endings: Sequence[Ending]) -> None:
-        """Return the rows in their order, or the first of them."""
+        """Return the rows in order, or the first of them."""
         order, count = self.program.order, len(endings)
         rows = [f"row{place}" for place in range(count)]
         usual = [f"{low!r} <= {self.text(node)} <= {high!r}" for node, low, high in order.usual]
@@ -263,7 +264,7 @@ class _Writer:
         return "(" + "".join(f"{part}, " for part in parts) + ")"
 
     def text(self, node: int) -> str:
-        """Source that reads a node, behind lines for what else it is computed from."""
+        """Source of a node, after lines for the nodes that it is computed from."""
         for below in sorted(computed_from(self.flow, [node], self.texts)):  # each after its operands
             if below not in self.texts:
                 self._write(below, *self.flow.nodes[below])
@@ -323,7 +324,7 @@ class _Writer:
 
 
 def reads(program: Program) -> Counter[int]:
-    """How often each node that matters is read, or stands in a text that reads it."""
+    """How often each needed node is read, also within the text of another."""
     nodes = *program.wanted, *program.order.nodes
     count = Counter(nodes)
     for node in computed_from(program.flow, nodes):

@@ -1,10 +1,10 @@
-"""Ranges of the numbers of a record over spans of rows, and which of its conditions hold in all of them.
+"""Ranges of the numbers of a record over spans of rows, and the conditions that hold in all of them.
 
-The ends of a result come from the ends of its operands by the operation that rows are computed with. As
-rounding is monotonic, they enclose what every row of the span gets (R. E. Moore, Interval Analysis, 1966,
-without outward rounding); those of functions that are off in their last places are moved outward. So a
-condition that is sure of a span holds in each of its rows. Where a number might be none, or infinite, both
-ends are nan, nan goes on to all that is computed from it, and nothing that compares it is sure.
+The ends of a result come from the ends of its operands by the operation used for rows. As rounding is
+monotonic, they enclose the results of every row of the span (R. E. Moore, Interval Analysis, 1966, without
+outward rounding); those of functions with errors in the last places are moved outward. So a condition that
+holds for a span holds in each of its rows. If a number might be undefined or infinite, both ends are nan,
+and so are those of all results computed from it; comparisons with it are undecided.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def _form(flow: Flow, node: int) -> Callable[..., Pair]:
 
 
 def _wave(form: Wave, function: Callable[..., Any], a: Pair) -> Pair:
-    """A sine is between its ends, if no crest and no trough may lie in between."""
+    """A sine is between its ends, if no maximum and no minimum may lie in between."""
     first, last, one, other = a[0] / form.turn, a[1] / form.turn, function(a[0]), function(a[1])
     low = np.where(_may_contain(first, last, form.top + 0.5), -1.0, np.minimum(one, other))
     high = np.where(_may_contain(first, last, form.top), 1.0, np.maximum(one, other))
@@ -95,7 +95,7 @@ def _wave(form: Wave, function: Callable[..., Any], a: Pair) -> Pair:
 
 
 def _may_contain(low: Any, high: Any, offset: float) -> Any:
-    """Whether some whole number plus ``offset`` may lie between two counts of turns."""
+    """Whether a whole number plus ``offset`` may lie between two numbers of turns."""
     first, last = low - offset - SLACK * (abs(low) + 1.0), high - offset + SLACK * (abs(high) + 1.0)
     return np.ceil(first) <= np.floor(last)
 
@@ -106,7 +106,7 @@ def _outward(low: Any, high: Any) -> Pair:
 
 
 def _monotone(function: Callable[..., Any], a: Pair) -> Pair:
-    """A function that rises, or falls, wherever it has a value, which is between any two such places."""
+    """A function that is monotone wherever it has a value."""
     one, other = function(a[0]), function(a[1])
     return _outward(np.minimum(one, other), np.maximum(one, other))
 
@@ -155,7 +155,7 @@ def _degrees(y: Pair, x: Pair) -> Pair:
 
 
 def _chosen(condition: Pair, a: Pair, b: Pair) -> Pair:
-    """One of two pairs, or what covers both."""
+    """One of two pairs, or their hull."""
     upper = np.minimum if np.asarray(a[0]).dtype == bool else np.maximum
     low, high = (
         np.where(condition[0], one, np.where(condition[1], other, join(one, other)))
@@ -165,7 +165,7 @@ def _chosen(condition: Pair, a: Pair, b: Pair) -> Pair:
 
 
 def _within(finder: Any, *known: Pair) -> Pair:
-    """Whether the numbers known to a block lie where it is told how many roots there are."""
+    """Whether the known numbers of a block lie in ranges with a known number of roots."""
     ends = finder.array(*(low for low, _ in known)) & finder.array(*(high for _, high in known))
     return ends, np.zeros_like(ends)
 

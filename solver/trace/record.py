@@ -1,10 +1,9 @@
-"""The record of a solve: for each answer the steps that led to it, as one straight-line program with guards.
+"""The record of a solve: for each answer its steps, as one straight-line program with guards.
 
-A direct step is recorded by the inverse that was taken, rules that exclude each other as a selection, a block
-by its closed form or else by Newton's method from the answer. The conditions that were decided or assumed,
-the ends of domains and every rule guard the results: where one of them fails, the record is left and the next
-one, or a full solve, has the word. So it is where a branch that came to nothing may come to an answer, and
-where the condition of a block is bad.
+A direct step is recorded as the inverse that was taken, rules that exclude each other as a selection, a block
+as its closed form or else as Newton's method from the answer. The conditions that were decided or assumed,
+the ends of domains and every rule guard the results: if one of them fails, the next record, or a full solve,
+decides. The same holds if a branch without an answer may come to one, and if a block is ill-conditioned.
 """
 
 from __future__ import annotations
@@ -56,8 +55,8 @@ Proof: TypeAlias = tuple[tuple[object, ...], ConstantRootCount]
 class Recording(Inverses):
     """Follows the steps of each of the answers ``leaves`` as they were taken.
 
-    ``corrects``: unknowns are corrected by rules that they miss. ``proofs``: those of other records, to which
-    new ones are added. Raises NotCompilable where a step has no record.
+    ``corrects``: unknowns are corrected by rules whose residual is too large. ``proofs``: those of other
+    records, to which new ones are added. Raises NotCompilable if a step has no record.
     """
 
     def __init__(
@@ -110,7 +109,7 @@ class Recording(Inverses):
         return simplified(program)._replace(brief=brief, ranked=ranked if iterated else None)
 
     def _different(self) -> list[int]:
-        """The places of the answers that differ in what is wanted, beside the sample as well."""
+        """The places of the answers whose wanted values differ, also near the sample."""
         rows = [[n if isinstance(n, str) else self._numbers(n) for n in e.results] for e in self.endings]
         several, places = list(range(len(rows))), different(rows)
         if len(places) == len(rows):
@@ -129,12 +128,12 @@ class Recording(Inverses):
         return places
 
     def _iterates(self, endings: Sequence[Ending]) -> set[int]:
-        """The blocks that answers iterate."""
+        """The blocks that are iterated in answers."""
         read = computed_from(self.flow, Program(self.flow, 0, tuple(endings)).wanted)
         return {node for node in read if self.flow.nodes[node][0] == "root"}
 
     def _start(self) -> tuple[State, tuple[tuple[int, str], ...]]:
-        """What is given, and the symbols among that, by their places."""
+        """The given values, and the symbols among them, by their places."""
         flow, values, symbols = self.flow, dict[str, int](), dict[str, str]()
         for name, known in self.pattern.given.items():
             if isinstance(known, str):
@@ -172,7 +171,7 @@ class Recording(Inverses):
         return state
 
     def _steps(self, state: State, leaf: Leaf) -> State:
-        """What the steps of a leaf have computed, and the conditions under which they are taken."""
+        """The values that the steps of a leaf have computed, and their conditions."""
         self.branch, self.sample, self.poles = leaf.branch, leaf.branch.values, set[str]()
         if not all(isinstance(fact, Beside | DoubleRoot) for fact in self.branch.facts):
             raise NotCompilable
@@ -210,7 +209,7 @@ class Recording(Inverses):
         return state
 
     def _hold(self, state: State, conditions: Iterable[int]) -> None:
-        """Require the outcomes that the sample had, of conditions that are known, or settled by what is."""
+        """Require the outcomes of the sample, for conditions that are known, or decided by known ones."""
         for index in conditions:
             outcome, condition = self.branch.conditions.get(index), self.model.conditions[index]
             node = None if outcome is None else self._condition(state, condition, outcome)
@@ -252,8 +251,8 @@ class Recording(Inverses):
         return self.corrects or bool(self.branch.precise)
 
     def _correct(self, state: State, new: frozenset[str]) -> None:
-        """Another rule than the one that a new unknown was solved for by may tell its last places better:
-        those of what is left of terms that cancel."""
+        """A rule other than the one that a new unknown was solved from may determine its last places
+        better: as the remainder of terms that cancel."""
         flow, values = self.flow, state.values
         for rule in self.model.equations:
             known = not new.isdisjoint(rule.names) and values.keys() >= set(rule.names)
@@ -274,7 +273,7 @@ class Recording(Inverses):
             state.settled -= {e.index for e in self.model.equations if name in e.names}
 
     def _otherwise(self, state: State, step: Step) -> State:
-        """A selection as the rule that was active, and Newton's method for what has no form of its own."""
+        """A selection by the rule that was active, and Newton's method for a step without a form."""
         match step:
             case Select(equations=equations, unknown=unknown):
                 active = (e for e in equations if activity(self.model.equations[e], self.branch.conditions))
@@ -288,7 +287,7 @@ class Recording(Inverses):
                 raise NotCompilable
 
     def _vanishing(self, state: State, step: SolveBlock) -> State:
-        """Unknowns of a block that are 0 whatever is known, of any multiplicity, and the others from them."""
+        """Unknowns of a block that are 0 for any known numbers, and the others from them."""
         self._use(self._on(state), step.equations)
         zeros = [name for name in step.unknowns if self.sample.get(name) == 0.0]
         state.values |= dict.fromkeys(zeros, self.flow.constant(0.0))
@@ -310,14 +309,14 @@ class Recording(Inverses):
         return state
 
     def _use(self, state: State, equations: Iterable[int]) -> None:
-        """These rules are active at the sample, and have to be."""
+        """Require that these rules, active at the sample, are active."""
         for equation in equations:
             state.used.update(premise.condition for premise in self.model.equations[equation].guard)
 
     # --- which of several values ---
 
     def _taken(self, state: State, unknown: str, found: Sequence[int | str]) -> State:
-        """The value of the answer; others that are out of range have to stay there."""
+        """The value of the answer; require that values out of range stay there."""
         taken = next((node for node in found if self._is_sampled(node, unknown)), None)
         if taken is None:
             raise NotCompilable
@@ -333,7 +332,7 @@ class Recording(Inverses):
         return state
 
     def _solved(self, state: State, step: SolveBlock) -> State:
-        """The candidate that is the answer; others that are none for what they need have to stay none."""
+        """The candidate that is the answer; require that refused ones stay refused."""
         self._use(state, step.equations)
         candidates = self._candidates(state, step)
         taken, generators = next(
@@ -354,7 +353,7 @@ class Recording(Inverses):
         return taken
 
     def _stays_out(self, conditions: Sequence[int]) -> None:
-        """Of conditions of which one fails at the sample, require that it goes on failing."""
+        """Require that conditions of which one fails at the sample continue to fail."""
         failing = (node for node in conditions if self._numbers(node) is False)
         node = next(failing, None)
         if node is not None:
@@ -375,7 +374,7 @@ class Recording(Inverses):
     # --- the end ---
 
     def _settle(self, state: State) -> None:
-        """Angles in the turn in which the answer has them."""
+        """Angles in the turn of the answer."""
         for name, node in state.values.items():
             wanted, turn = self.sample[name], self.graph.turn(name)
             if turn is None or name in self.given or isinstance(wanted, str):
@@ -384,7 +383,7 @@ class Recording(Inverses):
                 state.values[name] = self._wrapped(node, turn)
 
     def _turned(self, state: State, name: str, variable: Variable) -> None:
-        """Require an angle to stay within the turn in which the answer has it. A case may say otherwise."""
+        """Require an angle to stay within the turn of the answer. A case may override this."""
         flow, turn, node = self.flow, self.graph.single_turn(name), state.values.get(name)
         bounded = variable.low > -math.inf or variable.high < math.inf
         if node is None or turn is None or bounded or not variable.posted or name in self.given:
@@ -398,7 +397,7 @@ class Recording(Inverses):
         flow.require(flow.add("le", node, middle + turn / 2))
 
     def _result(self, state: State, name: str) -> int | str:
-        """Answers that are told apart by other names alone have the same wanted values, to the last bit."""
+        """Answers that differ only in other names have the same wanted values, to the last bit."""
         if name in state.symbols:
             return state.symbols[name]
         if name not in state.values and name in self.poles:
@@ -422,7 +421,7 @@ class Recording(Inverses):
         self._guards.update(dict.fromkeys(node for node in checks if node != self.flow.true))
 
     def _watch(self, start: State, leaf: Leaf) -> None:
-        """Require that a branch which came to no answer still comes to none, for the same reason."""
+        """Require that a branch without an answer still has none, for the same reason."""
         state, flow = self._steps(start.fork(), leaf), self.flow
         broken = flow.false
         for fact in leaf.conflicts:
@@ -435,7 +434,7 @@ class Recording(Inverses):
             self._guard(*state.checks, broken)
 
     def _keep_usual(self) -> None:
-        """No numbers that products of a few could lose: inputs of a size that has a meaning."""
+        """Require inputs of ordinary size, whose products do not over- or underflow."""
         flow = self.flow
         wanted = *Program(flow, 0, tuple(self.endings)).wanted, *self._guards
         odd = {
@@ -458,7 +457,7 @@ class Recording(Inverses):
     # --- blocks without a form ---
 
     def _iterated(self, state: State, step: SolveBlock) -> State:
-        """Newton's method from the answer of the record."""
+        """Newton's method from the recorded answer."""
         self._on(state)
         self._use(state, step.equations)
         flow, kernel = self.flow, kernel_of(self.graph, step)
@@ -500,13 +499,13 @@ class Recording(Inverses):
         self._guard(self._within(found, compress(places, varying)))
 
     def _within(self, found: ConstantRootCount, known: Iterable[int]) -> int:
-        """The condition that the numbers known to a block lie where its roots neither appear nor vanish."""
+        """The condition that the known numbers of a block lie where its roots neither appear nor vanish."""
         nodes = list(known)
         self.flow.finders.append(found)
         return self.flow.node("unfolded", len(self.flow.finders) - 1, *nodes) if nodes else self.flow.true
 
     def _floats(self, names: Sequence[str], usual: bool = True) -> list[float]:
-        """Numbers of the sample. Raises NotCompilable where one is missing, or of a size not ``usual``."""
+        """Numbers of the sample. Raises NotCompilable if one is missing, or not of ``usual`` size."""
         values = [self.sample.get(name) for name in names]
         numbers = [value for value in values if isinstance(value, float)]
         odd = usual and not all(v == 0.0 or 1.0 / REMOTE <= abs(v) <= REMOTE for v in numbers)
@@ -526,7 +525,7 @@ class Recording(Inverses):
     def _distinct(self, key: tuple[object, ...], places: list[int]) -> None:
         """Roots of one block at the same numbers must stay apart: no two branches may come to one root.
 
-        It is asked of the two unknowns that differ most at the sample.
+        This is required of the two unknowns that differ most at the sample.
         """
         flow, (newton, items) = self.flow, self._blocks[key]
         for other, (second, others) in self._blocks.items():
@@ -544,6 +543,6 @@ class Recording(Inverses):
 
 
 def _is_zero(flow: Graph, node: int) -> bool:
-    """Whether a number is 0, whatever the inputs are."""
+    """Whether a number is 0 for any inputs."""
     kind, *parts = flow.nodes[node]
     return flow.value_of(node) == 0.0 or (kind in ("neg", "div") and _is_zero(flow, int(parts[0])))

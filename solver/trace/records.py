@@ -1,11 +1,11 @@
 """The records of one pattern of inputs, each made from a row that was solved step by step.
 
-A record is good for every row that decides as the row it was made from. It is tried on the rows that are
-left, and what it does not settle is for the next one; for a row that none settles a full solve has the word,
-and a new record may be made of it. A record that does not return what it was made from is not used.
+A record is valid for every row with the same decisions as the row it was made from. It is tried on the
+remaining rows, and the next one gets those it does not cover; a row that none covers is solved in full, and a
+new record may be made of it. A record that does not reproduce its own row is not used.
 
 A refusal is a record of a row without an answer: every row that comes to the same step by the same decisions
-and asks the same impossible thing of it, clearly, is infeasible as well, whatever a full solve does after it.
+and asks for the same impossible value, clearly, is infeasible as well.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ class Refusal(Recording):
     """Follows the steps of leaves to the one that they have no value for, all of them or some."""
 
     def refused(self) -> Program:
-        """The program whose one ending holds where a row is refused as this one was.
+        """The program whose one ending holds if a row is refused as this one was.
 
-        Raises NotCompilable where more than one step without a value was the reason for a leaf.
+        Raises NotCompilable if more than one step without a value was the reason for a leaf.
         """
         for leaf in self.leaves:
             branch = leaf.branch
@@ -65,7 +65,7 @@ class Refusal(Recording):
         return Program(self.flow, len(self.pattern.inputs), (Ending((), tuple(self._guards)),), symbols)
 
     def _watch(self, start: State, leaf: Leaf) -> None:
-        """The same of a branch that came to a step without a value."""
+        """The same for a branch that came to a step without a value."""
         if leaf.conflicts:
             super()._watch(start, leaf)
             return
@@ -75,7 +75,7 @@ class Refusal(Recording):
         self._guard(*state.checks, impossible)
 
     def _stopped(self, start: State, leaf: Leaf) -> tuple[State, int]:
-        """What a leaf comes to before the step without a value, and whether that still has none."""
+        """The values of a leaf before the step without a value, and whether that still has none."""
         branch = leaf.branch.fork()
         branch.inactive = {}
         state = self._on(self._steps(start.fork(), replace(leaf, branch=branch)))
@@ -125,13 +125,13 @@ class Refusal(Recording):
         return not any(math.isnan(self._numbers(one)) for one in computed_from(self.flow, [node]))
 
     def _outside(self, node: int, low: float, high: float, margin: int) -> int:
-        """That a number lies below a range or above it, by more than the margin."""
+        """The condition that a number lies outside a range by more than the margin."""
         flow = self.flow
         below = flow.add("lt", flow.add("add", node, margin), float(low))
         return flow.add("or", below, flow.add("lt", flow.add("add", float(high), margin), node))
 
     def _undefined(self, target: int) -> int:
-        """That an operation on the way to a number has no value: a root or power of one clearly negative."""
+        """The condition that an operation has no value: a root or power of a negative number."""
         flow = self.flow
         for node in computed_from(flow, [target]):
             kind, *parts = flow.nodes[node]
@@ -149,8 +149,9 @@ class Refusal(Recording):
             raise NotCompilable
 
     def _margin(self, state: State, equation: int, node: int) -> int:
-        """How far outside a number must lie: as far as it moves, to first order, where every input moves by
-        ``BEYOND`` of itself. Behind a block that is iterated it goes by the largest number of the rule."""
+        """The distance by which a number must lie outside: its change, to first order, if every input
+        changes by ``BEYOND`` of itself. After an iterated block it is relative to the largest number of the
+        rule."""
         flow, read = self.flow, computed_from(self.flow, [node])
         if any(flow.nodes[one][0] == "root" for one in read):
             return flow.add("mul", BEYOND, self._size(state, equation))
@@ -164,7 +165,7 @@ class Refusal(Recording):
         return total
 
     def _size(self, state: State, equation: int) -> int:
-        """The square of the largest number of a rule, or 1: what a target's rounding goes by."""
+        """The square of the largest number of a rule, or 1: the scale of a target's rounding."""
         flow = self.flow
         largest = flow.constant(1.0)
         for name in self.model.equations[equation].names:
@@ -185,7 +186,7 @@ class Refusal(Recording):
         return self._outside(node, variable.low, variable.high, margin)
 
     def _excluded(self, state: State, step: SolveBlock) -> int:
-        """That the known numbers of a block lie within ranges for which it has no root."""
+        """The condition that a block's known numbers lie in ranges in which it has no root."""
         flow, kernel = self.flow, kernel_of(self.graph, step)
         nodes = [state.values.get(name) for name in kernel.known]
         known = [node for node in nodes if node is not None]
@@ -199,11 +200,11 @@ class Refusal(Recording):
         return self._within(found, compress(known, varying))
 
     def _rounded(self, node: int) -> float:
-        """How far a number may be moved without being another one to a solve."""
+        """The change of a number that makes no difference to a solve."""
         return BEYOND * abs(self._numbers(node)) + ROUNDINGS * self._numbers.error(node)
 
     def _every_out(self, state: State, step: SolveBlock) -> Iterator[int]:
-        """Of each candidate that the first check fails clearly which failed at the sample."""
+        """For each candidate the first check that failed at the sample and clearly fails."""
         for one, _ in self._candidates(state, step):
             self._on(state)
             checks = one.checks[len(state.checks) :]
@@ -213,7 +214,7 @@ class Refusal(Recording):
             yield self._failing(*checks[place : place + 1])
 
     def _failing(self, *checks: int) -> int:
-        """That a number is negative, not only too small to be told from 0."""
+        """The condition that a number is negative by more than rounding."""
         flow = self.flow
         for kind, *parts in (flow.nodes[check] for check in checks):
             if kind == "le" and flow.value_of(int(parts[0])) == 0.0:
@@ -260,13 +261,12 @@ class Records:
 
     @property
     def order(self) -> list[int]:
-        """The places of the records as they are asked: those of more answers first, of these the useful."""
+        """The order in which records are tried: more answers first, then the last useful one."""
         places = range(len(self.programs))
         return sorted(places, key=lambda at: (-len(self.programs[at].endings), at != self.useful))
 
     def first(self) -> tuple[Callable[..., Any], ...]:
-        """What calls for the first answer begin with, one after the other; nothing where they should say
-        first where they are."""
+        """The records for calls of the first answer, in order; none if the order is unknown."""
         near = self._nearby.get(self.useful)
         if near is not None and near.call is not None:
             return (near.call,)
@@ -281,7 +281,7 @@ class Records:
         return self._primary[place]
 
     def near(self, numbers: tuple[Value, ...]) -> None:
-        """Take note of a row that the useful record settled, of which the first answer was asked."""
+        """Note that the useful record covered a row of which the first answer was wanted."""
         place = self.useful
         if numbers in self.rows or not self.programs[place].ranked:
             return
@@ -297,7 +297,7 @@ class Records:
             )
 
     def known(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]] | None:
-        """All answers of a row by the first record that settles it, which is useful from now on."""
+        """All answers of a row by the first record that covers it, which becomes the useful one."""
         if numbers in self.rows:
             return self.rows[numbers].copy()
         for place in self.order:
@@ -308,9 +308,9 @@ class Records:
         return None
 
     def add(self, numbers: Sequence[Value], leaves: Sequence[Leaf], refused: Sequence[Leaf]) -> bool:
-        """Take note of the answers of a row that was solved step by step; False where nothing came of it.
+        """Make a record of a row that was solved step by step, or note its answers; False if neither.
 
-        A new record, where it says the same and no other does.
+        A new record is added if it reproduces the row and no other does.
         """
         answers = [leaf.branch.values for leaf in leaves]
         if any(self._agrees(every(*numbers), answers) for every in self.every):
@@ -337,7 +337,7 @@ class Records:
         return False
 
     def _reaches(self, numbers: Sequence[Value], answers: Sequence[Mapping[str, Value]]) -> bool:
-        """Whether a record gives the answers of a row to which its proofs do not reach: they are too weak."""
+        """Whether a record gives the answers of a row that its proofs do not cover: they are too weak."""
         for program, every in zip(self.programs, self.every, strict=True):
             folds = [finder for finder in program.flow.finders if isinstance(finder, ConstantRootCount)]
             before = [_copied(vars(fold)) for fold in folds]
@@ -351,12 +351,12 @@ class Records:
         return False
 
     def remember(self, numbers: tuple[Value, ...], rows: list[tuple[Value, ...]]) -> None:
-        """Take note of the answers of one row, of which no record was made; zeros have signs."""
+        """Keep the answers of one row, of which no record was made; zeros have signs."""
         if len(self.rows) < MAX_RECORDS and 0.0 not in numbers:
             self.rows[numbers] = rows.copy()
 
     def refuse(self, numbers: Sequence[Value], found: Exploration) -> None:
-        """Learn to tell the rows that are refused as this one."""
+        """Add a refusal for rows that are refused as this one."""
         if len(self.refusals) >= MAX_RECORDS or self.vain >= MAX_FAILURES:
             return
         ends = (*found.leaves, *found.open_cases)
@@ -371,7 +371,7 @@ class Records:
         self.vain += 1
 
     def mark(self) -> list[tuple[Any, dict[str, Any]]]:
-        """What has been learned so far, for ``forget``."""
+        """The present state of the records, for ``forget``."""
         programs = (*self.programs, *self.refusals)
         finders = (finder for program in programs for finder in program.flow.finders)
         return [
@@ -381,7 +381,7 @@ class Records:
         ]
 
     def forget(self, mark: list[tuple[Any, dict[str, Any]]]) -> None:
-        """Go back to what was known at a mark."""
+        """Go back to a marked state."""
         for one, state in mark:
             vars(one).update(_copied(state))
         self._primary.clear()

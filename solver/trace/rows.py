@@ -1,4 +1,4 @@
-"""Records on arrays: rows that one settles at once, with all their answers, and the others one by one."""
+"""Records on arrays: rows that one covers at once, with all their answers, and the others one by one."""
 
 from __future__ import annotations
 
@@ -56,9 +56,9 @@ HUGE = 2**18
 
 
 def kernel_of(flow: Flow, wanted: Sequence[int], jit: bool, unrolled: bool = False) -> Callable[..., None]:
-    """Machine code where it is asked for and can hold the functions, else blocks of numpy.
+    """Machine code if requested and possible for the functions, else blocks of numpy.
 
-    ``unrolled``: roots of blocks by a few steps in straight lines, wherever their known numbers lie.
+    ``unrolled``: roots of blocks by a few steps in straight-line code, for any known numbers.
     """
     if unrolled and flow.finders:
         target = Flow(flow.plain)
@@ -88,10 +88,10 @@ Outcome: TypeAlias = Callable[[int], tuple[Status, list[tuple[Value, ...]]]]
 
 
 class AnswerKernel:
-    """One record on arrays: the answers of the rows that it settles, and a mask (n,) of these.
+    """One record on arrays: the answers of the rows that it covers, and a mask (n,) of these.
 
-    First the roots of blocks get a few steps in straight lines, and rules the short form of their checks; the
-    rows that are left get as many steps as they need. ``turns`` (v,) are whole turns of wanted angles, else
+    First the roots of blocks get a few steps in straight-line code, and rules the short form of their checks;
+    the remaining rows get as many steps as they need. ``turns`` (v,) are whole turns of wanted angles, else
     infinite.
     """
 
@@ -110,8 +110,7 @@ class AnswerKernel:
     def _computed(
         self, columns: Sequence[Array], in_order: bool = False, quick: bool = True
     ) -> tuple[_Found, Array]:
-        """What one form of the record finds, and the rows that may lie in ranges. It is compiled when it is
-        first asked for."""
+        """The results of one form of the record, compiled on use; and rows that may be in ranges."""
         form, within = (in_order, quick), self._within if quick else []
         if form not in self._made:
             found = every(self.program, in_order, quick)
@@ -133,7 +132,7 @@ class AnswerKernel:
     def _replace(
         self, found: _Found, columns: Sequence[Array], rows: Array, in_order: bool = False, quick: bool = True
     ) -> None:
-        """Ask about some rows anew."""
+        """Compute some rows again."""
         if not len(rows):
             return
         here = columns if len(rows) == len(columns[0]) else [column[rows] for column in columns]
@@ -146,7 +145,7 @@ class AnswerKernel:
         self, columns: Sequence[Array], steady: bool = False, rows: Array | None = None
     ) -> tuple[Answers, Array]:
         """In a ``steady`` sweep answers are in order as far as ``Answers.runs`` says, else in every row;
-        ``rows`` (n,) are the places in it, where some are left out."""
+        ``rows`` (n,) are their places, if some are left out."""
         found, within = self._computed(columns)
         planes, there, holds = found
         if np.count_nonzero(left := within & ~holds) > MANY:
@@ -181,8 +180,9 @@ class AnswerKernel:
         return Ranges(self.program.flow, (*chain(*found.places), *conditions)), found, conditions
 
     def clear(self, inputs: Sequence[Pair]) -> Array:
-        """The spans (n,), from the ranges of their inputs, in which the answers lie far apart and all holds
-        but what is asked of every row. What no span tells is asked of every row from now on."""
+        """The spans (n,), from the ranges of their inputs, in which the answers are far apart and all
+        conditions hold but those checked in every row. Conditions that no span decides are checked in every
+        row from then on."""
         told, found, conditions = self._ranges
         pairs = told(inputs)
         ends = np.empty((len(pairs) - len(conditions), 2, len(inputs[0][0])))
@@ -197,7 +197,7 @@ class AnswerKernel:
         return clear
 
     def each_row(self, columns: Sequence[Array], starts: Array) -> bool:
-        """Whether all is there in all rows of some spans, and two rows before each, and far apart in each."""
+        """Whether all conditions hold in all rows of spans, and two before each, answers far apart."""
         rows = starts[:, None] + np.arange(-2, SPAN)
         planes, there, holds = self.quick([column[rows.ravel()] for column in columns])
         numbers: Array = np.array(planes).reshape(len(planes), -1, *rows.shape)
@@ -205,7 +205,7 @@ class AnswerKernel:
         return bool(there.all() and holds.all() and far_apart(ends, self.turns).all())
 
     def one(self, place: int, columns: Sequence[Array], targets: Sequence[Array]) -> bool:
-        """Fill ``targets`` with one answer. Returns whether what is asked of every row holds."""
+        """Fill ``targets`` with one answer; return whether the row-by-row conditions hold."""
         flow, key = self.program.flow, (place, len(self._asked))
         if key not in self._single:
             wanted = *self._ranges[1].places[place], flow.over("and", sorted(self._asked))
@@ -215,14 +215,14 @@ class AnswerKernel:
         return bool(holding.all())
 
     def quick(self, columns: Sequence[Array]) -> _Found:
-        """All answers of rows, as they stand."""
+        """All answers of rows, unsorted."""
         return self._computed(columns)[0]
 
     def _sort(
         self, found: _Found, columns: Sequence[Array], runs: Sequence[tuple[int, int]]
     ) -> list[tuple[int, int]]:
-        """Sort the answers of each row; of runs the second row, and the others like it. Returns the runs
-        whose order is told."""
+        """Sort the answers of each row; for runs the second row, and the others like it. Returns the
+        runs whose order is known."""
         planes, there, holds = found
         alone, told = holds.copy(), []
         for start, end in runs:
@@ -240,7 +240,7 @@ class AnswerKernel:
         return told
 
     def _first_ordered(self, columns: Sequence[Array], start: int, end: int) -> int | None:
-        """The first row of a run in which the record knows the order, looked for here and there."""
+        """The first sampled row of a run in which the record knows the order."""
         rows = np.arange(start, end, 256)
         here = [column[rows] for column in columns]
         (_, _, knows), _ = self._computed(here, in_order=True)
@@ -262,7 +262,7 @@ def _row(planes: list[list[Array]], there: Array, row: int) -> Array:
 
 
 def _exchange(planes: list[list[Array]], order: list[int], start: int, end: int) -> None:
-    """Put the answers of some rows in another order."""
+    """Reorder the answers of some rows."""
     saved = [[column[start:end].copy() for column in planes[place]] for place in order]
     for plane, moved in zip(planes, saved, strict=True):
         for column, values in zip(plane, moved, strict=True):
@@ -270,7 +270,7 @@ def _exchange(planes: list[list[Array]], order: list[int], start: int, end: int)
 
 
 def _pushed_up(planes: list[list[Array]], there: Array) -> None:
-    """Move the answers of rows to where there is none before them."""
+    """Move the answers of rows to earlier places without one."""
     if (there[1:] <= there[:-1]).all():
         return
     ranks = np.cumsum(there, axis=0) - 1
@@ -291,10 +291,11 @@ _Found: TypeAlias = tuple[list[list[Array]], Array, Array]
 
 
 class Steady:
-    """A long sweep in pieces, of which one answer is computed row by row where all of them go on steadily.
+    """A long sweep in pieces, of which one answer is computed row by row if all of them continue steadily.
 
-    That the others are there, count, and lie far apart is told of a span of rows at once, by the ranges of
-    their numbers; what ranges leave open (that a rule is met to rounding) is asked of every row.
+    That the others exist, count, and are far apart is shown for a span of rows at once, by the ranges of
+    their numbers; conditions that ranges leave open (that a rule holds to rounding) are checked in every
+    row.
     """
 
     def __init__(self, sweeper: AnswerSweeper, columns: Sequence[Array]) -> None:
@@ -303,9 +304,9 @@ class Steady:
         self._clear_spans: tuple[object, int, Array] = None, 0, np.empty(0)
 
     def __call__(self, start: int, before: Array, targets: Sequence[Array]) -> int:
-        """Fill ``targets``, columns (n,) of the rows from ``start``, with the answer that goes on from
-        ``before`` (v, 2), its numbers in the first two rows. Returns how many answers each row has, 0 where
-        that is not plain."""
+        """Fill ``targets``, columns (n,) of the rows from ``start``, with the answer that continues
+        ``before`` (v, 2), its numbers in the first two rows. Returns the number of answers of each row, 0
+        where that is unclear."""
         program = self.sweeper.records.programs[self.sweeper.records.order[0]]
         kernel = self.sweeper.kernel(program)
         count = len(targets[0])
@@ -331,8 +332,8 @@ class Steady:
         return len(program.endings)
 
     def _clear(self, kernel: AnswerKernel, first: int, count: int) -> Array:
-        """Of so many spans from row ``first`` those of which ranges tell enough, if the inputs move steadily:
-        their least and largest numbers are then the first and the last."""
+        """Of so many spans from row ``first`` those that ranges decide, if the inputs move steadily: their
+        least and largest numbers are then the first and the last."""
         known, base, clear = self._clear_spans
         at = (first - base) // SPAN
         if known is not kernel or (first - base) % SPAN or not 0 <= at <= at + count <= len(clear):
@@ -352,10 +353,10 @@ class AnswerSweeper:
         """By the number of a graph; the program is kept, so that its number stays its own."""
 
     def run(self, columns: Sequence[Array], outcome: Outcome, keep: Keep, steady: bool) -> Answers:
-        """The answers of the rows of ``columns`` (n,): by the records there are and those made of its rows.
+        """The answers of the rows of ``columns`` (n,): by existing records and those made of its rows.
 
-        ``outcome`` has the word on a row that no record settles (and learns from it); ``keep`` is told the
-        status of rows that are not solved. In a ``steady`` sweep only a branch of answers has to be kept.
+        ``outcome`` solves a row that no record covers (and records it); ``keep`` is called with the status
+        of rows that are not solved. In a ``steady`` sweep only a branch of answers has to be kept.
         """
         known = {id(program.flow) for program in (*self.records.programs, *self.records.refusals)}
         self._kernels = {key: kernel for key, kernel in self._kernels.items() if key in known}
@@ -386,8 +387,8 @@ class AnswerSweeper:
         return together(parts, count)
 
     def _ahead(self, rows: list[int], done: Container[int]) -> Iterator[int]:
-        """The rows, one after the other; after one from which was learned, more and more of them are left out
-        at first: what is learned behind them may settle them."""
+        """The rows, one after the other; after one that was recorded, more and more of them are skipped at
+        first: later records may cover them."""
         for place, row in enumerate(rows):
             jump = 1
             while row not in done:
@@ -406,7 +407,7 @@ class AnswerSweeper:
         parts: list[tuple[Array, Answers]],
         steady: bool,
     ) -> Array:
-        """The rows that are still left after a record had its turn."""
+        """The rows that remain after a record was tried."""
         kernel = self.kernel(program)
         if kernel is None or not len(left):
             return left
@@ -419,12 +420,12 @@ class AnswerSweeper:
         return left[:0] if holds.all() else left[~holds]
 
     def kernel(self, program: Program) -> AnswerKernel | None:
-        """A record on arrays, where it can be."""
+        """A record on arrays, if possible."""
         found: AnswerKernel | None = self._kept(program, lambda: AnswerKernel(program, self.jit, self.turns))
         return found
 
     def _kept(self, program: Program, made: Callable[[], Any]) -> Any:
-        """What is made of a program once; None where that cannot be."""
+        """The array form of a program, made once; None if there is none."""
         if id(program.flow) not in self._kernels:
             self._kernels[id(program.flow)] = program, None
             with suppress(NotCompilable):
@@ -432,7 +433,7 @@ class AnswerSweeper:
         return self._kernels[id(program.flow)][1]
 
     def _not_refused(self, program: Program, columns: Sequence[Array], left: Array, keep: Keep) -> Array:
-        """The rows that are still left after a refusal had its turn."""
+        """The rows that remain after a refusal was tried."""
         if program.symbols or not len(left):
             return left
         flow, ending = program.flow, program.endings[0]
@@ -447,7 +448,7 @@ class AnswerSweeper:
 
 
 def _one_by_one(alone: dict[int, list[tuple[Value, ...]]]) -> tuple[Array, Answers]:
-    """Rows that were solved one by one, in their order, which those solved ahead of others are not in."""
+    """Rows that were solved one by one, in their order, which may skip rows that were solved ahead."""
     rows = sorted(alone)
     return np.array(rows, dtype=np.intp), listed([alone[row] for row in rows])
 
