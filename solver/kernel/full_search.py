@@ -207,6 +207,8 @@ def _distinct(problem: BlockProblem, ends: Array, known: Sequence[Array]) -> lis
 # --- trust regions ---
 
 TRUST_REGION_STARTS = 24
+TRUST_REGION_WORK = 200_000
+"""Evaluations of single rules."""
 
 
 def fall_back(problem: BlockProblem, candidates: Candidates) -> None:
@@ -216,7 +218,7 @@ def fall_back(problem: BlockProblem, candidates: Candidates) -> None:
         end = scipy_root(problem.residual, problem.jacobian, start, method, problem.scale)
         evaluations += end.evaluations
         candidates.refine(end.x)
-        if not candidates.is_empty:
+        if not candidates.is_empty or evaluations * len(problem.unknowns) > TRUST_REGION_WORK:
             break
     candidates.tried(Method.TRUST_REGION, iterations=evaluations)
 
