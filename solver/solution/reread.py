@@ -261,13 +261,15 @@ EVERYDAY = 0.7548777
 """A number at which it is tried as well: beside tiny inputs ``exp(x) - x`` is 1 at all of its trials."""
 MOST = 4
 """Unknowns, and given numbers, that are looked at."""
+LITTLE = 10_000
+"""Work that this may take: what is proven at every trial takes some hundreds."""
 _FLAT = named(lambda row: not row.smooth)
 """Functions that are constant, or without a part of their arguments, over a range of them."""
 
 
 def fixed_otherwise(asked: Asked, refusals: Sequence[Fact]) -> Fixed | None:
     """The given number that contradicts the rules at any value of an unknown; None if none does."""
-    patience = Patience()
+    patience = Patience(LITTLE)
     for fact in refusals:  # the rules of which it is said that nothing satisfies them
         match fact:
             case NoRoot(equations=equations, unknowns=unknowns):
