@@ -40,17 +40,18 @@ def function(
     derivative: Value | Sequence[Value | None] | None = None,
     inverse: Value | Sequence[Value] | None = None,
     image: tuple[float, float] = (-inf, inf),
-    ulps: float = 16.0,
+    ulps: float = 0.0,
 ) -> None:
     """Make ``name`` a function of the language for every sheet that is read from now on.
 
     ``value`` maps floats, one for each of its parameters, to a float. It raises ValueError or an
     ArithmeticError, or returns nan, where it has none. ``ulps`` is by how many units in the last place it may
-    be off. ``array`` does the same for numpy arrays that broadcast; without it sweeps call ``value`` row by
-    row. ``derivative`` is the slope, for several parameters a sequence with one for each; those that are
-    missing are taken by differences. ``inverse`` maps t to the x with ``value(x) = t``; several are given
-    as a sequence. They apply for t in ``image``; without them the equation is solved by search. Answers of
-    equations that are solved through such a function are never called complete.
+    differ from what the rules mean: they mean what it returns, unless told otherwise. ``array`` does the same
+    for numpy arrays that broadcast; without it sweeps call ``value`` row by row. ``derivative`` is the slope,
+    for several parameters a sequence with one for each; those that are missing are taken by differences.
+    ``inverse`` maps t to the x with ``value(x) = t``; several are given as a sequence. They apply for t in
+    ``image``; without them the equation is solved by search. Answers of equations that are solved through
+    such a function are never called complete.
 
     A second registration replaces the first. Raises ValueError for a name that is no word or is taken by the
     language or another file, and for an inverse or derivatives that do not fit the parameters.

@@ -71,9 +71,12 @@ def explore_refined(asked: Asked, always: bool = False) -> Exploration:
     try:
         if not always and (too_long or not (found.delicate or any(_vague(asked, leaf) for leaf in leaves))):
             return found
-        from solver.solution.precise_search import explore_precisely  # floats are mostly enough
+        from rulesheets.evaluate.digits import in_many_digits  # floats are mostly enough
+        from solver.solution.precise_search import explore_precisely
 
-        if (precise := explore_precisely(asked, found)) is not None:
+        rules = asked.model.equations
+        refinable = all(in_many_digits(side) for rule in rules for side in (rule.left, rule.right))
+        if refinable and (precise := explore_precisely(asked, found)) is not None:
             return precise
     except TimeIsUp:
         raise CutOff(certain(asked, found), asked.inputs) from None

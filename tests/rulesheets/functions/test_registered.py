@@ -71,6 +71,46 @@ def test_functions_of_ones_own_are_no_part_of_a_kept_model(tmp_path: Path) -> No
     assert caught.value.diagnoses[0].code == "E201"
 
 
+def entropy(t: float) -> float:
+    """Of air in kJ/kg K, by a cubic polynomial for the specific heat (Cengel & Boles, table A-2c)."""
+    return (28.11 * math.log(t) + 0.1967e-2 * t + 0.2401e-5 * t**2 - 0.6553e-9 * t**3) / 28.97
+
+
+@pytest.mark.parametrize("guesses", [{}, {"T2": 800.0}])
+def test_a_large_value_of_a_small_slope_is_solved_for(guesses: dict[str, float]) -> None:
+    """The rounding of an entropy of 7 moves the temperature by more than a rule of the language may miss."""
+    rulesheets.function("entropy", entropy)
+    model = rulesheets.loads("T1 = 1400\nr = 10\nentropy(T2) = entropy(T1) - 0.287*ln(r)\n")
+    result = solver.solve(model, guesses=guesses)
+    low, high = 300.0, 1400.0  # by bisection
+    for _ in range(60):
+        middle = (low + high) / 2
+        below = entropy(middle) < entropy(1400.0) - 0.287 * math.log(10)
+        low, high = (middle, high) if below else (low, middle)
+    assert result["T2"] == pytest.approx(low, rel=1e-13)
+
+
+def test_a_step_through_a_function_of_floats_is_not_refused_for_want_of_digits() -> None:
+    """The wet bulb at 22 °C: where floats leave an answer vague, more digits have no value of psat."""
+
+    def psat(t: float) -> float:
+        return 0.61078 * math.exp(17.27 * t / (t + 237.3))
+
+    def wet(t: float) -> float:
+        saturated = 0.622 * psat(22) / (101.325 - psat(22))
+        w = (1.005 * (22 - t) + saturated * (2501 - 2.326 * 22)) / (2501 + 1.86 * t - 4.186 * 22)
+        return 1.005 * t + w * (2501 + 1.86 * t)
+
+    rulesheets.function("psat", psat)
+    sheet = """
+        ws = 0.622*psat(22)/(101.325 - psat(22))
+        w = (1.005*(22 - T) + ws*(2501 - 2.326*22))/(2501 + 1.86*T - 4.186*22)
+        h = 1.005*T + w*(2501 + 1.86*T)
+    """
+    result = solver.solve(rulesheets.loads(sheet), {"h": wet(32.0)})
+    assert result["T"] == pytest.approx(32.0, rel=1e-9)
+
+
 def test_a_file_of_python_runs_only_if_that_is_allowed(sheet: Path) -> None:
     with pytest.raises(RuleSheetError) as caught:
         rulesheets.load(sheet)
