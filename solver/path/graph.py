@@ -335,6 +335,8 @@ class ModelGraph:
 
 
 Node: TypeAlias = nodes.Expression | nodes.Condition
+Addends: TypeAlias = tuple[tuple[str, Ratio], ...]
+"""Names, each with its factor."""
 Angle: TypeAlias = tuple[float, int]
 """The turn, in the unit of the angle, and how many of them after which all that reads it repeats itself."""
 
@@ -464,7 +466,7 @@ def _chooses(part: Node) -> bool:
     return isinstance(part, Call) and part.function in ("abs", "min", "max")
 
 
-def _addends(argument: nodes.Expression) -> tuple[tuple[str, Ratio], ...] | None:
+def _addends(argument: nodes.Expression) -> Addends | None:
     """The angles in a sum in an argument with their factors; None if it is not such a sum."""
     match argument:
         case Number():
@@ -473,17 +475,23 @@ def _addends(argument: nodes.Expression) -> tuple[tuple[str, Ratio], ...] | None
             return ((name, (1, 1)),)
         case Negative(operand):
             return _addends(operand)
-        case Product(Number(factor), Name(name)) | Product(Name(name), Number(factor)):
-            ratio = _ratio(factor)
-            return ratio and ((name, ratio),)
-        case Quotient(Name(name), Number(divisor)):
+        case Product(Number(factor), operand) | Product(operand, Number(factor)):
+            return _scaled(_addends(operand), _ratio(factor))
+        case Quotient(operand, Number(divisor)):
             ratio = _ratio(divisor)
-            return ratio and ((name, ratio[::-1]),)
+            return _scaled(_addends(operand), ratio and ratio[::-1])
         case Sum(terms):
             found = [_addends(term) for term in terms]
             return None if None in found else tuple(pair for pairs in found for pair in pairs or ())
         case _:
             return None
+
+
+def _scaled(addends: Addends | None, by: Ratio | None) -> Addends | None:
+    """The addends with their factors multiplied by another."""
+    if addends is None or by is None:
+        return None
+    return tuple((name, (over * by[0], under * by[1])) for name, (over, under) in addends)
 
 
 def _ratio(number: float) -> Ratio | None:

@@ -158,3 +158,16 @@ def test_what_an_angle_is_computed_from_is_positive_or_near_its_guess(
         assert [row[0] for row in plan.all(*moved.values())] == pytest.approx(
             [s[unknown] for s in full.solutions], rel=1e-10
         )
+
+
+def test_half_of_a_difference_of_angles_is_read_in_two_turns() -> None:
+    """The haversine: two latitudes at a distance, in one turn and known to be all (spherical law of cosines)."""
+    sheet = "a = sind((p2 - p1)/2)^2 + cosd(p1)*cosd(p2)*sind(0.5*(l2 - l1))^2\nd = 2*asind(sqrt(a))"
+    given = {"p1": 48.2, "l1": 16.37, "l2": -74.0, "d": 61.1}
+    result = solver.solve(rulesheets.loads(sheet), given)
+    along = math.cos(math.radians(given["l2"] - given["l1"]))
+    up, out = math.sin(math.radians(given["p1"])), math.cos(math.radians(given["p1"])) * along
+    middle, off = math.atan2(up, out), math.acos(math.cos(math.radians(given["d"])) / math.hypot(up, out))
+    expected = [math.degrees(middle - off), math.degrees(middle + off)]
+    assert sorted(float(s["p2"]) for s in result.solutions) == pytest.approx(expected)
+    assert result.complete
