@@ -53,6 +53,8 @@ ZERO = 1e-12
 """A share of the largest value among the answers that counts as 0."""
 NOTHING = -12.0
 """Decades from the suggested size below which a number is 0 but for rounding."""
+CANCELLED = -1.0
+"""Decades from the suggested size below which a difference has all but cancelled: it may have either sign."""
 GRAIN = 1e6
 """Parts of a decade, or of the largest value among the answers, below which numbers count as alike."""
 
@@ -358,6 +360,7 @@ class Ranking:
         self._groups = [(k, n * (k in absolute)) for n, k in zip(every, self._kinds, strict=True)]
         self._own_kinds = [None if name in positive else signs.kinds.get(name) for name in self.names]
         self._aside = [name in signs.aside for name in self.names]
+        self._cancels = [name in signs.differences for name in self.names]
         self.angles = [name in signs.angles for name in self.names]
         places = {name: place for place, name in enumerate(every)}
         pairs = {pair for pairs in signs.series for pair in pairs if signs.aside.isdisjoint(pair)}
@@ -477,6 +480,9 @@ class Ranking:
                 continue
             there = 1.0 * (abs(number) > least) * (apart[place] * sizes[1][place] > NOTHING)
             below = (number < -least) * there
+            if self._cancels[place]:
+                below = below * (apart[place] * sizes[1][place] > CANCELLED)
+                apart[place] = on.largest([apart[place], 0.0])
             negatives = negatives + weights[place] * below
             if floor > -np.inf:
                 negatives = negatives + (number < floor - least)

@@ -480,3 +480,18 @@ def test_the_length_of_a_crank_is_positive(given: str) -> None:
     state = solver.solve(model).solutions[0]
     found = solver.solve(model, {"AO": None, given: state[given]})
     assert found.solutions[0]["AO"] == pytest.approx(3.0, rel=1e-9)
+
+
+def test_a_difference_that_all_but_cancels_has_either_sign() -> None:
+    """Three buses: the voltages are those next to 1, although bus 2 draws a little reactive power there."""
+    text = """
+    P2 = V2*V1*b12*sind(d2) + V2*V3*b23*sind(d2 - d3)
+    -P3 = V3*V1*b13*sind(d3) + V3*V2*b23*sind(d3 - d2)
+    -Q3 = V3^2*(b13 + b23) - V3*V1*b13*cosd(d3) - V3*V2*b23*cosd(d3 - d2)
+    Q2 = V2^2*(b12 + b23) - V2*V1*b12*cosd(d2) - V2*V3*b23*cosd(d2 - d3)
+    """
+    given = {"V1": 1.04, "V2": 1.02, "P2": 0.6, "P3": 1.1, "Q3": 0.4, "b12": 10, "b13": 8, "b23": 12}
+    result = solver.solve(rulesheets.loads(text), given)
+    flat = solver.solve(rulesheets.loads(text), given, guesses={"V3": 1.0, "d2": 0.0, "d3": 0.0})
+    assert result["Q2"] == pytest.approx(-0.024382, abs=1e-6)
+    assert [result[n] for n in ("V3", "d2", "d3")] == pytest.approx([flat[n] for n in ("V3", "d2", "d3")])
