@@ -161,7 +161,7 @@ def test_what_an_angle_is_computed_from_is_positive_or_near_its_guess(
 
 
 def test_half_of_a_difference_of_angles_is_read_in_two_turns() -> None:
-    """The haversine: two latitudes at a distance, in one turn and known to be all (spherical law of cosines)."""
+    """The haversine: two latitudes at a distance, known to be all; by the spherical law of cosines."""
     sheet = "a = sind((p2 - p1)/2)^2 + cosd(p1)*cosd(p2)*sind(0.5*(l2 - l1))^2\nd = 2*asind(sqrt(a))"
     given = {"p1": 48.2, "l1": 16.37, "l2": -74.0, "d": 61.1}
     result = solver.solve(rulesheets.loads(sheet), given)
