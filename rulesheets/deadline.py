@@ -66,11 +66,11 @@ def expect_time() -> None:
 
 
 WATCH: ContextVar[Callable[[int], None] | None] = ContextVar("WATCH", default=None)
-"""Hears of the rows of the piece at hand that are solved, where these go one by one."""
+"""Called with the solved rows of the current piece, if these are solved one by one."""
 
 
 ENDING = (signal.SIGINT, signal.SIGTERM)
-"""Ctrl-C, and the request to end that a batch system sends."""
+"""Ctrl-C, and the signal with which a batch system ends a process."""
 
 
 _interrupted = False

@@ -11,7 +11,7 @@ from rulesheets.syntax import nodes
 Node: TypeAlias = nodes.Expression | nodes.Condition
 
 _OR, _AND, _COMPARISON, _NOT, _SUM, _PRODUCT, _FACTOR, _ATOM = range(8)
-"""How tightly a node binds: where one stands that binds less, it goes in parentheses."""
+"""Precedences: a node that binds less tightly than its context requires is put in parentheses."""
 
 
 def format_number(value: float) -> str:
@@ -72,7 +72,7 @@ class Notation:
             sign, term = "-", nodes.Number(-term.value, unit=term.unit)
         return f" {sign} {self.written(term, _PRODUCT)}"
 
-    # --- what another notation has otherwise ---
+    # --- differences between notations ---
 
     def number(self, node: nodes.Number) -> tuple[str, int]:
         text = format_number(node.value) + ("" if node.unit is None else f"[{node.unit}]")

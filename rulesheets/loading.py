@@ -85,7 +85,7 @@ def _model(
     Garbage collection is off: a large sheet has a million nodes, which all stay in use, and searching them
     for garbage takes longer than making them.
     """
-    # functions of one's own decide on what a sheet says, and are no part of it
+    # registered functions affect a sheet, but are not a part of it
     own = next(reversed(TABLE.values())).source is not None
     keeps = file is not None and not own and len(source.text) <= LONGEST_KEPT
     paths = (file, os.path.abspath(file)) if file is not None else ()  # by the first, messages call it

@@ -22,9 +22,9 @@ from rulesheets.syntax.program import walk
 PYTHON = "<python>"
 """The source of a function that no file of a sheet has registered."""
 STEP = 1e-3
-"""Of differences, relative: about the fifth root of the rounding of floats."""
+"""The relative step of differences: about the fifth root of the rounding of floats."""
 TOLD = 1e-3
-"""The relative error beyond which a slope by differences is none."""
+"""The relative error beyond which a slope by differences is rejected."""
 EPSILON = 2.0**-52
 _NAME = re.compile(r"[^\W\d]\w*")
 _source: ContextVar[str] = ContextVar("source", default=PYTHON)

@@ -18,7 +18,7 @@ from zlib import adler32, crc32
 MAX_BYTES = 128 * 2**20
 """Size of all entries, beyond which they are removed."""
 LOOKING = 16
-"""One entry in so many, when it is saved, looks at all the others."""
+"""One in so many saves checks the total size."""
 
 _SUM = 8
 _SUFFIX = ".entry"

@@ -41,7 +41,7 @@ _NAMELESS = error(
     "a variable sheet needs a heading with the column Name",
     notes=(f"the first line is {','.join(COLUMNS)}",),
 )
-"""Without an excerpt: a file without this heading is no variable sheet, and is not shown."""
+"""Without an excerpt: a file without this heading is not a variable sheet, and is not quoted."""
 
 
 class VariableSheet(NamedTuple):

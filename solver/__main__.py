@@ -83,7 +83,7 @@ def _dispatch(words: list[str]) -> int:
 
         print(f"backsolve {version('backsolve')}")
         return 0
-    from solver.commands import run, unknown_command  # help needs nothing of what this brings
+    from solver.commands import run, unknown_command  # help does not need this import
 
     if words[0] not in COMMANDS:
         return unknown_command(words[0], COMMANDS)

@@ -16,10 +16,10 @@ LARGEST = 64 * 2**20
 """Bytes of one answer."""
 
 SHARE = 0.8
-"""Of the time that a question is given, what the solver may take until it says what it knows."""
+"""The share of a question's time limit after which the solver returns what it knows."""
 
 PATIENCE = 0.5
-"""Seconds after which a question that has become pointless is given up for its successor."""
+"""Seconds after which an outdated question is abandoned for its successor."""
 
 _log = logging.getLogger("backsolve.page")
 
@@ -67,7 +67,7 @@ class Lane:
                 _log.warning("gave up %s after %g s", question["do"], self.timeout)
                 await self.stop()
                 return {"gave_up": self.timeout}
-            except asyncio.CancelledError:  # what the worker says now answers no later question
+            except asyncio.CancelledError:  # a late answer must not answer a later question
                 await self.stop()
                 raise
             finally:

@@ -250,7 +250,7 @@ class Asked(NamedTuple):
 
 
 Outcomes: TypeAlias = dict[tuple[SolveBlock, tuple[Value, ...]], Any]
-"""What a block came to at the values that it was met at."""
+"""The outcomes of a block by its known values."""
 
 
 @dataclass(frozen=True)

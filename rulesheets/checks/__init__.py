@@ -153,7 +153,7 @@ _ELSEWHERE = {
     "integral": "integrals are not supported yet",
     **dict.fromkeys(PROPERTIES, WRITE_IN_PYTHON),
 }
-"""What stands in place of functions that people know from EES."""
+"""Functions known from EES, and what to use instead."""
 
 
 def _check_rule_function(
@@ -274,8 +274,8 @@ def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
 # --- names ----------------------------------------------------------------------
 
 FREE = frozenset(PLANNED) | {"e", "gamma", "beta", "step", "j0", "j1", "jn", "y0", "y1", "yn", "i0", "k0"}
-"""Functions whose names are free for variables, because sheets about angles, places and
-currents need them: a function is always followed by a parenthesis, so nothing is ambiguous."""
+"""Functions whose names may also be variables, because sheets about angles, places and currents
+need them: a function is always followed by a parenthesis, so nothing is ambiguous."""
 
 
 def check_names(scope: Scope) -> Iterator[Diagnosis]:

@@ -73,7 +73,7 @@ class Traced(Arithmetic[Part[T]]):
     def __init__(self, numbers: Arithmetic[T]) -> None:
         self.numbers = numbers
 
-    # --- what an arithmetic says of its slopes and its rounding ---
+    # --- slopes and rounding of an arithmetic ---
 
     def slope(self, template: Expression, arguments: Sequence[Part[T]], node: Expression) -> T:
         """A slope of ``node``: the template with the arguments put in at their places."""
@@ -151,7 +151,7 @@ class Traced(Arithmetic[Part[T]]):
         """The value for a slope without a formula."""
         return math.nan
 
-    # --- what comes of it ---
+    # --- results ---
 
     def gradient(self, part: Part[T], zero: Any = 0.0) -> tuple[dict[str, Any], Any]:
         """The gradient, by variables in the order of the text, and the sum of the rounded sizes."""

@@ -109,7 +109,7 @@ class Arithmetic(Generic[T]):
         value: T = self.operations[type(node)](self, node)
         return value
 
-    # --- what an arithmetic says of its numbers ---
+    # --- operations of an arithmetic ---
 
     def number(self, node: Number) -> T:
         """A number of the sheet, taken as exact."""

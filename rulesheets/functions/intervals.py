@@ -20,7 +20,7 @@ Interval: TypeAlias = tuple[float, float]
 
 EMPTY = nan, nan
 ULPS = 4.0
-"""What functions of the C library are trusted to, in units in the last place, as those of numpy are."""
+"""The assumed error of functions of the C library, and of numpy, in units in the last place."""
 EPSILON = 2.0**-52
 
 
@@ -217,11 +217,11 @@ def _real_power(a_low: float, a_high: float, b_low: float, b_high: float) -> Int
 
 
 SPECIAL_ULPS = 32.0
-"""What special functions are trusted to."""
+"""The assumed error of special functions."""
 LINE = -inf, inf
 UNIT, POSITIVE = (-1.0, 1.0), (0.0, inf)
 SLACK = 8.0 * EPSILON
-"""What a count of turns can be off by, relative to the count or one."""
+"""The possible error of a number of turns, relative to it or to one."""
 _LARGEST_ANGLE = 1e15
 """Up to here 180 times a whole number plus 90 is exact."""
 

@@ -96,7 +96,7 @@ class _Reading:
         except RuleSheetError as error:
             self.complaints.extend(error.diagnoses)
 
-    # --- what stands in a section ---
+    # --- lines of a section ---
 
     def _add(self, line: Line) -> None:
         section, comment, span = self.section, line.comment or "", line.place(self.source)
@@ -168,7 +168,7 @@ class _Reading:
     def _open(self, word: str, line: Line, above: tuple[nodes.CommentLine, ...]) -> None:
         span = line.place(self.source)
         if word in ("function", "figure"):
-            # it is there, though its head be wrong, for the lines that follow
+            # it exists for the following lines, even if its head is wrong
             self.section, kind = word, "head" if word == "function" else word
             empty = nodes.Function("", (), (), (), ()) if word == "function" else nodes.Figure("", None, ())
             about: dict[str, Any] = {"comment": line.comment or "", "span": span, "above": above}

@@ -165,7 +165,7 @@ def displays(model: Model, names: Iterable[str]) -> dict[str, tuple[float, float
 
 
 _DIFFERENCE = re.compile(r"(?:[dD]_?[Tt]|[dD]elta|Δ|LMTD|lmtd)")
-"""How the names of differences begin: they decide where rules leave it open."""
+"""The beginnings of names of differences, which decide if the rules do not."""
 PLACES, TRIES = 3, 8
 NOISE = 1e-9
 """Share of the slopes that may be left of their sum by rounding."""
@@ -238,7 +238,7 @@ class Weights:
                 break
         return Rule(equation, tuple(found)) if len(found) > 1 else None
 
-    # --- what must be a difference ---
+    # --- differences ---
 
     def _candidates(self, rule: Rule) -> list[str]:
         """The points of which one is a difference, if the others are points."""
@@ -268,7 +268,7 @@ class Weights:
                 return True
         return False
 
-    # --- what is wrong ---
+    # --- mistakes ---
 
     def warnings(self, sure: bool) -> Iterator[tuple[Equation, Diagnosis]]:
         """Points of °C and °F in rules that need absolute temperatures, and scales that differ."""

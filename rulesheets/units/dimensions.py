@@ -43,7 +43,7 @@ Exponents = dict[str, Any]
 SIZE = "size"
 """The exponent that is the logarithm of a unit's size; nan where it is open: decibels, shares."""
 ASIDE = frozenset({SIZE, ANGLE, "dB"})
-"""Exponents that are no dimensions: an angle is a number."""
+"""Exponents that are not dimensions: an angle is a number."""
 
 LONGEST_CHAIN = 16
 """Rules after which no more are noted that a unit follows from: a message names fewer."""

@@ -83,7 +83,7 @@ def answered(command: Callable[[Namespace], int], arguments: Namespace) -> int:
     except RuleSheetError as wrong:
         print("\n\n".join(screen_of(sys.stderr).said(wrong.diagnoses)), file=sys.stderr)
         if getattr(arguments, "json", False):
-            from solver.report.sheet import error_json  # with it comes numpy, which help does without
+            from solver.report.sheet import error_json  # imports numpy, which help does not need
 
             print(error_json(wrong.diagnoses))
         return WRONG

@@ -38,18 +38,18 @@ from solver.sweeps import Plan, prepare
 
 OURS = "backsolve"
 STEPS, OFF = 60, 0.05
-"""Of Newton's method at most; and how far off the answer iterations begin, relative to each unknown."""
+"""The most steps of Newton's method; and the relative distance of its start from the answer."""
 TOLERANCES, FEW = tuple(10.0**-k for k in range(2, 16)), (1e-6, 1e-12)
 """Of Newton's method at one set of inputs, and along an input."""
 NONE = 1e-30
-"""What a number of 50 digits may be instead of 0; errors beside it are absolute."""
+"""The size of a number of 50 digits that counts as 0; errors next to it are absolute."""
 MOST = 2_000
 """Values of a chart over an input: each is solved by every method several times."""
 
 State: TypeAlias = Mapping[str, Any]
 """Numbers by name, exact ones of many digits, and symbols."""
 Ended: TypeAlias = tuple[Sequence[State], str, int | None]
-"""The answers of a method, what is said where there are none, and iterations."""
+"""The answers of a method, the message if there are none, and the number of iterations."""
 Exact: TypeAlias = tuple[SolveBlock, State]
 """A regular square part of the rules, and the state that satisfies them."""
 Method: TypeAlias = tuple[str, float | None, Callable[[], Ended]]
@@ -164,7 +164,7 @@ def _mark(plan: Plan, states: Sequence[Exact], method: Method, at: float | None)
         return float(abs(miss / exact[name]) if abs(exact[name]) > NONE else abs(miss))
 
     family, tolerance, run = method
-    answers, said, iterations = run()  # once without the clock: what is compiled at first use is compiled
+    answers, said, iterations = run()  # once without the clock, for code that is compiled on first use
     pairs = ((answer, state) for answer in answers for _, state in states)
     errors = (max((off(*pair, name) for name in names), default=0.0) for pair in pairs)
     error = min(errors, default=math.nan)

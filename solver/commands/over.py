@@ -29,7 +29,7 @@ from solver.files.tables import Chunk, column_of, heading, pieces
 from solver.sweeps.sweep import Axis, Grid, Stretch, file_chunks, grid_chunks, grid_warmup
 
 LIMIT = 10**12
-"""Rows that a sweep may have: beyond that nobody waits for the end."""
+"""The most rows of a sweep."""
 
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 

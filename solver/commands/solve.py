@@ -96,7 +96,7 @@ def _solve(arguments: Namespace) -> int:
         warnings = (*warnings[: MOST_WARNINGS - 1], last._replace(notes=(*last.notes, rest)))
     if warnings:
         result = replace(result, diagnoses=(*result.diagnoses, *warnings))
-    if arguments.csv:  # what is wrong goes out of the way of a program that reads the sheet
+    if arguments.csv:  # messages go to stderr, for programs that read the sheet
         sys.stdout.write(result_csv(result, every=arguments.all))
         for diagnosis in result.diagnoses:
             print(render(diagnosis), file=sys.stderr)
@@ -126,7 +126,7 @@ def _derived(result: Result, arguments: Namespace) -> Any:
     banded = asked or (stated and result.solutions and (text is not None or not arguments.csv))
     if text is None and not banded:
         return None
-    from solver.report.html import Derived  # with it come plans, which a plain solve does without
+    from solver.report.html import Derived  # imports plans, which a plain solve does not need
 
     sensitivities = None
     if text is not None:

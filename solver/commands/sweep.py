@@ -197,7 +197,7 @@ def _prepared(
 
 
 ALONE = ("rows", "zip", "all", "plot", "jobs", "scheduler", "resume")
-"""Options of a sweep row by row, which say nothing of a curve."""
+"""Options of a sweep row by row, which have no meaning for a curve."""
 
 
 def follow(arguments: Namespace) -> int:

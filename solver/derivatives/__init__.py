@@ -61,7 +61,7 @@ def diagnosis(model: Model, reason: Reason, group: Sequence[tuple[str, str]]) ->
 
 
 _APPROACHABLE = ("rough", "edges", "free")
-"""Reasons that hold at a point, and perhaps not beside it."""
+"""Reasons that hold at a point, but perhaps not near it."""
 
 CANCELLED = 1e-50
 """Relative size of a derivative that is taken for 0."""

@@ -187,8 +187,8 @@ DIGITS = 100
 
 MAX_WORK = 10**12
 FAR, ASTRAY = 1e-2, 1e-6
-"""Share of its size, and of the terms that it is made of, by which an unknown may move and still be the
-same answer."""
+"""The shares of its size, and of its terms, by which an unknown may move and still be the same
+answer."""
 
 
 class Sharp(NamedTuple):

@@ -130,10 +130,10 @@ class Replacement:
 
     def discard(self) -> None:
         """Remove the file, unless it is kept; the previous file stays."""
-        with suppress(OSError):  # bytes that a full disk refused are not wanted any more
+        with suppress(OSError):  # bytes that a full disk refused are discarded
             self.stream.close()
         if self._unfinished is not None:
-            with suppress(OSError):  # who removes the folder in the meantime leaves nothing to remove
+            with suppress(OSError):  # the folder may have been removed meanwhile
                 os.unlink(self._unfinished)
             self._unfinished = None
 

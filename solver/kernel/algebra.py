@@ -23,12 +23,11 @@ from solver.numerics.tolerances import BACKWARD, CLEAR
 
 # Rules may contradict each other, or a function.
 #
-# ``x*y = 6`` contradicts ``x*y = 7``: every rule is taken as linear in what it adds up. ``erfc(u) = 2`` and
-# ``exp(w) = 0`` ask for a value outside an image. A search over an infinite range can't tell an end of an
-# image that is never attained; the rules themselves tell, where a sum of multiples of them leaves nothing but
-# the function and a number, computed in fractions. They are taken as sums of monomials, products of powers of
-# whatever is not added up. ``x/y`` is one, and a rule is multiplied by what it divides by, which is not 0 at
-# any answer.
+# ``x*y = 6`` contradicts ``x*y = 7``: every rule is linear in its monomials. ``erfc(u) = 2`` and
+# ``exp(w) = 0`` ask for a value outside an image. A search over an infinite range cannot exclude an end of an
+# image that is never attained. A linear combination of rules can, if only the function and a number, computed
+# in fractions, are left of it. Monomials are products of powers of parts that are not sums. ``x/y`` is one,
+# and a rule is multiplied by its divisors, which are not 0 at any answer.
 
 MAX_RULES = 40
 
@@ -140,7 +139,7 @@ def _cleared(row: Row) -> Row:
 
 
 HUGE = 10**300
-"""Beyond that a number is shown as infinite."""
+"""Numbers beyond this are shown as infinite."""
 _LIMITED = named(
     lambda row: row.image or (row.inverse and (row.inverse.low, row.inverse.high) != (-inf, inf))
 )

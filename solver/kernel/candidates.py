@@ -30,12 +30,12 @@ from solver.numerics.tolerances import (
 )
 
 TINY = 1e-8
-"""An unknown smaller than this beside its typical size is measured by that: it may well be 0."""
+"""An unknown smaller than this share of its typical size is measured by that: it may be 0."""
 MOST_ANSWERS, MOST_BESIDE, MOST_SINGULAR, MOST_STRAYS = 1_000, 8, 12, 48
 MOST_DULL = 12
-"""Points that sharpening makes no new answer of: a plateau that is 0 but for rounding has no end of them."""
+"""Points whose refinement gives no new answer: a plateau that is 0 to rounding has infinitely many."""
 REMOTE = 1e60
-"""Size of numbers that nobody asks about."""
+"""A size beyond all practical numbers."""
 
 
 class Answer(NamedTuple):
@@ -193,12 +193,12 @@ class Candidates:
             if not self._near(here, other, BLUR):
                 continue
             if not (self._near(here, other, ROUNDED) or _within(here, other, errors)):
-                shares = (0.25, 0.5, 0.75)  # joined by points that hold?
+                shares = (0.25, 0.5, 0.75)  # connected by points at which the rules hold?
                 between = ({n: v + share * (other[n] - v) for n, v in here.items()} for share in shares)
                 if not all(map(self.problem.holds, between)):
                     continue
             if found.double and not answer.double and not self._near(here, other, SAME_VALUE, 0.0):
-                self.answers[index] = found  # the other one is what rounding makes of it
+                self.answers[index] = found  # the other one differs from it by rounding
             return
         self.answers.append(found)
 

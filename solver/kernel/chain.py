@@ -51,7 +51,7 @@ from solver.path.isolate import isolate
 
 MAX_CHAINS = 256
 SLACK = 1e-9
-"""By how much of a turn an angle may pass the half turn: rounding must not lose one that is there."""
+"""The share of a turn by which an angle may exceed half a turn: rounding must not lose it."""
 RESIDUAL = "#residual"
 
 

@@ -363,7 +363,7 @@ class IntervalEmitter(_Source[Pair]):
 
 
 BESIDE = 0.25
-"""The largest share of a divisor that the error bars of its variables may be."""
+"""The largest share of a divisor that the error bars of its variables may have."""
 
 
 class SparseSystem:

@@ -43,7 +43,7 @@ def quotient(
 # --- a chain over boxes ---
 
 FAR = 4096.0
-"""From where on boxes are looked at over reciprocals, too."""
+"""The size from which boxes are also examined over reciprocals."""
 
 
 def _is_rootless(found: Interval) -> bool:

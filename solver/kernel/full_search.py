@@ -112,12 +112,12 @@ def _guess_and_beside(problem: BlockProblem, count: int) -> Iterator[list[float]
 # --- hundreds of starts at once ---
 
 ROUNDS = ((0, 128), (128, 512), (512, 1024))
-"""From which start of a sequence to which a round goes, of each of the two kinds; two rounds at least."""
+"""The starts of a sequence for each round, for each of the two kinds; two rounds at least."""
 MOST = 48
-"""Ends of a round that are looked at, those of ordinary size first: many may lie along a curve or far out."""
+"""The most ends of a round that are examined, ordinary sizes first: many may lie along a curve or far out."""
 FINISH = NewtonLimits(iterations=60, escapes=0)
 NEAR_ZERO = 1e-6
-"""Share of its size below which an unknown is on its way to 0."""
+"""Share of its size below which an unknown is approaching 0."""
 
 
 def _in_batches(problem: BlockProblem, candidates: Candidates) -> None:
@@ -225,19 +225,19 @@ def fall_back(problem: BlockProblem, candidates: Candidates) -> None:
 
 # --- a curve of answers: a block that leaves its unknowns free, however it is torn ---
 #
-# Where rules say the same at the numbers at hand, be it in a roundabout way, the answers are no points but a
-# curve. No search for points finds it, and exact arithmetic may even prove that there is nothing: numbers
-# that agree to their last places contradict one another beyond these. Here points are sought that satisfy the
-# rule check; one from which a way leads on along which all rules still hold is a point of a curve. A block
-# may have isolated answers beside a curve of them, such as where a common factor is 0.
+# If rules are dependent at the given numbers, the answers are not points but a curve. No search for points
+# finds it, and exact arithmetic may even prove that there is no answer: numbers that agree to their last
+# places contradict one another beyond these. This search finds points that satisfy the rule check; if all
+# rules also hold along a direction from it, a point lies on a curve. A block may have isolated answers
+# besides a curve of them, for example where a common factor is 0.
 
 WORK = 400
 """Starts times unknowns of a search."""
 FEWEST_STARTS, MOST_STARTS = 6, 32
 ENDS = 6
-"""Ends of a search that are looked at."""
+"""The most ends of a search that are examined."""
 AWAY = 0.02
-"""How far along a direction, in units of the unknowns, rules have to hold still."""
+"""The distance along a direction, in units of the unknowns, at which rules must still hold."""
 CORRECTIONS = 4
 
 
@@ -322,7 +322,7 @@ class _Curve:
 
 ISOLATED_STARTS = 32
 MOST_BESIDE = 12
-"""Unknowns of a block up to which isolated answers are sought beside a curve."""
+"""Unknowns of a block up to which isolated answers are searched besides a curve."""
 
 
 def with_isolated(problem: BlockProblem, curve: BlockOutcome) -> BlockOutcome:
@@ -346,7 +346,7 @@ def beside(curve: BlockOutcome) -> Beside:
 
 
 MOST_SUSPECTS = 12
-"""Answers that are looked at; what is flat beyond these counts as what they are."""
+"""The most answers that are checked for a curve; further ones count as isolated."""
 
 
 def without_curves(problem: BlockProblem, outcome: BlockOutcome) -> BlockOutcome:

@@ -83,7 +83,7 @@ def _noise(form: Expression, values: Mapping[str, Value]) -> float:
 
 
 SUSPECT = 1e-9
-"""Share of the largest singular value below which one is worth a closer look, rows and columns scaled."""
+"""Share of the largest singular value below which one is examined, rows and columns scaled."""
 STILL = 1e-9
 """Share of the largest move along a null direction below which an unknown stays where it is."""
 SECOND_ORDER = 2.0**-90
@@ -95,7 +95,7 @@ WITNESSED = 128.0
 same where it would be refused, or nothing of an unknown be left, for less."""
 
 FAR = 1.7
-"""How far a second point is taken from a first, in sizes of that."""
+"""The distance of a second point from the first, relative to its size."""
 
 
 def undetermined(

@@ -35,7 +35,7 @@ from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, generator
 
 HIGHEST_DEGREE = 12
 ALGEBRAIC = frozenset({"sqrt", "abs", "pi"})
-"""Functions that an eliminant may be of."""
+"""Functions that an eliminant admits."""
 
 Coefficients: TypeAlias = Sequence[Fraction]
 """Of a polynomial in one tear, lowest degree first."""
@@ -45,10 +45,10 @@ Gross: TypeAlias = tuple[Polynomial, Polynomial]
 """A polynomial; and what it would be if nothing cancelled in it."""
 
 Exact: TypeAlias = Callable[[float], Fraction]
-"""What a float stands for: the fraction that it is, or the decimal as which it is written."""
+"""The exact value of a float: its binary fraction, or the decimal as written."""
 
 CANCELLED = 10**9
-"""A coefficient so many times smaller than what it was made of may be but the rounding of the inputs."""
+"""A coefficient so many times smaller than its terms may be only the rounding of the inputs."""
 
 FLAT = Fraction(1, 1000)
 """Share of the terms of a slope, x p'(x), that is left where more roots are near x than one."""

@@ -30,7 +30,7 @@ from solver.path.graph import within_half_turns
 SOLVE = 60_000
 BLOCK = 16_000
 GLANCE = 1_500
-"""For a block whose proof would be in vain, because it is known already that something was left out."""
+"""The budget of a block whose proof would be useless, because something was already left out."""
 ROUNDS = 40
 LAST_RESORTS = 2
 STEP, PLAN, SEARCH, FIRST_ROUND, ROUND, LAST_RESORT = 10, 50, 100, 300, 8_000, 100_000
@@ -99,7 +99,7 @@ Sparse: TypeAlias = tuple[Callable[[Array], Array], Callable[[Array], Triplets]]
 
 
 InputErrors: TypeAlias = Callable[[], Mapping[str, float]]
-"""How far each known number may be off, worked out when it is asked for."""
+"""The error of each known number, computed on demand."""
 
 
 class BlockProblem:

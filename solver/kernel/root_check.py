@@ -83,12 +83,12 @@ ITERATIONS = 40
 NEAR = 2e-4
 """The largest error bar of a point, relative to the size of its unknowns, that is followed ``FAR``."""
 NUDGE = 1e-5
-"""Of an error bar, by which another start lies beside a point."""
+"""The share of an error bar by which another start differs from a point."""
 HALVINGS = 12
 SHRUNK = 1e-3
-"""Share of a residual at the beginning that steps to a root leave of it."""
+"""The share of its first residual that steps to a root leave."""
 FAR = 100.0
-"""Error bars from an answer, beyond which no root is followed any farther."""
+"""The distance from an answer, in error bars, up to which a root is followed."""
 
 
 class RootCheck(Enum):
@@ -112,13 +112,13 @@ def check_root(
             if sharp is None or not _within(start, sharp, found.errors, SAFETY):
                 return RootCheck.NO_ROOT, there
             there = problem.named(sharp)
-        # a rule that is steep because differences cancel in it is none the worse
+        # a rule that is steep because differences cancel in it is harmless
         beside = is_beside_pole(problem, there, found)
         return (RootCheck.BESIDE_POLE if beside else RootCheck.STANDS), there
     limits = [NEAR * size for size in problem.sizes_at(start)]
     bars = [*map(min, found.errors, limits)] if any(found.errors) else limits
     end: tuple[list[float] | None, bool] = None, False
-    for nudge in (0.0, NUDGE, -NUDGE):  # at the turn of a fold steps are long however near two roots are
+    for nudge in (0.0, NUDGE, -NUDGE):  # at a fold steps are long however close two roots are
         try:
             end = _solved_on(problem, start, bars, nudge)
         except (Undefined, ValueError, OverflowError):

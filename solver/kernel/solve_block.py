@@ -111,7 +111,7 @@ def may_be_polynomial(kernel: BlockKernel) -> bool:
 
 
 SEARCHES = frozenset({Method.RANGE, Method.SUBSTITUTION, Method.BOXES, Method.STARTS})
-"""Methods that look for answers wherever they may be."""
+"""Methods that search for answers everywhere."""
 LONG, BRIEF = 20_000, 2_000
 """Boxes that searches of blocks of one pattern have taken, beyond which the start of sympy costs less; and
 those of one search that costs no more than an eliminant."""
@@ -193,7 +193,7 @@ class _Search:
             if settled is not None:
                 return settled
         if not (assumed or budget.brief or self.kernel.linear or candidates.answers):
-            # rounding may have parted what all but meets, and left a curve of answers without any
+            # rounding may have separated curves that nearly meet, and left no answer
             from solver.kernel.full_search import free_curve
 
             curve = free_curve(problem) if settled is None or not settled.answers else None
@@ -361,7 +361,7 @@ class _Search:
 # --- the answers of a closed form ---
 
 MOST_TURNED = 300
-"""Candidates that whole turns make of one."""
+"""The most candidates that whole turns make of one."""
 
 
 class Unclear(Exception):

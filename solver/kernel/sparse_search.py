@@ -387,10 +387,10 @@ class Tangents:
 
 # --- unknowns of their own for what has to be positive: arguments of logarithms and roots, and divisors ---
 #
-# A start need not lie in the domain then. The new unknowns begin positive and are kept so, and that they are
-# what they stand for is asked for by equations, which Newton's method may break on the way as it does any
-# other (J. Albersmeyer & M. Diehl, SIAM J. Optim. 20 (2010) 1655-1684: the lifted Newton method). Differences
-# are lifted: of a logarithmic mean those at both ends.
+# The start then need not lie in the domain. The new unknowns start positive and are kept so, and equations
+# define them, which iterates of Newton's method may violate as any other (J. Albersmeyer & M. Diehl, SIAM J.
+# Optim. 20 (2010) 1655-1684: the lifted Newton method). Differences are lifted, such as those at both ends in
+# a logarithmic mean.
 
 _OF_POSITIVE = frozenset({"ln", "log", "log10", "log2", "sqrt"})
 CANCELS = 0.05

@@ -24,7 +24,7 @@ from solver.path import TARGET, Quadratic, Stage
 from solver.path.graph import ModelGraph, within_half_turns
 
 OTHERWISE = "another value of"
-"""What a rule needs on which its unknown has no influence."""
+"""The needed value for a rule on which its unknown has no influence."""
 MAX_TURNS = 2_000
 LISTED_TURNS = 128
 """Turns either way of the one nearest to the principal one that are listed where there are too many."""
@@ -78,7 +78,7 @@ def _floor(turns: float) -> int:
 
 
 SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
-"""Where an equation is tried that may not depend on its unknown; no special points of anything."""
+"""Values at which an equation that may not depend on its unknown is tried; no special points."""
 
 
 _NEEDS = {"square": "sqrt of", "power": "a root or logarithm of"}
@@ -169,7 +169,7 @@ class StepSolver:
         for argument in arguments:
             try:
                 number, slopes, rounded = rounded_derivatives(argument, self.values)
-            except (Undefined, KeyError):  # of what stands on the way to the unknown
+            except (Undefined, KeyError):  # of the stages before the unknown
                 continue
             made_of = sum(abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float))
             exact = isinstance(argument, Name | Number)
@@ -344,7 +344,7 @@ class StepSolver:
                 self.complete = self.complete and not undefined.overflow
                 continue
             found.append([principal] if stage.period is None else self._turns(principal, stage.period, rest))
-        # the first of each form, the second of each, …: who takes no more than some takes of every form
+        # the first of each form, the second of each, …: the first few have some of every form
         return [number for some in zip_longest(*found) for number in some if number is not None]
 
     def _in_image(self, stage: Stage, target: float) -> float:
@@ -461,7 +461,7 @@ class StepSolver:
         if not (bounded or turn or not rest):
             if not is_scaled(rest):
                 return (0,)
-            # what an angle is a multiple of (a time, a place, a day of the year) is rather positive
+            # a quantity of which an angle is a multiple (a time, a place, a day) is rather positive
             start = 0.0 if self.guess is None else self.guess - size / 2
             count = _floor((first - start) / size + SAME_TURN)
             return (-count if stride > 0.0 else count,)

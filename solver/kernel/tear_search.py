@@ -41,7 +41,7 @@ from solver.path.graph import ModelGraph
 from solver.path.isolate import isolate
 
 AROUND = 4, 64, 1024
-"""Distances in ulp from the zero of a divisor at which its sign is asked for."""
+"""Distances in ulp from the zero of a divisor at which its sign is evaluated."""
 DIGITS = 60
 """Decimal digits of a number next to 1."""
 STEP = 1e-20
@@ -78,12 +78,12 @@ OPERATIONS = 4
 """Of one level of a search for each assignment of a chain: its range twice, sections, and the slope."""
 SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
 FAINT = 1e-30
-"""Size of samples beside which rules may well have nothing to say, whether or not their unknown is free."""
+"""Size of samples for which rules may be meaningless, whether or not their unknown is free."""
 REMOTE = 1e50
 """Half way, in decades, to where a search over an infinite range ends."""
 MIN_SAMPLES = 3
 MAX_SUSPECTS = 8
-"""Points of a search that are looked at more closely, where it could not settle all."""
+"""Points of an undecided search that are examined more closely."""
 MOST_CHAINS = 64
 """Combinations of preimages beyond which a search of the whole range takes longer than it is worth."""
 

@@ -55,18 +55,18 @@ class IsolationLimits(NamedTuple):
 PRESPLIT = 5
 """Levels that are split blindly."""
 BOXES_ASKED = 5
-"""Evaluations for a box of a level: f over it, at three points, and its slope."""
+"""Evaluations for a box of a level: the range of f, three points, and its slope."""
 CALMEST, LAST_LOOK = 50, 1.25
 """Boxes of a level that are still split when the limits are reached, those in which f rises or falls least;
 and the work that may go on so, as a multiple of the limit."""
 LOOKED_INTO = 50
-"""Clusters left over that are looked into."""
+"""Remaining clusters that are examined."""
 MANY = 50
-"""Roots beyond which no others are looked for where boxes had to be left open."""
+"""Roots beyond which no others are searched if boxes had to be left undecided."""
 IDLE_LEVELS = 2
 """Levels at first without a box that is dropped or settled, after which a search is not expected to end."""
 REMOTE_LEVELS = 6
-"""Levels after which boxes beyond 1e±100 are given up."""
+"""Levels after which boxes beyond 1e±100 are abandoned."""
 
 
 class RootSearch(NamedTuple):

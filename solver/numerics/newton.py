@@ -126,7 +126,7 @@ SHORTEST = 1e-6
 POLISH, HALVINGS = 12, 60
 """Full steps to the end of fast contraction, and to show that a slow end is a multiple root."""
 SLOW = 6
-"""So many full steps without fast contraction tell a multiple root from a simple one."""
+"""So many full steps without fast contraction distinguish a multiple root from a simple one."""
 
 
 class NewtonLimits(NamedTuple):
@@ -186,7 +186,7 @@ class _Search:
                 return self._polished()
             contraction = self._damped_step()
             if contraction is None:
-                # where an unknown is 0 beside its scale, neither its last bit nor the rows tell the end
+                # if an unknown is 0 relative to its scale, neither its last bit nor the rows show the end
                 if p.norm(p.step) <= 4 * EPS and p.explains():
                     return self._polished()
                 if not self._escape():
@@ -373,7 +373,7 @@ def scipy_root(
 BatchFunction: TypeAlias = Callable[[Array], Array]
 
 PATIENCE = 12
-"""Steps without a gain of a tenth after which a start is given up."""
+"""Steps without a gain of a tenth after which a start is abandoned."""
 KEPT = 0.1
 """Share of the distance to the end of a range that a step beyond it leaves."""
 
@@ -478,7 +478,7 @@ def _inside(x: Array, moved: Array, ranges: tuple[Array, Array] | None) -> Array
 Range = tuple[float, float]
 
 DECADES = 3.0
-"""An unbounded unknown is sought from 10⁻³ to 10³ times its size, on both sides."""
+"""An unbounded unknown is searched from 10⁻³ to 10³ times its size, on both sides."""
 
 
 def spread(

@@ -153,7 +153,7 @@ STATES = 20_000
 """States of the grid at most: some megabytes."""
 
 POINTS = 41
-"""Points of a slider that nobody has given a range, if it is the only one."""
+"""Points of a slider without a given range, if it is the only one."""
 
 DIGITS = 8
 

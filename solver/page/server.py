@@ -114,7 +114,7 @@ HEADERS = {
     "x-content-type-options": "nosniff",
     "cache-control": "no-store",
 }
-"""What keeps the page to itself."""
+"""Headers that isolate the page from other sites."""
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ Json = dict[str, Any]
 STATIC = Path(__file__).parent / "static"
 
 OWN = "sheets", "open", "edit", "save", "keep"
-"""What the server answers itself; the workers answer the rest."""
+"""Messages that the server answers itself; the workers answer the others."""
 
 KEPT = 200_000
 """Characters of a tab's state that the server keeps for a sheet."""

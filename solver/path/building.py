@@ -34,7 +34,7 @@ from solver.structure.tearing import EFFORT, Tearing, tearings
 TEARINGS, LINEAR_EFFORT = 2, 200
 """How many are kept of one block; and the effort that one is worth which is linear, and hardly ever torn."""
 MAX_TORN = 100
-"""Unknowns of a block up to which it is torn; all of a larger one are iterated on at once."""
+"""Unknowns of a block up to which it is torn; in a larger one all are iterated on at once."""
 
 
 def _evaluate(graph: ModelGraph, equation: int, unknown: int) -> Evaluate:

@@ -66,8 +66,8 @@ def solved_by(model: Model, step: Step, decided: Mapping[int, bool]) -> list[Equ
 Pair: TypeAlias = tuple[Expression, Expression]
 
 Sign: TypeAlias = frozenset[int]
-"""What can be assumed of a pair: the signs that left - right may have. ``AT_MOST`` and ``AT_LEAST`` are one
-case, where equality takes none of the rules of that side away."""
+"""The possible assumptions on a pair: the signs of left - right. ``AT_MOST`` and ``AT_LEAST`` are one case,
+if equality deactivates none of the rules of that side."""
 
 LESS, EQUAL, GREATER = (frozenset({sign}) for sign in (-1, 0, 1))
 AT_MOST, AT_LEAST, DIFFERENT = LESS | EQUAL, EQUAL | GREATER, LESS | GREATER
@@ -78,7 +78,7 @@ MEANING = {sign: operator for operator, sign in OPERATORS.items()}
 MIRRORED = {"=": "=", "<>": "<>", "<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
 OTHERWISE = {sign: (EVERY - sign,) for sign in MEANING} | {EQUAL: (LESS, GREATER)}
-"""What a comparison comes out as where it does not come out so."""
+"""The opposite outcome of a comparison."""
 
 
 def comparisons(condition: Condition) -> Iterator[Comparison]:

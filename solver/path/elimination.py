@@ -98,7 +98,7 @@ class _System:
         self.equations = [e for place, e in enumerate(self.equations) if place not in places]
         return True
 
-    # --- what a polynomial is in the open generators ---
+    # --- polynomials in the open generators ---
 
     def unknown(self, polynomial: Polynomial) -> list[str]:
         return sorted(polynomial.generators & self.open)
@@ -135,7 +135,7 @@ class _System:
         self.generators.meaning[inverse] = Name(inverse)
         return inverse
 
-    # --- steps of elimination: each tells whether there is one of its kind ---
+    # --- steps of elimination: each returns whether it was made ---
 
     def _solve_one(self) -> bool:
         """Solve an equation in one generator, or a line in the cosine and sine of one angle."""

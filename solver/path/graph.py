@@ -227,7 +227,7 @@ Isolated: TypeAlias = tuple[Isolation | None, tuple[str, ...]]
 
 MAX_FACTOR = 1e9
 MAX_TURNS = 12
-"""Turns after which all that reads an angle repeats itself, beyond which it counts as any other number."""
+"""Turns with which all functions of an angle repeat; an angle with more counts as a number."""
 
 
 class ModelGraph:
@@ -391,7 +391,7 @@ def _angles(model: Model, conditions: Iterable[Node] = ()) -> dict[str, Angle]:
         if not turn or known != turn or found[name][1] > MAX_TURNS:
             plain.add(name)
     spread, read = list(plain), set[int]()
-    while spread:  # what a sum ties to a number that is no angle is none either
+    while spread:  # a name that a sum ties to a number that is not an angle is not one either
         for equation in sums.pop(spread.pop(), ()):
             if equation.index not in read:
                 read.add(equation.index)

@@ -55,7 +55,7 @@ def isolate(left: Expression, right: Expression, unknown: str) -> Isolation | No
             return Isolation(unknown, -c, (stage,), cost, verify=multiplied)
         case (c, b, a), multiplied:
             return Isolation(unknown, c, (), 2, 2, verify=multiplied, quadratic=Quadratic(c, b, a))
-    # every occurrence is in one part, such as exp(-x) or (1 + i)^x: undo what encloses them all, solve a
+    # every occurrence is in one part, such as exp(-x) or (1 + i)^x: undo the operations around it, solve a
     # linear equation for that part; last, undo the part itself
     if in_left and in_right:
         if (powers := _powers(left, right, unknown)) is not None:

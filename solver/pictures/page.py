@@ -343,7 +343,7 @@ _DATES: dict[str, dict[str, Any]] = {
     "svg": {"Date": None},
     "pdf": {"CreationDate": None},
 }
-"""What would make two files of one picture differ."""
+"""Metadata that would make two files of one picture differ."""
 
 
 def encode(figure: Figure, form: str, dpi: float) -> bytes:

@@ -20,7 +20,7 @@ from solver.files.tables import Array, Table
 from solver.pictures.page import encode
 
 CURVES = 8
-"""Curves that one panel may have, so that each can be told from the others."""
+"""The most curves of a panel, so that each can be identified."""
 
 
 class Curves(NamedTuple):

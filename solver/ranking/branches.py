@@ -18,7 +18,7 @@ Array = NDArray[Any]
 Points = NDArray[np.float64]
 
 STEADY = 2.0
-"""Ratio of the steps of an input up to which rows are taken for a sweep."""
+"""Ratio of the steps of an input up to which rows count as a sweep."""
 CLEAR = 0.5
 """Share of the distance of the next answer, below which an answer continues a branch."""
 SPAN = 256

@@ -61,7 +61,7 @@ GRAIN = 1e6
 SLACK = 0.5
 """Decades by which sizes may be farther from the suggested ones than the best are, and count alike."""
 LINKS = 3
-"""Steps by which a quantity is passed on, from which on it is a series."""
+"""The least number of steps of a series."""
 SIZE = 6
 """The place of the size in a key."""
 WAVES = frozenset({"sin", "cos", "sind", "cosd"})

@@ -46,7 +46,8 @@ Places = NDArray[np.intp]
 EXACT = 100.0
 """Weight of a rule without sums, beside one whose terms only balance."""
 DROP = 0.1
-"""Weight of a product being of the size of names that balance without it: in V = E - R*I little drops."""
+"""Weight of a product having the size of names that balance without it: in V = E - R*I it may be
+small."""
 SINE = 3.0
 """Weight of a sine being of size 1: small angles are ordinary."""
 CANCELLING = 0.01

@@ -22,7 +22,7 @@ from solver.report.sheet import diagnosis_json, sheet_heads, sheet_rows
 from solver.solution.solving import Result, Samples
 
 NONE = "none"
-"""What stands for a derivative that does not exist, or cannot be told."""
+"""The text for a derivative that does not exist or is unknown."""
 
 WIDE = 6
 """Inputs side by side; more of them go into further tables."""

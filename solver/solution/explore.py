@@ -164,7 +164,7 @@ class PathSearch:
         leading = {equation for step in path.steps for equation in equations_of(step)}
         return any(not leading.isdisjoint(without_value(fact)[0]) for fact in leaf.branch.inactive.values())
 
-    # --- what is found ---
+    # --- results ---
 
     @property
     def _most_leaves(self) -> int:

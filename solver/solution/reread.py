@@ -62,12 +62,12 @@ APART = 1e-2
 NOTHING = 1e-12
 """Share of the answers beside it below which an extrapolated number is 0."""
 NEAR = 1e-4
-"""Relative distance within which an answer beside a known one is that, moved."""
+"""Relative distance within which an answer near a known one is the same, moved."""
 PLACES = 6
 """Decimals and digits to which a nearest miss is rounded, to see whether a rule is 0/0 there, and to which
 rules must hold."""
 MOVED = 6
-"""Inputs that are moved, one after another, until answers come of it."""
+"""Inputs that are moved, one after another, until answers are found."""
 TINY = 1e-30
 """How far beside an answer a rule is evaluated, relative to its values."""
 
@@ -252,13 +252,13 @@ def hole(asked: Asked, leaf: Leaf, fact: NoRoot) -> Indeterminacy | None:
 
 # --- given numbers that the rules fix otherwise, whatever the unknowns are ---
 #
-# A ratio of speeds does not depend on the speed that is free. A search for the speed at which it comes out as
-# given finds nothing, or creeps towards 0; but the rules give the ratio one value at any speed.
+# A ratio of speeds does not depend on the free speed. A search for a speed with the given ratio finds none,
+# or approaches 0; but the rules give the ratio the same value at any speed.
 
 TRIALS = (1.3247180, 7.3890561, 0.0207880, 1.1e-4)
 """Shares of its size at which an unknown is tried."""
 EVERYDAY = 0.7548777
-"""A number at which it is tried as well: beside tiny inputs ``exp(x) - x`` is 1 at all of its trials."""
+"""Another trial value: for tiny inputs ``exp(x) - x`` is 1 at all other trials."""
 MOST = 4
 """Unknowns, and given numbers, that are looked at."""
 LITTLE = 10_000
@@ -335,10 +335,10 @@ def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> tupl
 
 # --- rules that lose an unknown ---
 #
-# A product with a factor that is 0 at what is known tells nothing of its other factor, and a rule that holds
-# such a product does not tie that unknown to the others. Without it the rules may determine what was left
-# open: at dead centre the slider's acceleration gives the speed of the crank, which its velocity does not.
-# The same goes for rules of a block that say the same thing at these values: one of them is left out.
+# A product with a factor that is 0 at known values does not depend on its other factor, so a rule with such a
+# product does not relate that unknown to the others. Without the product the rules may determine the unknown:
+# at dead centre the slider's acceleration gives the speed of the crank, which its velocity does not.
+# Similarly, of rules of a block that are dependent at these values one is left out.
 
 
 def without_vanishing_factors(

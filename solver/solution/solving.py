@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 SHOWN = 6
-"""Values of an answer that its ``repr`` tells."""
+"""Values of an answer in its ``repr``."""
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ from solver.ranking.ranking import Ranking
 from solver.solution.explore import GRACE, explore
 
 MAX_STEPS = 2_000
-"""Steps of a path, over all answers, that are worth following in extended precision."""
+"""The most steps of a path, over all answers, that are followed in extended precision."""
 
 
 def explore_refined(asked: Asked, always: bool = False) -> Exploration:
@@ -238,7 +238,7 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
             before = next((gap.unknowns for gap in found.gaps if gap.unknowns), ())
             return Verdict(Status.FAILED, verdict.leaves, tuple(facts.DeadEnd(f, before) for f in ends[:1]))
         if verdict.status is Status.INFEASIBLE and found.contradicted:
-            return _contradicted(found)  # there is a way that has every value, and only a rule against it
+            return _contradicted(found)  # a branch has every value, and only a rule contradicts it
         return verdict
     if found.contradicted:
         return _contradicted(found)
@@ -304,7 +304,7 @@ def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -
     """Wanted variables are missing: because of values (inactive rules), or of the inputs' pattern."""
     leaf = leaves[0]
     undetermined = {*planner(model).path(frozenset(inputs), leaf.branch.conditions).undetermined}
-    structural = tuple(name for name in leaf.missing if name in undetermined)  # however the values come out
+    structural = tuple(name for name in leaf.missing if name in undetermined)  # for any values
     # what stands in the way of the missing names; all there is, where none of it is on their path
     every = leaf.branch.reasons
     way = planner(model).path(frozenset(inputs), leaf.branch.conditions, want=frozenset(leaf.missing))

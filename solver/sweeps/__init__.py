@@ -130,7 +130,7 @@ class Plan:
             """Those of every answer, the primary one first. Raises as a call does."""
 
     else:
-        # Of each plan its own, so that a call goes straight into the record.
+        # Each plan has its own, so that a call goes directly to the record.
         __slots__ = ("__call__", "__dict__", "__weakref__", "all")
 
     def _call(self, primary: Callable[..., Any], every: Callable[..., Any]) -> None:
@@ -290,7 +290,7 @@ class Plan:
                 values, limits = self._values(numbers), self.model.limits
                 asked = Asked(self.model, values, self.want, self.guesses, self.want)
                 found = conclude(asked, limits=limits)[:2]
-                if interrupted():  # what is found in part is no outcome
+                if interrupted():  # a partial result is not an outcome
                     expect_time()
                 return found
         except TimeIsUp:
@@ -397,7 +397,7 @@ def _alike(
     plan: Plan, columns: list[Array], count: int, jit: bool, steady: bool
 ) -> tuple[NDArray[np.int8], Answers]:
     """The same for ``count`` rows of numbers only."""
-    if not columns:  # nothing tells the rows apart
+    if not columns:  # all rows are equal
         one, rows = plan.outcome(())
         return np.full(count, CODES[one], dtype=np.int8), listed([rows] * count)
     status = np.zeros(count, dtype=np.int8)

@@ -74,7 +74,7 @@ ROUNDING = 2.0**-49
 """Share of a value by which it changes for no other reason than its digits."""
 HALVINGS = 80
 GROWN = 1e9
-"""How many times larger than at the rows a value is next to a pole."""
+"""The growth of a value near a pole, relative to the rows."""
 LAST = 10
 STILL_GROWN = 4.0
 """How many times larger it is there than so many halvings before."""
@@ -132,7 +132,7 @@ def _grows(start: float, end: float, value: Callable[[float], float | None], mos
 BREAK = "a value jumps or grows without bound"
 """Why a branch of values that are only computed ends between two rows."""
 SAME = 1e-6
-"""Scaled distance below which an answer lies on a branch that is known."""
+"""Scaled distance below which an answer lies on a known branch."""
 
 
 def follow_sweep(

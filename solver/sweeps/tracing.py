@@ -159,7 +159,7 @@ def _direction(equation: Equation) -> tuple[str, float] | None:
 
 
 NOUGHT = 1e-15
-"""Share of its magnitude below which a coordinate may be what is left of an exact 0."""
+"""Share of its magnitude below which a coordinate may be the rounding of an exact 0."""
 MEETS = 1e-6
 """Share of its terms by which a rule may miss where it takes over from another."""
 CHANGES = 200

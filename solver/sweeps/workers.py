@@ -36,7 +36,7 @@ from solver.sweeps.work import Rows, Solver, Work, unpacked
 PAUSE, PATIENCE = 0.2, 5.0
 """Seconds between two looks for an interrupt, and those that a worker has to end after one."""
 TRIES = 3
-"""Workers that may end over one piece before the sweep is given up."""
+"""Workers that may die over one piece before the sweep is abandoned."""
 
 _START = (
     "import sys, json; sys.path[:] = json.loads(sys.argv[1]); "
@@ -118,7 +118,7 @@ class _Workers:
             worker.kill()
             worker.wait()
             for pipe in (worker.stdin, worker.stdout):
-                with suppress(OSError):  # what the process did not read any more goes nowhere
+                with suppress(OSError):  # the unread input of the process is discarded
                     pipe.close()
 
     def _solve(self, chunk: Chunk) -> Rows:
@@ -240,7 +240,7 @@ def _unusable(reason: str, *details: str) -> RuleSheetError:
 WORTH = 2.0
 """Seconds that workers must save to be started: about twice what starting them takes."""
 ENOUGH = 0.02
-"""Seconds below which they say more of their own overhead than of their rows."""
+"""Seconds below which measurements show overhead rather than rows."""
 LEARNING = 1.0
 """Seconds of the first piece that recording and loading what they need can explain."""
 CARRIAGE = 0.15e-6

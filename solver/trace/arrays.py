@@ -77,7 +77,7 @@ FORMS: dict[str, Callable[..., int]] = {
     "near": near,
     "directiond": lambda flow, y, x: flow.raw("mul", flow.raw("direction", y, x), DEGREE),
 }
-"""What is written as other operations."""
+"""Operations that are written as others."""
 
 
 class ArrayKernel:

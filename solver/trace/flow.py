@@ -257,7 +257,7 @@ class Flow(Graph):
                 self.require(self.beyond(known.y, NEAR, self.add("abs", known.x)))
                 return self.false
         near = self.add("near", left, right)
-        # Whether numbers that differ by a hair are the same is told by more digits than floats have.
+        # More digits than floats have decide whether nearly equal numbers are equal.
         self.require(self.add("or", self.add("not", near), self.add("eq", left, right)))
         return near
 

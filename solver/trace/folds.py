@@ -38,8 +38,8 @@ GROWTH, SHRINKING, NEXT, NARROWEST = 3.0, 8.0, 1e-2, 1e-3
 ORDINARY = 1e40
 """Numbers beyond this, or below 1 over it, have no ranges."""
 HOP, BEYOND = 0.1, 0.02
-"""How far beyond what is known a solve of as many answers is believed, relative to where it is; and how far
-beyond such solves where nothing is proved."""
+"""The relative distance from known numbers within which a solve of as many answers is trusted; and that
+beyond such solves if nothing is proved."""
 
 
 class ConstantRootCount:

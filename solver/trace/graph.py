@@ -105,14 +105,14 @@ class Graph:
     def __init__(self, plain: bool = False) -> None:
         self.plain = plain
         self.reported = False
-        """Whether numbers are taken for what they are rounded to, not for what they were computed from."""
+        """Whether numbers are taken as their rounded values, not as they were computed."""
         self.at: Callable[[int], float | bool] | None = None
         """The number of a node at the sample of a record, where there is one."""
         self.nodes: list[Node] = []
         self.checks: list[int] = []
         self.finders: list[Any] = []
         """The roots of blocks as functions of known numbers, each a ``BlockNewton``, and whether a block has
-        as many roots, an ``ConstantRootCount``."""
+        as many roots, a ``ConstantRootCount``."""
         self._numbers: dict[Node, int] = {}
         self.true = self.constant(True)
         self.false = self.constant(False)

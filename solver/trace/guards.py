@@ -25,7 +25,7 @@ from solver.trace.graph import LEAVES, NotCompilable
 CLEAR = 1e-6
 """Discriminants and divisors smaller than this, relative to their terms, are left to a full solve."""
 STRANGE = 1e-6
-"""A rule that is missed by more than this, relative to its terms, is broken."""
+"""A rule with a larger residual, relative to its terms, is violated."""
 ENOUGH = 0.1
 """Share of the terms of a rule by which alone its check is tried first."""
 

@@ -97,7 +97,7 @@ class _Writer:
 
     def __init__(self, flow: Flow, wanted: Sequence[int], inputs: list[int]) -> None:
         self.flow, self.inputs = Flow(flow.plain), inputs
-        self.flow.finders = flow.finders  # roots of blocks stay what no loop can hold
+        self.flow.finders = flow.finders  # a loop cannot hold roots of blocks
         self.wanted = wanted = copied(flow, self.flow, wanted, forms=_ANGLES)
         self.lines = list[str]()
         self.values = {self.flow.input(place): f"%x{place}" for place in inputs}
@@ -181,7 +181,7 @@ def _constant(value: float) -> str:
 Array: TypeAlias = NDArray[Any]
 
 SHARE = 32_768
-"""Rows that pay for a thread of their own."""
+"""Rows that are worth a thread."""
 
 
 def available() -> bool:

@@ -28,7 +28,7 @@ HALVINGS = 4
 ROUNDED = 2.0
 """More than rounding takes from the difference of two parts of a key."""
 PRICE = 32
-"""Calls that pay for another box; four times as many for each after one that was not worth it."""
+"""Calls that are worth another box; four times as many for each after one that was not."""
 
 Numbers: TypeAlias = tuple[Value, ...]
 Rows: TypeAlias = Sequence[Sequence[float]]
@@ -54,7 +54,7 @@ class Nearby:
         self.endings = program.brief.endings
         self.box: Box | None = None
         self.call: Callable[..., Any] | None = None
-        """What tells the first answer of rows in the box."""
+        """Computes the first answer of rows in the box."""
         self._alone: dict[tuple[int, tuple[int, ...]], tuple[Box, Callable[..., Any]]] = {}
         self._missed, self._price = 0, 1
         missing = program.flow.constant(math.nan)
@@ -65,7 +65,7 @@ class Nearby:
         )
         reading = program._replace(endings=endings, order=UNORDERED)
         self._values = compile_scalar(reading, all_answers=True)
-        """What the rule reads of all answers, in place of what is wanted."""
+        """The numbers of all answers that the ranking reads, instead of the wanted ones."""
         self._over = cache(partial(KeyRanges, self.ranked))
         """By the given numbers that are 0."""
         self._lay(sample)

@@ -139,13 +139,13 @@ MOST_STEPS = 4
 MAX_BENT, POWERS = 3, 4
 """Known numbers up to which the start of the iteration is of second order; of one its order."""
 FINEST = 1.0 / 64.0
-"""The least share of the way from the numbers of the record that is gone at once."""
+"""The least share of the distance from the numbers of the record that is taken at once."""
 FEWER = 32
 """Rows along a line of many that are followed one after another; the others start between these."""
 SPLITTER = 2.0**17 + 1.0
 """Multiplied by this and taken away again, a float is rounded to 36 binary digits (Dekker, 1971)."""
 BACK = 1e-13
-"""Relative distance within which Newton's method at the sample comes back to where it was, else not."""
+"""Relative distance within which Newton's method at the sample returns to its root."""
 
 
 class BlockNewton:
@@ -166,7 +166,7 @@ class BlockNewton:
         self.sample = tuple(number for _, number, varies in given if varies)
         self.fixed = {name: number for name, number, varies in given if not varies}
         self.tangent: Array = np.zeros((len(self.start), len(self.sample)))
-        """How the root moves with each known number (unknowns, known)."""
+        """The slopes of the root by each known number (unknowns, known)."""
         self.bends: dict[tuple[int, ...], Array] = {}
         try:
             self.start = self._settled()

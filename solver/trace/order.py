@@ -24,7 +24,7 @@ from solver.trace.graph import NotCompilable
 from solver.trace.ranges import Pair, Ranges
 
 SAFETY = 2.0
-"""By how much farther than moves one by one add up to all of them together are taken to go."""
+"""The factor by which all moves together may exceed the sum of single ones."""
 
 
 class KeyRanges:
@@ -75,7 +75,7 @@ def spread(numbers: Sequence[float]) -> float:
 
 
 NOISE = 1e-13
-"""Powers and factors below this are what rounding has left of 0."""
+"""Powers and factors below this are rounding errors of 0."""
 
 
 FACTORS = (10.0, 5.0, 3.0, 2.0, 1.5, 1.2, 1.1, 1.05, 1.02, 1.01)

@@ -188,7 +188,7 @@ _MONOTONIC = frozenset({"add", "sub", "mul", "div", "neg", "sqrt", "abs"})
 _WITHIN = dict.fromkeys(("sind", "cosd", "sin", "cos"), 1.0 + 1e-9)
 _WITHIN |= {"directiond": 180.1, "atan2d": 180.1, "direction": 3.15, "atan2": 3.15}
 _INHERITING = frozenset({"add", "sub", "mul", "neg", "abs", "sqrt", "sind", "cosd", "sin", "cos"})
-"""Operations that give no finite number where an operand is none."""
+"""Operations without a finite result if an operand has none."""
 
 
 def joined(ranges: Iterable[Range]) -> Pieces:
@@ -309,7 +309,7 @@ class _Simplification:
             if can
         }
 
-    # --- what conditions say ---
+    # --- ranges from conditions ---
 
     def _assume(self, node: int, holds: bool) -> None:
         self.nodes[node] = self.flow.constant(holds)

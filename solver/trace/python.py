@@ -180,7 +180,7 @@ class _Writer:
         body = "\n".join(self.lines)
         given = ", ".join([*arguments, "*more", "**named"])
         taken = ", ".join([*(f"{name}=None" for name in arguments), "*more", "**named"])
-        # A loop that is left, not one that goes round: what does not count leaves it before it returns.
+        # A loop of one round, which results that do not count leave before it returns.
         return (
             f"def solve({taken}):\n    try:\n        while True:\n"
             f"            if more or named: break\n{body}\n"

@@ -43,7 +43,7 @@ BESIDE = 1e-3, -7e-4
 REMOTE = 1e60
 """No record is good for larger numbers, or for smaller ones than 1 over it: products of them overflow."""
 MAX_DEAD = 8
-"""Branches without an answer that a record watches."""
+"""The most branches without an answer that a record watches."""
 _DIRECTIONS = named(lambda row: row.angle) | {"direction", "directiond"}
 _BOUNDED = frozenset({"sind", "cosd", "sin", "cos", "lt", "le", "finite"})
 
@@ -72,7 +72,7 @@ class Recording(Inverses):
         self.leaves, self.branch, self.corrects = leaves, leaves[0].branch, corrects
         self.endings: list[Ending] = []
         self._guards = dict[int, None]()
-        """What is asked of all answers together."""
+        """Requirements common to all answers."""
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
         self._kept = set[tuple[object, ...]]()
         self._proofs: list[Proof] = [] if proofs is None else proofs
@@ -194,7 +194,7 @@ class Recording(Inverses):
         doubles = (fact.unknowns for fact in self.branch.facts if isinstance(fact, DoubleRoot))
         moving = (state.values.get(name, self.flow.true) for names in doubles for name in names)
         if any(self.flow.value_of(node) != 0.0 for node in moving):
-            raise NotCompilable  # two answers part in the rows around, or end
+            raise NotCompilable  # two answers separate in nearby rows, or end
         self._hold(state, (*self.branch.assumed, *sorted(state.used - state.decided.keys())))
         for fact in self.branch.inactive.values():
             # A case of fixed numbers alone has no value: those are the same in every row.
@@ -313,7 +313,7 @@ class Recording(Inverses):
         for equation in equations:
             state.used.update(premise.condition for premise in self.model.equations[equation].guard)
 
-    # --- which of several values ---
+    # --- selection of a value ---
 
     def _taken(self, state: State, unknown: str, found: Sequence[int | str]) -> State:
         """The value of the answer; require that values out of range stay there."""

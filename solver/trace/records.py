@@ -231,7 +231,7 @@ MAX_RECORDS = 24
 
 MAX_FAILURES = 12
 SOON = 3
-"""Calls for a first answer that pay for what tells it without the others."""
+"""Calls for a first answer that are worth a program for it alone."""
 AGREEMENT = 1e-6
 """How near a record must come to the row that it was made from, relative to each number."""
 
@@ -248,9 +248,9 @@ class Records:
         self.refused: list[Callable[..., Any]] = []
         self.failures = self.vain = 0
         self.useful = 0
-        """The place of the record that settled what no record before it did."""
+        """The place of the record that last covered a row that no earlier one did."""
         self.rows: dict[tuple[Value, ...], list[tuple[Value, ...]]] = {}
-        """The answers of rows of which no record can be made, such as those of a double root."""
+        """The answers of rows that cannot be recorded, such as those of a double root."""
         self._primary: dict[int, tuple[Callable[..., Any], ...]] = {}
         self._nearby: dict[int, Nearby] = {}
         self._asked = 0

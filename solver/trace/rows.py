@@ -36,11 +36,11 @@ Keep: TypeAlias = Callable[[Array, Status], None]
 """Takes the status of rows."""
 
 WORTH = 16
-"""So many rows pay for the set-up of a record on arrays."""
+"""The number of rows that is worth the set-up of a record on arrays."""
 
 
 MANY = 512
-"""So many rows that its quick form does not settle pay for the patient form of a record."""
+"""The number of rows left by its quick form that is worth the patient form of a record."""
 LARGE = 800
 """Operations of blocks that take longer to compile to machine code than most sweeps take without it."""
 WIDE = 4096
@@ -103,7 +103,7 @@ class AnswerKernel:
         flow = program.flow
         within = sorted(n for n in computed_from(flow, program.wanted) if flow.nodes[n][0] == "unfolded")
         self._within = [(flow.finders[int(flow.nodes[n][1])], operands(flow, n)) for n in within]
-        """What tells whether numbers known to blocks lie within ranges, and the nodes of these."""
+        """Computes whether known numbers of blocks lie in ranges, and the nodes of these."""
         self.symbols = every(program, in_order=False, quick=True).symbols
         self._asked, self._single = set[int](), dict[tuple[int, int], Callable[..., None]]()
 
@@ -170,7 +170,7 @@ class AnswerKernel:
         named = [list(map(_named, plane, self.symbols)) for plane in planes]
         return Answers(counts, named, tuple(runs)), holds
 
-    # --- the answer that goes on, and what ranges tell of the others ---
+    # --- the answer that continues, and the ranges of the others ---
 
     @cached_property
     def _ranges(self) -> tuple[Ranges, AllAnswers, list[int]]:
@@ -380,7 +380,7 @@ class AnswerSweeper:
                 if status is not Status.SOLVED:
                     keep(np.array([row]), status)
                 if (records, refusals) != (len(self.records.programs), len(self.records.refusals)):
-                    break  # what was learned may settle the others
+                    break  # the new records may cover the others
             left = np.setdiff1d(left, np.fromiter(alone, left.dtype, len(alone)), assume_unique=True)
         if alone:
             parts.append(_one_by_one(alone))
