@@ -13,6 +13,7 @@ many digits, and its residual must be explained by the last places of its number
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
@@ -99,6 +100,9 @@ class TearSearch:
         self.stretches: list[Stretch] = []
         self.doubts = False
         self.boxes = 0
+        self._reach = defaultdict[tuple[int, Interval], tuple[list[Interval], list[Interval]]](
+            lambda: ([], [])
+        )
 
     def run(self) -> bool:
         """Find the roots along every chain. True if they are proven to be all."""
@@ -199,9 +203,21 @@ class TearSearch:
         return search._replace(unresolved=left, touching=touching, complete=not left)
 
     def _is_monotone(self, place: int, holes: Sequence[Interval], low: float, high: float) -> bool:
-        """Whether the numerator of the residual is monotone from some hole over a box."""
-        enclosure, known = self.kernel.enclosure(place), self.problem.known
-        return any(enclosure.rises_or_falls(min(low, a), max(high, b), known) for a, b in holes)
+        """Whether the numerator of the residual is monotone from some hole over a box.
+
+        It is so on what lies within a box on which it is, and not on what holds one on which it is not.
+        """
+        for a, b in holes:
+            box, (yes, no) = (min(low, a), max(high, b)), self._reach[place, (a, b)]
+            if any(one[0] <= box[0] and box[1] <= one[1] for one in yes):
+                return True
+            if any(box[0] <= one[0] and one[1] <= box[1] for one in no):
+                continue
+            monotone = self.kernel.enclosure(place).rises_or_falls(*box, self.problem.known)
+            (yes if monotone else no).append(box)
+            if monotone:
+                return True
+        return False
 
     def _is_hole(self, place: int, x: float) -> bool:
         """Whether the residual's numerator is exactly 0 at a point where a rule has no value."""
