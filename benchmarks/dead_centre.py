@@ -128,14 +128,14 @@ def table(found: Mapping[str, Sequence[tuple[str, float, float]]]) -> str:
 
 
 def picture(path: str, found: Mapping[str, Sequence[tuple[str, float, float]]]) -> None:
-    from solver.facts import FALSE, Mark
+    from solver.facts import FALSE, Measurement
     from solver.pictures.plot import chart_picture
 
     marks = []
     for name, row in found.items():
         for distance, (said, wrong, seconds) in zip(DISTANCES, row, strict=True):
             status = said or ("solved" if wrong <= FALSE else "false")
-            marks.append(Mark(name, name, None, status, wrong, None, seconds, distance))
+            marks.append(Measurement(name, name, None, status, wrong, None, seconds, distance))
     label = "relative distance of the slider from dead centre"
     title = "the crank driven by its slider"
     chart_picture(marks, title, label, towards=True).savefig(path, dpi=130)

@@ -297,8 +297,8 @@ class Method(Enum):
     TRUST_REGION = "trust regions from the guess and many starts", "trust region"
     EXTENDED = "refined in extended precision", "extended precision"
 
-    def __init__(self, told: str, short: str) -> None:
-        self.told, self.short = told, short
+    def __init__(self, description: str, short: str) -> None:
+        self.description, self.short = description, short
 
 
 class Attempt(NamedTuple):
@@ -339,8 +339,8 @@ class Proof(NamedTuple):
     beside: ProvedRoots | None = None
 
 
-class Mark(NamedTuple):
-    """The measurement of one method in one case.
+class Measurement(NamedTuple):
+    """One method in one case.
 
     ``error`` is the largest relative one over the wanted variables, nan without an answer; ``status`` is
     solved, false, or what was reported instead. ``at`` is the value of the varied input; ``radius`` the

@@ -384,7 +384,7 @@ class CaseAnalysis:
                     signs.append(((nodes.Name(name), nodes.Number(limit)), sign))
         return not possible(signs, branch.values)
 
-    def told(self, branch: Branch) -> tuple[nodes.Comparison, ...]:
+    def independent_assumptions(self, branch: Branch) -> tuple[nodes.Comparison, ...]:
         """The assumed comparisons of a branch, without those that follow from the others."""
         left = dict(branch.signs)
         for pair, sign in branch.signs.items():

@@ -50,12 +50,12 @@ class Mistake(NamedTuple):
         if not self.near:
             return self.cure.format(**groups)
         word = groups["at"].lower()
-        near = told()["idioms"].get(word) or closest(word, self.near)
+        near = contents()["idioms"].get(word) or closest(word, self.near)
         return f"write {near}" if near else None
 
 
 @cache
-def told() -> dict[str, Any]:
+def contents() -> dict[str, Any]:
     """The contents of ``mistakes.toml``."""
     with open(os.path.join(os.path.dirname(__file__), "mistakes.toml"), "rb") as file:
         return tomllib.load(file)
@@ -65,7 +65,7 @@ def told() -> dict[str, Any]:
 def _table() -> list[Mistake]:
     """The mistakes with their patterns, compiled."""
     functions = "|".join(name for name, row in TABLE.items() if row.arguments)
-    parts = told()["parts"] | {"FUNCTIONS": functions, "PROPERTIES": "|".join(PROPERTIES)}
+    parts = contents()["parts"] | {"FUNCTIONS": functions, "PROPERTIES": "|".join(PROPERTIES)}
 
     def written(pattern: str) -> str:
         return re.sub(r"<([A-Z]+)>", lambda found: written(parts[found[1]]), pattern)
@@ -75,7 +75,7 @@ def _table() -> list[Mistake]:
         flags = re.IGNORECASE | (re.DOTALL if _MARK in pattern else 0)
         return Mistake(**row | {"pattern": re.compile(pattern, flags)})
 
-    return [*map(made, told()["mistake"])]
+    return [*map(made, contents()["mistake"])]
 
 
 _MARK = "\ue000"
@@ -135,7 +135,7 @@ class Stop:
 def explain_line(source: Source, line: Line, place: int, kind: str) -> Diagnosis:
     """The most helpful diagnosis of a line of a ``kind`` that cannot be read beyond a place."""
     stop = Stop(source, line, place)
-    if kind in told()["heads"]:
+    if kind in contents()["heads"]:
         return _wrong_head(stop, kind)
     if kind == "mark" and "(" not in stop.before and len(_WORD.findall(stop.before)) < 4:
         return _misshapen(stop)
@@ -164,7 +164,7 @@ _QUOTED = re.compile(r'\[[^\[\]\n]*\]|"[^"\n]*"')
 @cache
 def _signs() -> dict[str, str]:
     """What to write instead of a character."""
-    return {one: cure for alike, cure in told()["characters"].items() for one in alike}
+    return {one: cure for alike, cure in contents()["characters"].items() for one in alike}
 
 
 def strange_characters(source: Source, line: Line) -> Iterator[Diagnosis]:
@@ -175,13 +175,13 @@ def strange_characters(source: Source, line: Line) -> Iterator[Diagnosis]:
     if not _STRANGE.search(line.code):
         return
     code = _QUOTED.sub(lambda found: " " * len(found.group()), line.code)
-    told = set()
+    seen = set()
     for place, character in enumerate(code, line.start):
         if not _STRANGE.match(character) or character in _ALLOWED or _is_letter(character):
             continue
         cure = _replacement(character)
-        if cure not in told:
-            told.add(cure)
+        if cure not in seen:
+            seen.add(cure)
             name = unicodedata.name(character, "").lower() or f"U+{ord(character):04X}"
             shown = f"{character} ({name})" if character.isprintable() else name
             note = f"write {cure}" if cure else "remove it, or put it into a comment"
@@ -218,7 +218,7 @@ SECTIONS = ("variables", "rules", "units", "function", "parameters", "use", "fig
 
 def _wrong_head(stop: Stop, kind: str) -> Diagnosis:
     """The mistake in a ``use``, ``function``, ``parameters`` or ``figure`` line."""
-    source, line, note = stop.source, stop.line, told()["heads"][kind]
+    source, line, note = stop.source, stop.line, contents()["heads"][kind]
     if kind == "use" and (line.comment is not None or '"' in line.code):
         start = max(source.text.rfind('"', line.start, line.end + 2), line.start)
         place = Span(source, start, start + 1)

@@ -151,7 +151,7 @@ class _Reading:
         if word == "parameters":
             if self.section != _SKIPPED:
                 self._parameters(line)
-        elif (planned := mistakes.told()["planned"].get(word)) is not None:
+        elif (planned := mistakes.contents()["planned"].get(word)) is not None:
             self._place_comments()
             self.section = _SKIPPED
             message = f"{planned['name']} not supported yet"

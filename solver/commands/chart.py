@@ -24,7 +24,7 @@ from rulesheets.syntax import escaped
 from solver.commands import Command, Option, Request, add_input_options, read_request
 from solver.commands.over import read_approach, read_axes
 from solver.derivatives.linearization import DIGITS, linearize, sharpened
-from solver.facts import FALSE, Mark, Status, Unsolved
+from solver.facts import FALSE, Measurement, Status, Unsolved
 from solver.files import csv_text, write_file
 from solver.kernel.block import BlockKernel
 from solver.numerics.newton import METHODS, Jacobian, Residual, ScipyRoot, System, scipy_root
@@ -56,7 +56,7 @@ Method: TypeAlias = tuple[str, float | None, Callable[[], Ended]]
 """A family, its own tolerance, and a run."""
 
 
-def measure(asked: Request, name: str | None = None, numbers: Sequence[float] = ()) -> Iterator[Mark]:
+def measure(asked: Request, name: str | None = None, numbers: Sequence[float] = ()) -> Iterator[Measurement]:
     """Measure every method at one set of inputs, or at each of the ``numbers`` of the input ``name``.
 
     Every answer is a reference state, the primary one first. If the sheet has no regular answer nothing is
@@ -77,10 +77,10 @@ def measure(asked: Request, name: str | None = None, numbers: Sequence[float] = 
             plan = plan or prepare(asked.model, names, want, given, asked.guesses)
             others = _others(plan, exact[0], before, result.inputs)
             for method in (*_ours(plan, given, result.inputs), *others):
-                yield _mark(plan, exact, method, number)
+                yield _measured(plan, exact, method, number)
             before = exact[0]
         elif names:
-            yield Mark(OURS, OURS, None, str(result.status), math.nan, None, seconds, number)
+            yield Measurement(OURS, OURS, None, str(result.status), math.nan, None, seconds, number)
 
 
 def exact_state(model: Model, values: Mapping[str, Value], inputs: Mapping[str, Value]) -> Exact | None:
@@ -152,7 +152,7 @@ def plain_newton(
     return ScipyRoot(tuple(x.tolist()), short, used)
 
 
-def _mark(plan: Plan, states: Sequence[Exact], method: Method, at: float | None) -> Mark:
+def _measured(plan: Plan, states: Sequence[Exact], method: Method, at: float | None) -> Measurement:
     """A method with its largest relative error over the wanted variables, against the nearest state."""
     mp, turn = context(DIGITS), planner(plan.model).graph.turn
     names = [name for name in plan.want if all(name in block.unknowns for block, _ in states)]
@@ -174,7 +174,7 @@ def _mark(plan: Plan, states: Sequence[Exact], method: Method, at: float | None)
     told = family if tolerance is None else f"{family} to {tolerance:.0e}"
     runs = 1 + min(199, int(max(2.0, 0.02 / Timer(run).timeit(1))))
     seconds, radius = min(Timer(run).repeat(runs, 1)), max(radii, default=None)
-    return Mark(told, family, tolerance, status, error, iterations, seconds, at, radius)
+    return Measurement(told, family, tolerance, status, error, iterations, seconds, at, radius)
 
 
 # --- the command ---
@@ -182,7 +182,7 @@ def _mark(plan: Plan, states: Sequence[Exact], method: Method, at: float | None)
 COLUMNS = ("method", "tolerance", "at", "status", "error", "iterations", "seconds", "radius")
 
 
-def chart_table(marks: Sequence[Mark]) -> str:
+def chart_table(marks: Sequence[Measurement]) -> str:
     """A line for each method, at one set of inputs."""
     rows = []
     for mark in marks:
@@ -191,7 +191,7 @@ def chart_table(marks: Sequence[Mark]) -> str:
     return table(("Method", "Status", "Error", "Radius", "Iterations", "µs"), rows)
 
 
-def stability_table(marks: Sequence[Mark], name: str) -> str:
+def stability_table(marks: Sequence[Measurement], name: str) -> str:
     """A line for each method: values solved, largest error, and median time."""
     rows = []
     for method in dict.fromkeys(mark.method for mark in marks):
@@ -210,14 +210,14 @@ def _short(error: float | None) -> str:
     return "" if error is None or math.isnan(error) else f"{error:.0e}" if error else "0"
 
 
-def chart_csv(marks: Iterable[Mark]) -> str:
+def chart_csv(marks: Iterable[Measurement]) -> str:
     """A line for each measurement, all digits; missing values are empty."""
     rows = ({**m._asdict(), "error": None if math.isnan(m.error) else m.error} for m in marks)
     return csv_text([COLUMNS, *([row[column] for column in COLUMNS] for row in rows)])
 
 
 def _picture(
-    marks: Sequence[Mark], model: Model, name: str | None, distances: Mapping[float, float], form: str
+    marks: Sequence[Measurement], model: Model, name: str | None, distances: Mapping[float, float], form: str
 ) -> bytes:
     """The chart at one set of inputs, over the input ``name``, or over the ``distances`` from its limit."""
     from solver.pictures.page import encode

@@ -136,7 +136,7 @@ def sensitivities(
         if near is None or not lost:
             continue
         # limits of the derivatives from both sides, where the rules at the point itself tell nothing
-        after, before = (one_sided(model, values, inputs, lost, given, way, near) for way in (1, -1))
+        after, before = (one_sided(model, values, inputs, lost, given, side, near) for side in (1, -1))
         for output in (output for output in lost if output in after and output in before):
             sides = after[output], before[output]
             reason = reasons.pop((output, given))
@@ -223,10 +223,10 @@ def one_sided(
     inputs: Mapping[str, Value],
     outputs: Sequence[str],
     given: str,
-    way: int,
+    side: int,
     near: Near,
 ) -> dict[str, float]:
-    """Limits of the derivatives by ``given`` from above (``way`` 1) or below (-1), if there are any.
+    """Limits of the derivatives by ``given`` from above (``side`` 1) or below (-1), if there are any.
 
     An output that is not continuous there has none; without answers on that side nothing has.
     """
@@ -238,7 +238,7 @@ def one_sided(
     slopes: dict[str, list[Extended]] = {output: [] for output in outputs}
     levels: dict[str, list[Extended]] = {output: [] for output in outputs}
     for k in range(NODES):
-        moved = {**inputs, given: middle + way * reach * 2.0**-k}
+        moved = {**inputs, given: middle + side * reach * 2.0**-k}
         answer = near(moved, guesses)
         if answer is None:
             return {}

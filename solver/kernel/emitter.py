@@ -422,16 +422,16 @@ class SparseSystem:
     @cached_property
     def _explicit(self) -> list[tuple[Callable[..., Any], NDArray[np.intp], NDArray[np.intp], Array]]:
         """Functions of arrays with the unknowns that they give, in an order of evaluation."""
-        telling = [shape for shape in self.shapes if shape.told]
-        across = [shape.places.T.tolist() for shape in telling]
+        giving = [shape for shape in self.shapes if shape.explicit]
+        across = [shape.places.T.tolist() for shape in giving]
         rules: dict[int, tuple[int, int, int]] = {}
-        members = ((place, j, m) for j, s in enumerate(telling) for m, place in enumerate(s.rows.tolist()))
+        members = ((place, j, m) for j, s in enumerate(giving) for m, place in enumerate(s.rows.tolist()))
         for _, j, member in sorted(members):
-            for side, k in telling[j].told.items():
+            for side, k in giving[j].explicit.items():
                 if (target := across[j][member][k]) < self.n and target not in rules:
                     rules[target] = j, side, member
                     break
-        read = [{side: _read(shape.sides[1 - side]) for side in shape.told} for shape in telling]
+        read = [{side: _read(shape.sides[1 - side]) for side in shape.explicit} for shape in giving]
         needed = {
             target: [i for k in read[j][side] if (i := across[j][member][k]) in rules]
             for target, (j, side, member) in rules.items()
@@ -446,10 +446,10 @@ class SparseSystem:
             for target in (ready := order.get_ready()):
                 groups.setdefault(rules[target][:2], []).append(target)
             for (j, side), targets in groups.items():
-                shape, mine = telling[j], [rules[target][2] for target in targets]
-                told = np.array(targets, dtype=np.intp)
+                shape, mine = giving[j], [rules[target][2] for target in targets]
+                owners = np.array(targets, dtype=np.intp)
                 other = shape.compiled([shape.sides[1 - side]])
-                found.append((other, told, shape.places[:, mine], shape.numbers[:, mine]))
+                found.append((other, owners, shape.places[:, mine], shape.numbers[:, mine]))
             order.done(*ready)
         return found
 
@@ -470,7 +470,7 @@ class SparseSystem:
 
 class _Shape:
     """A family as one function of arrays; ``places`` (k, m) of its names among unknowns and known ones.
-    ``told`` are its sides that are a single name (0: the left one), with the place of that name."""
+    ``explicit`` are its sides that are a single name (0: the left one), with the place of that name."""
 
     def __init__(self, family: Family, places: NDArray[np.intp], n: int) -> None:
         self.rows, self.places, self.numbers = family.places, places, family.numbers
@@ -478,7 +478,7 @@ class _Shape:
         self.sides = shape.left, shape.right
         self.form = subtract(*self.sides)
         alone = {k: _read(side) for k, side in enumerate(self.sides) if isinstance(side, Name)}
-        self.told = {k: read[0] for k, read in alone.items() if read}
+        self.explicit = {k: read[0] for k, read in alone.items() if read}
         self.compile(n)
 
     def compile(self, n: int) -> None:
@@ -501,7 +501,7 @@ class _Shape:
         """Another form with the same numbers, in other rows, of names at other places among n unknowns."""
         other = copy(self)
         other.__dict__.pop("divisors", None)
-        other.form, other.rows, other.places, other.told = form, rows, places, {}
+        other.form, other.rows, other.places, other.explicit = form, rows, places, {}
         other.compile(n)
         return other
 

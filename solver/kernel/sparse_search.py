@@ -112,7 +112,7 @@ def _is_trivial(problem: BlockProblem, answer: Answer) -> bool:
 def _arrived(problem: BlockProblem, begin: Start) -> SparseRoot:
     """The end of Newton's method from a start, on the rules as they are or as ``begin`` changes them."""
     assert problem.sparse is not None
-    (start, sizes, positive, told, limit, tangents, lifting), plain = begin, problem.sparse
+    (start, sizes, positive, explicit, limit, tangents, lifting), plain = begin, problem.sparse
     if lifting is not None:
         lifted = lifting.start(start)
         wide = None if sizes is None else np.concatenate([sizes, lifted[len(sizes) :]])
@@ -120,11 +120,11 @@ def _arrived(problem: BlockProblem, begin: Start) -> SparseRoot:
         here = root._replace(x=root.x[: len(start)])
         return sparse_newton(*plain, here.x, sizes) if root.converged else here
     functions = plain if tangents is None else tangents.system.at(problem.known)
-    root = sparse_newton(*functions, start, sizes, positive, told=told, limit=limit)
+    root = sparse_newton(*functions, start, sizes, positive, explicit=explicit, limit=limit)
     for _ in range(ITERATIONS if tangents is not None else 0):
         if not root.converged or tangents is None or tangents.touch(root.x):
             break  # else some exponential is still far above its tangent
-        root = sparse_newton(*functions, root.x, sizes, positive, told=told, limit=limit)
+        root = sparse_newton(*functions, root.x, sizes, positive, explicit=explicit, limit=limit)
     if tangents is not None and root.converged and tangents.cancels:
         polished = sparse_newton(*plain, root.x, sizes)  # the digits that tangents lose
         root = root._replace(x=polished.x) if polished.converged else root
@@ -168,7 +168,7 @@ class Start(NamedTuple):
     x: Array
     sizes: Array | None
     positive: bool = False
-    told: Map = itself
+    explicit: Map = itself
     limit: float | None = None
     tangents: Tangents | None = None
     lifting: Lifting | None = None
@@ -185,18 +185,18 @@ def _sparse_starts(problem: BlockProblem) -> Iterator[Start]:
     names, guesses, system = problem.unknowns, problem.guesses, problem.kernel.sparse
     low, high = np.array([(v.low, v.high) for v in problem.variables]).T
 
-    def told(x: Array) -> Array:
+    def explicit(x: Array) -> Array:
         return np.clip(x if system is None else system.with_explicit(x, problem.known), low, high)
 
     nothing = np.zeros(len(names))
     level = _smooth(problem, nothing)
     nothing = np.clip(nothing if level is None else level, low, high)
-    zero = told(nothing)
+    zero = explicit(nothing)
     if not guesses:
         yield Start(zero, None)
         tangents = None if system is None else Tangents(system, problem.known)
         if tangents is not None and tangents.some:
-            yield Start(nothing, None, told=tangents.follow, limit=math.inf, tangents=tangents)
+            yield Start(nothing, None, explicit=tangents.follow, limit=math.inf, tangents=tangents)
     known = {name: v for name in problem.kernel.known if isinstance(v := problem.here[name], float)}
     turns = np.array([problem.turn(name) or math.nan for name in names])
     guessed, turning = np.abs([guesses.get(name, 0.0) for name in names]), ~np.isnan(turns)
@@ -230,10 +230,10 @@ def _sparse_starts(problem: BlockProblem) -> Iterator[Start]:
         yield Start(inside, sizes, limit=LIMIT, lifting=lifting)
     flat = _smooth(problem, inside)
     if flat is not None:
-        yield Start(told(flat), sizes)
+        yield Start(explicit(flat), sizes)
     if len(names) > FEW:
         beside = [inside] if flat is None else [inside, flat]
-        yield from (Start(start, sizes, told=told) for start in (zero, *beside))
+        yield from (Start(start, sizes, explicit=explicit) for start in (zero, *beside))
         if not turning.any():  # a mechanism has several answers, which starts at random find
             yield from (Start(start, sizes, limit=LIMIT) for start in beside)
 

@@ -60,17 +60,17 @@ def sparse_newton(
     start: Array,
     sizes: Array | None = None,
     positive: bool = False,
-    told: Map = itself,
+    explicit: Map = itself,
     limit: float | None = None,
 ) -> SparseRoot:
     """Search a root of F: Rⁿ → Rⁿ from ``start`` (n,) with typical magnitudes ``sizes`` (n,).
 
     Without sizes the first step, to where the linearised equations hold, gives them. ``positive``: unknowns
-    that are positive stay so. ``told`` (n,) → (n,) replaces unknowns that equations give explicitly:
+    that are positive stay so. ``explicit`` (n,) → (n,) replaces unknowns that equations give explicitly:
     Newton's method on the reduced system. With a ``limit`` the step of each unknown is cut to that share of
     its size, and corrections need not become shorter.
     """
-    x = told(start)
+    x = explicit(start)
     f = residual(x)
     if not np.isfinite(f).all():
         return SparseRoot(x, False)
@@ -91,9 +91,9 @@ def sparse_newton(
         if before > STAGNATION:
             alone = max(alone, before) if last == 1.0 and length <= FAST * before < math.inf else 0.0
         if limit is not None:
-            found = _limited(residual, x, step, limit * weight, told)
+            found = _limited(residual, x, step, limit * weight, explicit)
         else:
-            found = _damped(residual, factor, x, step, weight, positive, share, told)
+            found = _damped(residual, factor, x, step, weight, positive, share, explicit)
         if count == 0 and not positive and limit is None and (found is None or found[2] < 1.0):
             found = _twice(residual, jacobian, x + step, weight, length) or found
         if found is not None:
@@ -162,14 +162,14 @@ def _damped(
     weight: Array,
     positive: bool,
     share: float,
-    told: Map,
+    explicit: Map,
 ) -> tuple[Array, Array, float] | None:
     """The point after the longest share of the step, by halves from ``share``, that shortens the correction;
     its residual, and the share."""
     length = _length(step, weight)
     while share >= (SHORTEST_POSITIVE if positive else SHORTEST):
         moved = x + share * step
-        ahead = told(np.where((x > 0.0) & positive, np.maximum(moved, (1.0 - BACKWARDS) * x), moved))
+        ahead = explicit(np.where((x > 0.0) & positive, np.maximum(moved, (1.0 - BACKWARDS) * x), moved))
         there = residual(ahead)
         if np.isfinite(there).all():
             left = _length(factor.solve(there), weight)
@@ -180,7 +180,7 @@ def _damped(
 
 
 def _limited(
-    residual: Callable[[Array], Array], x: Array, step: Array, longest: Array, told: Map
+    residual: Callable[[Array], Array], x: Array, step: Array, longest: Array, explicit: Map
 ) -> tuple[Array, Array, float] | None:
     """The point after a step of which each unknown takes at most its ``longest`` part, as circuit simulators
     limit voltages (L. W. Nagel, *SPICE2*, 1975): an unknown that is led far off does not hold back the
@@ -188,7 +188,7 @@ def _limited(
     share = 1.0
     while share >= SHORTEST:
         part = share * step
-        ahead = told(x + np.clip(part, -longest, longest))
+        ahead = explicit(x + np.clip(part, -longest, longest))
         there = residual(ahead)
         if np.isfinite(there).all():
             return ahead, there, share

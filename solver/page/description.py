@@ -26,7 +26,7 @@ from solver.page import boxes, geometry, handles, needed, outline, turn
 from solver.path import equations_of
 from solver.path.cases import activity, outcomes
 from solver.report.derivation import Derivation, Page
-from solver.report.path import Places, Plain, Tex, rule_text, told
+from solver.report.path import Places, Plain, Tex, rule_text, steps_to_show
 from solver.report.sheet import diagnosis_json, finite
 from solver.solution.solving import Result, solve
 from solver.sweeps.sweep import sweep
@@ -109,7 +109,7 @@ def _rules(result: Result) -> list[dict[str, Any]]:
     known = result.solutions[0] if result.solutions else result.partial
     decided = outcomes(result.model, known, result.inputs)
     place: dict[int, int] = {}
-    for number, step in enumerate(told(result.path), 1):
+    for number, step in enumerate(steps_to_show(result.path), 1):
         for index in equations_of(step):
             if activity(result.model.equations[index], decided):
                 place.setdefault(index, number)

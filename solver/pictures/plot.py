@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.inputs import readable
 from rulesheets.model import Model
-from solver.facts import FALSE, Mark
+from solver.facts import FALSE, Measurement
 from solver.files.tables import Array, Table
 from solver.pictures.page import encode
 
@@ -231,7 +231,7 @@ RING: dict[str, Any] = {"markersize": 9, "mfc": "none", "mec": "#c0392b", "zorde
 CROSS: dict[str, Any] = {"markersize": 4.5, "color": "#111111", "zorder": 5, "marker": "x", "lw": 0}
 
 
-def chart_picture(marks: Sequence[Mark], title: str, label: str = "", towards: bool = False) -> Figure:
+def chart_picture(marks: Sequence[Measurement], title: str, label: str = "", towards: bool = False) -> Figure:
     """Errors over times, a line for each family; or, with a ``label``, both over the values of the input
     that it names (``towards`` its limit), a line for each method, and a cross where a method gave no
     answer."""
@@ -258,7 +258,7 @@ def chart_picture(marks: Sequence[Mark], title: str, label: str = "", towards: b
     return figure
 
 
-def _line(panels: Sequence[Axes], name: str, marks: Sequence[Mark], place: int) -> None:
+def _line(panels: Sequence[Axes], name: str, marks: Sequence[Measurement], place: int) -> None:
     """One line of errors, rings around false answers, bars from errors up to the proved radii.
 
     The first line, our own, is the widest. Over times the first and the last tolerance are labelled.
@@ -285,7 +285,7 @@ def _line(panels: Sequence[Axes], name: str, marks: Sequence[Mark], place: int) 
         errors.annotate(f"to {marks[end].tolerance:.0e}", fontsize=7, color=color, **there)
 
 
-def _framed(axes: Axes, marks: Sequence[Mark], title: str) -> None:
+def _framed(axes: Axes, marks: Sequence[Measurement], title: str) -> None:
     """Axes from rounding to nonsense, the band below one ulp shaded, and a legend."""
     tidy(axes)
     axes.set_title(title, fontsize=10, loc="left", color=INK, parse_math=False)

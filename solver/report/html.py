@@ -17,7 +17,7 @@ from solver.files.tables import Table
 from solver.path import Check, Path, SolveBlock, equations_of, given_by
 from solver.report import SCREEN, table
 from solver.report.derivation import ESCAPED, Derivation, Line, Page, aligned, why_latex
-from solver.report.path import Plain, told
+from solver.report.path import Plain, steps_to_show
 from solver.report.sheet import diagnosis_json, sheet_heads, sheet_rows
 from solver.solution.solving import Result, Samples
 
@@ -249,7 +249,7 @@ def _derivation_grid(derivation: Derivation) -> Grid:
 def _path_grid(path: Path) -> Grid:
     """The steps in order, rules by their numbers in the model."""
     rows = []
-    for number, step in enumerate(told(path), 1):
+    for number, step in enumerate(steps_to_show(path), 1):
         found = ", ".join(given_by(step)) or ("(checks)" if isinstance(step, Check) else "(case by case)")
         together = " together" * isinstance(step, SolveBlock)
         rules = ", ".join(str(index + 1) for index in equations_of(step))

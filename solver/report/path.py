@@ -117,13 +117,13 @@ def path_text(result: Result) -> str:
 def path_table(model: Model, path: Path, first: int = 1) -> str:
     """A line for each step: number, unknowns, number of branches, the rule and its place."""
     places, rows = Places(model), []
-    for number, step in enumerate(told(path), first):
+    for number, step in enumerate(steps_to_show(path), first):
         for place, (found, ways, *rule) in enumerate(_rows(model, places, step)):
             rows.append(("" if place else str(number), found, "" if ways == 1 else str(ways), *rule))
     return table(("Step", "Finds", "Ways", "Place", "By the rule"), rows)
 
 
-def told(path: Path) -> tuple[Step, ...]:
+def steps_to_show(path: Path) -> tuple[Step, ...]:
     """The steps to show: each once, without checks of an equation that was solved with."""
     steps = tuple(dict.fromkeys(path.steps))
     solved = {e for step in steps if not isinstance(step, Check) for e in equations_of(step)}
@@ -212,7 +212,7 @@ def _parts(
     if not question(tree.path):
         lines += _not_reached(tree.path, wanted)
     yield "\n".join(lines)
-    after = first + len(told(tree.path))
+    after = first + len(steps_to_show(tree.path))
     for case in tree.cases:
         yield from _parts(model, case.tree, wanted, (*outcomes, *case.outcomes), after)
 

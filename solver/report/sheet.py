@@ -148,7 +148,7 @@ def result_json(
 
     ``also`` are further members, put at its end.
     """
-    from solver.report.path import told
+    from solver.report.path import steps_to_show
 
     variables, (rows, _) = result.model.variables, named(result)
     names = [name for name in variables if explain or name in rows]
@@ -168,7 +168,7 @@ def result_json(
         "complete": result.complete,
         "undetermined": list(result.undetermined),
         "diagnoses": [diagnosis_json(diagnosis) for diagnosis in result.diagnoses],
-        "path": [_step(result.model, step) for step in told(result.path)],
+        "path": [_step(result.model, step) for step in steps_to_show(result.path)],
         **({"units": units} if units else {}),
         **(also or {}),
     }
@@ -240,7 +240,7 @@ def attempts_text(result: Result) -> str:
     for block, attempts in result.attempts.items():
         names = few(block.unknowns, NAMED)
         for place, attempt in enumerate(attempts):
-            method = attempt.method.told.format(tear=", ".join(block.tears))
+            method = attempt.method.description.format(tear=", ".join(block.tears))
             if attempt.iterations:
                 method += f", {plural(attempt.iterations, 'iteration')}"
             found = plural(attempt.found, "answer") if attempt.found else "nothing"

@@ -265,8 +265,8 @@ def _uncovered(model: Model, found: Exploration, inputs: Mapping[str, Value]) ->
     why = (fact for leaf in leaves for fact in leaf.branch.reasons)
     if any(isinstance(fact, facts.AsksNothing | facts.RankLoss) for fact in why):
         return ()
-    told = CaseAnalysis(model, inputs).told
-    return tuple(facts.Uncovered(told(leaf.branch), leaf.missing) for leaf in leaves)
+    assumed = CaseAnalysis(model, inputs).independent_assumptions
+    return tuple(facts.Uncovered(assumed(leaf.branch), leaf.missing) for leaf in leaves)
 
 
 def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> Sequence[Leaf]:

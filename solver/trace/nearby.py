@@ -72,11 +72,11 @@ class Nearby:
 
     def move(self, numbers: Numbers) -> None:
         """Record numbers outside of the box, and move it to them after enough of these."""
-        told = self.box.told if self.box else 0
+        uses = self.box.uses if self.box else 0
         self._missed += 1
-        if told + self._missed < self._price:
+        if uses + self._missed < self._price:
             return
-        self._price = PRICE if told >= PRICE else 4 * self._price
+        self._price = PRICE if uses >= PRICE else 4 * self._price
         self._missed = 0
         self._lay(numbers)
 
@@ -108,7 +108,7 @@ class Nearby:
             alone = self.program._replace(endings=(ending,), order=UNORDERED, box=box)
             self._alone[key] = box, compile_scalar(simplified(alone))
         self.box, self.call = self._alone[key]
-        self.box.ends, self.box.told = ends, 0
+        self.box.ends, self.box.uses = ends, 0
 
     def _is_nearer(self, place: int, other: int, here: Rows) -> int:
         """The condition that the sizes of one answer are so much nearer to the suggested ones than those of

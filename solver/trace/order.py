@@ -148,21 +148,21 @@ Ends: TypeAlias = tuple[tuple[int, float, float], ...]
 
 
 class Order(NamedTuple):
-    """The order of answers: by ``keys``, up to the parts that ``told`` needs to distinguish them.
+    """The order of answers: by ``keys``, under ``conditions`` that make these decide.
 
     If the nodes of ``usual`` lie between their ends the answers are in the order of the sample, whatever the
     keys are, and if those of ``first`` do the first one is the first.
     """
 
     keys: tuple[tuple[int, ...], ...] = ()
-    told: tuple[int, ...] = ()
+    conditions: tuple[int, ...] = ()
     usual: Ends = ()
     first: Ends = ()
 
     @property
     def nodes(self) -> tuple[int, ...]:
         """Every node that is read to sort the answers."""
-        return (*self.told, *(n for key in self.keys for n in key), *(n for n, _, _ in self.usual))
+        return (*self.conditions, *(n for key in self.keys for n in key), *(n for n, _, _ in self.usual))
 
 
 UNORDERED = Order()

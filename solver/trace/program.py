@@ -31,10 +31,10 @@ class Ending(NamedTuple):
 
 @dataclass(slots=True)
 class Box:
-    """Ranges of the numeric inputs: the ends of each. ``told`` counts the answers given there."""
+    """Ranges of the numeric inputs: the ends of each. ``uses`` counts the answers given there."""
 
     ends: tuple[float, ...]
-    told: int = 0
+    uses: int = 0
 
 
 class Program(NamedTuple):
@@ -134,7 +134,7 @@ def every(program: Program, in_order: bool, quick: bool) -> AllAnswers:
         tuple(flow.constant(float(w.index(str(r)))) if w else int(r) for r, w in pair) for pair in pairs
     ]
     if in_order:
-        holds = flow.over("and", (holds, *order.told))
+        holds = flow.over("and", (holds, *order.conditions))
         rows = (row + key for row, key in zip(places, order.keys, strict=True))
         places = _sorted(flow, rows, len(symbols))
     return AllAnswers(places, tuple(_once(flow, places)), symbols, holds)
@@ -241,7 +241,7 @@ class _Simplification:
             for ending in old.endings
         )
         keys = tuple(tuple(self.nodes[n] for n in key) for key in order.keys)
-        asked = tuple(self.nodes[n] for n in order.told if self.nodes[n] != self.flow.true)
+        asked = tuple(self.nodes[n] for n in order.conditions if self.nodes[n] != self.flow.true)
         usual = tuple((self.nodes[n], low, high) for n, low, high in order.usual)
         return old._replace(endings=endings, order=Order(keys, asked, usual))
 

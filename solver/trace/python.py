@@ -175,7 +175,7 @@ class _Writer:
         else:
             row = self._row(program.endings[0])
             if program.box is not None:
-                self._line("box.told += 1")
+                self._line("box.uses += 1")
             self._line(f"return [{row}]" if self.all_answers else f"return {row}")
         body = "\n".join(self.lines)
         given = ", ".join([*arguments, "*more", "**named"])
@@ -228,7 +228,7 @@ class _Writer:
         if not order.keys:
             self._line("break")
             return
-        self._require(order.told)
+        self._require(order.conditions)
         keys = [f"({''.join(self.text(n) + ', ' for n in key)})" for key in order.keys]
         pairs = ", ".join(f"({key}, {place})" for place, key in enumerate(keys))
         if self.all_answers:

@@ -17,7 +17,7 @@ import solver
 from solver.__main__ import main
 from solver.commands import Request
 from solver.commands.chart import COLUMNS, chart_csv, exact_state, measure, plain_newton, stability_table
-from solver.facts import Mark
+from solver.facts import Measurement
 from solver.numerics.linear_algebra import eliminate
 from solver.numerics.newton import METHODS, scipy_root
 from solver.pictures.plot import chart_picture
@@ -34,7 +34,7 @@ def crank() -> rulesheets.Model:
 
 
 @pytest.fixture(scope="module")
-def marks(crank: rulesheets.Model) -> tuple[Mark, ...]:
+def marks(crank: rulesheets.Model) -> tuple[Measurement, ...]:
     return tuple(measure(Request(crank, {}, {}, None)))
 
 
@@ -49,7 +49,7 @@ def test_the_reference_is_right_to_fifty_digits(crank: rulesheets.Model) -> None
             assert abs(state[name] / exact[name] - 1) < mpmath.mpf(10) ** -47
 
 
-def test_every_method_is_measured(marks: tuple[Mark, ...]) -> None:
+def test_every_method_is_measured(marks: tuple[Measurement, ...]) -> None:
     families = {mark.family for mark in marks}
     scipy = {f"scipy {method}" for method in METHODS}
     ours = {"backsolve", "backsolve, prepared", "backsolve, proved"}
@@ -61,7 +61,7 @@ def test_every_method_is_measured(marks: tuple[Mark, ...]) -> None:
     assert all(mark.error < 1e-15 for mark in marks if mark.family in ours)
 
 
-def test_the_proof_tells_the_radius_of_its_numbers(marks: tuple[Mark, ...]) -> None:
+def test_the_proof_tells_the_radius_of_its_numbers(marks: tuple[Measurement, ...]) -> None:
     (proof,) = (mark for mark in marks if mark.family == "backsolve, proved")
     assert proof.radius is not None
     assert proof.error <= proof.radius <= 2.0**-52
@@ -116,15 +116,15 @@ def test_plain_newton_ends_at_its_tolerance(tolerance: float) -> None:
     assert not lost.success
 
 
-def test_pictures_hold_every_method(marks: tuple[Mark, ...]) -> None:
+def test_pictures_hold_every_method(marks: tuple[Measurement, ...]) -> None:
     (axes,) = chart_picture(marks, "crank").axes
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
     assert {"backsolve", "Newton", "scipy hybr"} <= set(labels)
     points = [
-        Mark("backsolve", "backsolve", None, "solved", 1e-16, None, 1e-6, 0.1),
-        Mark("backsolve", "backsolve", None, "singular", math.nan, None, 1e-6, 0.01),
-        Mark("scipy lm", "scipy lm", None, "false", 0.5, 7, 1e-4, 0.1),
-        Mark("scipy lm", "scipy lm", None, "no convergence", math.nan, 70, 1e-4, 0.01),
+        Measurement("backsolve", "backsolve", None, "solved", 1e-16, None, 1e-6, 0.1),
+        Measurement("backsolve", "backsolve", None, "singular", math.nan, None, 1e-6, 0.01),
+        Measurement("scipy lm", "scipy lm", None, "false", 0.5, 7, 1e-4, 0.1),
+        Measurement("scipy lm", "scipy lm", None, "no convergence", math.nan, 70, 1e-4, 0.01),
     ]
     errors, times = chart_picture(points, "crank", "x", towards=True).axes
     crosses = [line.get_xydata().tolist() for line in times.lines if line.get_marker() == "x"]

@@ -46,9 +46,9 @@ def test_others_are_not_followed_next_to_the_sample() -> None:
     plan(5.0)
     plan(5.001)
     near = plan.records._nearby[plan.records.useful]
-    told = near.box.told
+    told = near.box.uses
     assert plan(5.002) == plan.all(5.002)[0]
-    assert near.box.told == told + 1
+    assert near.box.uses == told + 1
 
 
 def test_numbers_far_away_come_to_a_box_of_their_own() -> None:
@@ -119,4 +119,4 @@ def test_answers_that_sizes_alone_tell_apart_are_compared_at_every_call() -> Non
         near = [number * (1 + 2e-4 * draw.uniform(-1, 1)) for number in asked.given.values()]
         assert plan(*near) == plan.all(*near)[0]
     near = plan.records._nearby[plan.records.useful]
-    assert near.call is not None and near.box.told
+    assert near.call is not None and near.box.uses
