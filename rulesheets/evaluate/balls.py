@@ -1,7 +1,8 @@
-"""Expressions and functions on balls: rigorous enclosures to any precision, by Arb (imported here only).
+"""Expressions and functions on balls: rigorous enclosures to any precision, by Arb (imported only here).
 
 A ball is a middle and a radius that holds the exact value (F. Johansson, IEEE Trans. Computers 66 (2017)
-1281–1292). Outside its domain a function gives a ball that is not finite."""
+1281–1292). Outside its domain a function gives a ball that is not finite.
+"""
 
 from __future__ import annotations
 
@@ -36,12 +37,12 @@ def ball(number: Any) -> Ball:
 
 
 def exact_ball(number: Fraction) -> Ball:
-    """A ball around a rational number; without a radius where it has a short binary form."""
+    """A ball around a rational number; without a radius if it has a short binary form."""
     return arb(number.numerator) / arb(number.denominator)
 
 
 def exact_fraction(number: Ball) -> Fraction | None:
-    """The number that a ball without a radius is; None of any other."""
+    """The number of a ball without a radius; None for any other."""
     if not (number.is_exact() and number.is_finite()):
         return None
     mantissa, exponent = number.mid().man_exp()
@@ -64,7 +65,7 @@ def whole_power(base: Ball, exponent: int) -> Ball:
 def preconditioned(
     jacobian: Sequence[Sequence[Ball]], centre: Sequence[Sequence[Ball]], residual: Sequence[Ball]
 ) -> tuple[list[list[Ball]], list[Ball]] | None:
-    """I − Y J and Y F, for Y next to the inverse of the middle of ``centre``; None where that is singular."""
+    """I − Y J and Y F, for Y close to the inverse of the middle of ``centre``; None if that is singular."""
     try:
         rough = arb_mat(centre).mid().inv().mid()
     except ZeroDivisionError:
@@ -76,7 +77,7 @@ def preconditioned(
 def solved(matrix: Sequence[Sequence[Ball]], rhs: Sequence[Ball]) -> list[Ball]:
     """x (n,) with A x = b, for every A (n, n) and b (n,) in the balls.
 
-    Raises ZeroDivisionError where an A may be singular.
+    Raises ZeroDivisionError if an A may be singular.
     """
     found: list[Ball] = arb_mat(matrix).solve(arb_mat([[b] for b in rhs])).entries()
     return found
@@ -99,7 +100,7 @@ FUNCTIONS = Forms(TABLE, _form)
 def enclosing_ball(expression: Expression, balls: Mapping[str, Ball]) -> Ball:
     """A ball that holds every value of ``expression`` over the ``balls`` of its variables.
 
-    Raises Undefined where it may not be defined everywhere, KeyError for a variable without a ball.
+    Raises Undefined if it may not be defined everywhere, KeyError for a variable without a ball.
     """
     return Balls(balls).of(expression)
 
@@ -136,7 +137,7 @@ def _defined(result: Ball, operation: str, expression: Expression) -> Ball:
 
 
 def jumps(expressions: Iterable[Expression], unknowns: Collection[str]) -> tuple[Call, ...]:
-    """The calls in expressions of functions that jump, with an unknown in their arguments."""
+    """The calls in expressions of functions with jumps, with an unknown in their arguments."""
     calls = (part for one in expressions for part in walk(one) if isinstance(part, Call))
     found = (c for c in calls if TABLE[c.function].steady and not set(unknowns).isdisjoint(names(c)))
     return tuple(dict.fromkeys(found))

@@ -28,7 +28,7 @@ def context(digits: int) -> Any:
 def functions(digits: int) -> Mapping[str, Callable[..., Extended]]:
     """A function of mpmath numbers for every row of ``TABLE``.
 
-    Outside its domain, or without a form in many digits, one raises ValueError or ZeroDivisionError.
+    Outside its domain, or without a form in many digits, it raises ValueError or ZeroDivisionError.
     """
     return _of_thread(get_ident(), digits)[1]
 
@@ -84,8 +84,8 @@ MOST_BITS = 100_000
 def extended(expression: Expression, values: ExtendedValues, digits: int = 50) -> Extended:
     """The value of ``expression`` computed with ``digits`` decimal digits, an mpmath number.
 
-    Floats, those of the expression included, are taken as the exact numbers that they are.
-    Raises Undefined where an operation has no real value, KeyError for a variable without one.
+    Floats, also in the expression, are taken as exact binary numbers. Raises Undefined if an
+    operation has no real value, KeyError for a variable without one.
     """
     return Digits(values, digits).of(expression)
 
@@ -93,10 +93,10 @@ def extended(expression: Expression, values: ExtendedValues, digits: int = 50) -
 def extended_derivatives(
     expression: Expression, values: ExtendedValues, digits: int, along: Collection[str] | None = None
 ) -> tuple[Extended, dict[str, Extended]]:
-    """Value and partial derivatives by every variable in the expression, or by those ``along`` which it is
-    asked, with ``digits`` decimal digits.
+    """Value and partial derivatives by every variable in the expression, or by those in ``along``, with
+    ``digits`` decimal digits.
 
-    Raises Undefined where the expression or one of these slopes has no real value, KeyError for a variable
+    Raises Undefined if the expression or one of these slopes has no real value, KeyError for a variable
     without one.
     """
     traced = TracedDigits(Digits(values, digits), along)
@@ -105,7 +105,7 @@ def extended_derivatives(
 
 
 def in_many_digits(expression: Expression) -> bool:
-    """Whether every function in it is known to more digits than those of floats."""
+    """Whether every function in it has a form in many digits."""
     calls = (part for part in walk(expression) if isinstance(part, Call))
     return all(TABLE[call.function].digits or TABLE[call.function].definition for call in calls)
 
@@ -153,7 +153,7 @@ class Digits(Arithmetic[Extended]):
 
 
 class TracedDigits(Traced[Extended]):
-    """Parts in many digits; variables beside those ``along`` which slopes are asked are numbers."""
+    """Parts in many digits; variables that are not in ``along`` are numbers."""
 
     numbers: Digits
     rounds = False
@@ -188,9 +188,10 @@ _SHARES = ((1.0, 0.7, 1.3, 0.9, 1.1), (0.6, -1.2, 0.8, -0.7, 1.4), (-0.9, 1.1, 0
 
 
 class Indeterminate(NamedTuple):
-    """A part of an expression that has no value at a point, and takes one of the ``form`` 0/0 there.
+    """A part of an expression that has the ``form`` 0/0 at a point, and no value.
 
-    ``limit`` is its two-sided limit, None where it has none; ``is_open``: it depends on what has no value.
+    ``limit`` is its two-sided limit, None if there is none; ``is_open``: it depends on an unknown without
+    a value.
     """
 
     part: Expression
@@ -200,7 +201,7 @@ class Indeterminate(NamedTuple):
 
 
 def indeterminate(expression: Expression, values: Mapping[str, float | str]) -> Indeterminate | None:
-    """The innermost part of an expression that is indeterminate at the values, whatever the others are."""
+    """The innermost part of an expression that is indeterminate at the values, for any others."""
     found = _indeterminate(expression, values)
     unknown = [name for name in dict.fromkeys(names(expression)) if name not in values]
     if found is not None or not unknown:
@@ -231,7 +232,7 @@ def _indeterminate(expression: Expression, values: Mapping[str, float | str]) ->
 
 
 def _undefined(expression: Expression, values: Mapping[str, float | str]) -> Iterator[tuple[Expression, ...]]:
-    """Parts that have no value though their own parts have, each with all that it stands in, inside out."""
+    """Parts without a value all of whose own parts have one, each with all parts around it, inside out."""
     stack: list[tuple[Expression, ...]] = [(expression,)]
     while stack:
         chain = stack.pop()
@@ -260,7 +261,7 @@ def _has_value(part: Expression, values: Mapping[str, float | str]) -> bool:
 
 
 def vanishes(part: Expression, values: Mapping[str, float | str]) -> bool:
-    """Whether a part is 0 to as many digits as are looked at."""
+    """Whether a part is 0 to all digits considered."""
     try:
         return not extended(part, values, 50) and not extended(part, values, 100)
     except Undefined:
@@ -268,10 +269,10 @@ def vanishes(part: Expression, values: Mapping[str, float | str]) -> bool:
 
 
 def limit(expression: Expression, values: Mapping[str, float | str]) -> float | None:
-    """The two-sided limit at a point, along every line through it; None where there is none.
+    """The two-sided limit at a point, along every line through it; None if there is none.
 
     The expression is evaluated in many digits on both sides of the point along several lines, at two
-    distances of which one is the square of the other. Only what all of these agree on is a limit.
+    distances of which one is the square of the other. Only a value on which all agree is a limit.
     """
     moving = [name for name in dict.fromkeys(names(expression)) if not isinstance(values[name], str)]
     lines = [{n: shares[k % 5] for k, n in enumerate(moving)} for shares in _SHARES]
@@ -284,7 +285,7 @@ def limit(expression: Expression, values: Mapping[str, float | str]) -> float | 
 def _common(
     expression: Expression, values: Mapping[str, float | str], lines: Sequence[Mapping[str, float]]
 ) -> float | None:
-    """The limit that both sides of all lines agree on. Raises Undefined where one has no value."""
+    """The common limit on both sides of all lines. Raises Undefined if one has no value."""
     sides = [(line, side) for line in lines for side in (1, -1)]
     far, near = (
         [extended(expression, beside(values, line, side * distance), DIGITS) for line, side in sides]

@@ -1,4 +1,4 @@
-"""Functions to many digits that mpmath lacks, or has otherwise: of a context ``mp`` and its numbers."""
+"""Functions in many digits that mpmath lacks, or defines differently; ``mp`` is a context."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def atan2(mp: Any, y: Extended, x: Extended) -> Extended:
 
 
 def atan2d(mp: Any, y: Extended, x: Extended) -> Extended:
-    """A direction next to -180 to which no float belongs is just beyond 180, as floats have it."""
+    """A direction closer to -180 than any float counts as just beyond 180, as in floats."""
     if abs(x) == abs(y) != 0:
         return mp.sign(y) * (45 if x > 0 else 135)
     direction = atan2(mp, y, x) / mp.pi * 180
@@ -37,7 +37,7 @@ def atan2d(mp: Any, y: Extended, x: Extended) -> Extended:
 
 
 def _wave(mp: Any, x: Extended, ahead: int) -> Extended:
-    """Sine of x degrees and ``ahead`` right angles; reduction to the nearest right angle is exact."""
+    """The sine of x degrees plus ``ahead`` right angles, with an exact reduction."""
     turn = x % 360 if abs(x) > 180 else x  # a small angle below 0 would lose its digits
     nearest = int(mp.nint(turn / 90))
     rest, quarters = turn - 90 * nearest, nearest + ahead
@@ -82,17 +82,17 @@ def ball_step(arb: Any, x: Any, a: Any) -> Any:
 
 
 def ball_direction(arb: Any, y: Any, x: Any) -> Any:
-    """In degrees. A direction next to -180 to which no float belongs is just beyond 180, as in floats."""
+    """In degrees. A direction closer to -180 than any float counts as just beyond 180, as in floats."""
     direction = arb.atan2(y, x) / arb.pi() * 180
     behind = float(direction.lower()) == float(direction.upper()) == -180.0
     return direction + 360 if behind else direction
 
 
 def same_whole(x: Any) -> bool:
-    """Whether all numbers of a ball have one whole part."""
+    """Whether all numbers of a ball have the same integer part."""
     return bool(ball_truncated(None, x.lower()) == ball_truncated(None, x.upper()))
 
 
 def on_one_side(y: Any, x: Any) -> bool:
-    """Whether a direction stays on one side of its cut, to which the half plane above it belongs."""
+    """Whether a direction stays on one side of its cut, which belongs to the half plane above it."""
     return bool(x > 0 or y < 0 or y >= 0)

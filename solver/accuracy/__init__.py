@@ -1,1 +1,1 @@
-"""Whether the rules hold at an answer, and how far it may be off."""
+"""Checks whether the rules hold at an answer, and estimates its errors."""

@@ -1,9 +1,9 @@
-"""Rules that differ in names and numbers only, evaluated at once: the rule check for networks of thousands.
+"""The rule check for networks of thousands of rules: rules that differ only in names and numbers at once.
 
-The rules of a network come in a few shapes. Those of one shape are the rows of arrays, on which one walk over
-the shape gives values, slopes and bounds of rounding, operation by operation as ``rulesheets.evaluate`` has
-them for a single rule. A row in which anything is out of the ordinary (a number below those that floats hold
-in full, no number at all, a function that jumps or chooses) is left to the check of single rules.
+The rules of a network have a few shapes. Those of one shape are rows of arrays, on which one walk over the
+shape gives values, slopes and rounding bounds, operation by operation as ``rulesheets.evaluate`` for a single
+rule. A row with an exception (a subnormal number, an undefined one, a function that jumps or selects) is left
+to the check of single rules.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ LONG: dict[str, Any] = {f: getattr(np, f) for f in ("sqrt", "abs", "exp", "sin",
 
 
 class _Rows(Arithmetic[Array]):
-    """Columns of numbers, a row for each rule. ``plain`` are the rows in which all is in order so far.
+    """Columns of numbers, a row for each rule. ``plain`` are the rows without an exception so far.
 
-    ``numbers`` are the columns of those in the text, in its order; without them a number stands for itself.
+    ``numbers`` are the columns of those in the text, in order; without them a number stands for itself.
     """
 
     def __init__(self, columns: Mapping[str, Any], numbers: Array | None, count: int) -> None:
@@ -92,7 +92,7 @@ CLOSE = 0.5
 
 
 def _power_and_one(terms: Sequence[Expression], values: Sequence[Any]) -> tuple[int, int] | None:
-    """The places of ``exp(x)`` and of 1 in a sum that has their difference in every row."""
+    """The places of ``exp(x)`` and of 1 in a sum that contains their difference in every row."""
     pair = less_one(terms, lambda part: isinstance(part, Number))
     return pair if pair is not None and np.all(np.abs(values[pair[1]]) == 1.0) else None
 
@@ -117,9 +117,9 @@ def _each(function: Callable[..., float], count: int, *columns: Any) -> Array:
 
 
 class _Traced(Traced[Array]):
-    """The parts of an expression with slopes and rounding, as ``TracedFloats`` has them of one rule.
+    """The parts of an expression with slopes and rounding, as in ``TracedFloats`` for one rule.
 
-    Rows with a number below those that floats hold in full are not plain.
+    Rows with a subnormal number are not plain.
     """
 
     numbers: _Rows
@@ -174,7 +174,7 @@ class _Traced(Traced[Array]):
 
 
 class _Extended(_Rows):
-    """The same in the long floats of numpy, for what rounding of a difference hides in floats."""
+    """The same in numpy's extended floats, for digits of a difference that floats lose."""
 
     def __init__(self, columns: Mapping[str, Any], numbers: Array, count: int) -> None:
         longer = {name: column.astype(np.longdouble) for name, column in columns.items()}
@@ -193,12 +193,12 @@ class _Extended(_Rows):
 
 
 class Evaluated(NamedTuple):
-    """Rules (n,) at a point: ``miss`` = left - right with the rounding in it (``noise``), the size of their
-    terms before they cancel (``gross``), and how far each moves with its values (``moves`` = Σ|∂F/∂v · v|).
+    """Rules (n,) at a point: ``miss`` = left - right with its rounding (``noise``), the size of their terms
+    before they cancel (``gross``), and how far each moves with its values (``moves`` = Σ|∂F/∂v · v|).
 
     ``slopes``, ``rows`` and ``columns`` are triplets: ∂F/∂v, the place of the rule, and that of v among
-    ``names``. ``holds`` where the check of single rules would say so; others have to be asked one by one.
-    What can't be evaluated is nan.
+    ``names``. ``holds`` if the check of single rules would accept it; others have to be checked one by one.
+    Undefined values are nan.
     """
 
     names: tuple[str, ...]
@@ -213,13 +213,13 @@ class Evaluated(NamedTuple):
 
 
 def _point(known: Alike, values: Mapping[str, Value]) -> Array:
-    """The values of names; nan for those that are no numbers."""
+    """The values of names; nan for symbols."""
     numbers = (v if isinstance(v := values.get(name), float) else math.nan for name in known.names)
     return np.fromiter(numbers, dtype=float, count=len(known.names))
 
 
 def evaluated(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> Evaluated:
-    """All rules at once; those of rare shapes, or out of the ordinary, one by one."""
+    """All rules at once; those of rare shapes, or with exceptions, one by one."""
     known = alike(model, equations)
     point = _point(known, values)
     n = len(equations)
@@ -258,7 +258,7 @@ def evaluated(model: Model, equations: Sequence[Equation], values: Mapping[str, 
 
 
 class _Sides:
-    """Both sides of the rules of a family: what misses, what moves, what was rounded."""
+    """Both sides of the rules of a family: residuals, moves, rounding."""
 
     def __init__(self, rule: Equation, rows: _Rows) -> None:
         self.rows, traced = rows, _Traced(rows)
@@ -279,7 +279,7 @@ class _Sides:
         rows.plain &= np.isfinite(self.size + self.noise) & (self.moves > FAINTEST) & (self.moves < np.inf)
 
     def holds(self, family: Family) -> Any:
-        """Where the check of single rules accepts a rule by its slopes: the same criterion, on arrays."""
+        """Whether the check of single rules accepts a rule by its slopes; the same on arrays."""
         bound, off = BACKWARD * self.moves, np.abs(self.miss) + self.noise
         within, gentle = off <= bound, leads_to_zero(np.abs(self.miss), off, self.terms, self.size)
         accepted = within & gentle
@@ -292,9 +292,9 @@ class _Sides:
         return accepted | ((self.miss == 0.0) & (self.noise == 0.0))
 
     def _straddles(self, family: Family, share: Array, bound: Array | None = None) -> NDArray[np.bool_]:
-        """Where F changes its sign as all values move along its slopes, and against them, by a share of them.
+        """Whether F changes sign as all values move along its slopes, and against them, by a share of them.
 
-        With a ``bound``, in long floats, by more than their rounding, and only where F is within it.
+        With a ``bound``, in extended floats, by more than their rounding, and only if F is within it.
         """
         count, rule = len(self.rows.plain), family.first
         plain = np.ones(count, dtype=bool)
@@ -330,8 +330,8 @@ def accepted(
 
 
 def multiplied_out(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> Array:
-    """The sizes (n,) of rules' terms, their brackets multiplied out but for divisors and functions of theirs.
-    What can't be evaluated is nan, or does not count."""
+    """The sizes (n,) of rules' terms, with brackets multiplied out except divisors and functions of them.
+    Undefined terms are nan, or do not count."""
     known, found = alike(model, equations), np.zeros(len(equations))
     point = _point(known, values)
     for family in known.families:
@@ -344,7 +344,7 @@ def multiplied_out(model: Model, equations: Sequence[Equation], values: Mapping[
 
 
 def _spread(node: Expression) -> Expression:
-    """The sum of the sizes of the terms of an expression, its brackets multiplied out."""
+    """The sum of the sizes of the terms of an expression with brackets multiplied out."""
     match node:
         case Sum(terms) if not any(isinstance(part, Call) for part in walk(node)):
             return Sum(tuple(map(_spread, terms)))
@@ -364,8 +364,8 @@ def sizes_of(
 ) -> Array:
     """The sizes (n,) of the unknowns of a large block, given its Jacobian as triplets.
 
-    An unknown near 0 may be rounding. It is measured by what moves one of its rules by as much as the
-    ``terms`` (n,) of that.
+    An unknown near 0 may be a rounding error. It is measured by the change that moves one of its
+    rules by the size of its ``terms`` (n,).
     """
     reach = np.full(len(x), np.inf)
     with np.errstate(all="ignore"):

@@ -1,4 +1,4 @@
-"""Equations in as many unknowns, in many decimal digits: residual, Jacobian, Newton's method."""
+"""As many equations as unknowns, in many decimal digits: residual, Jacobian, Newton's method."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ MAX_WORK = 60_000
 
 
 class Unresolved(Exception):
-    """More digits do not settle the equations."""
+    """The equations are undecided in many digits."""
 
 
 @dataclass
 class Work:
-    """How many operations may still be done in many digits, for all systems of a path together."""
+    """The remaining operations in many digits, for all systems of a path together."""
 
     left: int = MAX_WORK
 
@@ -51,14 +51,14 @@ def linearising(equations: Sequence[Equation]) -> int:
 def linearized(
     forms: Sequence[Expression], unknowns: Sequence[str], values: Mapping[str, Any], digits: int
 ) -> tuple[list[list[Any]], list[Any]]:
-    """Jacobian (m, n) of as many forms along the unknowns, and their values (m,). Raises Undefined."""
+    """Jacobian (m, n) of as many forms by the unknowns, and their values (m,). Raises Undefined."""
     zero = context(digits).zero
     swept = [extended_derivatives(form, values, digits, unknowns) for form in forms]
     return [[slopes.get(name, zero) for name in unknowns] for _, slopes in swept], [miss for miss, _ in swept]
 
 
 class ManyDigits:
-    """F(x) = 0, with the ``known`` values taken as exact numbers. Points are lists (n,) of mpmath numbers."""
+    """F(x) = 0, with the ``known`` values exact. Points are lists (n,) of mpmath numbers."""
 
     def __init__(
         self,
@@ -78,7 +78,7 @@ class ManyDigits:
         self.small = self.mp.mpf(10) ** (-7 * digits // 10)
 
     def in_decimals(self) -> ManyDigits:
-        """The same with given numbers, and those in the rules, as people write them."""
+        """The same with given numbers, and those in the rules, as decimals."""
         system = copy(self)
         system.forms, system.known = in_decimals(self.forms, self.known)
         return system
@@ -98,7 +98,7 @@ class ManyDigits:
     def newton(self, start: Sequence[Any], sizes: Sequence[float] = ()) -> list[Any] | None:
         """The root that Newton's method reaches from ``start``; None if it reaches none.
 
-        ``sizes`` (n,) of the terms that the unknowns are made of: one that is 0 comes out as their rounding.
+        ``sizes`` (n,) of the terms of the unknowns: an unknown that is 0 is computed only to their rounding.
         """
         x, before = [self.mp.mpf(v) for v in start], self.mp.inf
         for _ in range(MAX_ITERATIONS):
@@ -137,10 +137,10 @@ decimals as which they are written."""
 
 
 def resolve_fold(system: ManyDigits, start: Sequence[float], scale: Sequence[float]) -> Fold | None:
-    """The fold near ``start``; None where there is none, or where it cannot be followed.
+    """The fold near ``start``; None if there is none, or if it cannot be followed.
 
-    Near is measured by the unknowns themselves; failing that by their typical sizes ``scale``: a fold at 0
-    is not near to either of its roots beside their own size.
+    Near is relative to the unknowns; if there is none, to their typical sizes ``scale``: relative to its
+    own size, a fold at 0 is not near to its roots.
     """
     own = _sizes(start)
     typical = [max(size, s) for size, s in zip(own, scale, strict=True)]
@@ -156,7 +156,7 @@ def resolve_fold(system: ManyDigits, start: Sequence[float], scale: Sequence[flo
 
 
 def _sizes(x: Sequence[float]) -> list[float]:
-    """Those of the unknowns; that of the largest for one that is next to nothing beside it."""
+    """The sizes of the unknowns; a tiny one gets that of the largest."""
     largest = max(abs(v) for v in x) or 1.0
     return [abs(v) if abs(v) > 1e-3 * largest else largest for v in x]
 
@@ -199,7 +199,7 @@ class _Reduction:
         self.x, self.mu = self.start, self.mp.zero
 
     def touching(self) -> list[Any] | None:
-        """The point at which two roots coincide to all the digits; None where they do not."""
+        """The point at which two roots coincide to all the digits; None if they do not."""
         extreme = self._extreme()
         return self.x if extreme and abs(extreme[2]) <= self.tiny * abs(extreme[1]) else None
 
@@ -238,7 +238,7 @@ class _Reduction:
         raise Singular("no point of the curve is reached")
 
     def _fuzz(self) -> Any:
-        """How far μ moves as the known values move by half a unit of their last places."""
+        """The change of μ as the known values move by half a unit of their last places."""
         known = self.system.known
         values = {name: float(v) for name, v in {**known, **self.system.point(self.x)}.items()}
         slopes = [derivatives(form, values)[1] for form in self.system.forms]
@@ -248,12 +248,12 @@ class _Reduction:
         return sum(unit * abs(x[-1]) for unit, x in zip(units.values(), moved, strict=True))
 
     def _bordered(self, jacobian: Sequence[Sequence[Any]], *columns: Sequence[Any]) -> list[list[Any]]:
-        """What solves the bordered system for these right-hand sides. Raises Singular."""
+        """The solution of the bordered system for these right-hand sides. Raises Singular."""
         rows = [dict(enumerate([*row, u])) for row, u in zip(jacobian, self.across, strict=True)]
         return eliminate_rows([*rows, dict(enumerate(self.along))], columns, self.tiny)
 
     def _extreme(self) -> tuple[Any, Any, Any] | None:
-        """Where the slope of μ vanishes, by the secant method, with the curvature and μ there."""
+        """The zero of the slope of μ, by the secant method, with the curvature and μ there."""
         a, b = self.mp.zero, self.mp.mpf(1e-9)
         at_a, at_b = self.at(a)[1], self.at(b)[1]
         curvature = self.mp.zero

@@ -1,10 +1,10 @@
-"""Error bars: how far the values of an answer may be from those that satisfy the rules exactly.
+"""Error bars: estimates of the distance of an answer from the values that satisfy the rules exactly.
 
-The inputs are taken as the exact numbers that they are. At the answer every rule that was solved with is
-off by the rounding of its own operations; the Jacobian of these rules, followed in the order of the path,
-turns that into errors of the unknowns: conditioning × rounding. Rounding errors have signs, and what
-cancels must not be added up: the errors are followed for a few choices of signs at once, and the largest
-counts (small-sample condition estimation: C. S. Kenney & A. J. Laub, SIAM J. Sci. Comput. 15 (1994) 36–61).
+The inputs are exact numbers. At the answer every rule that was solved with has a residual from the rounding
+of its own operations; the Jacobian of these rules, in the order of the path, turns that into errors of the
+unknowns: conditioning × rounding. Rounding errors have signs, and cancelling ones must not be added up: the
+errors are propagated for a few choices of signs at once, and the largest counts (small-sample condition
+estimation: C. S. Kenney & A. J. Laub, SIAM J. Sci. Comput. 15 (1994) 36–61).
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ UNKNOWN, NONE = np.full(SAMPLES, math.inf), np.zeros(SAMPLES)
 class BlockCondition(NamedTuple):
     """A block at its answer: ``rank`` of its scaled Jacobian, and its ``condition`` (infinite if deficient).
 
-    Unknowns count in units of their values, rules in units of their largest term. In a large block an unknown
-    near 0 counts in units of what moves one of its rules by the size of its terms.
+    Unknowns are scaled by their values, rules by their largest term. In a large block an unknown near 0 is
+    scaled by the change that moves one of its rules by the size of its terms.
     """
 
     unknowns: tuple[str, ...]
@@ -51,9 +51,9 @@ class BlockCondition(NamedTuple):
 
 
 class ForwardErrors(NamedTuple):
-    """``error``: an estimate of the absolute error of every variable that has a number, infinite where
-    nothing can be said. ``blocks``: the conditions of the blocks, by their unknowns. ``cancelled``: some
-    variable is next to nothing beside the terms that it was computed from."""
+    """``error``: an estimate of the absolute error of every variable that has a number, infinite if
+    there is none. ``blocks``: the conditions of the blocks, by their unknowns. ``cancelled``: some
+    variable is tiny relative to the terms that it was computed from."""
 
     error: Mapping[str, float]
     blocks: Mapping[tuple[str, ...], BlockCondition] = {}
@@ -69,13 +69,13 @@ def forward_errors(
     inputs: Mapping[str, float] | None = None,
     held: bool = False,
 ) -> ForwardErrors:
-    """The errors of the ``values`` that ``steps`` have led to, where conditions came out as ``decided``.
+    """The errors of the ``values`` that ``steps`` have led to, for conditions with the outcomes ``decided``.
 
-    Where answers coincide (``doubles``), half the digits are known; errors are infinite then of what the
-    rules do not determine at the double root itself. With ``inputs`` it is told how far every number moves as
+    If answers coincide (``doubles``), half the digits are known; errors are infinite for unknowns that the
+    rules do not determine at the double root. With ``inputs`` the result is the change of every number if
     these are off by so much, and the numbers in the rules by half a unit of their last places; rounding is
-    left aside. ``held``: every rule was found to hold, in as many digits as it takes, so that it is off by no
-    more than its backward error, however much the rounding of floats in it.
+    left out. ``held``: every rule was found to hold, in as many digits as needed, so its error is at most its
+    backward error, however large its rounding in floats.
     """
     errors = {n: error * _signs(-2 - k) for k, (n, error) in enumerate((inputs or {}).items())}
     at = {double.equations: double for double in doubles}
@@ -138,7 +138,6 @@ class _Propagation:
             self.errors[unknown] = _finite(-off / slope)
 
     def _row(self, equation: Equation, unknowns: Sequence[str]) -> Row | None:
-        """None where the rule cannot be evaluated."""
         try:
             left, right, slopes, noise = sides(equation, self.values)
         except (Undefined, KeyError):
@@ -178,8 +177,8 @@ class _Propagation:
     def _many_rows(
         self, equations: Sequence[Equation], unknowns: Sequence[str]
     ) -> tuple[Any, Errors, Array] | None:
-        """The Jacobian (n, n) of a large block, by how much its rules may be off (n, samples), and the sizes
-        (n,) of its unknowns."""
+        """The Jacobian (n, n) of a large block, the errors of its rules (n, samples), and the sizes (n,) of
+        its unknowns."""
         from solver.accuracy.alike import evaluated, sizes_of  # of large blocks alone
 
         found = evaluated(self.model, equations, self.values)
@@ -202,7 +201,7 @@ class _Propagation:
         return (matrix if n > DENSE else matrix.toarray()), off, sizes
 
     def _solved(self, matrix: Any, off: Errors, sizes: Array, unknowns: Sequence[str]) -> Errors | None:
-        """The errors (n, samples) of unknowns of such ``sizes``; None where they are not determined."""
+        """The errors (n, samples) of unknowns of such ``sizes``; None if they are not determined."""
         factor, key = factorise(matrix, sizes), tuple(unknowns)
         regular = factor.rank == len(key)
         self.blocks[key] = BlockCondition(key, factor.rank, factor.condition() if regular else math.inf)
@@ -213,7 +212,7 @@ class _Propagation:
     # --- at a double root ---
 
     def _spread(self, double: DoubleRoot, unknowns: Sequence[str]) -> None:
-        """To first order the unknowns may lie anywhere along the direction, as far as half the digits go."""
+        """To first order the unknowns may lie anywhere along the direction, up to half the digits."""
         numbers = {n: v for n in unknowns if isinstance(v := self.values.get(n), float)}
         along = [abs(numbers[n] / d) for n, d in double.direction.items() if d and n in numbers]
         reach = HALF * max([1.0, *along])
@@ -228,7 +227,7 @@ def _signs(index: int) -> Errors:
 
 
 def _signs_of(indices: Iterable[int]) -> Errors:
-    """Sixteen signs (n, 16) that depend on a number alone (the bits of a multiplicative hash, D. Knuth)."""
+    """Sixteen signs (n, 16) that depend only on a number (the bits of a multiplicative hash, D. Knuth)."""
     words = list[int]()
     for index in indices:
         bits = (index + 1) % 2**64 * 0x9E3779B97F4A7C15

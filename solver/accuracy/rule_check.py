@@ -1,12 +1,12 @@
 """The independent check: does a rule, as written, hold at an answer?
 
-A rule holds if its backward error is small: |F| ≤ 64 eps · Σ|∂F/∂v · v| over its variables, that
-is, if values within a few ulp of those reported satisfy it exactly. Where the rounding of its own evaluation
-may have made F (``cosd(x + 90)`` at a small x), or have hidden it (``tanh(x) = 1`` at 20), F and its slopes
-are evaluated again to as many digits as it takes. Where F goes far within so small a change, slopes alone do
-not tell (``cosd(x) = 2`` at 1e90): the other values must be enough, or F must change its sign there. Nor do
-they next to a jump (``int(x) + x = 3`` below 2), where the values that they promise may lie beyond it.
-Every decision that a rule is satisfied is made here, and nowhere else.
+A rule holds if its backward error is small: |F| ≤ 64 eps · Σ|∂F/∂v · v| over its variables, that is, if
+values within a few ulp of those reported satisfy it exactly. If the rounding of its own evaluation may have
+produced F (``cosd(x + 90)`` at a small x), or hidden it (``tanh(x) = 1`` at 20), F and its slopes are
+evaluated again to as many digits as needed. If F changes a lot within so small a change, slopes alone are
+not sufficient (``cosd(x) = 2`` at 1e90): the other values must explain the residual, or F must change its
+sign there. They are not sufficient next to a jump either (``int(x) + x = 3`` below 2), as the values that
+they predict may lie beyond it. Every decision that a rule is satisfied is made here, and nowhere else.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ _JUMPING = named(lambda row: row.jumps)
 
 
 class RuleCheck(NamedTuple):
-    """``scaled`` is |F| / Σ|∂F/∂v · v|; ``miss`` is F, None where a side has no number.
+    """``scaled`` is |F| / Σ|∂F/∂v · v|; ``miss`` is F, None if a side has no number.
 
     ``delicate``: floats could not decide; values in more digits may satisfy a rule that these do not.
     """
@@ -70,8 +70,8 @@ class RuleCheck(NamedTuple):
 
 
 class Sides(NamedTuple):
-    """The values of both sides of a rule, the slopes of left minus right by variable, and the bound of what
-    rounding makes of that."""
+    """The values of both sides of a rule, the slopes of left minus right by variable, and a bound of its
+    rounding."""
 
     left: float
     right: float
@@ -85,7 +85,7 @@ LATEST = 4
 
 @dataclass
 class Remembered:
-    """What is known of an equation at some values: several ask of one answer."""
+    """The results for an equation at some values, which several callers request."""
 
     at: tuple[Value, ...]
     sides: Sides | None = None
@@ -104,7 +104,7 @@ def remembered(equation: Equation, values: Mapping[str, Value]) -> Remembered:
 
 
 def sides(equation: Equation, values: Mapping[str, Value]) -> Sides:
-    """Both sides at the values; slopes are to be read only. Raises Undefined."""
+    """Both sides at the values; slopes must not be changed. Raises Undefined."""
     kept = remembered(equation, values)
     if kept.sides is None:
         left, slopes, noise = rounded_derivatives(equation.left, values)
@@ -166,7 +166,7 @@ def leads_to_zero(miss: Any, off: Any, moves: Sequence[Any], size: Any) -> Any:
 
 
 def size(equation: Equation, values: Mapping[str, Value]) -> float:
-    """Σ|∂F/∂v · v| over the variables of an equation; infinite where a slope has no value."""
+    """Σ|∂F/∂v · v| over the variables of an equation; infinite if a slope has no value."""
     try:
         total = sum(_moves(sides(equation, values).slopes, values))
     except Undefined:
@@ -175,13 +175,13 @@ def size(equation: Equation, values: Mapping[str, Value]) -> float:
 
 
 def terms(*sides: Expression) -> Iterator[Expression]:
-    """What the sides of an equation add up."""
+    """The terms of the sides of an equation."""
     for side in sides:
         yield from side.terms if isinstance(side, Sum) else (side,)
 
 
 def gross(equation: Equation, values: Mapping[str, Value]) -> float:
-    """How large the terms of an equation are before they cancel: what its rounding errors go by."""
+    """The size of the terms of an equation before they cancel: the scale of its rounding errors."""
     try:
         return sum(abs(value(term, values)) for term in terms(equation.left, equation.right))
     except Undefined:
@@ -189,7 +189,8 @@ def gross(equation: Equation, values: Mapping[str, Value]) -> float:
 
 
 def _leaps(equation: Equation, values: Mapping[str, Value]) -> bool:
-    """Whether F jumps where its slopes promise 0: ``int(x) + x = 3`` is not satisfied below 2, nor at 2."""
+    """Whether F jumps where its slopes promise 0: ``int(x) + x = 3`` is satisfied neither below 2, nor at
+    2."""
     tied = {name for _, height in heights(equation) for name in names(height)}
     try:
         left, right, slopes, _ = sides(equation, values)
@@ -220,7 +221,7 @@ def jumps(equation: Equation) -> bool:
 
 
 def heights(equation: Equation) -> Iterator[tuple[str, Expression]]:
-    """The functions that jump, each with the expression that says how far from its jumps it is."""
+    """The functions with jumps, each with the expression for the distance from its jumps."""
     for node in walk(equation.left, equation.right):
         match node:
             case Call("int" | "frac" | "round" | "sgn" as function, (x,)):
@@ -251,15 +252,16 @@ def _symbol(expression: Expression, values: Mapping[str, Value]) -> str | None:
 
 
 def half_unit(number: float) -> float:
-    """How far a given number may be from the one that was meant: nothing, for one with few digits."""
+    """The possible error of a given number: none for one with few digits."""
     short = abs(number) < 1e38 and unpack("f", pack("f", number))[0] == number
     return 0.0 if short else abs(number) * UNIT_ROUNDOFF
 
 
 def with_named_numbers(expression: Expression, numbers: dict[str, float]) -> Expression:
-    """The expression with names for its numbers that have last places; ``numbers`` learns their values.
+    """The expression with names for its numbers that have last places; ``numbers`` receives their
+    values.
 
-    A number that is written twice is one number, and off by the same.
+    A number that is written twice is one number with one error.
     """
 
     def named(leaf: Name | Number | Symbol) -> Expression:
@@ -275,9 +277,9 @@ def with_named_numbers(expression: Expression, numbers: dict[str, float]) -> Exp
 def in_decimals(
     expressions: Iterable[Expression], values: Mapping[str, Any]
 ) -> tuple[tuple[Expression, ...], dict[str, Any]]:
-    """Expressions and values with numbers as people write them: the shortest decimals that floats stand for.
+    """Expressions and values with numbers as decimals: the shortest ones for their floats.
 
-    0.1 is a tenth there. Values that are no floats, but known to more digits, stay.
+    0.1 is a tenth there. Values with more digits than floats stay.
     """
     numbers: dict[str, float] = {}
     named = tuple(with_named_numbers(expression, numbers) for expression in expressions)
@@ -286,9 +288,9 @@ def in_decimals(
 
 
 def uncertainty(expression: Expression, values: Mapping[str, Value], known: Mapping[str, float]) -> float:
-    """How far an expression may be off where the numbers it reads are, by name, as far off as ``known``.
+    """The possible error of an expression if its numbers, by name, have the errors ``known``.
 
-    Its own numbers count by their last places. Infinite where a slope has no value.
+    Its own numbers have errors in their last places. Infinite if a slope has no value.
     """
     numbers: dict[str, float] = {}
     named = with_named_numbers(expression, numbers)
@@ -315,10 +317,10 @@ HALVINGS = 24
 
 
 def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -> RuleCheck:
-    """The check of an equation of numbers; ``noise`` bounds the error that floats make in F, if known.
+    """The check of an equation of numbers; ``noise`` bounds the error of F in floats, if known.
 
-    Values may change by a share BACKWARD. If that takes F farther than a share STEEP of its sides, no slope
-    is believed: the others must suffice, or F must change its sign.
+    Values may change by a share BACKWARD. If that changes F by more than a share STEEP of its sides, no
+    slope is trusted: the others must suffice, or F must change its sign.
     """
     if not all(isinstance(v := values[name], float) and math.isfinite(v) for name in equation.names):
         return RuleCheck(False, None, math.inf)
@@ -384,7 +386,7 @@ class _Rule:
         return RuleCheck(bool(reaches), shown, float(scaled), True)
 
     def moves(self, digits: int, limit: Any) -> dict[str, Any]:
-        """∂F/∂v · |v| by variable; central differences if a slope has no value, or their sum is beyond the
+        """∂F/∂v · |v| by variable; central differences if a slope has no value, or their sum exceeds the
         limit. Raises Undefined."""
         with suppress(Undefined):
             left, right = (extended_derivatives(side, self.values, digits)[1] for side in self.sides)
@@ -403,14 +405,14 @@ class _Rule:
         return found
 
     def absorbed(self) -> bool:
-        """Whether F, which vanishes in all the digits, and with it its slopes, does so for want of more."""
+        """Whether F, and with it its slopes, vanishes in all the digits only because there are too few."""
         with suppress(Undefined):
             lost = any(absorbs(side, self.values, PRECISIONS[-1]) for side in self.sides)
             return lost and not any(self.differences(PRECISIONS[-1]).values())
         return False
 
     def straddles(self, moves: Mapping[str, Any], share: Any, digits: int = DIGITS) -> bool:
-        """Whether F changes its sign as all values move along its slopes, and against them, by that share.
+        """Whether F changes sign as all values move along its slopes, and against them, by that share.
         Raises Undefined."""
         sign = context(digits).sign
         above, below = (
@@ -421,7 +423,7 @@ class _Rule:
 
     def reaches(self, digits: int) -> bool:
         """Whether F vanishes, or changes its sign without a pole, within a small enough change of one value:
-        for where F has no slope, or no value, as at the end of a domain."""
+        for points at which F has no slope, or no value, as at the end of a domain."""
         for name, number, size in self._numbers(digits):
             for share in (-BACKWARD, BACKWARD):
                 tried = [number + size * change for change in (share, share / 1e3, 0.0)]
@@ -433,15 +435,15 @@ class _Rule:
         return False
 
     def in_decimals(self) -> _Rule:
-        """The rule as people write it. That counts where no value moves F, as no exponent of (-0.2)^x does,
-        nor x at the double root of x^2 - 1.72*x + 0.7396."""
+        """The rule in decimals. It counts if no value moves F: as the exponent of (-0.2)^x, or x at the
+        double root of x^2 - 1.72*x + 0.7396."""
         rule = copy(self)
         rule.sides, rule.values = in_decimals(self.sides, self.values)
         return rule
 
     def vanishes(self, digits: int) -> bool:
-        """Whether F is 0, but for what slopes leave out as one value changes by a share BACKWARD: at a root
-        of any multiplicity it changes in so far as the value does. Raises Undefined."""
+        """Whether F is 0, up to terms beyond slopes, as one value changes by a share BACKWARD: at a root of
+        any multiplicity it changes as far as the value does. Raises Undefined."""
         miss, bends = self.miss(digits), 0
         for name, number, size in self._numbers(digits):
             above, below = (self._tried(name, number + size * s, digits) for s in (MOVED, -MOVED))
@@ -451,7 +453,7 @@ class _Rule:
         return abs(miss) <= BACKWARD**2 * min(bends, most) and not self.absorbed()
 
     def _meet(self, name: str, one: tuple[Any, Any], other: tuple[Any, Any], digits: int) -> bool:
-        """Whether F has a root between two points (value, F), and no pole or jump: it shrinks towards it."""
+        """Whether F has a root between two points (value, F), not a pole or a jump."""
         largest = max(abs(one[1]), abs(other[1]))
         for _ in range(HALVINGS):
             middle = (one[0] + other[0]) / 2
@@ -467,8 +469,8 @@ class _Rule:
         return None
 
     def _numbers(self, digits: int) -> Iterator[tuple[str, Any, Any]]:
-        """The variables, their values, and the sizes of these: 0 stands for what is too small for a float
-        only if F, too, is that small."""
+        """The variables, their values, and the sizes of these: 0 stands for an underflow only if F
+        underflows, too."""
         mp = context(digits)
         for name, number in self.values.items():
             least = SMALLEST_NORMAL if number or self.underflows else 0.0

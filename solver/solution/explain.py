@@ -1,4 +1,4 @@
-"""Facts to diagnoses, in the user's names and places. Every sentence about an outcome is written here."""
+"""Facts as diagnoses, in the user's names and places. Every sentence about an outcome is here."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ MAX_UNCHANGED = 4
 
 
 def explain(asked: Asked, verdict: Verdict, hasty: bool = False) -> tuple[Diagnosis, ...]:
-    """One diagnosis for each thing that keeps a solve from being plainly solved.
+    """One diagnosis for each reason why a solve is not plainly solved.
 
-    ``hasty``: without remedies, for the time is up.
+    ``hasty``: without remedies, because the time is up.
     """
     found = tuple(_Explanation(asked, verdict, Patience(0) if hasty else Patience()).diagnoses())
     if not hasty:
@@ -60,7 +60,7 @@ class _Explanation:
             yield from self._remarks(self.leaf)
 
     def _remarks(self, leaf: Leaf) -> Iterator[Diagnosis]:
-        """Notes on an answer that stands: what stays blank, what was cut off."""
+        """Notes on an accepted answer: blank variables, truncated lists."""
         said = (*self.verdict.facts, *(fact for leaf in self.verdict.leaves for fact in leaf.branch.facts))
         notes = [fact for fact in said if isinstance(fact, facts.Filled | facts.Beside | facts.Uncovered)]
         cut_off = [fact for fact in leaf.branch.facts if isinstance(fact, facts.Truncated)]
@@ -74,12 +74,12 @@ class _Explanation:
     # --- one fact, one sentence ---
 
     def _of(self, fact: facts.Fact) -> Diagnosis:
-        """Where a rule fails that reads a symbol, that is why."""
+        """If a rule fails because it contains a symbol, that is the reason."""
         failing = facts.about(fact) if isinstance(fact, facts.NoValue | facts.NoRoot) else ()
         return self._symbol_in(failing) or self._said(fact)
 
     def _symbol_in(self, equations: Iterable[int]) -> Diagnosis | None:
-        """The first of these rules that computes with what is a symbol."""
+        """The first of these rules that computes with a symbol."""
         values = {**self.inputs, **(self.leaf.branch.values if self.leaf else {})}
         symbols = {name: value for name, value in values.items() if isinstance(value, str)}
         for equation in (self.model.equations[index] for index in equations):
@@ -202,7 +202,7 @@ class _Explanation:
         return Diagnosis("S535", Severity.ERROR, message + short, labels, (*notes, *mine), requirement.names)
 
     def _out_of_time(self, known: Sequence[str]) -> Diagnosis:
-        """An error where there is no answer, a note beside those that were found."""
+        """An error without an answer, a note with some."""
         count = len(self.verdict.leaves)
         if self.verdict.status is facts.Status.SOLVED:
             message = f"the time was up: {plural(count, 'answer')} found, and there may be others"
@@ -306,7 +306,7 @@ class _Explanation:
         return self._error("S510", message, (), missing, note)
 
     def _giving(self, names: Sequence[str]) -> tuple[str, ...]:
-        """The advice to give one of these; none of it to give what was asked for itself."""
+        """The advice to give one of these; none to give a wanted variable itself."""
         helpful = [name for name in names if name not in self.no_help]
         return (f"give {listed(helpful, 'or')}",) if helpful else ()
 
@@ -327,7 +327,7 @@ class _Explanation:
     def _bounds(
         self, equations: Sequence[int], unknowns: Sequence[str], read: Sequence[str] = ()
     ) -> tuple[str, ...]:
-        """How far each input that these rules, or what is ``read``, depend on would have to move."""
+        """How far each input that these rules, or the names ``read``, depend on has to move."""
         found = bounds(self.asked, self._movable(equations, read)[:MAX_INPUTS], unknowns, self.patience)
         sides = [f"{b.name} {b.relation} {number_text(b.value)}" for b in found]
         text = f"with the other inputs as they are, a solution needs {listed(sides, 'or')}" if sides else ""
@@ -387,7 +387,7 @@ def _text(value: Value) -> str:
 
 
 def gap_note(model: Model, gap: facts.Gap) -> Diagnosis:
-    """Where there may be more answers than are listed, and what would tell."""
+    """The note on possible further answers, and how to decide whether there are any."""
     notes: tuple[str, ...] = ()
     if not gap.unknowns:
         message = "not every case of the conditions was tried"

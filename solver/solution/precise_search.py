@@ -1,7 +1,8 @@
-"""The path followed once more in many decimal digits, until two precisions agree.
+"""The path followed again in many decimal digits, until two precisions agree.
 
-The search in floats tells how many answers every step and block has, up to what floats can tell; here each is
-refined by Newton's method. Where two may lie closer than that, both are found, or one double root, or none.
+The search in floats gives the number of answers of every step and block, up to the resolution of floats; here
+each is refined by Newton's method. If two may be closer than that, both are found, or one double root, or
+none.
 """
 
 from __future__ import annotations
@@ -86,7 +87,7 @@ def _known(branch: Branch) -> Mapping[str, Any]:
 
 
 class _PreciseSearch(PathSearch):
-    """Follows every branch with values of so many digits, and with the floats next to them."""
+    """Follows every branch with values of so many digits, and with the floats nearest to them."""
 
     def __init__(self, asked: Asked, floats: Exploration, digits: int) -> None:
         super().__init__(asked)
@@ -108,8 +109,8 @@ class _PreciseSearch(PathSearch):
         return self._touched(branch, equation, unknown, found) if vague else found
 
     def _touched(self, branch: Branch, equation: int, unknown: str, found: StepOutcome) -> StepOutcome:
-        """What a step found; or the double root that rules miss by no more than the last places of given
-        numbers, as ``x^2 - 1.72*x + 0.7396 = 0`` does at 0.86."""
+        """The values of a step; or the double root that rules miss by no more than the last places of
+        given numbers, such as that of ``x^2 - 1.72*x + 0.7396 = 0`` at 0.86."""
         rule = self.model.equations[equation]
         step = StepSolver(self.graph, equation, unknown, branch.values)
         with suppress(Refused, Undefined):
@@ -141,18 +142,19 @@ class _PreciseSearch(PathSearch):
         return found._replace(attempts=(*floats.attempts, *attempts))
 
     def _asked_before(self, step: SolveBlock, known: Numbers) -> Numbers:
-        """Those of a search in floats that they differ from by rounding, which has decided nothing there."""
+        """The known numbers of a search in floats that differ by rounding, which has decided nothing
+        there."""
         before = self._before.get(step, ())
         return next((other for other in before if are_alike(known, other, BACKWARD)), known)
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
-        """How far each number moves with the last places of the inputs, and of the numbers in the rules."""
+        """The change of each number with the last places of the inputs, and of the numbers in the rules."""
         given = {n: half_unit(v) for n, v in self.inputs.items() if isinstance(v, float)}
         steps, decided = branch.steps, branch.conditions
         return forward_errors(self.model, branch.values, steps, decided, inputs=given).error
 
     def _holds(self, condition: Condition, branch: Branch) -> bool:
-        """Numbers are equal that differ by no more than the last places of the given numbers explain."""
+        """Numbers are equal if the last places of the given numbers explain their difference."""
 
         def same(comparison: Comparison, one: float, other: float) -> bool:
             if not equal(one, other):
@@ -180,7 +182,7 @@ class _PreciseSearch(PathSearch):
         branch.precise.update(numbers)
 
     def _is_rounding(self, step: Step, values: Mapping[str, Value], name: str, number: float) -> bool:
-        """Whether a number is no more than the rounding of the terms that it was solved from."""
+        """Whether a number is only the rounding of the terms that it was solved from."""
         rules = [self.model.equations[index] for index in equations_of(step)]
         readers = [rule for rule in rules if name in rule.names and values.keys() >= {*rule.names}]
         share = 10.0 ** (SPARE - self.digits)
@@ -192,7 +194,7 @@ class _PreciseSearch(PathSearch):
         return False
 
     def _settled(self, branch: Branch) -> dict[str, Value]:
-        """Whole turns are taken off the digits that floats do not hold, too."""
+        """Whole turns are also subtracted from the digits beyond floats."""
         settled = super()._settled(branch)
         for name, number in settled.items():
             before = branch.values[name]
@@ -213,7 +215,7 @@ class _PreciseSearch(PathSearch):
         super()._finish(branch, underdetermined)
 
     def _resting_on_rounding(self, branch: Branch) -> Iterator[RestsOnRounding]:
-        """What was asked for and is divided by no more than the last places of the given numbers."""
+        """The wanted variables that are divided by only the last places of the given numbers."""
         moved = self._off(branch)
         for name, step in branch.origins.items():
             if name in self.judged and isinstance(step, Evaluate):
@@ -235,7 +237,7 @@ class _PreciseSearch(PathSearch):
         return slope != 0.0 and abs(slope) <= total < math.inf
 
     def _inverts(self, branch: Branch, name: str, rule: Equation, moved: Mapping[str, float]) -> bool:
-        """Whether a number goes as an inverse power of what moves it, and so through a pole, not through 0.
+        """Whether a number is an inverse power of its argument, and so goes through a pole, not through 0.
 
         The known numbers are moved to where the tangent is 0.
         """
@@ -255,16 +257,16 @@ class _PreciseSearch(PathSearch):
 
 
 def _exact_turn(turn: float, mp: Any) -> Any:
-    """A period in all digits: 360 is itself, the float next to 2π stands for 2π."""
+    """A period in all digits: 360 is exact, the float nearest to 2π stands for 2π."""
     halves = round(turn / math.pi)
     return halves * mp.pi if math.isclose(turn, halves * math.pi, rel_tol=1e-15) else mp.mpf(turn)
 
 
 class _PreciseStep(StepSolver):
-    """The known ``values`` may be mpmath numbers, or floats, which are taken as exact.
+    """The known ``values`` may be mpmath numbers, or floats, which are exact.
 
-    Nothing is clamped that floats would clamp for their rounding: a target just inside an image keeps both of
-    its preimages, and one just outside has none.
+    Targets are not clamped as in floats for their rounding: a target just inside an image keeps both of its
+    preimages, and one just outside has none.
     """
 
     def __init__(self, digits: int, *asked: Any) -> None:
@@ -288,7 +290,7 @@ class _PreciseStep(StepSolver):
         return False
 
     def _in_image(self, stage: Stage, target: Any) -> Any:
-        """Ends that no float holds (π/2) are left to the operation itself."""
+        """Ends that are not floats (π/2) are left to the operation itself."""
         ends = [end for end in (stage.low, stage.high) if math.isfinite(end)]
         return super()._in_image(stage, target) if all(float(end).is_integer() for end in ends) else target
 
@@ -337,7 +339,7 @@ class _Block:
         return self._summary()
 
     def _linear(self) -> BlockOutcome:
-        """By elimination; where rounding may have decided that floats found no answer, what is left free."""
+        """By elimination; the free unknowns, if rounding may have decided that floats found no answer."""
         system, problem = self.system, self.problem
         try:
             matrix, misses = system.linearised([system.mp.zero] * len(system.unknowns))
@@ -410,7 +412,7 @@ class _Block:
 
 
 def _near(one: Sequence[Any], other: Sequence[Any], share: float, sizes: Sequence[Any]) -> bool:
-    """Equal to a share of their own size, or of these ``sizes``."""
+    """Equal up to a share of their own size, or of these ``sizes``."""
     return all(abs(a - b) <= share * max(abs(b), size) for a, b, size in zip(one, other, sizes, strict=True))
 
 
@@ -458,7 +460,7 @@ def _settled(
 
 
 def _lies_on(stretch: Stretch, root: Mapping[str, Any], floats: Mapping[str, Value]) -> bool:
-    """Whether a root of the block is in the stretch or beside it, by the preimages of its chain."""
+    """Whether a root of the block is in or next to the stretch, by preimages of its chain."""
     pad = MARGIN * (stretch.high - stretch.low)
     chain = stretch.kernel.chains[stretch.place]
     x, turn = float(root[chain.tears[0]]), stretch.kernel.graph.turn(chain.tears[0]) or 0.0
@@ -476,7 +478,7 @@ def _lies_on(stretch: Stretch, root: Mapping[str, Any], floats: Mapping[str, Val
 
 
 def _excludes(stretch: Stretch, slope: Chain, curvature: float, system: ManyDigits) -> bool:
-    """Whether f has no root on the stretch: tried at its middle, and where Newton's method leads for f'."""
+    """Whether f has no root on the stretch: tried at its middle, and at the root of f'."""
     x = 0.5 * (stretch.low + stretch.high)
     for _ in range(4):
         try:

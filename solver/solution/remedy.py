@@ -1,4 +1,4 @@
-"""What to do about a refusal: which inputs would help, which rules clash, how far an input may go."""
+"""Remedies for a refusal: inputs that would help, rules that conflict, limits of single inputs."""
 
 from __future__ import annotations
 
@@ -41,8 +41,9 @@ BEYOND = (0.25, 0.5, 0.75, 0.99)
 
 
 class Givings(NamedTuple):
-    """The smallest ``sets`` of inputs that each determine all that is missing, in the order of the sheet;
-    where none is small, the single input that determines ``most``; neither where no inputs are enough."""
+    """The smallest ``sets`` of inputs that each determine all missing variables, in the order of the
+    sheet; if none is small, the single input that determines ``most``; neither if no inputs are
+    sufficient."""
 
     sets: tuple[tuple[str, ...], ...] = ()
     most: str | None = None
@@ -93,9 +94,10 @@ def givings(asked: Asked, branch: Branch, missing: Set[str], useless: Set[str]) 
 
 
 def _undetermined_part(asked: Asked, branch: Branch) -> tuple[tuple[str, ...], Incidence]:
-    """The variables that the inputs do not determine, and the rules for them, with what guards read.
+    """The variables that the inputs do not determine, and the rules for them, with the variables of
+    guards.
 
-    Conditions that await such a variable come out as they do at arbitrary values.
+    Conditions on such a variable have their outcome at arbitrary values.
     """
     model, plan, decided = asked.model, planner(asked.model), branch.conditions
     names = plan.path(frozenset(asked.inputs), decided).undetermined
@@ -113,7 +115,7 @@ def _undetermined_part(asked: Asked, branch: Branch) -> tuple[tuple[str, ...], I
 
 
 def _arbitrary(model: Model) -> dict[str, Value]:
-    """Different numbers for all variables, and symbols for those that are compared with some."""
+    """Different numbers for all variables, and symbols for those that are compared with one."""
     values: dict[str, Value] = {name: 1.0 + 1.0 / (2 + k) for k, name in enumerate(model.variables)}
     for comparison in chain.from_iterable(map(comparisons, model.conditions)):
         match value_said(comparison):
@@ -128,8 +130,8 @@ def _arbitrary(model: Model) -> dict[str, Value]:
 def clash(
     asked: Asked, leaf: Leaf, equations: Sequence[int], patience: Patience
 ) -> tuple[list[int], list[str]]:
-    """Rules (by equation) and inputs that can't hold together: from the derivation of a contradiction, what
-    is left when nothing more can be taken away."""
+    """Rules (by equation) and inputs that contradict each other: a minimal part of the derivation of a
+    contradiction."""
     rules, given = derivation(asked, leaf, equations)
     if len(rules) + len(given) > MAX_FILTER:
         return rules, given
@@ -146,7 +148,7 @@ def clash(
 
 
 def _is_overdetermined(model: Model, rules: Sequence[int], given: Sequence[str]) -> bool:
-    """Whether some of the rules are more than their unknowns."""
+    """Whether some of the rules have fewer unknowns than equations."""
     number: dict[str, int] = {}
     read = ([name for name in model.equations[e].names if name not in given] for e in rules)
     occurs = tuple(tuple(sorted(number.setdefault(name, len(number)) for name in names)) for names in read)
@@ -156,7 +158,7 @@ def _is_overdetermined(model: Model, rules: Sequence[int], given: Sequence[str])
 def derivation(
     asked: Asked, leaf: Leaf, equations: Sequence[int], read: Sequence[str] = ()
 ) -> tuple[list[int], list[str]]:
-    """Every rule and input that the values in ``equations``, and those of what is ``read``, come from."""
+    """Every rule and input from which the values in ``equations``, and those ``read``, follow."""
     model, inputs = asked.model, asked.inputs
     rules = set(equations)
     names = [*read, *(name for e in equations for name in _reads(model, e))]
@@ -181,7 +183,7 @@ def _reads(model: Model, equation: int) -> Iterator[str]:
 
 
 def _contradictory(asked: Asked, rules: Sequence[int], given: Sequence[str], patience: Patience) -> bool:
-    """Whether some rules, with the variables that they and the conditions read, contradict each other."""
+    """Whether some rules contradict each other, given the variables that they and the conditions use."""
     model = asked.model
     read = {name for e in rules for name in _reads(model, e)}
     read.update(name for condition in model.conditions for name in nodes.names(condition))
@@ -201,7 +203,7 @@ def _possible(leaf: Leaf) -> bool:
 
 
 def cures(asked: Asked, names: Sequence[str], patience: Patience) -> tuple[tuple[str, Value], ...]:
-    """Inputs that make the rest solvable when left out, each with the value that it would take then."""
+    """Inputs without which the rest can be solved, each with the value that then follows."""
     found: list[tuple[str, Value]] = []
     for name in names:
         if patience.lost:
@@ -229,7 +231,7 @@ class Bound(NamedTuple):
 def bounds(
     asked: Asked, names: Sequence[str], judged: Sequence[str], patience: Patience
 ) -> tuple[Bound, ...]:
-    """How far each single input would have to move within its range for a solution to exist, by bisection."""
+    """The limit of each single input within its range for a solution to exist, by bisection."""
     found = []
     for name in names:
         given = asked.inputs[name]
@@ -265,7 +267,7 @@ class _Trials:
         self.dear = False
 
     def beside(self, value: float) -> bool:
-        """Whether Newton's method leads to a solution from the one that is known, or a search to any."""
+        """Whether Newton's method leads to a solution from the known one, or a search to any."""
         return self.anywhere(value, self.known)
 
     def anywhere(self, value: float, guesses: Mapping[str, float] = {}) -> bool:
@@ -284,9 +286,10 @@ class _Trials:
 
 
 def _bound(trials: _Trials, given: float) -> Bound | None:
-    """What the edge of the feasible values says, tried: whether it belongs to them, rounded to where it does.
+    """A tested bound from the edge of the feasible values: whether it belongs to them, rounded to one that
+    does.
 
-    None where there is none, or where something on the far side of it is feasible, too: then it is no edge.
+    None if there is none, or if a value on the far side of it is feasible, too: then it is not an edge.
     """
     name, feasible = trials.name, trials.anywhere
     size, edge = abs(given) or 1.0, _edge(trials, given)
@@ -314,8 +317,8 @@ def rounded(value: float, digits: int = 6) -> float:
 
 
 def _edge(trials: _Trials, given: float, close: float = CLOSE) -> float | None:
-    """The feasible value nearest to the given one along the line, as far as a short search tells: of its own
-    sign, if there is one."""
+    """The feasible value nearest to the given one along the line, found by a short search: of the same sign,
+    if there is one."""
     size = abs(given) or 1.0
     shares = (0.02, 0.1, 0.3, 0.6, 1.0, 2.5, 5.0)
     values = [given + sign * share * size for share in shares for sign in (-1, 1)]
