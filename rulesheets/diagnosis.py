@@ -181,7 +181,7 @@ def _plain(text: str) -> str:
 
 
 class Entry(NamedTuple):
-    """``title``: what is wrong, without a full stop; ``cause`` and ``fix`` are sentences."""
+    """``title``: the mistake, without a full stop; ``cause`` and ``fix`` are sentences."""
 
     title: str
     cause: str

@@ -12,7 +12,7 @@ from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import RuleSheet
 
 ENDING = ".tk"
-"""What the name of a rule sheet ends in."""
+"""The ending of the name of a rule sheet."""
 MAIN_SHEET = "model.tk"
 """The sheet of a folder."""
 

@@ -141,14 +141,14 @@ class _Reader(pickle.Unpickler):
 
 
 def _question(model: Model, question: str) -> bytes:
-    """The key of what is kept about a model in the cache; empty for another model."""
+    """The cache key of the results about a model; empty for one that is not kept."""
     key: bytes
     key, texts = model.__dict__.get("_key", (b"", ()))
     return key and key + repr((question, [(text.name, text.text) for text in texts])).encode()
 
 
 def recall(model: Model, question: str) -> None:
-    """Attach to a model what the cache has about it for the same question."""
+    """Attach to a model the cached results for the same question."""
     if (key := _question(model, question)) and (kept := look_up("found", key)):
         model.__dict__.update(_Reader(kept, model).load())
 

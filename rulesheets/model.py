@@ -15,7 +15,7 @@ from rulesheets.syntax.program import names_of
 
 T = TypeVar("T")
 Value: TypeAlias = float | str
-"""What a variable can hold: a number, or a symbol by its bare name (``"open"``)."""
+"""The value of a variable: a number, or a symbol by its bare name (``"open"``)."""
 
 
 class Tolerance(NamedTuple):
@@ -188,7 +188,7 @@ class Model:
         return found
 
     def __getstate__(self) -> dict[str, object]:
-        """Pickled without what solves have found out about it, compiled code among it."""
+        """Pickled without results of solves, such as compiled code."""
         kept = (*self.__match_args__, "unit_warnings")
         return {name: self.__dict__[name] for name in kept if name in self.__dict__}
 

@@ -38,13 +38,13 @@ COMMANDS = {
 USAGE = """\
 usage: backsolve COMMAND …
 
-Write what you know as rules in any order; Backsolve solves them forward or backward.
+Write rules in any order; Backsolve solves them forward or backward.
 
 commands:
 {commands}
 
-`backsolve COMMAND --help` lists the options of a command, `backsolve --version` the version.
-A sheet is a file, a folder with a model.tk, or the name of a sheet that `backsolve models` lists."""
+`backsolve COMMAND --help` lists options, `backsolve --version` the version.
+A sheet is a file, a folder with a model.tk, or a name from `backsolve models`."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:

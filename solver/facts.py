@@ -12,7 +12,7 @@ from rulesheets.model import Value
 from rulesheets.syntax.nodes import Comparison
 
 FALSE = 1e-6
-"""A relative error beyond which what is called an answer is a false one (or a thousand tolerances)."""
+"""A relative error beyond which an answer is false (or a thousand tolerances)."""
 
 
 class Status(Enum):

@@ -182,7 +182,7 @@ DISTANCES = (1e-20, 1e-40)
 AGREEMENT = 1e-16
 """Relative difference of the values at the two distances; it is of the order of the larger one."""
 TRIALS = (0.7390851, 2.6651441)
-"""Numbers that stand for what has no value."""
+"""Numbers in place of unknowns without a value."""
 _SHARES = ((1.0, 0.7, 1.3, 0.9, 1.1), (0.6, -1.2, 0.8, -0.7, 1.4), (-0.9, 1.1, 0.5, 1.3, -0.6))
 """Directions of the lines: how far each variable moves, by turns."""
 

@@ -208,7 +208,7 @@ def rounded_derivatives(expression: Expression, values: Values) -> tuple[float, 
 
 
 class TracedFloats(Traced[float]):
-    """Parts in floats with what their operations round. A slope without a value is nan."""
+    """Parts in floats with the rounding of their operations. A slope without a value is nan."""
 
     def slope(self, template: Expression, arguments: Sequence[Part[float]], node: Expression) -> float:
         try:
@@ -258,7 +258,7 @@ def less_one(terms: Sequence[Expression], is_one: Callable[[Expression], bool]) 
 
 
 class NotDifferentiable(ValueError):
-    """A derivative was asked for that has no formula (Bessel functions by their order)."""
+    """A requested derivative has no formula (Bessel functions by their order)."""
 
 
 def differentiate(expression: Expression, name: str) -> Expression:

@@ -487,4 +487,4 @@ def with_round_values(expression: Any) -> Any:
 
 
 _STAND_INS = Fraction(355, 113), Fraction(10**9 + 7, 17)
-"""Numbers in place of π: what is proportional to both is proportional to π."""
+"""Numbers in place of π: a value proportional to both is proportional to π."""

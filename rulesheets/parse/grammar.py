@@ -299,10 +299,10 @@ class Grammar(threading.local):
         )
 
     def read(self, source: Source, line: Line, kind: str) -> Any:
-        """The node that a line of this kind (a start rule of the grammar) stands for.
+        """The node of a line of this kind (a start rule of the grammar).
 
-        Raises Unparsed where the grammar rejects it, RuleSheetError for what it accepts but the
-        builder does not (a number out of range).
+        Raises Unparsed if the grammar rejects it, RuleSheetError if only the builder does (a number
+        out of range).
         """
         self._builder.begin(source, line.start, kind)
         try:

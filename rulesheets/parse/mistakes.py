@@ -249,7 +249,7 @@ def unknown_section(word: str, span: Span) -> Diagnosis:
 DEEPEST = 200
 """Levels of a rule's tree: later stages walk trees by recursion, which must end in good time."""
 FACTORS = 300
-"""Factors of a product, each of which is a level for what recurses; they count as one above."""
+"""Factors of a product, each of which is a level of recursion; they count as one above."""
 
 
 def wrong_shape(source: Source, line: Line) -> Diagnosis | None:

@@ -56,11 +56,11 @@ _ENOUGH = 50
 
 _PYTHON = re.compile(r"(\s*use\s+)(python\b)", re.IGNORECASE)
 _SKIPPED = "skipped"
-"""The section whose lines are not read, because its head says what is not there yet."""
+"""The section whose lines are not read, because its kind is not supported yet."""
 
 
 def read(source: Source) -> nodes.RuleSheet:
-    """What :func:`rulesheets.parse.parse` returns."""
+    """The result of :func:`rulesheets.parse.parse`."""
     reading = _Reading(source)
     for line in logical_lines(source.text):
         reading.take(line)

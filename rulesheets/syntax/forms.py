@@ -122,7 +122,7 @@ def leaves_of(code: str) -> Leaves | None:
 
 
 def form_of(first: object, leaves: Leaves) -> Form | None:
-    """What rules share that differ from a line in names and numbers only, told by its tree.
+    """The common form of rules that differ from a line only in names and numbers, from its tree.
 
     None for rules with arms, conditions, symbols or units, and for those whose sides are exchanged: the
     form with the leaves of the line makes another tree of them.

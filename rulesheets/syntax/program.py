@@ -134,8 +134,8 @@ def _as_call(
 
 
 def degree(expression: nodes.Expression, unknowns: Collection[str]) -> float:
-    """The degree in the unknowns of what is a polynomial in them as it is written, with any coefficients, or
-    as it is multiplied by divisors that are products, which count as one more; infinite for what is none."""
+    """The degree in the unknowns of a polynomial as written, with any coefficients, or after multiplying by
+    divisors that are products, which count as one more; infinite for others."""
     match expression:
         case nodes.Name(name):
             return float(name in unknowns)

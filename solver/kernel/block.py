@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from solver.kernel.enclosure import Enclosure
 
 FEW = 30
-"""Rules up to which each is looked at by itself, beyond it one of each shape."""
+"""Rules up to which each is examined by itself, beyond it one of each shape."""
 DENSE = 300
 """Unknowns of a block beyond which its matrix is taken as a sparse one."""
 KEPT = ("graph", "block", "equations", "unknowns", "known", "closed", "degrees", "divisors")
-"""What is kept of a block for another run."""
+"""The parts of a block that are kept for another run."""
 T = TypeVar("T")
 
 

@@ -49,7 +49,7 @@ from solver.numerics.linear_algebra import Array, Triplets
 from solver.path.graph import Alike, Family, shape_of
 
 CALLED, POWER, EXPM1 = "f_", "POWER", "EXPM1"
-"""What tokens of functions begin with; a power, and ``exp(x) - 1`` on arrays: no function of the language has
+"""Prefixes of tokens of functions; a power, and ``exp(x) - 1`` on arrays: no function of the language has
 capitals."""
 VALUES = Forms(TABLE, lambda row: row.value)
 """The functions of the language on floats."""
@@ -77,7 +77,7 @@ class _Source(Arithmetic[T]):
         self.lines: list[str] = []
         self.globals: dict[str, Any] = globals
         self.names = names
-        """What stands for the value of each name: an argument, or what was assigned before."""
+        """The value of each name: an argument, or an earlier assignment."""
         self._header = ", ".join(arguments)
         self._tokens: dict[str, str] = {}
 
@@ -211,7 +211,7 @@ ARITHMETIC = {
 
 
 Side: TypeAlias = tuple[Expression, Expression]
-"""What a factor x is taken from, b and c of ``b*x + c``."""
+"""The operands of a factor x: b and c of ``b*x + c``."""
 
 
 def shared_factors(node: Quotient) -> Iterator[tuple[Expression, Side, Side]]:

@@ -87,8 +87,7 @@ SUSPECT = 1e-9
 STILL = 1e-9
 """Share of the largest move along a null direction below which an unknown stays where it is."""
 SECOND_ORDER = 2.0**-90
-"""What the least singular value of a scaled matrix comes out as, at most, for vectors right to a float's last
-places, where it is 0."""
+"""An upper bound of the computed least singular value of a scaled matrix, if it is 0 exactly."""
 
 WITNESSED = 128.0
 """Half units of a last place by which the rule check lets numbers differ: how far those may be that say the
@@ -158,7 +157,7 @@ def _free_within_check(
 
 
 class _NearlySingular:
-    """The singular value decomposition of the scaled matrix: what of it is small."""
+    """The singular value decomposition of the scaled matrix: its small singular values."""
 
     def __init__(self, matrix: Sequence[Sequence[Any]], rhs: Sequence[Any]) -> None:
         self.matrix = matrix

@@ -34,7 +34,7 @@ GLANCE = 1_500
 ROUNDS = 40
 LAST_RESORTS = 2
 STEP, PLAN, SEARCH, FIRST_ROUND, ROUND, LAST_RESORT = 10, 50, 100, 300, 8_000, 100_000
-"""What else costs time, in the same unit: the first round of starts for each unknown."""
+"""The cost of other work, in the same unit: the first round of starts for each unknown."""
 
 
 class Budget:

@@ -205,11 +205,10 @@ def _solved_on(
     nudge: float = 0.0,
     most: int = ITERATIONS,
 ) -> tuple[list[float] | None, bool]:
-    """Where Newton's method in many digits ends that begins so far beside the start, and whether it settles:
-    between two roots that all but meet it may stay without an end. None where it leaves the neighbourhood, or
-    the domain of a rule.
+    """The end of Newton's method in many digits, started at this distance, and whether it converges: between
+    two close roots it may not. None if it leaves the neighbourhood, or the domain of a rule.
 
-    Raises Undefined where a slope has no value at the beginning.
+    Raises Undefined if a slope has no value at the beginning.
     """
     mp, unknowns = context(DIGITS), problem.unknowns
 

@@ -327,7 +327,7 @@ def _terms_of_exponents(rule: Equation) -> Iterator[str]:
 # --- tangents in place of exponentials ---
 
 TOUCHING = 1e-6
-"""How far a tangent's point may be from an argument: what the tangent leaves out is its square."""
+"""The distance of a tangent's point from an argument: the error of the tangent is its square."""
 
 
 class Tangents:

@@ -34,7 +34,7 @@ SIMPLE = 12
 SAME_TURN = 1e-12
 """Share of a turn that rounding may miss the beginning of a turn by."""
 LOST = 1e-3
-"""Share of a turn up to which rounding may tell turns apart."""
+"""Share of a turn up to which rounding may distinguish turns."""
 MOST = 1e300
 """Turns that a float can count."""
 

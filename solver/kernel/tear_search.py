@@ -205,7 +205,7 @@ class TearSearch:
     def _is_monotone(self, place: int, holes: Sequence[Interval], low: float, high: float) -> bool:
         """Whether the numerator of the residual is monotone from some hole over a box.
 
-        It is so on what lies within a box on which it is, and not on what holds one on which it is not.
+        If it is so on a box it is on every part of it, and if it is not, it is on no larger box.
         """
         for a, b in holes:
             box, (yes, no) = (min(low, a), max(high, b)), self._reach[place, (a, b)]

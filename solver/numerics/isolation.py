@@ -57,8 +57,8 @@ PRESPLIT = 5
 BOXES_ASKED = 5
 """Evaluations for a box of a level: the range of f, three points, and its slope."""
 CALMEST, LAST_LOOK = 50, 1.25
-"""Boxes of a level that are still split when the limits are reached, those in which f rises or falls least;
-and the work that may go on so, as a multiple of the limit."""
+"""Boxes of a level that are still split at the limits, those in which f changes least; and the work for
+this, as a multiple of the limit."""
 LOOKED_INTO = 50
 """Remaining clusters that are examined."""
 MANY = 50

@@ -101,8 +101,9 @@ class SparseFactor:
         return tuple(v.tolist()) if np.isfinite(v).all() else (1.0,) * self.n
 
     def spread(self, tolerance: Array, sizes: Array) -> float:
-        """The largest of |J⁻¹|·t beside the ``sizes``: a norm, estimated as by N. J. Higham & F. Tisseur
-        (SIAM J. Matrix Anal. Appl. 21 (2000) 1185–1201), from below and rarely off by a factor of 3."""
+        """The largest of |J⁻¹|·t relative to the ``sizes``: a norm, estimated as by N. J. Higham & F.
+        Tisseur (SIAM J. Matrix Anal. Appl. 21 (2000) 1185–1201), from below and rarely off by a factor
+        of 3."""
         from scipy.sparse import linalg
 
         weight = tolerance / self.rows

@@ -99,7 +99,7 @@ NULL = 1e-8
 """Share of the largest singular value up to which others count as 0, on the way to a curve of answers."""
 
 DAMPING = 1e-6
-"""What is added to the diagonal of normal equations, whose rows are of size 1, where they leave some free."""
+"""Added to the diagonal of normal equations, whose rows are of size 1, if they leave some free."""
 
 MEETING = 1e-5
 """Smallest singular value this near to a point where branches meet, rows having the unit size that they reach
@@ -113,7 +113,7 @@ TURNING = 1e-9
 """Part of a unit tangent along the parameter at which a start counts as a turning point."""
 
 CONSISTENT = 1e-11
-"""What rows of a singular linear system may miss beside their terms, and yet not contradict one another."""
+"""Residual of rows of a singular linear system, relative to their terms, that is no contradiction."""
 
 # --- how far may rounding go? ---
 
@@ -121,8 +121,8 @@ CANCELLED = 1e-12
 """Share of the terms of a difference that may be no more than their rounding: some thousand ε."""
 
 DELICATE = 1e-6
-"""How far beyond the end of an image a target may lie, relative to what it was made of, for the distance to
-be no more than lost digits: the root of CANCELLED."""
+"""Distance of a target beyond the end of an image, relative to its terms, that lost digits explain: the
+root of CANCELLED."""
 
 HALF = 2.0**-26
 """Relative error of a number of which half the digits are known, √ε: those of a double root."""
@@ -146,7 +146,7 @@ ORDINARY = 1e8
 """Condition up to which the backward error of an answer says enough: half the digits are left."""
 
 FAINTEST = 1e-200
-"""What a rule moves with its values, below which products of slopes may be lost below floats."""
+"""The move of a rule with its values below which products of slopes may underflow."""
 
 CLEAR = 1e-9
 """Share of its terms that a number must exceed for its sign to be taken as known, whatever rounding did to
@@ -183,8 +183,8 @@ MULTIPLE = 1e-4
 """An answer that rounding leaves open by more than this, relative to its size, is a multiple root."""
 
 PLATEAU = 1e-7
-"""Relative width from which on roots side by side are a stretch on which a rule with jumps is constant: far
-wider than ε, and narrower than what prices to the cent leave open."""
+"""Relative width of a group of roots that counts as a stretch on which a rule with jumps is constant: much
+wider than ε, and narrower than prices to the cent."""
 
 SIMPLE = 1e-10
 """The same, below which it is a simple root, even if Newton's method stalled in the rounding of a rule."""
@@ -193,7 +193,7 @@ BLUR = 3e-3
 """How far rounding spreads a multiple root, relative to its size: ε to the sixth root, for multiplicity 6."""
 
 VANISHED = 1e-150
-"""A number that small beside its typical size is 0, if the rules hold at 0: its square is below floats."""
+"""A number this small relative to its typical size is 0, if the rules hold at 0: its square underflows."""
 
 # --- numbers of many digits ---
 
@@ -219,7 +219,7 @@ SETTLED = 1e-30
 """Relative length of the last step of Newton's method in 60 digits: half of them."""
 
 NOTHING = 1e-40
-"""Residuals of numbers of size 1 this small are what 60 digits round."""
+"""Residuals of this size, for numbers of size 1, are rounding errors of 60 digits."""
 
 CLOSE = 1e-5
 """Relative distance of a root from another whose fold it shares."""
@@ -237,7 +237,7 @@ of CLOSE, as a fold is a parabola."""
 # --- polynomials with exact coefficients ---
 
 TOUCHING = Fraction(1, 10**9)
-"""An extremum this near to 0 beside its terms may be a double root that rounding of inputs has parted."""
+"""An extremum this near to 0, relative to its terms, may be a double root split by rounding of inputs."""
 
 POLISHED = 1e-2
 """Relative distance of an answer from the point that was refined to it."""

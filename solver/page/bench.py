@@ -50,11 +50,11 @@ KEPT = 20_000
 """Answers of a plan that are kept: each is a solve where it has no record, as where a length is 0."""
 
 MEMORY = 4 * 2**30
-"""Bytes of address space that a sheet may come to need."""
+"""Bytes of address space that a sheet may use."""
 
 QUICK = "check", "value", "frame", "warm"
 SLOW = "solve", "typeset", "motion", "rail", "swap", "sweep", "sensitivity", "why"
-"""What a page asks while something is typed or dragged, and what may take its time."""
+"""Requests of a page during typing or dragging, and those that may take longer."""
 
 
 class Bench:

@@ -48,7 +48,7 @@ def planner(model: Model) -> Planner:
 
 
 MAX_ENDS = 8
-"""Ends of a tree at most: beyond, a list of cases tells nobody anything."""
+"""The most leaves of a tree: a longer list of cases is useless."""
 
 MAX_CONDITIONS = 4
 """Conditions of one question that are followed up: every combination of outcomes is planned."""

@@ -44,7 +44,7 @@ MARGIN = 9.0
 """Millimetres around the points for symbols and labels."""
 
 CAPTION, BOLD, LEGEND = 8.5, 9.0, 7.0
-"""Sizes of captions, of titles and of what stands below a panel, in points."""
+"""Sizes of captions, of titles and of texts below a panel, in points."""
 
 _ROOM = (58.0, 50.0)
 """Millimetres that the points of a diagram may take up: three diagrams fit A4 across, twice three upright."""
@@ -451,7 +451,7 @@ MILLISECONDS = 60
 
 
 Frame: TypeAlias = tuple[str, Sequence[View | None]]
-"""One instant: what it is called, and its views, None in the place of one without an answer."""
+"""One instant: its name, and its views, None for one without an answer."""
 
 
 def images(film: Sequence[Frame], dpi: float) -> Iterator[Image.Image]:

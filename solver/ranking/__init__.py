@@ -1,1 +1,1 @@
-"""Which of several answers comes first, told from their numbers alone."""
+"""Which of several answers comes first, from their numbers alone."""

@@ -44,7 +44,7 @@ Vector = NDArray[np.float64]
 Places = NDArray[np.intp]
 
 EXACT = 100.0
-"""Weight of a rule without sums, beside one whose terms only balance."""
+"""Weight of a rule without sums, relative to one whose terms only balance."""
 DROP = 0.1
 """Weight of a product having the size of names that balance without it: in V = E - R*I it may be
 small."""

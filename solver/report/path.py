@@ -86,7 +86,7 @@ class Places:
         return f"{self._short[rule.rule.file]}:{rule.rule.line}"
 
     def rule(self, equation: Equation) -> tuple[str, str]:
-        """The place of a rule, and what it says."""
+        """The place of a rule, and its text."""
         return self.of(equation), self.said(equation)
 
     def said(self, equation: Equation) -> str:
@@ -223,7 +223,7 @@ LIMIT, NAMED = 12, 4
 """Rows shown, and names in a cell; the rest is counted."""
 
 LONGEST = 72
-"""Characters of a rule shown; its place tells where to read on."""
+"""Characters of a rule shown; the rest is found at its place."""
 
 
 def rule_status_table(result: Result) -> str:

@@ -74,7 +74,7 @@ Numbers: TypeAlias = tuple[Value, ...]
 Kind: TypeAlias = tuple[Shape, ...]
 """The shapes of the rules of a step, in which known names are numbers."""
 Pending: TypeAlias = tuple[Branch, Sequence[Step] | None, int]
-"""A branch, the steps that it goes on with, and the first of them; without steps it is planned first."""
+"""A branch, its remaining steps, and the first of them; without steps it is planned first."""
 
 
 @in_one_chunk

@@ -329,7 +329,7 @@ MOST_UNKNOWNS = 8
 REACHES = tuple(10.0**-k for k in range(2, 9))
 """Shares of the size of the unknowns along which the curve is tried, the longest first."""
 HIGH = 1e3
-"""How much farther than it goes along the curve μ is looked for."""
+"""The range of μ that is searched, relative to its range along the curve."""
 STEPS = 8
 """Newton steps towards the extreme of μ."""
 

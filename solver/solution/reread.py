@@ -69,7 +69,7 @@ rules must hold."""
 MOVED = 6
 """Inputs that are moved, one after another, until answers are found."""
 TINY = 1e-30
-"""How far beside an answer a rule is evaluated, relative to its values."""
+"""The distance from an answer at which a rule is evaluated, relative to its values."""
 
 
 def with_limits(asked: Asked, found: Exploration) -> tuple[Model, Exploration]:
@@ -260,7 +260,7 @@ TRIALS = (1.3247180, 7.3890561, 0.0207880, 1.1e-4)
 EVERYDAY = 0.7548777
 """Another trial value: for tiny inputs ``exp(x) - x`` is 1 at all other trials."""
 MOST = 4
-"""Unknowns, and given numbers, that are looked at."""
+"""The most unknowns, and given numbers, that are examined."""
 LITTLE = 10_000
 """Work that this may take: what is proven at every trial takes some hundreds."""
 _FLAT = named(lambda row: not row.smooth)

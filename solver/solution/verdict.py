@@ -209,7 +209,7 @@ class Verdict(NamedTuple):
 
 
 def judge(asked: Asked, found: Exploration) -> Verdict:
-    """The status of a solve, by what its leaves reached."""
+    """The status of a solve, from its leaves."""
     model, inputs = asked.model, asked.inputs
     underdetermined = [leaf for leaf in found.leaves if leaf.underdetermined and leaf.missing]
     uncovered = _uncovered(model, found, inputs) if underdetermined else ()

@@ -148,7 +148,7 @@ class Plan:
             self._call(primary, with_fallback(every, self._every))
 
     def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
-        """What the first record does not cover, or all if there is none yet."""
+        """The answers that the first record does not cover, or all if there is none yet."""
         numbers = self._numbers(given, named)
         found = self.records.known(numbers)
         if found is None:

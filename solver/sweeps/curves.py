@@ -67,7 +67,7 @@ def _forks(graph: ModelGraph, step: Step) -> bool:
 
 
 STEEP = 0.8
-"""Share of a change that one half of an interval takes, and not the other, where it is looked at closely."""
+"""Share of a change in one half of an interval at which it is examined closely."""
 VANISHED = 1e-3
 """Share of its largest change by which a continuous value still changes at the end."""
 ROUNDING = 2.0**-49

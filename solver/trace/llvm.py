@@ -85,7 +85,7 @@ def _forms(unit: str, right: float, scale: float) -> dict[str, Callable[..., int
 
 
 _ANGLES = FORMS | _forms("", _HALF_PI, 1.0) | _forms("d", 90.0, DEGREE)
-"""What is written as other operations."""
+"""Functions that are written as other operations."""
 
 
 class _Writer:

@@ -41,7 +41,7 @@ THRESHOLD = 0.05
 
 
 Entries: TypeAlias = dict[tuple[int, int], Any]
-"""What stands at (row, column) of a sparse matrix."""
+"""The entries of a sparse matrix by (row, column)."""
 
 
 @dataclass

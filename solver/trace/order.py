@@ -79,7 +79,7 @@ NOISE = 1e-13
 
 
 FACTORS = (10.0, 5.0, 3.0, 2.0, 1.5, 1.2, 1.1, 1.05, 1.02, 1.01)
-"""How far numbers may be from those of the sample for their order to be told beforehand, the widest first."""
+"""The ranges around numbers of the sample for which the order may be known, the widest first."""
 FAR = 1e200
 """Numbers up to which one may be anything."""
 TURNED = 30.0

@@ -218,7 +218,7 @@ class _Simplification:
         self.old, self.flow, self.order = program, program.flow, program.order
         self.ranges: dict[int, Pieces] = {}
         self.nodes: dict[int, int] = {}
-        """What stands for a node."""
+        """The simplified form of each node."""
         self.checks, self.finite = checks_and_bounds(self.flow, program.holds)
         self.sure = self._with(self.finite.values())
 

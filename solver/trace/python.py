@@ -63,7 +63,7 @@ def direction_lines(name: str, y: str, x: str) -> list[str]:
 
 
 NAMES = {"sin": sin, "cos": cos, "atan2": atan2, "sine_and_cosine": sine_and_cosine}
-"""What the statements call."""
+"""The names that the statements use."""
 
 
 Row: TypeAlias = tuple[Value, ...]
@@ -160,7 +160,7 @@ class _Writer:
         self.lines: list[str] = []
         self.indent = ""
         self.texts: dict[int, str] = {}
-        """What reads a node: a name, or what computes it where that is the only reader."""
+        """The text of each node: a name, or its operation if it is read only once."""
         self.depths: dict[int, int] = {}
         self.reads = reads(program)
 

@@ -35,13 +35,13 @@ from solver.trace.program import Ending, Program, simplified
 from solver.trace.python import compile_scalar
 
 MATCHES = 1e-6
-"""How near a number of the record must come to the answer that it was made from, relative to it."""
+"""The relative distance of a number of the record from the answer it was made from."""
 APART = 1e-6
 """The least relative distance of two answers of a block."""
 BESIDE = 1e-3, -7e-4
 """How far from the sample answers must be the same that are so at it, relative to its numbers."""
 REMOTE = 1e60
-"""No record is good for larger numbers, or for smaller ones than 1 over it: products of them overflow."""
+"""Records are not valid for larger numbers, or for smaller ones than 1 over it: products overflow."""
 MAX_DEAD = 8
 """The most branches without an answer that a record watches."""
 _DIRECTIONS = named(lambda row: row.angle) | {"direction", "directiond"}

@@ -38,7 +38,7 @@ from solver.trace.record import MAX_DEAD, Proof, Recording
 BEYOND = 1e-6
 """How far outside of an image, relative to the numbers around, a target is refused without a second look."""
 ROUNDINGS = 2.0**10
-"""How often what rounding may move a target by at the sample, it lies outside at least."""
+"""The least distance outside a range, in multiples of the rounding at the sample."""
 
 
 class Refusal(Recording):
@@ -233,7 +233,7 @@ MAX_FAILURES = 12
 SOON = 3
 """Calls for a first answer that are worth a program for it alone."""
 AGREEMENT = 1e-6
-"""How near a record must come to the row that it was made from, relative to each number."""
+"""The relative distance of a record from the row it was made from."""
 
 
 class Records:

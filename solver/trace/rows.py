@@ -44,9 +44,9 @@ MANY = 512
 LARGE = 800
 """Operations of blocks that take longer to compile to machine code than most sweeps take without it."""
 WIDE = 4096
-"""Rows of a steady sweep whose inputs are looked at together."""
+"""Rows of a steady sweep whose inputs are examined together."""
 SPAN, AHEAD = 1024, 1024
-"""Rows whose other answers are told by ranges together, and how many such spans are told at once."""
+"""Rows whose other answers are decided by ranges together, and how many such spans at once."""
 FEW = 0.5
 """Share of the spans up to which those that ranges leave open are computed row by row."""
 TOGETHER = 2**17
