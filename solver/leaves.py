@@ -173,7 +173,7 @@ class Leaf:
         return not self.missing and not self.conflicts
 
     @property
-    def on_edge(self) -> bool:
+    def on_boundary(self) -> bool:
         """Whether an equality between unknowns was assumed on the way."""
         return EQUAL in self.branch.signs.values()
 

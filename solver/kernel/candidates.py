@@ -153,10 +153,10 @@ class Candidates:
         repeated = (self._near(beside(point, one.values), one.values, ROUNDED) for one in self.answers)
         if not multiple and any(repeated):  # most starts lead to an answer that is known
             return
-        if counted or self.stands(point, found):
+        if counted or self.has_root_nearby(point, found):
             self._add(Answer(point, self._double(point) if multiple else None, counted), errors)
 
-    def stands(self, point: dict[str, float], found: Uncertainty) -> bool:
+    def has_root_nearby(self, point: dict[str, float], found: Uncertainty) -> bool:
         """Whether a root of the block lies within the error bars of a point at which its rules hold. One that
         is too close to a division by 0 for floats is recorded for more digits."""
         small = ORDINARY * EPS  # rules and block so well-conditioned that a root is near if the rules hold
@@ -236,7 +236,7 @@ class Candidates:
         beside = self.problem.beside
         return any(self._covers(answer, beside(root, answer.values)) for answer in self.answers)
 
-    def part(self, roots: Sequence[Mapping[str, float]]) -> None:
+    def separate(self, roots: Sequence[Mapping[str, float]]) -> None:
         """Record which of these roots, proven to be different, rounding has merged with another: points
         between two close roots may all satisfy the rules as far as floats tell."""
         taken: set[int] = set()

@@ -146,7 +146,7 @@ class TearSearch:
         for root in proven:
             candidates.proven(root)
         if search.complete:
-            candidates.part(proven)
+            candidates.separate(proven)
         for x in search.touching:
             self._candidate(place, x)
         doubtful = (*search.touching, *(0.5 * (a + b) for a, b in search.unresolved))

@@ -198,22 +198,22 @@ def possible(signs: Iterable[Signed], known: Mapping[str, Value]) -> bool:
 
 def compatible(premises: Iterable[tuple[Condition, bool]], known: Mapping[str, Value]) -> bool:
     """Whether conditions can have these outcomes together."""
-    choices = list(islice(product(*(_ways(*premise) for premise in premises)), MAX_ALTERNATIVES + 1))
+    choices = list(islice(product(*(_alternatives(*premise) for premise in premises)), MAX_ALTERNATIVES + 1))
     if len(choices) > MAX_ALTERNATIVES:
         return True
     return any(possible(chain.from_iterable(choice), known) for choice in choices)
 
 
-def _ways(condition: Condition, holds: bool) -> list[tuple[Signed, ...]]:
+def _alternatives(condition: Condition, holds: bool) -> list[tuple[Signed, ...]]:
     """The alternatives that each lead to an outcome of a condition."""
     match condition:
         case Comparison(operator, left, right):
             sign = OPERATORS[operator]
             return [(((left, right), sign if holds else EVERY - sign),)]
         case Not(term):
-            return _ways(term, not holds)
+            return _alternatives(term, not holds)
         case And(terms) | Or(terms):
-            parts = [_ways(term, holds) for term in terms]
+            parts = [_alternatives(term, holds) for term in terms]
             if isinstance(condition, Or) is holds:
                 return list(chain.from_iterable(parts))
             together = islice(product(*parts), MAX_ALTERNATIVES + 1)

@@ -211,7 +211,7 @@ class PathSearch:
         Answers of other cases do not make this a solved one; a case of equality is only its
         boundary.
         """
-        return any(not blocked(leaf) and not leaf.on_edge for leaf in self.open_cases[count:])
+        return any(not blocked(leaf) and not leaf.on_boundary for leaf in self.open_cases[count:])
 
     # --- following a path ---
 

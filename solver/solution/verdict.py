@@ -213,7 +213,9 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
     model, inputs = asked.model, asked.inputs
     underdetermined = [leaf for leaf in found.leaves if leaf.underdetermined and leaf.missing]
     uncovered = _uncovered(model, found, inputs) if underdetermined else ()
-    if underdetermined and not (uncovered and any(leaf.solved and not leaf.on_edge for leaf in found.leaves)):
+    if underdetermined and not (
+        uncovered and any(leaf.solved and not leaf.on_boundary for leaf in found.leaves)
+    ):
         return _unfinished(model, underdetermined, inputs)
     solved = _preferred(model, [leaf for leaf in found.leaves if leaf.solved])
     graph = planner(model).graph
@@ -260,7 +262,7 @@ def _uncovered(model: Model, found: Exploration, inputs: Mapping[str, Value]) ->
     """The cases without contradiction in which no rule determines a wanted variable; none if a rule of such
     a case holds for any value of it: then there is a continuum of answers."""
     leaves = [
-        leaf for leaf in found.open_cases if not (leaf.underdetermined or leaf.on_edge or blocked(leaf))
+        leaf for leaf in found.open_cases if not (leaf.underdetermined or leaf.on_boundary or blocked(leaf))
     ]
     why = (fact for leaf in leaves for fact in leaf.branch.reasons)
     if any(isinstance(fact, facts.AsksNothing | facts.RankLoss) for fact in why):
