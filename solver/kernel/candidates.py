@@ -56,6 +56,7 @@ class Candidates:
         self.sensible: Answer | None = None
         self.outside: Fact | None = None
         self.suspects: list[dict[str, float]] = []
+        self.holes: list[dict[str, float]] = []
         self.refused: list[dict[str, float]] = []
         self.miss = math.inf
         self.nearest: tuple[Mapping[str, float], tuple[float, ...]] = {}, ()
@@ -269,8 +270,8 @@ class Candidates:
         elif self.nearly(point):
             self.suspects.append(point)
 
-    def nearly(self, point: dict[str, float]) -> bool:
-        """Whether every residual at a point is a tiny share of the terms of its equation."""
+    def nearly(self, point: dict[str, float], share: float = NEARLY) -> bool:
+        """Whether every residual at a point is no more than a ``share`` of the terms of its equation."""
         everything = {**self.problem.here, **point}
         if any(abs(v) > REMOTE for v in point.values()):
             return False
@@ -279,7 +280,7 @@ class Candidates:
         except (ArithmeticError, ValueError):
             return False
         sizes = (gross(equation, everything) for equation in self.problem.kernel.equations)
-        return all(abs(miss) <= NEARLY * size for miss, size in zip(misses, sizes, strict=True))
+        return all(abs(miss) <= share * size for miss, size in zip(misses, sizes, strict=True))
 
     def note(self, point: dict[str, float]) -> None:
         """Record the nearest miss inside the ranges, by the largest residual, with all
@@ -353,7 +354,8 @@ class BlockOutcome(NamedTuple):
     ``facts`` explain what is missing; ``free`` are unknowns that the block does not determine (then the one
     answer holds what it does determine). ``attempts`` are the methods that were tried. ``suspects`` are
     points that nearly satisfy the block, at which floats do not tell whether there are two roots, one, or
-    none. If only these prevent ``complete``, ``stretches`` are where they lie. ``refused`` are near roots
+    none. If only these prevent ``complete``, ``stretches`` are where they lie. ``holes`` are points beside
+    which rules nearly hold and at which one is 0/0. ``refused`` are near roots
     that are proven to exist, but that floats cannot represent well enough to be answers; with them all would
     be known if ``whole``. ``doubtful``: rounding may have decided whether a linear block determines its
     unknowns, or contradicts itself. ``cut``: there are more answers than are listed.
@@ -365,6 +367,7 @@ class BlockOutcome(NamedTuple):
     free: tuple[str, ...] = ()
     attempts: tuple[Attempt, ...] = ()
     suspects: tuple[Mapping[str, float], ...] = ()
+    holes: tuple[Mapping[str, float], ...] = ()
     stretches: tuple[Stretch, ...] = ()
     refused: tuple[Mapping[str, float], ...] = ()
     whole: bool = False

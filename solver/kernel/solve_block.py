@@ -351,6 +351,7 @@ class _Search:
             facts,
             attempts=tuple(candidates.attempts),
             suspects=tuple(candidates.suspects),
+            holes=tuple(candidates.holes),
             stretches=self.stretches,
             refused=tuple(candidates.refused),
             whole=self.whole or self.complete,

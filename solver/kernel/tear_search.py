@@ -36,7 +36,7 @@ from solver.kernel.chain import RESIDUAL, Assignment, Chain, assigned, followed,
 from solver.kernel.linear_block import left_free
 from solver.kernel.problem import BlockProblem
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
-from solver.numerics.tolerances import BACKWARD, NOTHING
+from solver.numerics.tolerances import BACKWARD, BESIDE_HOLE, NOTHING, ROUGHLY
 from solver.path import Isolation, SolveBlock
 from solver.path.graph import ModelGraph
 from solver.path.isolate import isolate
@@ -170,6 +170,10 @@ class TearSearch:
             return []
         points = dict.fromkeys((0.0, 1.0, *filter(math.isfinite, self.problem.domain(self.tear))))
         exact = [(x, x) for x in points if self._is_hole(place, x)]
+        beside = (self._along(place, x + BESIDE_HOLE * (abs(x) or 1.0)) for x, _ in exact)
+        self.candidates.holes += [
+            point for point in beside if point and self.candidates.nearly(point, ROUGHLY)
+        ]
         divisors = enumerate(self.kernel.removable)
         return exact + [hole for number, divisor in divisors for hole in self._around(place, number, divisor)]
 

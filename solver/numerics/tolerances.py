@@ -158,6 +158,10 @@ UNCANCELLED = 1e-13
 NEARLY = 1e-9
 """Share of its terms that an equation misses by at a point worth a closer look."""
 
+BESIDE_HOLE, ROUGHLY = 1e-7, 1e-3
+"""Relative distance from a point where rules are 0/0 at which floats still keep half of their digits; and the
+share of its terms that an equation may miss by there, for its limit to be looked at."""
+
 # --- are two numbers, two answers, two roots one? ---
 
 ROUNDED = 8 * EPS

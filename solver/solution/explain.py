@@ -63,9 +63,11 @@ class _Explanation:
         """Notes on an accepted answer: blank variables, truncated lists."""
         said = (*self.verdict.facts, *(fact for leaf in self.verdict.leaves for fact in leaf.branch.facts))
         notes = [fact for fact in said if isinstance(fact, facts.Filled | facts.Beside | facts.Uncovered)]
+        solved = self.verdict.status is facts.Status.SOLVED
+        holes = [f for f in self.verdict.facts if solved and isinstance(f, facts.Indeterminacy)]
         cut_off = [fact for fact in leaf.branch.facts if isinstance(fact, facts.Truncated)]
-        yield from map(self._said, (*dict.fromkeys(notes), *cut_off))
-        if self.verdict.status is facts.Status.SOLVED:
+        yield from map(self._said, (*dict.fromkeys(notes), *holes, *cut_off))
+        if solved:
             for fact in leaf.branch.reasons:
                 if isinstance(fact, facts.NoValue) and fact.unknown not in leaf.branch.values:
                     text = f"{fact.unknown} has no value here: its rule needs {fact.reading}"
@@ -180,6 +182,10 @@ class _Explanation:
         equation = self.model.equations[fact.equation]
         at = [f"{name} = {_text(fact.values[name])}" for name in equation.names if name in fact.values]
         unknown = tuple(name for name in equation.names if name not in fact.values)
+        if self.verdict.status is facts.Status.SOLVED:
+            message = f"this rule is undefined at {listed(at)} ({fact.form}), and its limit satisfies it"
+            cure = "--limits, or limits = yes in the sheet, lists this answer, too"
+            return self._note("S598", message, (fact.equation,), unknown, cure)
         message = f"this rule is undefined here ({fact.form})"
         if fact.limit is not None:
             message += f"; the limit is {fact.limit:.10g}"
@@ -358,9 +364,11 @@ class _Explanation:
         return Diagnosis(code, Severity.ERROR, message, labels, notes, tuple(variables))
 
     def _note(
-        self, code: str, message: str, equations: Sequence[int], variables: Sequence[str] = ()
+        self, code: str, message: str, equations: Sequence[int], variables: Sequence[str] = (), *notes: str
     ) -> Diagnosis:
-        return Diagnosis(code, Severity.NOTE, message, _labels(self.model, equations), (), tuple(variables))
+        return Diagnosis(
+            code, Severity.NOTE, message, _labels(self.model, equations), notes, tuple(variables)
+        )
 
 
 def _labels(model: Model, equations: Sequence[int]) -> tuple[Label, ...]:

@@ -231,14 +231,29 @@ def _holds_beside(equation: Equation, values: Mapping[str, Value]) -> bool:
     return bool(abs(miss) / 2 <= BACKWARD * total)
 
 
-# --- blocks without an answer whose equations are 0/0 where there would be one ---
+# --- blocks whose equations are 0/0 where there would be an answer, or another one ---
+
+
+def undefined_beside(asked: Asked, found: Exploration, known: Mapping[str, Value]) -> Iterator[Indeterminacy]:
+    """Rules that are 0/0 at points where those of a block hold in the limit, beside the ``known`` answer."""
+    for (step, _), outcome in found.outcomes.items():
+        rules = [asked.model.equations[e] for e in step.equations]
+        for point in outcome.holes:
+            there = {**known, **_rounded(point)}
+            undefined = [at for rule in rules if (at := indeterminacy(rule, there)) is not None]
+            if undefined and all(_holds_beside(rule, there) for rule in rules):
+                yield undefined[0]
+
+
+def _rounded(point: Mapping[str, float]) -> dict[str, float]:
+    return {name: float(f"{round(x, PLACES):.{PLACES}g}") + 0.0 for name, x in point.items()}
 
 
 def hole(asked: Asked, leaf: Leaf, fact: NoRoot) -> Indeterminacy | None:
     """A rule that is 0/0 next to the nearest miss of a block, where rules nearly hold, and its limit at the
     presumed answer."""
     model, best = asked.model, {**leaf.branch.values, **fact.best}
-    there = {**best, **{name: float(f"{round(x, PLACES):.{PLACES}g}") + 0.0 for name, x in fact.best.items()}}
+    there = {**best, **_rounded(fact.best)}
     rules = [model.equations[e] for e in fact.equations]
     sizes = zip(rules, fact.misses, strict=False)
     if any(abs(miss) > 10.0**-PLACES * gross(rule, best) for rule, miss in sizes):

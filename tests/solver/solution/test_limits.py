@@ -175,3 +175,22 @@ def test_limits_are_found_where_rules_give_the_numbers() -> None:
     assert refused.message.endswith("the limit is 28")
     result = solver.solve(model, limits=True)
     assert {name: result[name] for name in ("Q", "Tho", "Tco")} == {"Q": 84.0, "Tho": 48.0, "Tco": 62.0}
+
+
+@pytest.mark.parametrize(
+    ("rule", "inputs", "hole"),
+    [
+        ("A = P*i/(1 - (1 + i)^-n)", {"P": 12000.0, "n": 48.0, "A": 250.0}, "i = 0"),
+        ("A = P*i/(1 - (1 + i)^-n)", {"P": 36000.0, "n": 12.0, "A": 3000.0}, "i = 0"),
+        ("F = A*((1 + i)^n - 1)/i", {"F": 2500.0, "n": 25.0, "A": 100.0}, "i = 0"),
+    ],
+)
+def test_an_answer_by_a_limit_is_told_beside_others(rule: str, inputs: dict[str, float], hole: str) -> None:
+    """At 0 % a rate is the sum over the months, by the limit of the formula alone."""
+    model = rulesheets.loads(rule)
+    result = solver.solve(model, inputs)
+    assert str(result.status) == "solved" and result["i"] != 0.0
+    (note,) = (d for d in result.diagnoses if d.code == "S598")
+    assert hole in note.message
+    near = solver.solve(model, {**inputs, "n": inputs["n"] * 1.01})
+    assert not any(d.code == "S598" for d in near.diagnoses)
