@@ -48,7 +48,7 @@ from solver.path import (
     given_by,
 )
 from solver.path.cases import EQUAL, activity, known_rules, value_of_equality
-from solver.path.graph import Shape, asked_shape, shape_of
+from solver.path.graph import Shape, asked_shape, is_angle_sum, shape_of
 from solver.path.planner import planner
 
 MAX_LEAVES, FEW_LEAVES, MAX_VALUES = 1_000, 20, 20_000
@@ -100,8 +100,8 @@ def explore(
 class PathSearch:
     """Follows every branch in floats; a subclass may solve the steps in another arithmetic.
 
-    ``complete``: no step so far can have more answers than were followed. ``delicate``: somewhere rounding
-    decides how many there are, or whether a rule holds.
+    ``complete``: no step so far can have more answers than were followed, but for whole turns of angles
+    (``turned``). ``delicate``: somewhere rounding decides how many there are, or whether a rule holds.
     """
 
     def __init__(self, asked: Asked, enough: Callable[[Leaf], bool] | None = None) -> None:
@@ -127,6 +127,7 @@ class PathSearch:
         self.contradicted: list[Leaf] = []
         self.open_cases: list[Leaf] = []
         self.complete, self.delicate = True, False
+        self.turned = False
         self.gaps: dict[tuple[int, ...], Gap] = {}
 
     def run(self) -> Exploration:
@@ -153,9 +154,21 @@ class PathSearch:
     def _found(self) -> Exploration:
         """The results; an open case hides no answer if its missing values are refused."""
         complete = self.complete and all(excluded(leaf) or self._refused(leaf) for leaf in self.open_cases)
+        complete = complete and not (self.turned and self._reads_turns())
         ends = tuple(self.leaves), complete, tuple(self.contradicted), tuple(self.open_cases)
         gaps = tuple(self.gaps.values())
         return Exploration(*ends, self.delicate, self.outcomes, self.budget.used, gaps)
+
+    def _reads_turns(self) -> bool:
+        """Whether ways with other whole turns of an angle may end otherwise than those that were followed.
+
+        They cannot if each of these ends at a rule that reads its angles in periodic functions.
+        """
+        model, facts = self.model, [fact for leaf in self.contradicted for fact in leaf.conflicts]
+        rules = [model.equations[i] for fact in facts if isinstance(fact, Conflict) for i in fact.equations]
+        sums = any(is_angle_sum(rule.left) and is_angle_sum(rule.right) for rule in rules)
+        weighed = sums or len(rules) < len(facts) or model.conditions or model.requirements
+        return bool(weighed or self.leaves or self.open_cases)
 
     def _refused(self, leaf: Leaf) -> bool:
         """Whether no value satisfies a rule that leads to a missing value of a leaf."""
@@ -194,9 +207,9 @@ class PathSearch:
         cut: bool,
     ) -> None:
         """Record where a step may have more answers than are listed, the first of each step."""
-        if any(map(self._turned, unknowns)):
-            complete = False
         self.complete = self.complete and complete
+        if any(map(self._turned, unknowns)):
+            self.turned, complete = True, False
         if complete or equations in self.gaps:
             return
         first = (values.get(unknowns[0]) for values in listed)

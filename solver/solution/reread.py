@@ -26,6 +26,7 @@ from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule, gross, sides
 from solver.facts import (
     AsksNothing,
+    Conflict,
     DoubleRoot,
     Fact,
     Filled,
@@ -348,6 +349,25 @@ def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> tupl
     return (low, high) if high - low <= SAME_VALUE * max(abs(low), abs(high)) else None
 
 
+def contradicted_otherwise(asked: Asked, found: Exploration) -> Verdict | None:
+    """The verdict that a rule contradicts every answer of the others; None where these may have more.
+
+    What the rule was solved for itself may be only some of its answers, as of ``tan(E/2) = u``.
+    """
+    for gap in found.gaps[:MOST]:
+        rule = asked.model.equations[gap.equations[0]] if len(gap.equations) == 1 else None
+        if rule is None or rule.guard:
+            continue
+        others = explore(asked._replace(model=_without_rule(asked.model, rule)))
+        ends = [leaf for leaf in others.leaves if leaf.branch.values.keys() >= {*rule.names}]
+        checks = [check_rule(rule, leaf.branch.values) for leaf in ends]
+        clear = others.complete and not others.delicate and len(ends) == len(others.leaves)
+        if ends and clear and not any(check.holds or check.delicate for check in checks):
+            conflict = Conflict((rule.index,), checks[0].miss, ends[0].branch.values)
+            return Verdict(Status.INCONSISTENT, (ends[0],), (conflict,))
+    return None
+
+
 # --- rules that lose an unknown ---
 #
 # A product with a factor that is 0 at known values does not depend on its other factor, so a rule with such a
@@ -484,6 +504,8 @@ def judged_again(
             undefined = tuple(filter(None, (hole(asked, verdict.leaves[0], fact) for fact in roots)))
             if undefined:
                 verdict = Verdict(Status.SINGULAR, verdict.leaves, undefined)
+        if verdict.status is Status.FAILED and found.contradicted:
+            verdict = contradicted_otherwise(asked, found) or verdict
         if verdict.status in (Status.FAILED, Status.INFEASIBLE):
             fixed = fixed_otherwise(asked, verdict.facts)
             verdict = verdict._replace(status=Status.INCONSISTENT, facts=(fixed,)) if fixed else verdict

@@ -263,3 +263,28 @@ def test_a_symbol_that_is_only_compared_is_no_mistake() -> None:
         rulesheets.loads("if x > 2 then y = 2 else y = 3\nz = w"), {"x": "open", "w": "off"}
     )
     assert (result["y"], result["z"]) == (3.0, "off")
+
+
+@pytest.mark.parametrize(
+    ("sheet", "given"),
+    [
+        # a four-bar whose rocker is given beside the crank: no coupler of 7 reaches, however it is turned
+        (
+            "2*cosd(30) + 7*cosd(t) = 6 + 9*cosd(r)\n2*sind(30) + 7*sind(t) = 9*sind(r)\nmu = abs(r - t)",
+            {"r": 123.15},
+        ),
+        # Kepler's equation fixes E; the tangent of half of it has infinitely many
+        ("tan(E/2) = sqrt((1 - e)/(1 + e))*tand(nu/2)\nM = E - e*sin(E)", {"e": 0.5, "nu": 75, "M": 0.4869}),
+        # a shock tube with a velocity beside the pressures
+        (
+            "p4 = p/(1 - (p - 1)*0.4/sqrt(2*k*(2*k + (k + 1)*(p - 1))))^(2*k/(k - 1))\n"
+            "u = 340/k*(p - 1)*sqrt(2*k/(k + 1)/(p + (k - 1)/(k + 1)))",
+            {"k": 1.4, "p4": 8, "u": 264.85},
+        ),
+    ],
+)
+def test_numbers_that_contradict_each_other_are_said_to(sheet: str, given: dict[str, float]) -> None:
+    """Although the rule that was solved first may have more answers than are listed."""
+    result = solver.solve(rulesheets.loads(sheet), given)
+    assert str(result.status) == "inconsistent"
+    assert result.diagnoses[0].code == "S520"
