@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import acos, atan, atan2, cos, degrees, exp, hypot, log, log10, pi, radians, sin, sqrt, tan
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, fsolve
 
 from .corpus import OWN, sheet
 
@@ -221,6 +221,22 @@ def bus_voltage(Vs, R, X, P, Q):
     Vr = sqrt((-b + sqrt(b**2 - 4 * c)) / 2)
     current = hypot(P, Q) / (sqrt(3) * Vr)
     return {"Vr": Vr, "I": current, "loss": 3 * current**2 * R}
+
+
+@sheet("voltages near 1 are the operating ones", "d3 > Q3, V3 > V1, d2 > b13, Q2 > V1, V3 d3 > P2 V2")
+def load_flow(V1, V2, P2, P3, Q3, b12, b13, b23):
+    def rest(state):
+        V3, d2, d3 = state
+        return [
+            V2 * V1 * b12 * sin(d2) + V2 * V3 * b23 * sin(d2 - d3) - P2,
+            V3 * V1 * b13 * sin(d3) + V3 * V2 * b23 * sin(d3 - d2) + P3,
+            V3 * (V3 * (b13 + b23) - V1 * b13 * cos(d3) - V2 * b23 * cos(d3 - d2)) + Q3,
+        ]
+
+    V3, d2, d3 = map(float, fsolve(rest, [1.0, 0.0, 0.0], xtol=1e-13))
+    Q2 = V2 * (V2 * (b12 + b23) - V1 * b12 * cos(d2) - V3 * b23 * cos(d2 - d3))
+    P1 = V1 * (V2 * b12 * sin(-d2) + V3 * b13 * sin(-d3))
+    return {"V3": V3, "d2": degrees(d2), "d3": degrees(d3), "Q2": Q2, "P1": P1}
 
 
 @sheet(OWN, "V > T, R > T, V > beta, R V > T Rs")
