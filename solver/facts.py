@@ -150,7 +150,7 @@ class RankLoss(NamedTuple):
     """A block whose equations do not determine ``free``, which moves along ``direction`` from ``point``.
 
     ``everywhere``: linear equations that are dependent at any values (under-determined); otherwise a
-    singular point (dead centre, double root).
+    singular point (dead centre, double root). ``dependent``: equations that follow from the others.
     """
 
     equations: tuple[int, ...]
@@ -158,6 +158,7 @@ class RankLoss(NamedTuple):
     direction: Mapping[str, float]
     everywhere: bool
     point: Mapping[str, Value]
+    dependent: tuple[int, ...] = ()
 
 
 class Beside(NamedTuple):

@@ -132,7 +132,8 @@ def undetermined(
         except (ArithmeticError, ValueError):
             return None
     free = tuple(n for n in problem.unknowns if any(abs(d[n]) > STILL for d in directions))
-    return left_free(problem, point, directions[0], free)
+    dependent = tuple(problem.equations[i] for i in near.dependent(len(lost)))
+    return left_free(problem, point, directions[0], free, dependent)
 
 
 def _free_within_check(
@@ -205,6 +206,14 @@ class _NearlySingular:
         point: list[float] = ((self.v[:kept].T @ y) / self.columns).tolist()
         return point
 
+    def dependent(self, lost: int) -> list[int]:
+        """Rows that follow from the others: pivots of the combinations (lost, n) that are 0 = 0."""
+        found, zeros = [], self.u[:, len(self.s) - lost :].T.copy()
+        for k, row in enumerate(zeros):
+            found.append(int(np.argmax(np.abs(row))))
+            zeros[k + 1 :] -= np.outer(zeros[k + 1 :, found[-1]] / row[found[-1]], row)
+        return found
+
     def contradiction(self, problem: BlockProblem, lost: int) -> BlockOutcome:
         """The equations whose left sides combine to 0 = 0, and the combination of their right sides."""
         scaled = self.u[:, len(self.s) - lost :].T
@@ -244,7 +253,8 @@ def solve_linear_block(problem: BlockProblem, off: InputErrors) -> BlockOutcome 
             return BlockOutcome(facts=(fact,))
     if facts.free:
         direction = dict(zip(problem.unknowns, facts.nullspace[0], strict=True))
-        return left_free(problem, point, direction, tuple(problem.unknowns[j] for j in facts.free))
+        dependent = tuple(problem.equations[i] for i in facts.dependent)
+        return left_free(problem, point, direction, tuple(problem.unknowns[j] for j in facts.free), dependent)
     if len(point) < len(problem.unknowns):
         return None
     near = len(matrix) <= EXACT_LIMIT and _NearlySingular.of(matrix, rhs) is not None
@@ -288,7 +298,11 @@ def _regular(problem: BlockProblem, point: dict[str, float]) -> BlockOutcome | N
 
 
 def left_free(
-    problem: BlockProblem, point: Mapping[str, float], direction: Mapping[str, float], free: tuple[str, ...]
+    problem: BlockProblem,
+    point: Mapping[str, float],
+    direction: Mapping[str, float],
+    free: tuple[str, ...],
+    dependent: tuple[int, ...] = (),
 ) -> BlockOutcome:
     """The outcome of a block that leaves unknowns ``free``, along ``direction`` at ``point``."""
     with np.errstate(all="ignore"):
@@ -297,7 +311,7 @@ def left_free(
         except (ArithmeticError, np.linalg.LinAlgError):
             everywhere = False
     there = {**problem.here, **dict.fromkeys(problem.unknowns, 1.0), **point}
-    fact = RankLoss(problem.equations, free, direction, everywhere, there)
+    fact = RankLoss(problem.equations, free, direction, everywhere, there, dependent)
     fixed = {name: number for name, number in point.items() if name not in free}
     return BlockOutcome((Answer(fixed),), complete=True, facts=(fact,), free=free)
 

@@ -329,7 +329,7 @@ class LinearOutcome(NamedTuple):
     whole if the rows contradict one another. ``nullspace``: a basis, each vector (n,); unknown j is
     free if any vector has a nonzero j-th entry. ``conflict``: a smallest-by-inclusion set of rows whose
     combination reads 0 = miss with miss ≠ 0; ``multipliers`` are the factors of those rows, ``miss``
-    their combined right-hand side.
+    their combined right-hand side. ``dependent``: rows that follow from the others, if that was exact.
     """
 
     solution: tuple[float | None, ...] | None
@@ -337,6 +337,7 @@ class LinearOutcome(NamedTuple):
     conflict: tuple[int, ...] = ()
     multipliers: tuple[float, ...] = ()
     miss: float = 0.0
+    dependent: tuple[int, ...] = ()
 
     @property
     def free(self) -> tuple[int, ...]:
@@ -390,7 +391,8 @@ def solve_linear(
     for i, column in pivots.items():
         if sum(map(bool, rows[i][:n])) == 1:
             values[column] = _quotient(rows[i][n], rows[i][column])
-    return LinearOutcome(tuple(values), tuple(basis))
+    dependent = tuple(i for i in range(len(rows)) if i not in pivots)
+    return LinearOutcome(tuple(values), tuple(basis), dependent=dependent)
 
 
 def gauss_jordan(

@@ -499,7 +499,9 @@ class PathSearch:
         branch.attempts[step] = outcome.attempts
         if outcome.free:
             lost = next(fact for fact in outcome.facts if isinstance(fact, RankLoss))
-            branch.inactive.update(dict.fromkeys(step.equations, lost))
+            # without a rule that follows from the others, these may determine more with the rest of the sheet
+            spare = lost.dependent if lost.everywhere else ()
+            branch.inactive.update(dict.fromkeys(spare or step.equations, lost))
             self._learn(branch, step, outcome.answers[0].values)
             return True
         if not outcome.answers:

@@ -9,6 +9,7 @@ from typing import Any
 
 import mpmath
 import pytest
+from scipy.optimize import fsolve
 
 import rulesheets
 import solver
@@ -288,3 +289,28 @@ def test_numbers_that_contradict_each_other_are_said_to(sheet: str, given: dict[
     result = solver.solve(rulesheets.loads(sheet), given)
     assert str(result.status) == "inconsistent"
     assert result.diagnoses[0].code == "S520"
+
+
+@pytest.mark.parametrize("share", [1.0, 1.05])
+def test_a_balance_that_follows_from_the_others_leaves_room_for_other_rules(share: float) -> None:
+    """Two loops of pipes with a balance at every node, and one flow given beside what determines it."""
+    sheet = """
+        100 = Q1 + Q2
+        Q1 = 30 + Q3 + Q4
+        Q2 + Q3 = 30 + Q5
+        Q4 + Q5 = 40
+        8*Q1*abs(Q1) + 10*Q3*abs(Q3) = 15*Q2*abs(Q2)
+        20*Q4*abs(Q4) = 10*Q3*abs(Q3) + 12*Q5*abs(Q5)
+    """
+
+    def misses(flows: Any) -> list[float]:
+        q1, q3 = flows
+        q2, q4 = 100 - q1, q1 - 30 - q3
+        losses = [c * q * abs(q) for c, q in zip((8, 15, 10, 20, 12), (q1, q2, q3, q4, 40 - q4), strict=True)]
+        return [losses[0] + losses[2] - losses[1], losses[3] - losses[2] - losses[4]]
+
+    q1, q3 = fsolve(misses, [55.0, 10.0], xtol=1e-12)
+    forward = solver.solve(rulesheets.loads(sheet))
+    assert [forward["Q1"], forward["Q3"]] == pytest.approx([q1, q3])
+    repeated = solver.solve(rulesheets.loads(sheet), {"Q3": share * float(forward["Q3"])})
+    assert str(repeated.status) == ("solved" if share == 1.0 else "inconsistent")
