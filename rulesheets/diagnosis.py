@@ -246,7 +246,8 @@ def plural(count: int, noun: str) -> str:
 def listed(names: Sequence[str], last: str = "and") -> str:
     """``a, b and c``; long lists are cut."""
     if len(names) > MAX_NAMED:
-        return f"{', '.join(names[:MAX_NAMED])} and {len(names) - MAX_NAMED} more"
+        rest = "or one of" if last == "or" else last
+        return f"{', '.join(names[:MAX_NAMED])} {rest} {len(names) - MAX_NAMED} more"
     return f" {last} ".join(filter(None, (", ".join(names[:-1]), names[-1])))
 
 

@@ -325,7 +325,9 @@ class _Explanation:
         notes = []
         if fact.miss is not None:
             notes.append(f"rule {self._line(fact.equations[-1])} misses by {number_text(fact.miss)}")
-        for name, value in cures(self.asked, inputs[:MAX_INPUTS], self.patience):
+        values = {**self.leaf.branch.values, **self.inputs}
+        known = {name: value for name, value in values.items() if isinstance(value, float)}
+        for name, value in cures(self.asked, inputs[:MAX_INPUTS], known, self.patience):
             told = _text(value) if isinstance(value, str) else f"{value:.10g}"
             notes.append(f"leave out {name}: the other inputs make it {told}")
         return self._error("S520", message, rules, inputs, *notes)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import replace
-from itertools import chain, combinations, islice
+from itertools import chain, combinations, islice, product
 from typing import NamedTuple
 
 from rulesheets.model import Model, Value
@@ -16,6 +16,7 @@ from solver.path import equations_of
 from solver.path.cases import activity, comparisons, outcomes, value_said
 from solver.path.planner import planner
 from solver.solution.explore import explore
+from solver.solution.verdict import unsettled
 from solver.structure.decomposition import Incidence, dulmage_mendelsohn, undetermined
 
 MAX_SIZE, MAX_SETS = 4, 400
@@ -202,22 +203,28 @@ def _possible(leaf: Leaf) -> bool:
 # --- what an input could be ---------------------------------------------------------------------
 
 
-def cures(asked: Asked, names: Sequence[str], patience: Patience) -> tuple[tuple[str, Value], ...]:
-    """Inputs without which the rest can be solved, each with the value that then follows."""
-    found: list[tuple[str, Value]] = []
-    for name in names:
-        if patience.lost:
-            break
+def cures(
+    asked: Asked, names: Sequence[str], known: Mapping[str, float], patience: Patience
+) -> tuple[tuple[str, Value], ...]:
+    """Inputs without which the rest can be solved, each with the value that then follows.
+
+    Newton's method from the ``known`` values, those of the contradiction, comes first.
+    """
+    found: dict[str, Value] = {}
+    for nearby, name in product((True, False), names):
+        if name in found or patience.lost:
+            continue
         rest = {n: v for n, v in asked.inputs.items() if n != name}
-        tried = patience.shown(explore(asked._replace(inputs=rest), brief=True))
-        solved = (leaf.branch.values for leaf in tried.leaves if leaf.solved)
+        without = asked._replace(inputs=rest, guesses=known)
+        tried = patience.shown(explore(without, brief=True, nearby=nearby))
+        solved = (leaf.branch.values for leaf in tried.leaves if leaf.solved and not unsettled(leaf))
         values = [one[name] for one in solved if name in one]
         given, numbers = asked.inputs[name], [value for value in values if isinstance(value, float)]
         if isinstance(given, float) and numbers:
             values = [min(numbers, key=lambda number: abs(number - given))]
         if values:
-            found.append((name, values[0]))
-    return tuple(found)
+            found[name] = values[0]
+    return tuple((name, found[name]) for name in names if name in found)
 
 
 class Bound(NamedTuple):

@@ -221,13 +221,13 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
     graph = planner(model).graph
     near = [leaf for leaf in solved if within_one_turn(graph, leaf.branch.values, inputs)]
     solved = _ordered(asked, near or solved)
-    solved.sort(key=lambda leaf: bool(_unsettled(leaf)))
+    solved.sort(key=lambda leaf: bool(unsettled(leaf)))
     if solved:
-        if not _unsettled(solved[0]):
+        if not unsettled(solved[0]):
             beside: list[Fact] = [*_curves(model, found, inputs), *uncovered]
             return Verdict(Status.SOLVED, tuple(solved), tuple(dict.fromkeys(beside)))
         fixed, unfixed = zip(*(_fixed(model, leaf) for leaf in solved), strict=True)
-        return Verdict(Status.SINGULAR, fixed, (*_unsettled(solved[0]), *unfixed[0]))
+        return Verdict(Status.SINGULAR, fixed, (*unsettled(solved[0]), *unfixed[0]))
     if found.leaves:
         leaves = _open(model, found.leaves, inputs)
         fewest = min(len(leaf.missing) for leaf in leaves)
@@ -282,7 +282,7 @@ def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> 
     return [leaf for leaf in leaves if _unfinished(model, [leaf], inputs).status in open_] or leaves
 
 
-def _unsettled(leaf: Leaf) -> tuple[facts.DoubleRoot | facts.RestsOnRounding, ...]:
+def unsettled(leaf: Leaf) -> tuple[facts.DoubleRoot | facts.RestsOnRounding, ...]:
     """Why values of a leaf are not an isolated answer."""
     return tuple(
         fact for fact in leaf.branch.facts if isinstance(fact, facts.DoubleRoot | facts.RestsOnRounding)
@@ -291,7 +291,7 @@ def _unsettled(leaf: Leaf) -> tuple[facts.DoubleRoot | facts.RestsOnRounding, ..
 
 def _fixed(model: Model, leaf: Leaf) -> tuple[Leaf, tuple[facts.Unfixed, ...]]:
     """A leaf at a double root without the numbers that the rules do not determine there."""
-    why = _unsettled(leaf)
+    why = unsettled(leaf)
     resting = {fact.unknown for fact in why if isinstance(fact, facts.RestsOnRounding)}
     leaf = replace(leaf, branch=leaf.branch.without(resting))
     doubles = [fact for fact in why if isinstance(fact, facts.DoubleRoot)]

@@ -206,3 +206,18 @@ def test_failed_names_the_rule_at_which_what_was_tried_ends() -> None:
     assert diagnosis.code == "S552"
     assert "no value of theta1 satisfies this rule: it needs sind = -1.5" in diagnosis.message
     assert len(diagnosis.labels) == 1
+
+
+def test_what_may_be_left_out_of_a_contradiction_has_the_value_of_its_own_solve() -> None:
+    """Without a stiffness the springs have an answer at infinity alone, which is none."""
+    model = rulesheets.loads(
+        "(k1 + k2)*x2 - k2*x3 = F2\n-k2*x2 + (k2 + k3)*x3 - k3*x4 = F3\n-k3*x3 + k3*x4 = F4\nR1 = -k1*x2"
+    )
+    given = {"k1": 100.0, "k2": 150.0, "k3": 200.0, "F2": 50.0, "F3": -20.0, "F4": 80.0, "R1": -115.5}
+    (clash,) = solver.solve(model, given).diagnoses
+    told = dict(re.findall(r"leave out (\w+): the other inputs make it ([-\d.e]+)", "\n".join(clash.notes)))
+    assert set(told) == {"F2", "F3", "F4", "R1"}
+    for name, value in told.items():
+        result = solver.solve(model, {**given, name: None})
+        assert str(result.status) == "solved"
+        assert float(value) == pytest.approx(result[name], rel=1e-9)
