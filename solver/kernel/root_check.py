@@ -13,13 +13,10 @@ of floats (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2002,
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from enum import Enum, auto
 from typing import Any
-
-import numpy as np
 
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context, extended
@@ -108,7 +105,7 @@ def check_root(
     if found.relative is not None:  # a large block: its slopes stay those of floats
         there = dict(point)
         if found.relative > ORDINARY * EPS:
-            sharp = _settled(problem, start, found) or sharp_root(problem, start, problem.sizes_at(start))
+            sharp = sharp_root(problem, start, problem.sizes_at(start))
             if sharp is None or not _within(start, sharp, found.errors, SAFETY):
                 return RootCheck.NO_ROOT, there
             there = problem.named(sharp)
@@ -145,35 +142,6 @@ def _vanishes(problem: BlockProblem, x: Sequence[float]) -> bool:
     with suppress(Undefined):
         return all(abs(extended(form, here, DIGITS)) <= BACKWARD * gross(rule, here) for form, rule in rules)
     return False
-
-
-ROUNDS, CONTRACTION = 5, 0.1
-"""Steps in extended precision, and the share of one that the next may be; the last, of the error bar 1e-5."""
-
-
-def _settled(problem: BlockProblem, start: Sequence[float], found: Uncertainty) -> list[float] | None:
-    """The end of steps with residuals in extended precision and fixed slopes, which shrink to nothing
-    relative to the error bars; None if they do not, a function has no such values, or the Jacobian is
-    singular: relative to infinite bars every step is nothing."""
-    assert problem.sparse is not None
-    bars, before = np.array(found.errors), math.inf
-    x: Any = np.array(start, dtype=np.longdouble)
-    factor = problem.factor(start, problem.sizes_at(start))
-    if factor.rank < factor.columns or not np.isfinite(bars).all():
-        return None
-    for _ in range(ROUNDS):
-        try:
-            miss = problem.sparse[0](x).astype(float)
-        except TypeError:
-            return None
-        step = factor.solution(miss)
-        length = float((np.abs(step) / bars).max())
-        if not length <= min(1.0, CONTRACTION * before):
-            return None
-        x, before = x - step, length
-        if length <= CONTRACTION**ROUNDS:
-            return [float(v) for v in x]
-    return None
 
 
 def root_beside(

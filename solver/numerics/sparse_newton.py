@@ -90,10 +90,8 @@ def sparse_newton(
             return SparseRoot(x, False)
         if before > STAGNATION:
             alone = max(alone, before) if last == 1.0 and length <= FAST * before < math.inf else 0.0
-        if limit is not None:
-            found = _limited(residual, x, step, limit * weight, explicit)
-        else:
-            found = _damped(residual, factor, x, step, weight, positive, share, explicit)
+        first = share if limit is None else 1.0
+        found = _shortened(residual, factor, x, step, weight, positive, first, explicit, limit)
         if count == 0 and not positive and limit is None and (found is None or found[2] < 1.0):
             found = _twice(residual, jacobian, x + step, weight, length) or found
         if found is not None:
@@ -154,7 +152,7 @@ def _refined(residual: Callable[[Array], Array], factor: SparseFactor, x: Array,
     return x
 
 
-def _damped(
+def _shortened(
     residual: Callable[[Array], Array],
     factor: SparseFactor,
     x: Array,
@@ -163,35 +161,24 @@ def _damped(
     positive: bool,
     share: float,
     explicit: Map,
+    limit: float | None,
 ) -> tuple[Array, Array, float] | None:
     """The point after the longest share of the step, by halves from ``share``, that shortens the correction;
-    its residual, and the share."""
-    length = _length(step, weight)
+    its residual, and the share.
+
+    With a ``limit`` the step need only stay in the domain, each unknown cut to its part of it, as circuit
+    simulators limit voltages (L. W. Nagel, *SPICE2*, 1975): an unknown that is led far off does not hold back
+    the others.
+    """
+    length, longest = _length(step, weight), np.inf if limit is None else limit * weight
     while share >= (SHORTEST_POSITIVE if positive else SHORTEST):
-        moved = x + share * step
+        moved = x + np.clip(share * step, -longest, longest)
         ahead = explicit(np.where((x > 0.0) & positive, np.maximum(moved, (1.0 - BACKWARDS) * x), moved))
         there = residual(ahead)
         if np.isfinite(there).all():
-            left = _length(factor.solve(there), weight)
+            left = _length(factor.solve(there), weight) if limit is None else 0.0
             if left <= (1.0 - share / 2.0) * length or left <= CONVERGED:
                 return ahead, there, share
-        share /= 2.0
-    return None
-
-
-def _limited(
-    residual: Callable[[Array], Array], x: Array, step: Array, longest: Array, explicit: Map
-) -> tuple[Array, Array, float] | None:
-    """The point after a step of which each unknown takes at most its ``longest`` part, as circuit simulators
-    limit voltages (L. W. Nagel, *SPICE2*, 1975): an unknown that is led far off does not hold back the
-    others. The step is halved if it leaves the domain; its share is that of a full step."""
-    share = 1.0
-    while share >= SHORTEST:
-        part = share * step
-        ahead = explicit(x + np.clip(part, -longest, longest))
-        there = residual(ahead)
-        if np.isfinite(there).all():
-            return ahead, there, share
         share /= 2.0
     return None
 
