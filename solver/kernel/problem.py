@@ -160,21 +160,6 @@ class BlockProblem:
 
         return accepted(self.graph.model, self.kernel.equations, values)[1]
 
-    def misses(self, point: Mapping[str, float]) -> Array | None:
-        """The residuals (n,), in as many digits as needed; 0 for a rule that holds. None if one is more
-        than rounding, so that the point is not an answer."""
-        everything = {**self.here, **point}
-        place = {id(equation): i for i, equation in enumerate(self.kernel.equations)}
-        found = np.zeros(len(place))
-        for equation in self._unaccepted(everything):
-            check = check_rule(equation, everything)
-            if check.holds:
-                continue
-            if check.miss is None or not check.delicate:
-                return None
-            found[place[id(equation)]] = check.miss
-        return found
-
     def outside(self, point: Mapping[str, float]) -> str | None:
         """The first unknown that leaves its declared range."""
         return next((v.name for v in self.variables if not v.admits(point[v.name])), None)

@@ -42,7 +42,7 @@ from solver.kernel.block import FEW
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.emitter import SparseSystem, divisors
 from solver.kernel.problem import BlockProblem
-from solver.numerics.linear_algebra import Array, SparseFactor, Triplets
+from solver.numerics.linear_algebra import Array
 from solver.numerics.sparse_newton import (
     ITERATIONS,
     Map,
@@ -81,7 +81,7 @@ def search_sparsely(problem: BlockProblem, candidates: Candidates, every: bool =
         point = problem.named(root.x.tolist())
         if root.converged and len(point) <= MANY:
             candidates.refine(root.x.tolist())
-        elif root.converged and (settled := _corrected(problem, problem.sparse[1], root.x)) is not None:
+        elif root.converged and (settled := _settled(problem, root.x)) is not None:
             candidates.keep(settled, alone=root.alone)
         else:
             candidates.note(point)
@@ -131,31 +131,20 @@ def _arrived(problem: BlockProblem, begin: Start) -> SparseRoot:
     return root
 
 
-CORRECTED = 2
+def _settled(problem: BlockProblem, x: Array) -> dict[str, float] | None:
+    """The point next to a root at which every rule holds. If rounding has left traces (the flow through a
+    closed valve, the last of many complexes), explicit rules correct it; if rounding in the evaluation of a
+    rule prevents it (``exp(x) - 1`` at a small x), residuals in many digits do. None otherwise."""
+    from solver.kernel.root_check import sharp_root  # most roots need no more digits
 
+    def near() -> Iterator[Sequence[float] | None]:
+        yield x.tolist()
+        if (system := problem.kernel.sparse) is not None:
+            yield system.with_explicit(x, problem.known).tolist()
+        yield sharp_root(problem, x.tolist(), problem.sizes_at(x.tolist()))
 
-def _corrected(
-    problem: BlockProblem, jacobian: Callable[[Array], Triplets], x: Array
-) -> dict[str, float] | None:
-    """The point at which every rule holds. If rounding in the evaluation of a rule prevents that (``exp(x) -
-    1`` at a small x), residuals in many digits correct it; if it has left traces (the flow through a closed
-    valve, the last of many complexes), explicit rules do. None otherwise."""
-    for left in reversed(range(CORRECTED + 1)):
-        point = problem.named(x.tolist())
-        misses = problem.misses(point) if np.isfinite(x).all() else None
-        if misses is None:
-            system, before = problem.kernel.sparse, x
-            x = x if system is None else system.with_explicit(x, problem.known)
-            if (x == before).all():
-                return None
-            continue
-        if not misses.any():
-            return point
-        try:
-            x = x - SparseFactor(jacobian(x), len(x)).solve(misses) if left else x
-        except ArithmeticError:
-            return None
-    return None
+    points = (problem.named(point) for point in near() if point is not None)
+    return next(filter(problem.holds, points), None)
 
 
 _EXPONENTIALS = frozenset({"exp", "sinh", "cosh"})
