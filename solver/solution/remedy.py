@@ -238,13 +238,18 @@ class Bound(NamedTuple):
 def bounds(
     asked: Asked, names: Sequence[str], judged: Sequence[str], patience: Patience
 ) -> tuple[Bound, ...]:
-    """The limit of each single input within its range for a solution to exist, by bisection."""
-    found = []
+    """The limit of each single input within its range for a solution to exist, by bisection.
+
+    What the sheet itself gives as a positive number, and is no angle, stays positive.
+    """
+    turn, found = planner(asked.model).graph.turn, []
     for name in names:
-        given = asked.inputs[name]
+        given, own = asked.inputs[name], asked.model.variables[name].value
         if not isinstance(given, float) or patience.lost:
             continue
-        bound = _bound(_Trials(asked._replace(want=judged, judged=judged), name, patience), given)
+        trials = _Trials(asked._replace(want=judged, judged=judged), name, patience)
+        trials.positive = given == own and given > 0.0 and turn(name) is None
+        bound = _bound(trials, given)
         if bound is not None and not patience.lost:
             found.append(bound)
     return tuple(found)
@@ -266,12 +271,13 @@ def found_near(
 
 
 class _Trials:
-    """Whether there is a solution at other values of one input; ``known`` is the last one that was found, or
-    a point to begin at, and a search for all of them is ``dear`` if one without success took long."""
+    """Whether there is a solution at other values of one input, or at ``positive`` ones; ``known`` is the
+    last one that was found, or a point to begin at, and a search for all of them is ``dear`` if one without
+    success took long."""
 
     def __init__(self, asked: Asked, name: str, patience: Patience, known: Mapping[str, float] = {}) -> None:
         self.asked, self.name, self.patience, self.known = asked, name, patience, known
-        self.dear = False
+        self.dear = self.positive = False
 
     def beside(self, value: float) -> bool:
         """Whether Newton's method leads to a solution from the known one, or a search to any."""
@@ -281,6 +287,8 @@ class _Trials:
         """Whether there is one at all, or one that Newton's method leads to from the guesses."""
         asked, name, nearby = self.asked, self.name, bool(guesses) or self.dear
         if self.patience.lost or not asked.model.variables[name].admits(value):
+            return False
+        if self.positive and value <= 0.0:
             return False
         moved = asked._replace(inputs={**asked.inputs, name: value}, guesses=guesses or asked.guesses)
         tried = explore(moved, brief=True, enough=lambda leaf: leaf.solved, nearby=nearby)
@@ -327,7 +335,7 @@ def _edge(trials: _Trials, given: float, close: float = CLOSE) -> float | None:
     """The feasible value nearest to the given one along the line, found by a short search: of the same sign,
     if there is one."""
     size = abs(given) or 1.0
-    shares = (0.02, 0.1, 0.3, 0.6, 1.0, 2.5, 5.0)
+    shares = (0.02, 0.1, 0.3, 0.6, 0.999, 1.0, 2.5, 5.0)
     values = [given + sign * share * size for share in shares for sign in (-1, 1)]
     values.sort(key=lambda value: value * given < 0.0)
     inside, outside = next(filter(trials.beside, values), None), given

@@ -221,3 +221,16 @@ def test_what_may_be_left_out_of_a_contradiction_has_the_value_of_its_own_solve(
         result = solver.solve(model, {**given, name: None})
         assert str(result.status) == "solved"
         assert float(value) == pytest.approx(result[name], rel=1e-9)
+
+
+def test_a_positive_number_of_the_sheet_is_not_advised_to_become_negative() -> None:
+    text = "variables\n  f = 0.02\n  L = 10\n  D = 0.1\n  h\n  v >= 0\nrules\n  h = f*L/D*v^2/(2*9.81)"
+    (refusal,) = solver.solve(rulesheets.loads(text), {"h": -20.0}).diagnoses
+    assert refusal.notes == ("with the other inputs as they are, a solution needs h ≥ 0",)
+
+
+def test_the_way_to_a_solution_may_be_long_but_keeps_its_sign() -> None:
+    """A lamp at height h gives at most E = I/h^2 below it: 0.02 lx need h ≤ sqrt(I/E)."""
+    text = "variables\n  I = 800\n  h\n  E\n  x\nrules\n  E = I*h/(h^2 + x^2)^1.5"
+    (refusal,) = solver.solve(rulesheets.loads(text), {"E": 50.0, "h": 90.0}).diagnoses
+    assert "h ≤ 4" in refusal.notes[0]
