@@ -230,7 +230,7 @@ def test_a_positive_number_of_the_sheet_is_not_advised_to_become_negative() -> N
 
 
 def test_the_way_to_a_solution_may_be_long_but_keeps_its_sign() -> None:
-    """A lamp at height h gives at most E = I/h^2 below it: 0.02 lx need h ≤ sqrt(I/E)."""
+    """A lamp at height h gives at most I/h^2 below it, so that 50 lx need h ≤ 4."""
     text = "variables\n  I = 800\n  h\n  E\n  x\nrules\n  E = I*h/(h^2 + x^2)^1.5"
     (refusal,) = solver.solve(rulesheets.loads(text), {"E": 50.0, "h": 90.0}).diagnoses
     assert "h ≤ 4" in refusal.notes[0]
