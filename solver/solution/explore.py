@@ -499,10 +499,12 @@ class PathSearch:
         branch.attempts[step] = outcome.attempts
         if outcome.free:
             lost = next(fact for fact in outcome.facts if isinstance(fact, RankLoss))
-            # without a rule that follows from the others, these may determine more with the rest of the sheet
-            spare = lost.dependent if lost.everywhere else ()
+            # Without a rule that follows from the others, these may determine more with other rules;
+            # where they determine something now, its rounding may make them contradict one another.
+            determined = outcome.answers[0].values
+            spare = lost.dependent if lost.everywhere and not determined else ()
             branch.inactive.update(dict.fromkeys(spare or step.equations, lost))
-            self._learn(branch, step, outcome.answers[0].values)
+            self._learn(branch, step, determined)
             return True
         if not outcome.answers:
             self._blank(branch, step.unknowns, outcome.facts[-1])
