@@ -247,8 +247,8 @@ def bounds(
         given, own = asked.inputs[name], asked.model.variables[name].value
         if not isinstance(given, float) or patience.lost:
             continue
-        trials = _Trials(asked._replace(want=judged, judged=judged), name, patience)
-        trials.positive = given == own and given > 0.0 and turn(name) is None
+        positive = given == own and given > 0.0 and turn(name) is None
+        trials = _Trials(asked._replace(want=judged, judged=judged), name, patience, positive=positive)
         bound = _bound(trials, given)
         if bound is not None and not patience.lost:
             found.append(bound)
@@ -275,9 +275,16 @@ class _Trials:
     last one that was found, or a point to begin at, and a search for all of them is ``dear`` if one without
     success took long."""
 
-    def __init__(self, asked: Asked, name: str, patience: Patience, known: Mapping[str, float] = {}) -> None:
-        self.asked, self.name, self.patience, self.known = asked, name, patience, known
-        self.dear = self.positive = False
+    def __init__(
+        self,
+        asked: Asked,
+        name: str,
+        patience: Patience,
+        known: Mapping[str, float] = {},
+        positive: bool = False,
+    ) -> None:
+        self.asked, self.name, self.patience = asked, name, patience
+        self.known, self.positive, self.dear = known, positive, False
 
     def beside(self, value: float) -> bool:
         """Whether Newton's method leads to a solution from the known one, or a search to any."""
