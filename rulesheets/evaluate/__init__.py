@@ -4,6 +4,7 @@ from rulesheets.evaluate.gradient import (
     NotDifferentiable,
     derivatives,
     differentiate,
+    less_one,
     rounded_derivatives,
     slopes_by_name,
 )
@@ -16,6 +17,7 @@ __all__ = [
     "differentiate",
     "enclose",
     "holds",
+    "less_one",
     "rounded_derivatives",
     "slopes_by_name",
     "value",

@@ -8,7 +8,7 @@ error comes with it.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Generic, TypeVar, assert_never
@@ -243,6 +243,18 @@ def _tied(parts: Sequence[Part[float]]) -> bool:
         for place, one in enumerate(parts)
         for other in parts[:place]
     )
+
+
+def less_one(terms: Sequence[Expression], is_one: Callable[[Expression], bool]) -> tuple[int, int] | None:
+    """The places of ``exp(x)`` and 1 in a sum that contains their difference; None otherwise.
+
+    Computed as one operation, they keep the digits that cancel at a small x.
+    """
+    away = [isinstance(term, Negative) for term in terms]
+    parts = [term.operand if isinstance(term, Negative) else term for term in terms]
+    powers = [place for place, part in enumerate(parts) if isinstance(part, Call) and part.function == "exp"]
+    ones = [place for place, part in enumerate(parts) if is_one(part)] if powers else []
+    return next(((power, one) for power in powers for one in ones if away[power] != away[one]), None)
 
 
 class NotDifferentiable(ValueError):

@@ -11,12 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import reduce
+from operator import add
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.evaluate import Undefined
+from rulesheets.evaluate import Undefined, less_one
 from rulesheets.evaluate.gradient import BY_BASE, CHOOSING, SMALLEST, Part, Traced
 from rulesheets.evaluate.number import Arithmetic
 from rulesheets.functions import TABLE
@@ -55,6 +57,22 @@ class _Rows(Arithmetic[Array]):
     def name(self, node: Name) -> Any:
         return self.columns[node.name]
 
+    def sum(self, node: Sum) -> Any:
+        values, arguments = list[Any](), dict[int, Any]()
+        for place, term in enumerate(node.terms):
+            power = term.operand if isinstance(term, Negative) else term
+            if isinstance(power, Call) and power.function == "exp":
+                arguments[place] = self.of(power.arguments[0])
+                value = self.applied(power, [arguments[place]])
+                values.append(value if power is term else -value)
+            else:
+                values.append(self.of(term))
+        if (pair := _power_and_one(node.terms, values)) is not None:
+            power_at, one = pair
+            values[power_at] = _less_one(values[power_at], arguments[power_at])
+            del values[one]
+        return reduce(add, values)
+
     def divided(self, node: Quotient, above: Any, below: Any) -> Array:
         return self.finite(np.true_divide(above, below))
 
@@ -67,6 +85,22 @@ class _Rows(Arithmetic[Array]):
     def finite(self, result: Array) -> Array:
         self.plain &= np.isfinite(result)
         return result
+
+
+CLOSE = 0.5
+"""Arguments of ``exp(x) - 1`` below which digits cancel."""
+
+
+def _power_and_one(terms: Sequence[Expression], values: Sequence[Any]) -> tuple[int, int] | None:
+    """The places of ``exp(x)`` and of 1 in a sum that contains their difference in every row."""
+    pair = less_one(terms, lambda part: isinstance(part, Number))
+    return pair if pair is not None and np.all(np.abs(values[pair[1]]) == 1.0) else None
+
+
+def _less_one(power: Any, argument: Any) -> Any:
+    """``exp(x) - 1``, or ``1 - exp(x)``, from the power with its sign, and x."""
+    sign = np.copysign(1.0, power)
+    return np.where(np.abs(argument) < CLOSE, sign * np.expm1(argument), power - sign)
 
 
 def _each(function: Callable[..., float], count: int, *columns: Any) -> Array:
@@ -95,6 +129,25 @@ class _Traced(Traced[Array]):
         rows = _Rows(columns, None, len(self.numbers.plain))
         found = rows.of(template)
         return np.where(rows.plain & np.isfinite(found), found, np.nan)
+
+    def sum(self, node: Sum) -> Part[Array]:
+        return self.total(node.terms, [self.of(term) for term in node.terms])
+
+    def total(self, terms: Sequence[Expression], parts: Sequence[Part[Array]]) -> Part[Array]:
+        """The sum of terms. ``exp(x) - 1`` in it is one operation, which rounds little at a small x."""
+        pair = _power_and_one(terms, [part.value for part in parts])
+        if pair is None or not parts[pair[0]].slopes:
+            return self.added(parts)
+        whole = parts[pair[0]]
+        sign, part = whole.slopes[0] if isinstance(terms[pair[0]], Negative) else (1.0, whole)
+        ((slope, argument),) = part.slopes
+        value = _less_one(whole.value, argument.value)
+        size, ulps = np.abs(value), TABLE["exp"].ulps
+        close = np.abs(argument.value) < CLOSE
+        rounded = np.where(close, 2.0 * ulps * size, part.rounded + size)
+        self.numbers.plain &= (size >= SMALLEST) | (argument.value == 0.0)
+        difference = Part(value, "", ((sign * slope, argument),), rounded)
+        return self.added([difference if k == pair[0] else p for k, p in enumerate(parts) if k != pair[1]])
 
     def by_base(self, base: Part[Array], exponent: Part[Array], node: Power) -> Array:
         return np.where(exponent.value == 0.0, 0.0, self.slope(BY_BASE, (base, exponent), node))
@@ -214,7 +267,7 @@ class _Sides:
         for side in (rule.left, rule.right):
             added = [traced.of(term) for term in terms(side)]
             self.gross = self.gross + sum(np.abs(term.value) for term in added)
-            parts.append(traced.added(added) if isinstance(side, Sum) else added[0])
+            parts.append(traced.total(side.terms, added) if isinstance(side, Sum) else added[0])
         (self.slopes, noise), (others, more) = map(traced.gradient, parts)
         for name, slope in others.items():
             self.slopes[name] = self.slopes.get(name, 0.0) - slope

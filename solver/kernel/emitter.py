@@ -13,7 +13,6 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from copy import copy
 from functools import cached_property, lru_cache, partial
 from graphlib import CycleError, TopologicalSorter
-from itertools import product
 from math import inf, nan, nextafter
 from types import CodeType, FunctionType
 from typing import Any, TypeAlias, TypeVar
@@ -21,7 +20,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.evaluate import differentiate, slopes_by_name
+from rulesheets.evaluate import differentiate, less_one, slopes_by_name
 from rulesheets.evaluate.number import INTERVALS, Arithmetic
 from rulesheets.functions import TABLE, intervals
 from rulesheets.functions.arrays import ARRAYS
@@ -532,20 +531,18 @@ class _Shape:
 
 
 def with_expm1(expression: Expression, ones: Collection[str]) -> Expression:
-    """The expression with ``exp(x) - 1`` as one function, whose digits do not cancel at a small x; the names
-    ``ones`` stand for 1."""
+    """The expression with ``exp(x) - 1`` as one function; the names ``ones`` stand for 1."""
     expression = rebuilt(expression, tuple([with_expm1(part, ones) for part in children(expression)]))
     terms = expression.terms if isinstance(expression, Sum) else ()
-    away = [isinstance(term, Negative) for term in terms]
-    parts = [term.operand if isinstance(term, Negative) else term for term in terms]
-    powers = [place for place, part in enumerate(parts) if isinstance(part, Call) and part.function == "exp"]
-    units = [place for place, part in enumerate(parts) if isinstance(part, Name) and part.name in ones]
-    for power, one in product(powers, units):
-        if away[power] != away[one]:
-            difference: Expression = Call(EXPM1, children(parts[power]))
-            told = {power: negative(difference) if away[power] else difference}
-            return add(*[told.get(place, term) for place, term in enumerate(terms) if place != one])
-    return expression
+    pair = less_one(terms, lambda part: isinstance(part, Name) and part.name in ones)
+    if pair is None:
+        return expression
+    power, one = pair
+    away = isinstance(terms[power], Negative)
+    (call,) = children(terms[power]) if away else (terms[power],)
+    difference = Call(EXPM1, children(call))
+    told = {power: negative(difference) if away else difference}
+    return add(*[told.get(place, term) for place, term in enumerate(terms) if place != one])
 
 
 def _read(expression: Expression) -> list[int]:
