@@ -113,6 +113,8 @@ class Plan:
         self._sweeper: AnswerSweeper | None = None
         self._fixing: dict[Key, Plan] = {}
         self._bound: tuple[Callable[..., Any], ...] = ()
+        self.before: Status | None = None
+        """The status of the row before, as far as it was solved step by step."""
         self._call(self._primary, self._every)
 
     def __repr__(self) -> str:
@@ -181,40 +183,34 @@ class Plan:
             raise Unsolved(status, lambda: self._explained(numbers, verdict or self.judged(numbers)[0]))
         return found
 
-    def outcome(
-        self, numbers: tuple[Value, ...], beside: Status | None = None
-    ) -> tuple[Status, list[tuple[Value, ...]]]:
+    def outcome(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
         """The status of one row and, if it is solved, the wanted values of every answer in order."""
         found = self._known(numbers)
         if found is not None:
+            self.before = Status.SOLVED
             return Status.SOLVED, found
-        if beside in (Status.FAILED, Status.INFEASIBLE) and self._refused(numbers) is None:
-            brief = self._briefly(numbers)
-            if brief in (beside, Status.INFEASIBLE):
-                return brief, []
         return self._solved(numbers)[:2]
-
-    def _briefly(self, numbers: tuple[Value, ...]) -> Status:
-        """The status of a row as far as a brief search tells."""
-        asked = Asked(self.model, self._values(numbers), self.want, self.guesses, self.want)
-        with suppress(TimeIsUp), time_limit(self.timeout):
-            return judge(asked, explore(asked, brief=True)).status
-        return Status.FAILED
 
     def _solved(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]], Verdict | None]:
         """The outcome of a row step by step, and the verdict unless a record refuses it.
 
         The solve becomes a record, if possible; an infeasible row becomes a refusal. A row that lacks an
-        input, or whose rules were read again, is not recorded.
+        input, or whose rules were read again, is not recorded. After a row without an answer a brief search
+        comes first.
         """
         if any(refused(*numbers) is not None for refused in self.records.refused):
             return Status.INFEASIBLE, [], None
+        without = self.before in (Status.FAILED, Status.INFEASIBLE) and self._refused(numbers) is None
+        if without and (brief := self._briefly(numbers)) in (self.before, Status.INFEASIBLE):
+            self.before = brief
+            return brief, [], None
         verdict, found = self.judged(numbers)
+        self.before = verdict.status
         solved = verdict.status is Status.SOLVED
         leaves = verdict.leaves if solved else ()
         rows = [tuple(leaf.branch.values.get(n, math.nan) for n in self.want) for leaf in leaves]
         rows = [rows[place] for place in different(rows)]
-        if not verdict.reread and all(isinstance(one, str) or math.isfinite(one) for one in numbers):
+        if not verdict.reread and _finite(numbers):
             ended = (leaf for leaf in (*found.leaves, *found.open_cases) if not leaf.solved and blocked(leaf))
             if solved and self.records.add(numbers, verdict.leaves, (*found.contradicted, *ended)):
                 self.records.learned += 1
@@ -224,6 +220,17 @@ class Plan:
             elif verdict.status is Status.INFEASIBLE:
                 self.records.refuse(numbers, found)
         return verdict.status, rows, verdict
+
+    def _briefly(self, numbers: tuple[Value, ...]) -> Status:
+        """The status of a row as far as a brief search tells; an infeasible row becomes a refusal."""
+        asked = Asked(self.model, self._values(numbers), self.want, self.guesses, self.want)
+        with suppress(TimeIsUp), time_limit(self.timeout):
+            found = explore(asked, brief=True)
+            status = judge(asked, found).status
+            if status is Status.INFEASIBLE and _finite(numbers):
+                self.records.refuse(numbers, found)
+            return status
+        return Status.FAILED
 
     def sweep(self, *columns: Column, jit: bool = False) -> Table:
         """One solve for each row of arrays (n,) in the order of ``inputs``; a row without an answer is NaN.
@@ -320,6 +327,10 @@ class Plan:
         return explain(Asked(self.model, self._values(numbers), None, {}, self.want), verdict)
 
 
+def _finite(numbers: Iterable[Value]) -> bool:
+    return all(isinstance(one, str) or math.isfinite(one) for one in numbers)
+
+
 def prepare(
     model: Model,
     inputs: Iterable[str],
@@ -401,16 +412,14 @@ def _alike(
         one, rows = plan.outcome(())
         return np.full(count, CODES[one], dtype=np.int8), listed([rows] * count)
     status = np.zeros(count, dtype=np.int8)
-    beside: Status | None = None
+    plan.before = None
 
     def outcome(row: int) -> tuple[Status, list[tuple[Value, ...]]]:
-        nonlocal beside
         if (watch := WATCH.get()) is not None:
             watch(row)
         if interrupted():
             return Status.FAILED, []
-        beside, found = plan.outcome(tuple(float(column[row]) for column in columns), beside)
-        return beside, found
+        return plan.outcome(tuple(float(column[row]) for column in columns))
 
     def keep(rows: Array, outcome: Status) -> None:
         status[rows] = CODES[outcome]

@@ -230,6 +230,8 @@ MAX_RECORDS = 24
 """Records of one pattern; a sheet whose rows decide otherwise more often is solved step by step beyond."""
 
 MAX_FAILURES = 12
+MAX_VAIN = 3
+"""Rows of which no refusal could be made: further ones are not tried."""
 SOON = 3
 """Calls for a first answer that are worth a program for it alone."""
 AGREEMENT = 1e-6
@@ -357,7 +359,7 @@ class Records:
 
     def refuse(self, numbers: Sequence[Value], found: Exploration) -> None:
         """Add a refusal for rows that are refused as this one."""
-        if len(self.refusals) >= MAX_RECORDS or self.vain >= MAX_FAILURES:
+        if len(self.refusals) >= MAX_RECORDS or self.vain >= MAX_VAIN:
             return
         ends = (*found.leaves, *found.open_cases)
         with suppress(NotCompilable, TimeIsUp):
