@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.functions import named
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Expression, Quotient, subtract
+from rulesheets.syntax.nodes import Call, Expression, Quotient, subtract
 from rulesheets.syntax.program import degree, walk
 from solver.kernel.emitter import SparseSystem, compile_expressions, divisors
 from solver.kernel.step import window
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from solver.kernel.chain import Chain
     from solver.kernel.enclosure import Enclosure
 
+PERIODIC = named(lambda row: row.turn)
 FEW = 30
 """Rules up to which each is examined by itself, beyond it one of each shape."""
 DENSE = 300
@@ -134,6 +136,15 @@ class BlockKernel:
         quotients = [p for p in parts if isinstance(p, Quotient) and unknowns & set(nodes.names(p.right))]
         told = self.once("removable", lambda: [is_removable(quotient) for quotient in quotients])
         return [q.right for q, removable in zip(quotients, told, strict=True) if removable]
+
+    @cached_property
+    def repeating(self) -> tuple[str, ...]:
+        """The unknowns inside periodic functions that are no angles, and have no range: each period may have
+        an answer of its own."""
+        calls = (part for form in self.forms for part in walk(form) if isinstance(part, Call))
+        inside = {name for call in calls if call.function in PERIODIC for name in nodes.names(call)}
+        free = (name for name in self.unknowns if name in inside and self.graph.turn(name) is None)
+        return tuple(name for name in free if any(map(math.isinf, self.domain(name))))
 
     @cached_property
     def linear(self) -> bool:

@@ -32,6 +32,8 @@ from solver.numerics.tolerances import (
 TINY = 1e-8
 """An unknown smaller than this share of its typical size is measured by that: it may be 0."""
 MOST_ANSWERS, MOST_BESIDE, MOST_SINGULAR, MOST_STRAYS = 1_000, 8, 12, 48
+MOST_REPEATED = 48
+"""Answers of a block that has some in each period, beyond which no others are listed."""
 MOST_DULL = 12
 """Points whose refinement gives no new answer: a plateau that is 0 to rounding has infinitely many."""
 REMOTE = 1e60
@@ -80,10 +82,17 @@ class Candidates:
         return self.sensible is not None and len(self.answers) > MOST_BESIDE
 
     @property
+    def is_repeating(self) -> bool:
+        """Whether there are many answers, and more in further periods."""
+        return len(self.answers) >= MOST_REPEATED and bool(self.problem.kernel.repeating)
+
+    @property
     def endless(self) -> bool:
-        """Whether more starts would only find more of a curve of answers, or of a valley without any."""
+        """Whether more starts would only find more of a curve of answers, or of a valley without any, or the
+        answers of further periods."""
         singular = sum(answer.double is not None for answer in self.answers)
-        return singular >= MOST_SINGULAR or self.strays >= MOST_STRAYS or self.has_too_many
+        too_many = self.has_too_many or self.is_repeating
+        return singular >= MOST_SINGULAR or self.strays >= MOST_STRAYS or too_many
 
     def take(self, trial: Candidates) -> None:
         """Take over the answers of a method that had to find all."""

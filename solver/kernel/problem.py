@@ -224,16 +224,23 @@ class BlockProblem:
             ]
         )
 
+    def periods(self, point: Mapping[str, float]) -> tuple[float, ...]:
+        """Sort key: nearest to the guesses; then the least numbers inside periodic functions."""
+        return self._distance(point), max((abs(point[n]) for n in self.kernel.repeating), default=0.0)
+
+    def _distance(self, point: Mapping[str, float]) -> float:
+        """The square of the distance from the guesses."""
+        apart = [point[name] - self.guesses[name] for name in self.unknowns if name in self.guesses]
+        return sum(d * d for d in apart)  # a power would raise where it overflows
+
     def preference(self, point: Mapping[str, float]) -> tuple[float, ...]:
         """Sort key: nearest to the guesses; then fewest negative numbers other than angles; then angles by
         size, other numbers positive first."""
-        apart = [point[name] - self.guesses[name] for name in self.unknowns if name in self.guesses]
-        distance = sum(d * d for d in apart)  # a power would raise where it overflows
         first = next((name for name in self.kernel.block.tears), self.unknowns[0])
         number = point[first]
         behind = float(number < 0)
         negative = float(sum(v < 0.0 and self.turn(name) is None for name, v in point.items()))
-        return (distance, negative, *((abs(number), behind) if self.turn(first) else (behind, abs(number))))
+        return (self._distance(point), negative, *((abs(number), behind) if self.turn(first) else (behind, abs(number))))
 
 
 # --- how far rounding leaves a point open ---

@@ -21,7 +21,7 @@ from rulesheets.syntax.nodes import Call
 from rulesheets.syntax.program import walk
 from solver.facts import Attempt, Fact, Method, NoRoot
 from solver.kernel.block import DENSE, BlockKernel
-from solver.kernel.candidates import MOST_ANSWERS, BlockOutcome, Candidates, Stretch
+from solver.kernel.candidates import MOST_ANSWERS, MOST_REPEATED, BlockOutcome, Candidates, Stretch
 from solver.kernel.problem import BlockProblem, Budget, InputErrors
 from solver.numerics.tolerances import CLEAR, UNCANCELLED
 from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
@@ -338,6 +338,9 @@ class _Search:
         complete, facts = self.complete and not candidates.refused, tuple[Fact, ...]()
         answers = sorted(candidates.answers, key=lambda answer: problem.preference(answer.values))
         cut = len(answers) >= MOST_ANSWERS
+        if not complete and candidates.is_repeating:
+            kept = sorted(answers, key=lambda answer: problem.periods(answer.values))[:MOST_REPEATED]
+            answers, cut = [answer for answer in answers if answer in kept], True
         if candidates.sensible is not None and not complete and (candidates.has_too_many or self.torn_once):
             self.budget.cut = True
             answers, cut = [candidates.sensible], False

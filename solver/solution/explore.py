@@ -493,8 +493,9 @@ class PathSearch:
 
     def _block(self, branch: Branch, step: SolveBlock) -> bool | Forks | None:
         outcome = self._solved(step, branch)
-        listed = [answer.values for answer in outcome.answers]
-        self.note(outcome.complete, step.equations, step.unknowns, listed, outcome.cut)
+        listed, repeating = [answer.values for answer in outcome.answers], kernel_of(self.graph, step).repeating
+        unknowns = tuple(dict.fromkeys((*repeating, *step.unknowns)))
+        self.note(outcome.complete, step.equations, unknowns, listed, outcome.cut)
         self.delicate |= outcome.delicate
         branch.attempts[step] = outcome.attempts
         if outcome.free:

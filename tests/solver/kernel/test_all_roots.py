@@ -7,6 +7,7 @@ import random
 
 import numpy
 import pytest
+import scipy.optimize
 
 import rulesheets
 import solver
@@ -68,3 +69,28 @@ def test_a_root_at_the_corner_of_two_ranges_is_found() -> None:
     result = solver.solve(rulesheets.loads(f"variables\nx in [0, 9]\ny in [0, 9]\nrules\n{rules}"))
     assert str(result.status) == "solved"
     assert [dict(answer) for answer in result.solutions] == [{"x": 0.0, "y": 0.0}]
+
+
+def _biot(number: int) -> float:
+    """The root of ``z*tan(z) = 0.5`` next above a multiple of π."""
+    low = number * math.pi
+    return float(scipy.optimize.brentq(lambda z: z * math.sin(z) - 0.5 * math.cos(z), low, low + math.pi / 2))
+
+
+@pytest.mark.parametrize(("guess", "numbers"), [(None, range(20)), (100.0, range(26, 38))])
+def test_of_endless_roots_the_nearest_are_listed(guess: float | None, numbers: range) -> None:
+    guesses = {} if guess is None else {"z": guess}
+    result = solver.solve(rulesheets.loads("z*tan(z) = 0.5\nw = 3*z"), guesses=guesses)
+    found = [answer["z"] for answer in result.solutions]
+    assert found[0] == pytest.approx(_biot(0 if guess is None else 32), rel=1e-14)
+    for root in map(_biot, numbers):
+        assert min(abs(z - root) for z in found) <= 1e-13 * root
+    (note,) = (d for d in result.diagnoses if d.code == "S593")
+    assert "give z a range" in note.notes[0]
+
+
+def test_a_range_lists_all_of_its_roots() -> None:
+    result = solver.solve(rulesheets.loads("variables\nz in [0, 300]\nrules\nz*tan(z) = 0.5\nw = 3*z"))
+    assert result.complete
+    expected = [_biot(number) for number in range(96)]
+    assert sorted(answer["z"] for answer in result.solutions) == pytest.approx(expected, rel=1e-13)
