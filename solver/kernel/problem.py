@@ -240,7 +240,8 @@ class BlockProblem:
         number = point[first]
         behind = float(number < 0)
         negative = float(sum(v < 0.0 and self.turn(name) is None for name, v in point.items()))
-        return (self._distance(point), negative, *((abs(number), behind) if self.turn(first) else (behind, abs(number))))
+        by_size = (abs(number), behind) if self.turn(first) else (behind, abs(number))
+        return (self._distance(point), negative, *by_size)
 
 
 # --- how far rounding leaves a point open ---

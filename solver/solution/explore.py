@@ -493,8 +493,8 @@ class PathSearch:
 
     def _block(self, branch: Branch, step: SolveBlock) -> bool | Forks | None:
         outcome = self._solved(step, branch)
-        listed, repeating = [answer.values for answer in outcome.answers], kernel_of(self.graph, step).repeating
-        unknowns = tuple(dict.fromkeys((*repeating, *step.unknowns)))
+        listed = [answer.values for answer in outcome.answers]
+        unknowns = tuple(dict.fromkeys((*kernel_of(self.graph, step).repeating, *step.unknowns)))
         self.note(outcome.complete, step.equations, unknowns, listed, outcome.cut)
         self.delicate |= outcome.delicate
         branch.attempts[step] = outcome.attempts

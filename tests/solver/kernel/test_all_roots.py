@@ -82,9 +82,9 @@ def test_of_endless_roots_the_nearest_are_listed(guess: float | None, numbers: r
     guesses = {} if guess is None else {"z": guess}
     result = solver.solve(rulesheets.loads("z*tan(z) = 0.5\nw = 3*z"), guesses=guesses)
     found = [answer["z"] for answer in result.solutions]
-    assert found[0] == pytest.approx(_biot(0 if guess is None else 32), rel=1e-14)
+    assert found[0] == pytest.approx(_biot(0 if guess is None else 32), rel=1e-11)
     for root in map(_biot, numbers):
-        assert min(abs(z - root) for z in found) <= 1e-13 * root
+        assert min(abs(z - root) for z in found) <= 1e-11 * root
     (note,) = (d for d in result.diagnoses if d.code == "S593")
     assert "give z a range" in note.notes[0]
 
@@ -93,4 +93,4 @@ def test_a_range_lists_all_of_its_roots() -> None:
     result = solver.solve(rulesheets.loads("variables\nz in [0, 300]\nrules\nz*tan(z) = 0.5\nw = 3*z"))
     assert result.complete
     expected = [_biot(number) for number in range(96)]
-    assert sorted(answer["z"] for answer in result.solutions) == pytest.approx(expected, rel=1e-13)
+    assert sorted(answer["z"] for answer in result.solutions) == pytest.approx(expected, rel=1e-11)
