@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, error_at, suggestion
-from rulesheets.parse import parse
 from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import RuleSheet
 
@@ -47,6 +46,8 @@ def parsed(source: Source, path: str | None) -> RuleSheet:
 
     Raises RuleSheetError with the mistakes, line by line, or (E312) for a file that is not a rule sheet.
     """
+    from rulesheets.parse.sections import parse  # with it comes lark
+
     try:
         return parse(source)
     except RuleSheetError:

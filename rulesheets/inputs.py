@@ -22,7 +22,6 @@ from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.number import with_round_values
 from rulesheets.library import Library
 from rulesheets.model import Model, Tolerance, Value, Variable, expect_model, once
-from rulesheets.parse import parse
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import measured, names, units_of
 from rulesheets.syntax.program import rules_of, walk
@@ -250,6 +249,8 @@ def parse_value(text: str, place: Span | None = None) -> Value:
         raise RuleSheetError(not_finite(f"it is {text}", place))
     if not text or any(mark in text for mark in '"=;\n'):
         raise RuleSheetError(not_a_value(text, place))
+    from rulesheets.parse.sections import parse  # with it comes lark
+
     try:  # an expression of numbers, read as the right side of a rule
         sheet = parse(Source("<value>", f"value = {text}"))
     except RuleSheetError as wrong:

@@ -51,9 +51,6 @@ class Unit:
             raise ValueError(f"no exact root of {self.factor}")
         return Unit(root**exponent.numerator, int(power), bases)
 
-    def __truediv__(self, other: Unit) -> Unit:
-        return self * other ** Fraction(-1)
-
     @property
     def decades(self) -> float:
         """Its approximate size in base units, as a power of ten."""
@@ -166,7 +163,7 @@ class _Reader:
                 self.place = word.end()
             else:
                 factor = self.factor(word)
-                factors.append(Unit() / factor if below else factor)
+                factors.append(factor ** Fraction(-1) if below else factor)
         if not factors:
             raise UnitError("a unit is missing", self.place)
         return factors[0] if len(factors) == 1 and not divided else reduce(mul, factors, Unit())

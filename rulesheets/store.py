@@ -20,7 +20,6 @@ MAX_BYTES = 128 * 2**20
 LOOKING = 16
 """One in so many saves checks the total size."""
 
-_SUM = 8
 _SUFFIX = ".entry"
 
 
@@ -37,9 +36,8 @@ def load(kind: str, key: bytes) -> bytes | None:
             data = file.read()
     except OSError:
         return None
-    head = _head(kind, key)
-    whole = data[:_SUM] == _sum(data[_SUM:]) and data.startswith(head, _SUM)
-    return data[_SUM + len(head) :] if whole else None
+    content = data[len(_entry(kind, key, b"")) :]
+    return content if data == _entry(kind, key, content) else None
 
 
 def save(kind: str, key: bytes, data: bytes) -> None:
@@ -48,10 +46,10 @@ def save(kind: str, key: bytes, data: bytes) -> None:
     if path is None or len(data) > MAX_BYTES // 4:
         return
     with suppress(OSError):
-        content = _head(kind, key) + data
-        if crc32(content) % LOOKING == 0 and usage()[1] > MAX_BYTES:
+        entry = _entry(kind, key, data)
+        if crc32(entry) % LOOKING == 0 and usage()[1] > MAX_BYTES:
             clear()
-        _write_beside(path, _sum(content) + content)
+        _write_beside(path, entry)
 
 
 def folder() -> str | None:
@@ -106,14 +104,10 @@ def _name(kind: str, key: bytes) -> str:
     return f"{kind}-{crc32(key):08x}{adler32(key):08x}{len(key):x}"
 
 
-def _head(kind: str, key: bytes) -> bytes:
-    """The beginning of an entry: everything it depends on."""
-    return b"%s %s\n" % (kind.encode(), key)
-
-
-def _sum(content: bytes) -> bytes:
-    """A checksum that identifies damaged entries."""
-    return b"%08x" % crc32(content)
+def _entry(kind: str, key: bytes, data: bytes) -> bytes:
+    """A whole entry: a checksum, which identifies damaged ones, everything it depends on, and the data."""
+    content = b"%s %s\n%s" % (kind.encode(), key, data)
+    return b"%08x%s" % (crc32(content), content)
 
 
 def _own(found: os.stat_result) -> bool:

@@ -13,7 +13,7 @@ import pytest
 import rulesheets
 from rulesheets.diagnosis import RuleSheetError, catalogue, render
 from rulesheets.files import read_source
-from rulesheets.parse import parse
+from rulesheets.parse.sections import parse
 from rulesheets.units.check import check_units
 
 ROOT = Path(__file__).parent / "diagnostics"

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
 
@@ -51,75 +49,44 @@ def _complaints(program: Program, each: bool) -> Iterator[Diagnosis]:
     yield from check_nesting(sheet, functions)
 
 
-@dataclass(frozen=True)
 class Scope:
-    """The sheet itself, or one function of it."""
+    """The sheet itself, or one function of it: what its rules name and call.
 
-    program: Program
-    each: bool
-    function: nodes.Function | None = None
+    ``parts`` are scalar equalities, calls, conditions … in source order: with ``each`` those of every rule,
+    else those of the first of rules of one form. ``every`` are all their nodes. ``declared`` are the names in
+    the variables section or in the head of the function, ``places`` those in the rules, each with the first
+    part that contains it, and ``names`` both.
 
-    @property
-    def title(self) -> str:
-        return self.function.name if self.function else "this sheet"
+    ``calls`` are those with results (``call f(a; x)``, ``x = f(a)``), then those in expressions, each with
+    its rule function, if it calls one.
+    """
 
-    @cached_property
-    def declared(self) -> tuple[str, ...]:
-        """Names in the variables section or in the head of the function."""
-        if self.function is None:
-            return tuple(row.name for row in self.program.rows)
-        return (*self.function.arguments, *self.function.results, *self.function.parameters)
-
-    @cached_property
-    def bodies(self) -> list[nodes.RuleBody]:
-        """The rules and everything in their arms, in source order."""
-        rules = rules_of(self.function or self.program.sheet)
-        return [body for rule in rules for body in bodies(rule.body)]
-
-    @cached_property
-    def parts(self) -> list[nodes.RuleBody]:
-        """The parts of the rules in source order: scalar equalities, calls, conditions …
-
-        With ``each``, those of every rule, else those of the first of rules of one form.
-        """
-        found: dict[object, nodes.RuleBody] = {}
-        for body in self.bodies:
-            like = body.like if isinstance(body, nodes.Equality) and not self.each else None
-            found.setdefault(id(body) if like is None else like.form, body)
-        return [part for body in found.values() for part in components(body, self.program.functions)]
-
-    @cached_property
-    def every(self) -> list[nodes.Expression | nodes.Condition]:
-        """All nodes of the parts, in source order."""
-        return [*walk(*(one for part in self.parts for one in children(part)))]
-
-    @cached_property
-    def places(self) -> dict[str, nodes.RuleBody]:
-        """The variables in the rules, each with the first part that contains it."""
-        found: dict[str, nodes.RuleBody] = {}
-        for part in self.parts if self.each else self.bodies:
+    def __init__(self, program: Program, each: bool, function: nodes.Function | None = None) -> None:
+        self.program, self.function = program, function
+        if function is None:
+            self.title, self.declared = "this sheet", tuple(row.name for row in program.rows)
+        else:
+            self.title = function.name
+            self.declared = (*function.arguments, *function.results, *function.parameters)
+        every = [body for rule in rules_of(function or program.sheet) for body in bodies(rule.body)]
+        kept: dict[object, nodes.RuleBody] = {}
+        for body in every:
+            like = body.like if isinstance(body, nodes.Equality) and not each else None
+            kept.setdefault(id(body) if like is None else like.form, body)
+        self.parts = [part for body in kept.values() for part in components(body, program.functions)]
+        self.every = [*walk(*(one for part in self.parts for one in children(part)))]
+        self.places: dict[str, nodes.RuleBody] = {}
+        for part in self.parts if each else every:
             for name in names_of(part):
-                found.setdefault(name, part)
-        return found
+                self.places.setdefault(name, part)
+        self.names = dict.fromkeys((*self.declared, *self.places))
+        calls = (part for part in (*self.parts, *self.every) if isinstance(part, nodes.Call | nodes.CallRule))
+        self.calls = [(call, program.functions.get(call.function.lower())) for call in calls]
 
     def place(self, name: str) -> Span | None:
         """The first place of a variable in the rules."""
         inside = (node for operand in children(self.places[name]) for node in walk(operand))
         return next(node.span for node in inside if isinstance(node, nodes.Name) and node.name == name)
-
-    @cached_property
-    def names(self) -> dict[str, None]:
-        """All variables of the scope, the declared ones first."""
-        return dict.fromkeys((*self.declared, *self.places))
-
-    @cached_property
-    def calls(self) -> list[tuple[nodes.Call | nodes.CallRule, nodes.Function | None]]:
-        """Calls with results (``call f(a; x)``, ``x = f(a)``), then those in expressions.
-
-        Each comes with its rule function, if it calls one.
-        """
-        calls = (part for part in (*self.parts, *self.every) if isinstance(part, nodes.Call | nodes.CallRule))
-        return [(call, self.program.functions.get(call.function.lower())) for call in calls]
 
 
 # --- places ---------------------------------------------------------------------

@@ -8,7 +8,7 @@ from functools import partial
 from typing import NamedTuple
 
 from rulesheets.checks import check_builtin, name_in
-from rulesheets.diagnosis import Diagnosis, error, error_at, labels, meant, suggestion
+from rulesheets.diagnosis import Diagnosis, closest, error, error_at, labels, meant, plural, suggestion
 from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import Call, Expression, Figure, Mark, Name, Symbol
 from rulesheets.syntax.program import Program, walk
@@ -61,6 +61,9 @@ KINDS: dict[str, Kind] = {
 
 PLACES = frozenset(kind for kind, row in KINDS.items() if row.shape is Shape.COORDINATES)
 ARROWS = ("vector", "normal", "tangential", "sliding", "coriolis")
+
+
+MARK_SHAPE = "a line of a figure reads point A = (x, y), line (O, A) or slider (B, 0)"
 
 
 def marks_of(figure: Figure) -> tuple[Mark, ...]:
@@ -130,3 +133,30 @@ def _twice(what: str, name: str, again: Span | None, first: Span | None) -> Diag
         *labels((again, "again"), (first, "first here")),
         notes=("give one of the two another name",),
     )
+
+
+def wrong_mark(mark: Mark) -> Diagnosis | None:
+    """The mistake in a line of a figure that the grammar accepts: its kind, or a missing part."""
+    kind = KINDS.get(mark.kind)
+    if kind is None:
+        near = closest(mark.kind, KINDS)
+        note = f"did you mean {near}?" if near else f"the kinds are {', '.join(KINDS)}"
+        place = mark.span and mark.span.part(0, len(mark.kind))
+        return error_at("E130", f"a figure has no `{mark.kind}`", place, note)
+    count, message = len(mark.arguments), ""
+    if kind.named and mark.name is None:
+        message = f"this {mark.kind} has no name"
+    elif kind.shape is Shape.DIRECTED and mark.name is not None:
+        message = f"a {mark.kind} has no name of its own"
+    elif count < kind.least or (kind.most is not None and count > kind.most):
+        points = plural(kind.least, "point") + ("" if kind.most else " or more")
+        expected = points if kind.shape is Shape.POINTS else kind.shape.value
+        message = f"a {mark.kind} takes {expected}, not {count or 'none'}"
+    if message:
+        return error_at("E131", message, mark.span, f"write {kind.example}")
+    places = {Shape.POINTS: mark.arguments, Shape.DIRECTED: mark.arguments[:1]}.get(kind.shape, ())
+    for argument in places:
+        if not isinstance(argument, Name) or "." in argument.name:
+            note = f"name a point of the figure, as in {kind.example}"
+            return error_at("E131", "this is not the name of a point", argument.span, note)
+    return None

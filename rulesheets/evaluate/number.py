@@ -234,12 +234,8 @@ Same: TypeAlias = Callable[[Comparison, float, float], bool]
 """Whether the two sides of a comparison, of these values, are equal."""
 
 
-def _equal_sides(comparison: Comparison, left: float, right: float) -> bool:
-    return equal(left, right)
-
-
 def holds(
-    condition: Condition, values: Values, given: Collection[str] = (), same: Same = _equal_sides
+    condition: Condition, values: Values, given: Collection[str] = (), same: Same | None = None
 ) -> bool:
     """Whether ``condition`` is true; ``given`` are the names of the inputs.
 
@@ -268,13 +264,13 @@ def meets(comparison: Comparison, values: Values) -> bool:
     KeyError and Undefined as :func:`holds` does.
     """
     operator, left, right = comparison.operator, comparison.left, comparison.right
-    if operator not in ("=", "<>") and _compare(Comparison("=", left, right), values, _equal_sides):
+    if operator not in ("=", "<>") and _compare(Comparison("=", left, right), values):
         return operator in ("<=", ">=")
-    return _compare(comparison, values, _equal_sides)
+    return _compare(comparison, values)
 
 
 def _any(
-    terms: tuple[Condition, ...], wanted: bool, values: Values, given: Collection[str], same: Same
+    terms: tuple[Condition, ...], wanted: bool, values: Values, given: Collection[str], same: Same | None
 ) -> bool:
     """Whether some term evaluates to ``wanted``."""
     obstacle: KeyError | Undefined | None = None
@@ -289,7 +285,7 @@ def _any(
     return False
 
 
-def _compare(comparison: Comparison, values: Values, same: Same) -> bool:
+def _compare(comparison: Comparison, values: Values, same: Same | None = None) -> bool:
     sides: list[float | str] = []
     for side in (comparison.left, comparison.right):
         if isinstance(side, Name):
@@ -300,7 +296,8 @@ def _compare(comparison: Comparison, values: Values, same: Same) -> bool:
     if isinstance(left, str) or isinstance(right, str):
         return (left == right) is (comparison.operator == "=") and comparison.operator in ("=", "<>")
     if comparison.operator in ("=", "<>"):
-        return same(comparison, left, right) == (comparison.operator == "=")
+        alike = equal(left, right) if same is None else same(comparison, left, right)
+        return alike == (comparison.operator == "=")
     order: bool = _ORDERS[comparison.operator](left, right)
     return order
 

@@ -24,7 +24,7 @@ from rulesheets.functions.intervals import (
     each_end,
     magnitudes,
 )
-from rulesheets.functions.row import Branches, Function, Inverse, flat, of
+from rulesheets.functions.row import Branches, Function, Inverse, flat
 from rulesheets.syntax.nodes import ONE, Expression, Number, call
 
 
@@ -72,7 +72,7 @@ _CONSTANTS = (
         array=None,
         value=lambda: math.pi,
         slopes=flat,
-        interval=intervals.constant(math.pi),
+        interval=lambda: (math.pi, math.nextafter(math.pi, inf)),
         digits=lambda mp: +mp.pi,
         sympy=lambda s: s.pi,
     ),
@@ -82,7 +82,7 @@ _CONSTANTS = (
         array=None,
         value=lambda: math.e,
         slopes=flat,
-        interval=intervals.constant(math.e),
+        interval=lambda: (math.e, math.nextafter(math.e, inf)),
         digits=lambda mp: +mp.e,
         ball="const_e",
         sympy=lambda s: s.E,
@@ -93,7 +93,7 @@ _PARTS = (
     _row(
         *("abs", "absolute value", "abs(-3) = 3"),
         value=abs,
-        slopes=of("sgn"),
+        slopes=lambda x: call("sgn", x),
         inverse=Inverse(lambda t: (t, -t), low=0.0),
         interval=magnitudes,
         digits="fabs",
@@ -182,7 +182,7 @@ _EXPONENTIAL = (
     _row(
         *("exp", "exponential function", "exp(0) = 1"),
         value=math.exp,
-        slopes=of("exp"),
+        slopes=lambda x: call("exp", x),
         inverse=Inverse(_by("ln"), low=0.0, low_open=True),
         interval=Monotone(math.exp, image=POSITIVE),
         nonzero=True,
@@ -289,7 +289,7 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
             *("atan2", f"angle of the point (x, y) in {unit}, to {straight}"),
             "atan2d(1, -1) = 135" if degrees else "atan2(1, -1) = 3*pi/4",
             arguments="y, x",
-            slopes=row.direction(radian),
+            slopes=lambda y, x: (radian * x / (x**2.0 + y**2.0), -(radian * y / (x**2.0 + y**2.0))),
             interval=(
                 intervals.direction(180.0, 180.0 / pi)
                 if degrees
@@ -310,14 +310,14 @@ _HYPERBOLIC = (
     _row(
         *("sinh", "hyperbolic sine", "sinh(ln(2)) = 0.75"),
         value=math.sinh,
-        slopes=of("cosh"),
+        slopes=lambda x: call("cosh", x),
         inverse=Inverse(_by("asinh")),
         interval=Monotone(math.sinh),
     ),
     _row(
         *("cosh", "hyperbolic cosine", "cosh(ln(2)) = 1.25"),
         value=math.cosh,
-        slopes=of("sinh"),
+        slopes=lambda x: call("sinh", x),
         inverse=Inverse(_both_signs("acosh"), low=1.0),
         interval=Even(Monotone(math.cosh, POSITIVE, (1.0, inf))),
     ),
@@ -368,7 +368,7 @@ _SPECIAL = (
         *("lgamma", "logarithm of |gamma(x)|", "lgamma(5) = ln(24)"),
         value=math.lgamma,
         array="special.gammaln",
-        slopes=of("digamma"),
+        slopes=lambda x: call("digamma", x),
         digits=digits.lgamma,
         ball=lambda arb, x: x.lgamma() if x > 0 else abs(x.gamma()).log(),
         definition=lambda x: call("ln", call("abs", call("gamma", x))),
@@ -433,11 +433,13 @@ def _bessel(kind: str, order: int, example: str, name: str = "", **facets: Any) 
 
 
 def _bessel_n(kind: str, example: str) -> Function:
+    """The row of a Bessel function by its order; its slope by that is not known."""
+    name = f"{kind}n"
     return _row(
-        *(f"{kind}n", f"{_KINDS[kind]}, order n", example),
+        *(name, f"{_KINDS[kind]}, order n", example),
         arguments="n, x",
-        value=getattr(floats, f"{kind}n"),
-        slopes=row.any_order(f"{kind}n"),
+        value=getattr(floats, name),
+        slopes=lambda n, x: (None, (call(name, n - 1.0, x) - call(name, n + 1.0, x)) / 2.0),
         digits=lambda mp, n, x: digits.bessel(mp, kind, n, x),
         ball=lambda arb, n, x: getattr(x, f"bessel_{kind}")(n),
         sympy=f"bessel{kind}",
@@ -445,6 +447,7 @@ def _bessel_n(kind: str, example: str) -> Function:
     )
 
 
+# the slopes of order 1 by the recurrence without division by x
 _BESSEL = (
     _bessel(
         *("j", 0, "j0(0) = 1"),
@@ -452,7 +455,7 @@ _BESSEL = (
     ),
     _bessel(
         *("j", 1, "j1(1) = 0.4400505857449335"),
-        slopes=row.first_order("j"),
+        slopes=lambda x: (call("j0", x) - call("jn", Number(2.0), x)) / 2.0,
     ),
     _bessel_n("j", "jn(2, 1) = 2*j1(1) - j0(1)"),
     _bessel(
@@ -462,13 +465,13 @@ _BESSEL = (
     ),
     _bessel(
         *("y", 1, "y1(1) = -0.7812128213002887"),
-        slopes=row.first_order("y"),
+        slopes=lambda x: (call("y0", x) - call("yn", Number(2.0), x)) / 2.0,
         domain=POSITIVE,
     ),
     _bessel_n("y", "yn(2, 1) = 2*y1(1) - y0(1)"),
     _bessel(
         *("i", 0, "i0(0) = 1"),
-        slopes=of("bessel_i1"),
+        slopes=lambda x: call("bessel_i1", x),
         interval=Even(Monotone(floats.i0, image=(1.0, inf), ulps=SPECIAL_ULPS)),
     ),
     _bessel(

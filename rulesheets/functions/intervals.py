@@ -231,11 +231,6 @@ def unknown(*ends: float) -> Interval:
     return EMPTY if any(isnan(low) for low in ends[::2]) else LINE
 
 
-def constant(below: float) -> Callable[[], Interval]:
-    """A constant that lies between ``below`` and the next float."""
-    return lambda: (below, nextafter(below, inf))
-
-
 class Monotone(NamedTuple):
     """The range of a monotone function; ``image`` has ends that are exact floats.
 

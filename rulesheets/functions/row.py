@@ -178,11 +178,6 @@ LOG10_E = 1.0 / call("ln", Number(10.0))
 BELL = 2.0 / call("sqrt", call("pi"))
 
 
-def of(name: str) -> Callable[[Expression], Expression]:
-    """The slope is another function of the table."""
-    return lambda x: call(name, x)
-
-
 def flat(*arguments: Expression) -> tuple[Expression, ...]:
     """Partials of a function that is constant between its jumps."""
     return (ZERO,) * len(arguments)
@@ -191,16 +186,6 @@ def flat(*arguments: Expression) -> tuple[Expression, ...]:
 def arc_sine(x: Expression) -> Expression:
     """``1/sqrt((1 - x)*(1 + x))``, the form without cancellation near the ends."""
     return 1.0 / call("sqrt", (1.0 - x) * (1.0 + x))
-
-
-def direction(radian: Expression) -> Slopes:
-    """Partials of atan2(y, x) in a unit of so many radians."""
-
-    def partials(y: Expression, x: Expression) -> tuple[Expression, ...]:
-        distance = x**2.0 + y**2.0
-        return radian * x / distance, -(radian * y / distance)
-
-    return partials
 
 
 def _extreme(name: str, beats: Callable[[Expression, Expression], Expression]) -> Slopes:
@@ -227,13 +212,3 @@ greatest = _extreme("max", lambda winner, loser: call("step", winner, loser))
 def beta(a: Expression, b: Expression) -> tuple[Expression, ...]:
     whole, both = call("beta", a, b), call("digamma", a + b)
     return tuple(whole * (call("digamma", part) - both) for part in (a, b))
-
-
-def first_order(name: str) -> Callable[[Expression], Expression]:
-    """The slope of j1 or y1 by the recurrence without division by x."""
-    return lambda x: (call(f"{name}0", x) - call(f"{name}n", Number(2.0), x)) / 2.0
-
-
-def any_order(name: str) -> Slopes:
-    """Partials of jn or yn: unknown by the order, by recurrence in x."""
-    return lambda order, x: (None, (call(name, order - 1.0, x) - call(name, order + 1.0, x)) / 2.0)

@@ -17,12 +17,25 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 from lark.lexer import PatternRE, TerminalDef
 
 from rulesheets import store
-from rulesheets.diagnosis import RuleSheetError, error_at, refuse, wrong_range
-from rulesheets.parse import mistakes
-from rulesheets.parse.layout import Line
-from rulesheets.parse.mistakes import too_deep
+from rulesheets.checks.marks import wrong_mark
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refuse, wrong_range
+from rulesheets.parse.layout import STRANGE, Line, nested
 from rulesheets.syntax import Source, Span, forms, nodes
-from rulesheets.syntax.nodes import Equality, Expression, Inequality, Range
+from rulesheets.syntax.nodes import (
+    Call,
+    Condition,
+    Equality,
+    Expression,
+    IfRule,
+    Inequality,
+    Name,
+    Product,
+    Quotient,
+    Range,
+    RuleBody,
+    children,
+)
+from rulesheets.syntax.program import walk
 
 KINDS = ["rule", "use", "head", "parameters", "figure", "mark"]
 """Kinds of lines beside rows: start rules of the grammar."""
@@ -84,9 +97,9 @@ class Builder(Transformer[Any, Any]):
     The methods get nodes, tuples of nodes, and tokens, for the line that ``begin`` has set.
     """
 
-    def __init__(self) -> None:
-        super().__init__()
-        self.begin(Source("", ""), 0, "rule")
+    source: Source
+    offset: int
+    kind: str
 
     def begin(self, source: Source, offset: int, kind: str) -> None:
         """Set the start of the current line and its kind."""
@@ -351,16 +364,23 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
 
 
 def _read(source: Source, line: Line, kind: str) -> Any:
-    refuse(mistakes.strange_characters(source, line))
+    if STRANGE.search(line.code):
+        from rulesheets.parse.mistakes import strange_characters
+
+        refuse(strange_characters(source, line))
     try:
         node = grammar().read(source, line, kind)
     except Unparsed as stopped:
-        raise RuleSheetError(mistakes.explain_line(source, line, stopped.place, kind)) from None
-    wrong = next(filter(None, map(too_deep, _trees(node, kind))), None)
+        from rulesheets.parse.mistakes import explain_line
+
+        raise RuleSheetError(explain_line(source, line, stopped.place, kind)) from None
+    # a tree has no more levels than its text has characters
+    trees = _trees(node, kind) if line.end - line.start > DEEPEST else ()
+    wrong = next(filter(None, map(too_deep, trees)), None)
     if wrong is None and kind == "mark":
-        wrong = mistakes.wrong_mark(node)
+        wrong = wrong_mark(node)
     elif wrong is None and isinstance(node, Equality | Inequality):
-        wrong = mistakes.without_variable(node)
+        wrong = without_variable(node)
     if wrong is not None:
         raise RuleSheetError(wrong)
     return node
@@ -378,3 +398,48 @@ def _trees(node: Any, kind: str) -> Iterable[Any]:
             return filter(None, (node.value, node.guess, node.tolerance and node.tolerance.size, *ends))
         case _:
             return ()
+
+
+# --- what no grammar says ---
+
+DEEPEST = 200
+"""Levels of a rule's tree: later stages walk trees by recursion, which must end in good time."""
+FACTORS = 300
+"""Factors of a product, each of which is a level of recursion; they count as one above."""
+
+
+def too_deep(tree: RuleBody | Condition | Expression) -> Diagnosis | None:
+    """Whether a tree has more than DEEPEST levels, or a product more than FACTORS, by a loop."""
+    if tree.span is None or tree.span.end - tree.span.start <= DEEPEST:
+        return None
+    chains = Product, Quotient
+    stack: list[tuple[Any, int, int]] = [(tree, 1, 0)]  # the sign of equality is no factor
+    while stack:
+        node, level, factors = stack.pop()
+        here = tree.span if node.span is None else node.span
+        if level > DEEPEST:
+            return nested(here.part(0, 1), f"{DEEPEST} levels deep")
+        if factors > FACTORS:
+            message = f"this expression nests more than {FACTORS} levels deep"
+            label = "every factor of a long product is a level"
+            return error_at("E217", message, here.part(0, 1), "split it over several rules", label=label)
+        if isinstance(node, IfRule):
+            arms = filter(None, (node.condition, node.then, node.otherwise))
+            stack += ((arm, level + 1, 0) for arm in arms)
+            continue
+        for part in reversed(children(node)):
+            chained = isinstance(node, chains) and part is node.left and isinstance(part, chains)
+            stack.append((part, level if chained else level + 1, factors + 1))
+    return None
+
+
+def without_variable(rule: Equality | Inequality) -> Diagnosis | None:
+    """The mistake in a rule with numbers only; None for any other.
+
+    A call counts as a variable: its function may have parameters.
+    """
+    for node in walk(*children(rule)):
+        if isinstance(node, Name) or (isinstance(node, Call) and node.function != "pi"):
+            return None
+    message, note = "this rule has no variable", "write a name on one side: x = 3"
+    return error_at("E114", message, rule.span, note, label="only numbers")

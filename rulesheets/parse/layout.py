@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from rulesheets.diagnosis import Diagnosis, error_at
 from rulesheets.syntax import Source, Span
 
 NESTING = 100
@@ -17,6 +18,9 @@ NESTING = 100
 
 LONGEST = 200_000
 """Characters that a logical line may have; a longer one is refused unread."""
+
+STRANGE = re.compile(r"[^\t\n\v\f\r -~]")
+"""Characters that have no meaning in a rule, but for a few signs and letters."""
 
 _MARK = re.compile(r'["();]')
 _GOES_ON = re.compile(r"(?:[-+*/^,=<>≤≥≠~]|\b(?:then|else|and|or|not))\Z", re.IGNORECASE)
@@ -151,3 +155,27 @@ def _carried_on(text: str, position: int) -> int:
             return -1
         position = end + 1
     return -1
+
+
+def wrong_shape(source: Source, line: Line) -> Diagnosis | None:
+    """A mistake in the parentheses or the length of a line; None if it may be read."""
+    if line.end - line.start > LONGEST:
+        message = f"this line is too long to be a rule: {line.end - line.start:,} characters"
+        note = f"a rule has at most {LONGEST:,} characters; give parts of it names of their own"
+        return error_at("E125", message, Span(source, line.start, line.start + 1), note, label="begins here")
+    if line.too_deep is not None:
+        return nested(Span(source, line.too_deep, line.too_deep + 1), f"more than {NESTING} are open here")
+    if line.stray:
+        place = Span(source, line.stray[0], line.stray[0] + 1)
+        note = "remove it, or open a parenthesis before it"
+        return error_at("E103", None, place, note, label="nothing is open here")
+    if line.unclosed:
+        place = Span(source, line.unclosed[-1], line.unclosed[-1] + 1)
+        note = f"add {')' * len(line.unclosed)} where it ends"
+        return error_at("E102", None, place, note, label="opened here")
+    return None
+
+
+def nested(span: Span, label: str) -> Diagnosis:
+    note = "give the inner parts names of their own, in rules of their own"
+    return error_at("E124", "this is nested too deeply", span, note, label=label)

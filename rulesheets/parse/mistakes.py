@@ -10,26 +10,11 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
-from rulesheets.checks.marks import KINDS, Shape
-from rulesheets.diagnosis import PROPERTIES, Diagnosis, closest, error_at, plural
+from rulesheets.checks.marks import KINDS, MARK_SHAPE
+from rulesheets.diagnosis import PROPERTIES, Diagnosis, closest, error_at
 from rulesheets.functions import TABLE
-from rulesheets.parse.layout import LONGEST, NESTING, Line
+from rulesheets.parse.layout import STRANGE, Line
 from rulesheets.syntax import Source, Span
-from rulesheets.syntax.nodes import (
-    Call,
-    Condition,
-    Equality,
-    Expression,
-    IfRule,
-    Inequality,
-    Mark,
-    Name,
-    Product,
-    Quotient,
-    RuleBody,
-    children,
-)
-from rulesheets.syntax.program import walk
 
 # --- the table ------------------------------------------------------------------
 
@@ -157,7 +142,6 @@ def _plain(text: str | None) -> str:
 
 
 _ALLOWED = frozenset("≤≥≠±")
-_STRANGE = re.compile(r"[^\t\n\v\f\r -~]")
 _QUOTED = re.compile(r'\[[^\[\]\n]*\]|"[^"\n]*"')
 
 
@@ -172,12 +156,10 @@ def strange_characters(source: Source, line: Line) -> Iterator[Diagnosis]:
 
     Units in brackets and quoted file names may hold any.
     """
-    if not _STRANGE.search(line.code):
-        return
     code = _QUOTED.sub(lambda found: " " * len(found.group()), line.code)
     seen = set()
     for place, character in enumerate(code, line.start):
-        if not _STRANGE.match(character) or character in _ALLOWED or _is_letter(character):
+        if not STRANGE.match(character) or character in _ALLOWED or _is_letter(character):
             continue
         cure = _replacement(character)
         if cure not in seen:
@@ -244,78 +226,7 @@ def unknown_section(word: str, span: Span) -> Diagnosis:
     return error_at("E116", f"unknown section `{word}`", span, f"did you mean {near}?")
 
 
-# --- shapes ---
-
-DEEPEST = 200
-"""Levels of a rule's tree: later stages walk trees by recursion, which must end in good time."""
-FACTORS = 300
-"""Factors of a product, each of which is a level of recursion; they count as one above."""
-
-
-def wrong_shape(source: Source, line: Line) -> Diagnosis | None:
-    """A mistake in the parentheses or the length of a line; None if it may be read."""
-    if line.end - line.start > LONGEST:
-        message = f"this line is too long to be a rule: {line.end - line.start:,} characters"
-        note = f"a rule has at most {LONGEST:,} characters; give parts of it names of their own"
-        return error_at("E125", message, Span(source, line.start, line.start + 1), note, label="begins here")
-    if line.too_deep is not None:
-        return _nested(Span(source, line.too_deep, line.too_deep + 1), f"more than {NESTING} are open here")
-    if line.stray:
-        place = Span(source, line.stray[0], line.stray[0] + 1)
-        note = "remove it, or open a parenthesis before it"
-        return error_at("E103", None, place, note, label="nothing is open here")
-    if line.unclosed:
-        place = Span(source, line.unclosed[-1], line.unclosed[-1] + 1)
-        note = f"add {')' * len(line.unclosed)} where it ends"
-        return error_at("E102", None, place, note, label="opened here")
-    return None
-
-
-def too_deep(tree: RuleBody | Condition | Expression) -> Diagnosis | None:
-    """Whether a tree has more than DEEPEST levels, or a product more than FACTORS, by a loop."""
-    if tree.span is None or tree.span.end - tree.span.start <= DEEPEST:
-        return None  # a tree has no more levels than its text has characters
-    chains = Product, Quotient
-    stack: list[tuple[Any, int, int]] = [(tree, 1, 0)]  # the sign of equality is no factor
-    while stack:
-        node, level, factors = stack.pop()
-        here = tree.span if node.span is None else node.span
-        if level > DEEPEST:
-            return _nested(here.part(0, 1), f"{DEEPEST} levels deep")
-        if factors > FACTORS:
-            message = f"this expression nests more than {FACTORS} levels deep"
-            label = "every factor of a long product is a level"
-            return error_at("E217", message, here.part(0, 1), "split it over several rules", label=label)
-        if isinstance(node, IfRule):
-            arms = filter(None, (node.condition, node.then, node.otherwise))
-            stack += ((arm, level + 1, 0) for arm in arms)
-            continue
-        for part in reversed(children(node)):
-            chained = isinstance(node, chains) and part is node.left and isinstance(part, chains)
-            stack.append((part, level if chained else level + 1, factors + 1))
-    return None
-
-
-def _nested(span: Span, label: str) -> Diagnosis:
-    note = "give the inner parts names of their own, in rules of their own"
-    return error_at("E124", "this is nested too deeply", span, note, label=label)
-
-
-def without_variable(rule: Equality | Inequality) -> Diagnosis | None:
-    """The mistake in a rule with numbers only; None for any other.
-
-    A call counts as a variable: its function may have parameters.
-    """
-    for node in walk(*children(rule)):
-        if isinstance(node, Name) or (isinstance(node, Call) and node.function != "pi"):
-            return None
-    message, note = "this rule has no variable", "write a name on one side: x = 3"
-    return error_at("E114", message, rule.span, note, label="only numbers")
-
-
 # --- lines of a figure ----------------------------------------------------------
-
-MARK_SHAPE = "a line of a figure reads point A = (x, y), line (O, A) or slider (B, 0)"
 
 
 def _misshapen(stop: Stop) -> Diagnosis:
@@ -329,30 +240,3 @@ def _misshapen(stop: Stop) -> Diagnosis:
     near = closest(word, KINDS)
     notes = (f"did you mean {near}?",) if near else (MARK_SHAPE, "a rule stands under `rules`")
     return error_at("E130", None, place, *notes)
-
-
-def wrong_mark(mark: Mark) -> Diagnosis | None:
-    """The mistake in a line of a figure that the grammar accepts: its kind, or a missing part."""
-    kind = KINDS.get(mark.kind)
-    if kind is None:
-        near = closest(mark.kind, KINDS)
-        note = f"did you mean {near}?" if near else f"the kinds are {', '.join(KINDS)}"
-        place = mark.span and mark.span.part(0, len(mark.kind))
-        return error_at("E130", f"a figure has no `{mark.kind}`", place, note)
-    count, message = len(mark.arguments), ""
-    if kind.named and mark.name is None:
-        message = f"this {mark.kind} has no name"
-    elif kind.shape is Shape.DIRECTED and mark.name is not None:
-        message = f"a {mark.kind} has no name of its own"
-    elif count < kind.least or (kind.most is not None and count > kind.most):
-        points = plural(kind.least, "point") + ("" if kind.most else " or more")
-        expected = points if kind.shape is Shape.POINTS else kind.shape.value
-        message = f"a {mark.kind} takes {expected}, not {count or 'none'}"
-    if message:
-        return error_at("E131", message, mark.span, f"write {kind.example}")
-    places = {Shape.POINTS: mark.arguments, Shape.DIRECTED: mark.arguments[:1]}.get(kind.shape, ())
-    for argument in places:
-        if not isinstance(argument, Name) or "." in argument.name:
-            note = f"name a point of the figure, as in {kind.example}"
-            return error_at("E131", "this is not the name of a point", argument.span, note)
-    return None

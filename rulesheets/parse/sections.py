@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
+from rulesheets.checks.marks import MARK_SHAPE
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refuse
-from rulesheets.parse import mistakes
 from rulesheets.parse.grammar import read_line
-from rulesheets.parse.layout import Line, logical_lines
+from rulesheets.parse.layout import Line, logical_lines, wrong_shape
 from rulesheets.syntax import Source, Span, nodes
 
 _HEAD = re.compile(
@@ -24,6 +24,8 @@ _HEAD = re.compile(
     )""",
     re.IGNORECASE | re.VERBOSE,
 )
+PLANNED = ("list", "procedure")
+"""Heads of kinds of sections that are not supported yet."""
 _LONE = re.compile(r"\s*([^\W\d]\w*)\s*(:?)\s*\Z")
 _ALMOST = frozenset({"rule", "variable", "equation", "equations", "formula", "formulas"})
 """Lone words that are taken for a misspelt head even where names stand alone."""
@@ -59,8 +61,8 @@ _SKIPPED = "skipped"
 """The section whose lines are not read, because its kind is not supported yet."""
 
 
-def read(source: Source) -> nodes.RuleSheet:
-    """The result of :func:`rulesheets.parse.parse`."""
+def parse(source: Source) -> nodes.RuleSheet:
+    """The rule sheet of a text. Raises RuleSheetError with the mistakes, line by line."""
     reading = _Reading(source)
     for line in logical_lines(source.text):
         reading.take(line)
@@ -87,7 +89,7 @@ class _Reading:
         try:
             if line.blank:
                 self.waiting.append(nodes.CommentLine(line.comment or "", line.place(self.source), line.gap))
-            elif wrong := mistakes.wrong_shape(self.source, line):
+            elif wrong := wrong_shape(self.source, line):
                 self.complaints.append(wrong)
             elif word := head_word(line.code):
                 self._begin(word, line)
@@ -107,7 +109,9 @@ class _Reading:
                 self.section = "variables"
             elif word in _ALMOST | {"rules"} and section != "function":
                 self.section = "rules"
-            raise RuleSheetError(mistakes.unknown_section(lone[1], span))
+            from rulesheets.parse.mistakes import unknown_section
+
+            raise RuleSheetError(unknown_section(lone[1], span))
         self._place_comments()
         if section == "units":
             node: Any = _unit_row(line.code, span).but(comment=comment, gap=line.gap)
@@ -151,7 +155,10 @@ class _Reading:
         if word == "parameters":
             if self.section != _SKIPPED:
                 self._parameters(line)
-        elif (planned := mistakes.contents()["planned"].get(word)) is not None:
+        elif word in PLANNED:
+            from rulesheets.parse.mistakes import contents
+
+            planned = contents()["planned"][word]
             self._place_comments()
             self.section = _SKIPPED
             message = f"{planned['name']} not supported yet"
@@ -237,7 +244,7 @@ class _Reading:
             if _filled(block.lines):
                 continue
             node, word = block.node, "figure"
-            message, note, label = f"the figure {node.name} is empty", mistakes.MARK_SHAPE, "nothing to draw"
+            message, note, label = f"the figure {node.name} is empty", MARK_SHAPE, "nothing to draw"
             if block in functions:
                 message, word = f"the function {node.name} has no rule", "function"
                 note, label = "write its rules below its head, under `rules`", "its rules are missing"

@@ -103,23 +103,17 @@ def components(rule: nodes.RuleBody, functions: Mapping[str, nodes.Function]) ->
     if len(rule.left) == len(rule.right) == 1 and not functions:
         return (rule,)
     if len(rule.left) == len(rule.right):
-        pairs = zip(rule.left, rule.right, strict=True)
-        return tuple(_component(left, right, rule.span, functions) for left, right in pairs)
+        parts: list[nodes.RuleBody] = []
+        for left, right in zip(rule.left, rule.right, strict=True):
+            call = _as_call(right, (left,), rule.span, functions)
+            call = call or _as_call(left, (right,), rule.span, functions)
+            parts.append(call or nodes.Equality((left,), (right,), rule.span))
+        return tuple(parts)
     for one, other in ((rule.right, rule.left), (rule.left, rule.right)):
         call = _as_call(one[0], other, rule.span, functions) if len(one) == 1 else None
         if call is not None:
             return (call,)
     return (rule,)
-
-
-def _component(
-    left: nodes.Expression,
-    right: nodes.Expression,
-    span: Span | None,
-    functions: Mapping[str, nodes.Function],
-) -> nodes.Equality | nodes.CallRule:
-    call = _as_call(right, (left,), span, functions) or _as_call(left, (right,), span, functions)
-    return call or nodes.Equality((left,), (right,), span)
 
 
 def _as_call(

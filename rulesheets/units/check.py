@@ -14,7 +14,6 @@ from fractions import Fraction
 
 from rulesheets.checks.marks import PLACES, marks_of
 from rulesheets.diagnosis import Diagnosis, Label, Severity
-from rulesheets.format import format_expression
 from rulesheets.functions import TABLE
 from rulesheets.library import library
 from rulesheets.model import Model
@@ -233,6 +232,8 @@ def _shown(node: Expression, place: Span) -> str:
     """An expression of the rule at a place, as written there."""
     if node.span is None:
         return "the figure"
+    from rulesheets.format import format_expression  # a message alone needs it
+
     return format_expression(node) if node.span == place else " ".join(node.span.text.split())
 
 

@@ -27,7 +27,7 @@ from solver.derivatives.linearization import DIGITS, linearize, sharpened
 from solver.facts import FALSE, Measurement, Status, Unsolved
 from solver.files import csv_text, write_file
 from solver.kernel.block import BlockKernel
-from solver.numerics.newton import METHODS, Jacobian, Residual, ScipyRoot, System, scipy_root
+from solver.numerics.newton import METHODS, Jacobian, Residual, ScipyRoot, Search, scipy_root
 from solver.path import SolveBlock
 from solver.path.planner import planner
 from solver.pictures import picture_kind
@@ -143,9 +143,9 @@ def plain_newton(
     residual: Residual, jacobian: Jacobian, start: Sequence[float], tolerance: float
 ) -> ScipyRoot:
     """Full steps from ``start`` (n,) until one is short; no success if one leaves the domain."""
-    system, x = System(residual, jacobian, [abs(v) or 1.0 for v in start]), np.array(start)
+    search, x = Search(residual, jacobian, start), np.array(start)
     used, short = 0, False
-    while used < STEPS and not short and (point := system.point(x)) is not None:
+    while used < STEPS and not short and (point := search.at(x)) is not None:
         expect_time()
         x, short = x + point.step, point.norm(point.step) <= tolerance
         used += 1

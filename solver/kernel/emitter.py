@@ -73,9 +73,8 @@ def _power(base: float, exponent: float) -> float:
 class _Source(Arithmetic[T]):
     """Lines of a function in three-address code. Equal texts are computed once (hash-consing)."""
 
-    def __init__(self, arguments: Sequence[str], names: dict[str, T], **globals: Any) -> None:
+    def __init__(self, arguments: Sequence[str], names: dict[str, T]) -> None:
         self.lines: list[str] = []
-        self.globals: dict[str, Any] = globals
         self.names = names
         """The value of each name: an argument, or an earlier assignment."""
         self._header = ", ".join(arguments)
@@ -92,17 +91,10 @@ class _Source(Arithmetic[T]):
             self.lines.append(f"{token} = {text}")
         return token
 
-    def function(self, results: Iterable[str]) -> Callable[..., Any]:
-        """A function of the arguments, in their order, that returns the values of these tokens."""
-        return self._kernel([*self.lines, f"return ({''.join(f'{token}, ' for token in results)})"])
-
-    def _kernel(self, lines: Iterable[str]) -> Callable[..., Any]:
+    def code(self, lines: Iterable[str]) -> CodeType:
+        """The code of a function of the arguments with these lines."""
         body = "\n    ".join(lines)
-        return self.made(_compiled(f"def kernel({self._header}):\n    {body}\n"))
-
-    def made(self, code: CodeType) -> Callable[..., Any]:
-        """The function of this code, which calls functions by the tokens that are known here."""
-        return FunctionType(code, dict(self.globals))
+        return _compiled(f"def kernel({self._header}):\n    {body}\n")
 
     def assign(self, name: str, value: T) -> None:
         """Let ``name`` stand for the value from here on."""
@@ -118,22 +110,18 @@ def _compiled(text: str) -> CodeType:
     return next(c for c in compile(text, "<kernel>", "exec").co_consts if isinstance(c, CodeType))
 
 
-def made_again(code: bytes) -> Callable[..., Any]:
-    """A function of floats from cached code."""
-    kept, emitter = marshal.loads(code), Emitter(())
-    for name in kept.co_names:
-        if name.startswith(CALLED):
-            emitter.called(name.removeprefix(CALLED))
-    return emitter.made(kept)
-
-
 class Emitter(_Source[str]):
     """Code for expressions of named numbers, or of ``arrays`` of them."""
 
     def __init__(self, arguments: Sequence[str], arrays: bool = False) -> None:
-        self._arrays, self._functions = arrays, ARRAYS if arrays else VALUES
-        names, builtins = {name: f"a{i}" for i, name in enumerate(arguments)}, {"ValueError": ValueError}
-        super().__init__([*names.values()], names, __builtins__=builtins, nan=nan, inf=inf, clip=np.clip)
+        self._arrays = arrays
+        names = {name: f"a{i}" for i, name in enumerate(arguments)}
+        super().__init__([*names.values()], names)
+
+    def function(self, results: Iterable[str]) -> Callable[..., Any]:
+        """A function of the arguments, in their order, that returns the values of these tokens."""
+        lines = [*self.lines, f"return ({''.join(f'{token}, ' for token in results)})"]
+        return function_of(self.code(lines), self._arrays)
 
     def bound(self, name: str, low: float, high: float, low_open: bool, high_open: bool) -> None:
         """Raise ValueError if the value called ``name`` lies outside the range, or move arrays into it."""
@@ -171,24 +159,36 @@ class Emitter(_Source[str]):
     def raised(self, node: Power, base: str, exponent: str) -> str:
         if is_square(node):
             return self.temporary(f"{base} * {base}")
-        return self.temporary(f"{self.called(POWER)}({base}, {exponent})")
+        return self.temporary(f"{CALLED}{POWER}({base}, {exponent})")
 
     def applied(self, node: Call, arguments: list[str]) -> str:
         if not arguments:
             return repr(TABLE[node.function].value())
-        return self.temporary(f"{self.called(node.function)}({', '.join(arguments)})")
+        return self.temporary(f"{CALLED}{node.function}({', '.join(arguments)})")
 
-    def called(self, name: str) -> str:
-        """The token of a function that the code calls."""
-        own = {POWER: np.power if self._arrays else _power, EXPM1: np.expm1}
-        self.globals[CALLED + name] = own.get(name) or self._functions[name]
-        return CALLED + name
 
-    def made(self, code: CodeType) -> Callable[..., Any]:
-        made = super().made(code)
-        if not self._arrays:
-            made.__dict__["again"] = made_again  # what ``rulesheets.loading`` keeps it by
-        return made
+def function_of(code: CodeType, arrays: bool = False) -> Callable[..., Any]:
+    """The function of code for floats, or for arrays, which calls those of the language by their tokens."""
+    own, functions = {POWER: np.power if arrays else _power, EXPM1: np.expm1}, ARRAYS if arrays else VALUES
+    known: dict[str, Any] = {
+        "__builtins__": {"ValueError": ValueError},
+        "nan": nan,
+        "inf": inf,
+        "clip": np.clip,
+    }
+    for token in code.co_names:
+        if token.startswith(CALLED):
+            name = token.removeprefix(CALLED)
+            known[token] = own.get(name) or functions[name]
+    made = FunctionType(code, known)
+    if not arrays:
+        made.__dict__["again"] = made_again  # what ``rulesheets.loading`` keeps it by
+    return made
+
+
+def made_again(code: bytes) -> Callable[..., Any]:
+    """A function of floats from cached code."""
+    return function_of(marshal.loads(code))
 
 
 def compile_expressions(
@@ -273,7 +273,8 @@ class IntervalEmitter(_Source[Pair]):
         self._ends = ", ".join(end for pair in pairs for end in pair)
         self._fixed, self._once = set(single), list[str]()
         constants = {"__builtins__": {}, "inf": inf, "nan": nan, "nextafter": nextafter}
-        super().__init__(single, names, **constants, **ARITHMETIC, **forms)
+        self.globals: dict[str, Any] = {**constants, **ARITHMETIC, **forms}
+        super().__init__(single, names)
 
     def function(self, results: Iterable[str]) -> Callable[..., Any]:
         """A function of the points, in their order, that returns one of the ends of a box.
@@ -281,7 +282,8 @@ class IntervalEmitter(_Source[Pair]):
         Values that depend on points only are computed once for all boxes.
         """
         body = (f"    {line}" for line in (*self.lines, f"return ({', '.join(results)})"))
-        return self._kernel([*self._once, f"def on_box({self._ends}):", *body, "return on_box"])
+        code = self.code([*self._once, f"def on_box({self._ends}):", *body, "return on_box"])
+        return FunctionType(code, dict(self.globals))
 
     def apply(self, name: str, *operands: Pair, more: str = "") -> Pair:
         """The pair that the named operation returns for the ends of the operands."""

@@ -12,14 +12,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.evaluate.number import enclose
-from rulesheets.model import Equation, Value
+from rulesheets.model import Value
 from solver.accuracy.rule_check import MANY, check_rule, gross, size
 from solver.kernel.block import BlockKernel
 from solver.kernel.emitter import BESIDE
@@ -150,15 +150,12 @@ class BlockProblem:
         if not all(math.isfinite(v) for v in point.values()):
             return False
         everything = {**self.here, **point}
-        return all(check_rule(equation, everything).holds for equation in self._unaccepted(everything))
+        left: Sequence[Any] = self.kernel.equations
+        if len(left) > MANY:  # of many, those that do not clearly hold are checked one by one
+            from solver.accuracy.alike import accepted
 
-    def _unaccepted(self, values: Mapping[str, Value]) -> Sequence[Equation]:
-        """The equations that are checked one by one: all of a few, of many those that do not clearly hold."""
-        if len(self.kernel.equations) <= MANY:
-            return self.kernel.equations
-        from solver.accuracy.alike import accepted  # of large blocks alone
-
-        return accepted(self.graph.model, self.kernel.equations, values)[1]
+            _, left = accepted(self.graph.model, left, everything)
+        return all(check_rule(equation, everything).holds for equation in left)
 
     def outside(self, point: Mapping[str, float]) -> str | None:
         """The first unknown that leaves its declared range."""

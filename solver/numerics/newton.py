@@ -91,36 +91,6 @@ class Point(NamedTuple):
         return bool((left <= np.maximum(0.5 * np.abs(self.residual), VANISHING * sizes)).all())
 
 
-class System:
-    """Residual and Jacobian; None wherever they are undefined."""
-
-    def __init__(self, residual: Residual, jacobian: Jacobian, scale: Sequence[float]) -> None:
-        self.functions = residual, jacobian
-        self.scale = np.array(scale, dtype=float)
-
-    def residual_at(self, x: Array) -> Array | None:
-        try:
-            values = np.array(self.functions[0](x.tolist()), dtype=float)
-        except (ArithmeticError, ValueError):
-            return None
-        return values if np.isfinite(values).all() else None
-
-    def point(self, x: Array, residual: Array | None = None) -> Point | None:
-        """The point x, or None if residual or Jacobian is undefined or infinite."""
-        values = self.residual_at(x) if residual is None else residual
-        if values is None:
-            return None
-        weight = np.maximum(np.abs(x), self.scale)
-        try:
-            matrix = as_matrix(self.functions[1](x.tolist()), len(x))
-        except (ArithmeticError, ValueError):
-            return None
-        if not np.isfinite(row_sizes(matrix, weight)).all():
-            return None
-        factor = factorise(matrix, weight)
-        return Point(x, values, matrix, weight, factor, -factor.solution(values))
-
-
 SHORTEST = 1e-6
 """The least damping factor."""
 POLISH, HALVINGS = 12, 60
@@ -161,24 +131,55 @@ def newton(
     shortened back into it. Never raises for failing to converge: see the outcome.
     """
     x = np.array(start, dtype=float)
-    system = System(residual, jacobian, [abs(s) or 1.0 for s in (start if scale is None else scale)])
+    search = Search(residual, jacobian, start if scale is None else scale, limits)
     with np.errstate(all="ignore"):
-        first = system.point(x)
-        if first is None:
-            return NewtonResult(tuple(x.tolist()), Outcome.DOMAIN, 0)
-        return _Search(system, first, limits).run()
+        first = search.at(x)
+        return NewtonResult(tuple(x.tolist()), Outcome.DOMAIN, 0) if first is None else search.run(first)
 
 
-class _Search:
-    """The state of one search: the present point, the damping, and the work spent."""
+class Search:
+    """One search: its functions, the present point, the damping, and the work spent."""
 
-    def __init__(self, system: System, point: Point, limits: NewtonLimits) -> None:
-        self.system, self.point, self.limits = system, point, limits
+    point: Point
+
+    def __init__(
+        self,
+        residual: Residual,
+        jacobian: Jacobian,
+        scale: Sequence[float],
+        limits: NewtonLimits = STANDARD_LIMITS,
+    ) -> None:
+        self.functions, self.limits = (residual, jacobian), limits
+        self.scale = np.array([abs(size) or 1.0 for size in scale])
         self.iterations = self.escapes = self.slow = 0
         self.damping = 1.0
         self.last: tuple[Array, Array, float] | None = None
 
-    def run(self) -> NewtonResult:
+    def residual_at(self, x: Array) -> Array | None:
+        """The residual; None where it is undefined or infinite."""
+        try:
+            values = np.array(self.functions[0](x.tolist()), dtype=float)
+        except (ArithmeticError, ValueError):
+            return None
+        return values if np.isfinite(values).all() else None
+
+    def at(self, x: Array, residual: Array | None = None) -> Point | None:
+        """The point x; None where residual or Jacobian is undefined or infinite."""
+        values = self.residual_at(x) if residual is None else residual
+        if values is None:
+            return None
+        weight = np.maximum(np.abs(x), self.scale)
+        try:
+            matrix = as_matrix(self.functions[1](x.tolist()), len(x))
+        except (ArithmeticError, ValueError):
+            return None
+        if not np.isfinite(row_sizes(matrix, weight)).all():
+            return None
+        factor = factorise(matrix, weight)
+        return Point(x, values, matrix, weight, factor, -factor.solution(values))
+
+    def run(self, first: Point) -> NewtonResult:
+        self.point = first
         while self.iterations < self.limits.iterations:
             expect_time()
             p = self.point
@@ -217,13 +218,13 @@ class _Search:
                 damping = min(1.0, max((before / norm) * (length / change) * self.damping, 10 * SHORTEST))
         while damping >= SHORTEST:
             x = p.x + damping * step
-            values = self.system.residual_at(x)
+            values = self.residual_at(x)
             if values is None:
                 damping /= 2
                 continue
             simplified = -p.factor.solution(values)
             ahead = p.norm(simplified)
-            if ahead <= (1 - damping / 4) * norm and (following := self.system.point(x, values)):
+            if ahead <= (1 - damping / 4) * norm and (following := self.at(x, values)):
                 self.last, self.damping = (simplified, p.weight, norm), damping
                 self._advance(following)
                 return ahead / norm
@@ -244,7 +245,7 @@ class _Search:
                 return self._polished() if p.explains() else self._stuck()
             if norm <= FAST * previous < math.inf:
                 self.slow = 0
-            following = self.system.point(p.x + p.step)
+            following = self.at(p.x + p.step)
             if following is None or norm > previous:
                 break
             self._advance(following)
@@ -256,7 +257,7 @@ class _Search:
         """One or two more full steps while they still lower the simplified correction."""
         for _ in range(3):
             p = self.point
-            following = self.system.point(p.x + p.step)
+            following = self.at(p.x + p.step)
             if following is None or not p.norm(p.factor.solution(following.residual)) < p.norm(p.step):
                 break
             self._advance(following)
@@ -270,8 +271,8 @@ class _Search:
         self.escapes += 1
         self.iterations += 1
         x, weight = self.point.x, self.point.weight
-        end = scipy_root(*self.system.functions, x.tolist(), "lm", weight.tolist(), ESCAPED).x
-        lower = None if end == tuple(x.tolist()) else self.system.point(np.array(end))
+        end = scipy_root(*self.functions, x.tolist(), "lm", weight.tolist(), ESCAPED).x
+        lower = None if end == tuple(x.tolist()) else self.at(np.array(end))
         if lower is None:
             return False
         self.point, self.last, self.damping = lower, None, 1.0
@@ -294,7 +295,7 @@ class _Search:
             sizes = row_sizes(p.jacobian, p.weight)
             if (np.abs(p.residual) <= VANISHING * sizes).all():  # the rows themselves vanish with x
                 return True
-            following = self.system.point(p.x + p.step)
+            following = self.at(p.x + p.step)
             if following is None:
                 return False
             if _is_straight(p, following):

@@ -182,17 +182,18 @@ class Signs:
                         found[name] = True
         return {name: multiplies for name, multiplies in found.items() if name not in terms}
 
-    def floor(self, name: str) -> float:
-        """The least reading of an absolute temperature, a mass or an absolute pressure; else minus infinity.
+    @cached_property
+    def floors(self) -> Mapping[str, float]:
+        """The least readings of absolute temperatures, masses and absolute pressures.
 
         Pa and its multiples are also units of stress, which has either sign.
         """
-        variable = self.model.variables[name]
-        unit = variable.measure
-        if unit is None or variable.difference:
-            return -np.inf
-        bounded = unit.offset or unit.bases in ({"K": 1}, {"kg": 1}) or variable.unit in ABSOLUTE
-        return float(-unit.offset / unit.factor) if bounded else -np.inf
+        found = dict[str, float]()
+        for name, variable in self.model.variables.items():
+            unit = None if variable.difference else variable.measure
+            if unit and (unit.offset or unit.bases in ({"K": 1}, {"kg": 1}) or variable.unit in ABSOLUTE):
+                found[name] = float(-unit.offset / unit.factor)
+        return found
 
 
 signs_of = once(Signs)
@@ -356,7 +357,7 @@ class Ranking:
         positive = {n for n, multiplies in signs.radii.items() if multiplies and signs.kinds.get(n) in alike}
         apart = signs.differences | positive
         self._kinds = [None if name in apart else signs.kinds.get(name) for name in every]
-        absolute = {k for n, k in zip(every, self._kinds, strict=True) if signs.floor(n) > -np.inf}
+        absolute = {k for n, k in zip(every, self._kinds, strict=True) if n in signs.floors}
         self._groups = [(k, n * (k in absolute)) for n, k in zip(every, self._kinds, strict=True)]
         self._own_kinds = [None if name in positive else signs.kinds.get(name) for name in self.names]
         self._aside = [name in signs.aside for name in self.names]
@@ -371,7 +372,7 @@ class Ranking:
             and all(one in places for one in pair if isinstance(one, str))
         ]
         self._right = [signs.angles.get(name, 0.0) / 4.0 for name in self.names]
-        self._floors = [signs.floor(name) for name in self.names]
+        self._floors = [signs.floors.get(name, -np.inf) for name in self.names]
         self._factors = [
             (
                 _is_plain(factor),

@@ -82,8 +82,9 @@ def sheet_rows(
     are the rows that are left out instead; for a pruned solve those with a value. Values are in the units of
     ``display``, or in those of the rules.
     """
-    found: Sequence[Mapping[str, Value]] = result.solutions if every else result.solutions[:1]
-    found, (posted, whole), rows = found or (result.partial,), named(result), []
+    answers = result.solutions if every else result.solutions[:1]
+    found = [answer.by_name for answer in answers] or [result.partial]
+    (posted, whole), rows = named(result), []
     for name, variable in result.model.variables.items():
         there = any(name in answer for answer in found)
         own = name in posted and (posted[name] or there)
@@ -94,7 +95,7 @@ def sheet_rows(
         values = [given if given is not None else guess]
         values += [None if given is not None else answer.get(name) for answer in found]
         # the error bar of a part of an answer is not known
-        errors = [a.error.get(name, 0.0) if isinstance(a, Solution) else inf for a in found if digits]
+        errors = ([answer.error.get(name, 0.0) for answer in answers] or [inf]) if digits else []
         tolerance = variable.tolerance if isinstance(given, float) else None
         unit = variable.unit
         if display and variable.display_unit:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rulesheets.files import read_source
 from rulesheets.format import format_condition, format_expression, format_number, format_rule, format_sheet
-from rulesheets.parse import parse
+from rulesheets.parse.sections import parse
 from rulesheets.syntax import Source
 from rulesheets.syntax.nodes import Name, Negative, Number, Power, Product, RuleSheet, Sum
 from tests.rulesheets.sheets import bodies, conditions, expressions, sheets

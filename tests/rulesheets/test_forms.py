@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from rulesheets import loads
 from rulesheets.diagnosis import RuleSheetError
-from rulesheets.parse import parse
 from rulesheets.parse.grammar import grammar
+from rulesheets.parse.sections import parse
 from rulesheets.syntax import Source, Span, forms
 from rulesheets.syntax.nodes import Node, Operators
 

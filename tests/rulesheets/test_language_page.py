@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from rulesheets.functions import PLANNED, TABLE
-from rulesheets.parse import parse
+from rulesheets.parse.grammar import DEEPEST
 from rulesheets.parse.layout import LONGEST, NESTING
-from rulesheets.parse.mistakes import DEEPEST
+from rulesheets.parse.sections import parse
 from rulesheets.syntax import Source
 
 PAGE = (Path(__file__).parent.parent.parent / "docs" / "language.md").read_text(encoding="utf-8")

@@ -15,7 +15,7 @@ from rulesheets import RuleSheetError, load, loading, loads
 from rulesheets.files import find_sheet, shipped_models
 from rulesheets.functions import TABLE
 from rulesheets.library import library
-from rulesheets.parse import parse
+from rulesheets.parse.sections import parse
 from rulesheets.syntax.nodes import Name
 
 
@@ -134,7 +134,7 @@ def parses(tmp_path, monkeypatch):
     monkeypatch.setenv("BACKSOLVE_CACHE", str(tmp_path / "cache"))
     seen: list[str] = []
     monkeypatch.setattr(
-        rulesheets.files, "parse", lambda source: (seen.append(source.name), parse(source))[1]
+        rulesheets.parse.sections, "parse", lambda source: (seen.append(source.name), parse(source))[1]
     )
     return seen
 

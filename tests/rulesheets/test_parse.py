@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.files import read_source
 from rulesheets.format import format_sheet
-from rulesheets.parse import parse
 from rulesheets.parse.grammar import Grammar, Unparsed
 from rulesheets.parse.layout import logical_lines
+from rulesheets.parse.sections import parse
 from rulesheets.syntax import Source
 from rulesheets.syntax.nodes import (
     And,

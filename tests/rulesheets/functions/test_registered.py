@@ -16,7 +16,7 @@ import solver
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.format import format_sheet
 from rulesheets.functions import TABLE
-from rulesheets.parse import parse
+from rulesheets.parse.sections import parse
 from rulesheets.registered import slope_by_differences
 from rulesheets.syntax import Source
 

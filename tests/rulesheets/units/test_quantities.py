@@ -13,7 +13,7 @@ import solver
 from rulesheets import RuleSheetError
 from rulesheets.format import format_sheet
 from rulesheets.inputs import parse_input
-from rulesheets.parse import parse
+from rulesheets.parse.sections import parse
 from rulesheets.syntax import Source
 from rulesheets.units import check
 from rulesheets.units.check import check_units, inferred

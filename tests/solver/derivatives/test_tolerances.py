@@ -17,7 +17,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.format import format_sheet
 from rulesheets.inputs import parse_input
 from rulesheets.model import Tolerance
-from rulesheets.parse import parse
+from rulesheets.parse.sections import parse
 from rulesheets.syntax import Source
 from rulesheets.variables import read_variable_sheet
 from solver.__main__ import main

@@ -10,7 +10,7 @@ import pytest
 import rulesheets
 import solver
 from rulesheets.format import format_sheet
-from rulesheets.parse import parse
+from rulesheets.parse.sections import parse
 from rulesheets.syntax import Source
 
 
