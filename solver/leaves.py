@@ -28,7 +28,7 @@ from solver.facts import (
     OutOfRange,
     Unmet,
 )
-from solver.path import SolveBlock, Step
+from solver.path import SolveBlock, Step, activity
 from solver.path.cases import (
     AT_LEAST,
     AT_MOST,
@@ -38,7 +38,6 @@ from solver.path.cases import (
     Pair,
     Sign,
     Signed,
-    activity,
     assumed_outcome,
     cases_of,
     comparisons,

@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from itertools import starmap
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lark import Lark, Token, Transformer, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
@@ -20,7 +20,7 @@ from rulesheets import store
 from rulesheets.checks.marks import wrong_mark
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refuse, wrong_range
 from rulesheets.parse.layout import STRANGE, Line, nested
-from rulesheets.syntax import Source, Span, forms, nodes
+from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import (
     Call,
     Condition,
@@ -37,9 +37,14 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import walk
 
+if TYPE_CHECKING:
+    from rulesheets.syntax.forms import Form
+
 KINDS = ["rule", "use", "head", "parameters", "figure", "mark"]
 """Kinds of lines beside rows: start rules of the grammar."""
 
+LONG = 20_000
+"""Characters of a text from which on its rules are compared with one another."""
 MOST_FORMS = 10_000
 """Forms of rules that are remembered at a time."""
 
@@ -293,7 +298,7 @@ class Grammar(threading.local):
 
     def __init__(self) -> None:
         self._builder = Builder()
-        self.forms: dict[str, forms.Form | None] = {}
+        self.forms: dict[str, Form | None] = {}
         self._lark = self._parser("lines", KINDS)
         self._of_rows = self._parser("rows", ["row"], _before_a_unit)
 
@@ -343,23 +348,28 @@ def grammar() -> Grammar:
 
 
 def read_line(source: Source, line: Line, kind: str) -> Any:
-    """The node of a line of this kind, a start rule of the grammar; of a rule in a long text, from the third
-    of its form on, that of the second with other leaves.
+    """The node of a line of this kind, a start rule of the grammar.
 
     Raises RuleSheetError with what is wrong. The shape of the line has been found right before.
     """
-    long = len(source.text) > forms.LONG and not source.variables_like_pi
-    leaves = forms.leaves_of(line.code) if kind == "rule" and long else None
+    if kind == "rule" and len(source.text) > LONG and not source.variables_like_pi:
+        return _read_alike(source, line)
+    return _read(source, line, kind)
+
+
+def _read_alike(source: Source, line: Line) -> Any:
+    """A rule in a long text: from the third of its form on, that of the second with other leaves."""
+    from rulesheets.syntax.forms import Like, form_of, leaves_of
+
+    leaves, known = leaves_of(line.code), grammar().forms
     if leaves is None:
-        return _read(source, line, kind)
-    known = grammar().forms
+        return _read(source, line, "rule")
     if (form := known.get(leaves.key)) is not None:
-        like = forms.Like.of(form, leaves.names, leaves.numbers)
-        return like.rule(line.place(source))
+        return Like.of(form, leaves.names, leaves.numbers).rule(line.place(source))
     node = _read(source, line, "rule")
     if len(known) >= MOST_FORMS:
         known.clear()
-    known[leaves.key] = forms.form_of(node, leaves) if leaves.key in known else None
+    known[leaves.key] = form_of(node, leaves) if leaves.key in known else None
     return node
 
 

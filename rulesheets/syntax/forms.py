@@ -27,8 +27,6 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import walk
 
-LONG = 20_000
-"""Characters of a text from which on its rules are compared with one another."""
 LONGEST = 3_000
 """Characters of a rule that is compared: ten thousand forms of so many are remembered."""
 

@@ -26,8 +26,7 @@ from solver.accuracy.rule_check import size as moved
 from solver.facts import DoubleRoot
 from solver.numerics.linear_algebra import Array, as_matrix, factorise, sparse_matrix
 from solver.numerics.tolerances import BACKWARD, CANCELLED, HALF, UNIT_ROUNDOFF
-from solver.path import SolveBlock, Step, given_by
-from solver.path.cases import solved_by
+from solver.path import SolveBlock, Step, given_by, solved_by
 
 SAMPLES = 16
 DENSE = 400

@@ -23,8 +23,8 @@ from rulesheets.syntax.nodes import conjunction
 from rulesheets.units import displaying
 from solver.facts import Status
 from solver.page import boxes, geometry, handles, needed, outline, turn
-from solver.path import equations_of
-from solver.path.cases import activity, outcomes
+from solver.path import activity, equations_of
+from solver.path.cases import outcomes
 from solver.report.derivation import Derivation, Page
 from solver.report.path import Places, Plain, Tex, rule_text, steps_to_show
 from solver.report.sheet import diagnosis_json, finite

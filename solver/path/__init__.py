@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from math import inf, prod
 from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.functions import TABLE
+from rulesheets.model import Equation, Model, Requirement, Value
 from rulesheets.syntax.nodes import Expression, Name, Number, call, is_number, substitute
 
 
@@ -101,6 +102,32 @@ def given_by(step: Step) -> tuple[str, ...]:
             return unknowns
         case _:
             return ()
+
+
+def activity(equation: Equation | Requirement, decided: Mapping[int, bool]) -> bool | None:
+    """True: active (a requirement: checked); False: its guard is false; None: not known yet."""
+    verdict: bool | None = True
+    for premise in equation.guard:
+        outcome = decided.get(premise.condition)
+        if outcome is None:
+            verdict = None
+        elif outcome is not premise.holds:
+            return False
+    return verdict
+
+
+def known_rules(model: Model, decided: Mapping[int, bool], values: Mapping[str, Value]) -> Iterator[Equation]:
+    """The rules that are active at these outcomes, and all of whose variables are known."""
+    blank = model.variables.keys() - values.keys()
+    for equation in model.equations:
+        if activity(equation, decided) and (not blank or blank.isdisjoint(equation.names)):
+            yield equation
+
+
+def solved_by(model: Model, step: Step, decided: Mapping[int, bool]) -> list[Equation]:
+    """The rules that a step solves: of several to select from, the first active one."""
+    rules = [model.equations[index] for index in equations_of(step)] if given_by(step) else []
+    return [rule for rule in rules if activity(rule, decided)][:1] if isinstance(step, Select) else rules
 
 
 @dataclass(frozen=True, slots=True)

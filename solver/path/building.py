@@ -16,10 +16,11 @@ from solver.path import (
     Select,
     SolveBlock,
     Step,
+    activity,
     equations_of,
     given_by,
 )
-from solver.path.cases import activity, value_said
+from solver.path.cases import value_said
 from solver.path.graph import Effort, ModelGraph, degree_of, shape_of
 from solver.structure.decomposition import (
     Block,

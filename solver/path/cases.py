@@ -1,4 +1,4 @@
-"""Conditions: their outcomes, the equations that are then active, and the cases to assume.
+"""Conditions: their outcomes, and the cases to assume.
 
 Assuming whole conditions one by one would multiply cases that exclude each other. Instead the sign of
 ``left - right`` of one comparison is assumed; it decides every comparison of the same two expressions, and
@@ -18,10 +18,9 @@ from sys import float_info
 from typing import TypeAlias
 
 from rulesheets.evaluate import Undefined, holds, value
-from rulesheets.model import Equation, Model, Requirement, Value
+from rulesheets.model import Model, Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import And, Comparison, Condition, Expression, Name, Not, Number, Or, Symbol
-from solver.path import Select, Step, equations_of, given_by
 
 
 def outcomes(model: Model, values: Mapping[str, Value], inputs: Collection[str]) -> dict[int, bool]:
@@ -35,32 +34,6 @@ def outcomes(model: Model, values: Mapping[str, Value], inputs: Collection[str])
         except Undefined:
             found[index] = False
     return found
-
-
-def activity(equation: Equation | Requirement, decided: Mapping[int, bool]) -> bool | None:
-    """True: active (a requirement: checked); False: its guard is false; None: not known yet."""
-    verdict: bool | None = True
-    for premise in equation.guard:
-        outcome = decided.get(premise.condition)
-        if outcome is None:
-            verdict = None
-        elif outcome is not premise.holds:
-            return False
-    return verdict
-
-
-def known_rules(model: Model, decided: Mapping[int, bool], values: Mapping[str, Value]) -> Iterator[Equation]:
-    """The rules that are active at these outcomes, and all of whose variables are known."""
-    blank = model.variables.keys() - values.keys()
-    for equation in model.equations:
-        if activity(equation, decided) and (not blank or blank.isdisjoint(equation.names)):
-            yield equation
-
-
-def solved_by(model: Model, step: Step, decided: Mapping[int, bool]) -> list[Equation]:
-    """The rules that a step solves: of several to select from, the first active one."""
-    rules = [model.equations[index] for index in equations_of(step)] if given_by(step) else []
-    return [rule for rule in rules if activity(rule, decided)][:1] if isinstance(step, Select) else rules
 
 
 Pair: TypeAlias = tuple[Expression, Expression]

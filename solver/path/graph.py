@@ -364,8 +364,8 @@ def _evidence(*parts: Node) -> Iterator[tuple[str, float, int]]:
 def angle_evidence(model: Model) -> Iterator[tuple[str, float, int]]:
     """The evidence of angles in rules that call functions of angles."""
     for rules in by_shape(model):
-        if _reads_angles(rules[0]):
-            yield from _angle_evidence_by_shape(rules)
+        for rule in rules if _reads_angles(rules[0]) else ():
+            yield from _rule_angle_evidence(rule.left, rule.right)
 
 
 def _reads_angles(rule: Equation) -> bool:
@@ -398,36 +398,6 @@ def _angles(model: Model, conditions: Iterable[Node] = ()) -> dict[str, Angle]:
                 spread += {*equation.names} - plain
                 plain.update(equation.names)
     return {name: angle for name, angle in found.items() if name not in plain}
-
-
-def _angle_evidence_by_shape(rules: Sequence[Equation]) -> Iterator[tuple[str, float, int]]:
-    """The evidence of angles in rules of one shape: the same for other names, if the numbers in the
-    arguments of periodic functions are the same."""
-    places = _numbers_of_angles(rules[0].left, rules[0].right)
-    alike: dict[tuple[float, ...], list[Equation]] = {}
-    for rule in rules:
-        alike.setdefault(tuple([shape_of(rule)[1][place] for place in places]), []).append(rule)
-    for same in alike.values():
-        first = same[0]
-        number = {name: k for k, name in enumerate(first.names)}
-        said = _rule_angle_evidence(first.left, first.right)
-        read = dict.fromkeys((number[name], turn, turns) for name, turn, turns in said)
-        for rule in same:
-            yield from ((rule.names[k], turn, turns) for k, turn, turns in read)
-
-
-def _numbers_of_angles(*sides: Expression) -> list[int]:
-    """The numbers of a rule, by their order, that occur in arguments of periodic functions."""
-    found, count = list[int](), 0
-    stack = [(side, False) for side in sides[::-1]]
-    while stack:
-        node, inside = stack.pop()
-        if isinstance(node, Number):
-            found += [count] if inside else []
-            count += 1
-        inside = inside or (isinstance(node, Call) and bool(TABLE[node.function].turn))
-        stack += [(part, inside) for part in children(node)[::-1]]
-    return found
 
 
 def _rule_angle_evidence(*sides: Expression) -> Iterator[tuple[str, float, int]]:

@@ -18,8 +18,8 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Condition, Expression, Name, Number, conjunction, names
 from rulesheets.units import shown
-from solver.path import Evaluate, Isolation, Select, Shown, SolveBlock, Step, equations_of
-from solver.path.cases import outcomes, solved_by
+from solver.path import Evaluate, Isolation, Select, Shown, SolveBlock, Step, equations_of, solved_by
+from solver.path.cases import outcomes
 from solver.path.isolate import isolate
 from solver.report import SCREEN, table
 from solver.report.path import Places, Plain, Tex

@@ -44,10 +44,12 @@ from solver.path import (
     Select,
     SolveBlock,
     Step,
+    activity,
     equations_of,
     given_by,
+    known_rules,
 )
-from solver.path.cases import EQUAL, activity, known_rules, value_of_equality
+from solver.path.cases import EQUAL, value_of_equality
 from solver.path.graph import Shape, asked_shape, is_angle_sum, shape_of
 from solver.path.planner import planner
 

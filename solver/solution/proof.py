@@ -49,8 +49,8 @@ from rulesheets.syntax.program import walk
 from solver.facts import DoubleRoot, Proof, ProvedRoots
 from solver.leaves import Leaf
 from solver.numerics.linear_algebra import eliminate, null_direction
-from solver.path import given_by
-from solver.path.cases import EQUAL, GREATER, LESS, OPERATORS, known_rules, outcome, solved_by
+from solver.path import given_by, known_rules, solved_by
+from solver.path.cases import EQUAL, GREATER, LESS, OPERATORS, outcome
 
 BITS = 400
 

@@ -12,8 +12,8 @@ from rulesheets.model import Model, Value
 from rulesheets.syntax import nodes
 from solver.facts import Conflict
 from solver.leaves import Asked, Branch, Leaf, Patience
-from solver.path import equations_of
-from solver.path.cases import activity, comparisons, outcomes, value_said
+from solver.path import activity, equations_of
+from solver.path.cases import comparisons, outcomes, value_said
 from solver.path.planner import planner
 from solver.solution.explore import explore
 from solver.solution.verdict import unsettled

@@ -41,7 +41,8 @@ from solver.kernel.step import OTHERWISE
 from solver.leaves import Asked, Exploration, Leaf, Patience, indeterminacy, unmet
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.tolerances import BACKWARD, SAME_VALUE
-from solver.path.cases import activity, known_rules, outcomes
+from solver.path import activity, known_rules
+from solver.path.cases import outcomes
 from solver.solution.explore import explore
 from solver.solution.verdict import Verdict, explore_refined, explore_required, judge
 

@@ -16,7 +16,7 @@ from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import ZERO, And, Comparison, Expression, Given, Name, Not, Or, Symbol, subtract
 from solver.accuracy.rule_check import heights, jumps
 from solver.numerics.tolerances import BACKWARD
-from solver.path.cases import activity
+from solver.path import activity
 from solver.path.isolate import without_logarithm
 from solver.path.planner import Planner
 from solver.trace.flow import Flow, Numbers

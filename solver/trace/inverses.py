@@ -13,8 +13,18 @@ from rulesheets.syntax.nodes import Expression, Name
 from solver.kernel.block import kernel_of
 from solver.kernel.step import SAME_TURN, is_affine, is_scaled
 from solver.numerics.tolerances import EPS
-from solver.path import TARGET, Circle, Coefficient, Isolation, Let, Parabola, Select, SolveBlock, Stage
-from solver.path.cases import activity
+from solver.path import (
+    TARGET,
+    Circle,
+    Coefficient,
+    Isolation,
+    Let,
+    Parabola,
+    Select,
+    SolveBlock,
+    Stage,
+    activity,
+)
 from solver.trace.flow import LIBRARY
 from solver.trace.graph import NotCompilable
 from solver.trace.guards import CLEAR, STRANGE, Guards, State, symbol_of

@@ -20,8 +20,8 @@ from rulesheets.syntax.nodes import subtract
 from solver.facts import Beside, Conflict, DoubleRoot, NoValue, Unmet
 from solver.kernel.block import BlockKernel, kernel_of
 from solver.leaves import Leaf, different
-from solver.path import Decide, Evaluate, Select, SolveBlock, Step
-from solver.path.cases import EQUAL, activity, value_of_equality
+from solver.path import Decide, Evaluate, Select, SolveBlock, Step, activity
+from solver.path.cases import EQUAL, value_of_equality
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
 from solver.trace.folds import ConstantRootCount

@@ -22,8 +22,7 @@ from rulesheets.model import Model, Value
 from solver.facts import Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.block import kernel_of
 from solver.leaves import Exploration, Leaf
-from solver.path import SolveBlock
-from solver.path.cases import activity
+from solver.path import SolveBlock, activity
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
 from solver.trace.folds import ConstantRootCount

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import rulesheets.parse.grammar as lines
 from rulesheets import loads
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.parse.grammar import grammar
 from rulesheets.parse.sections import parse
-from rulesheets.syntax import Source, Span, forms
+from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import Node, Operators
 
 names = st.sampled_from(["a", "b2", "T_1", "Tα", "pi", "If_", "E", "e5", "mod", "in"])
@@ -34,9 +35,9 @@ expressions = st.recursive(leaves, _above, max_leaves=6)
 def test_the_trees_of_the_grammar(rules: list[str]) -> None:
     text = "\n".join(rules * 3) + "\n"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(forms, "LONG", len(text))
+        patch.setattr(lines, "LONG", len(text))
         expected = _read(text)
-        patch.setattr(forms, "LONG", 0)
+        patch.setattr(lines, "LONG", 0)
         grammar().forms.clear()
         assert _read(text) == expected
 
@@ -46,9 +47,9 @@ def test_other_names_and_numbers(terms: int, monkeypatch: pytest.MonkeyPatch) ->
     every = [" + ".join([f"2*(x{k} - {k}.5e-{k}) + sin( y_{k} )^2"] * terms) for k in range(1, 100)]
     rules = [f"{left} = (-z{k})/{k}" for k, left in enumerate(every, 1)]
     text = "\n".join(rules) + "\n"
-    monkeypatch.setattr(forms, "LONG", len(text))
+    monkeypatch.setattr(lines, "LONG", len(text))
     expected = _read(text)
-    monkeypatch.setattr(forms, "LONG", 0)
+    monkeypatch.setattr(lines, "LONG", 0)
     grammar().forms.clear()
     assert _read(text) == expected
     (form,) = grammar().forms.values()
@@ -57,7 +58,7 @@ def test_other_names_and_numbers(terms: int, monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.mark.parametrize("number", ["1e999", "1e-999"])
 def test_a_number_out_of_range_is_told(number: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(forms, "LONG", 0)
+    monkeypatch.setattr(lines, "LONG", 0)
     with pytest.raises(RuleSheetError, match="out of range"):
         parse(Source("x", "".join(f"x{k} = {n}\n" for k, n in enumerate(["1", "2", "3", number]))))
 
@@ -94,14 +95,14 @@ CALLS = [
 def test_calls_are_expanded_as_one_by_one(wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:
     rules = [rule.format(k=k) for k in range(1, 6) for rule in (*CALLS, wrong)]
     text = "\n".join(["c = 2", *rules]) + FUNCTIONS
-    monkeypatch.setattr(forms, "LONG", 0)
+    monkeypatch.setattr(lines, "LONG", 0)
     by_form = _model(text)
-    monkeypatch.setattr(forms, "LONG", len(text))
+    monkeypatch.setattr(lines, "LONG", len(text))
     assert by_form == _model(text)
 
 
 def test_a_pickled_model_keeps_its_rules(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(forms, "LONG", 0)
+    monkeypatch.setattr(lines, "LONG", 0)
     model = loads("".join(f"x{k} = 2*y{k}\n" for k in range(9)))
     again = pickle.loads(pickle.dumps(model))
     assert again.equations == model.equations
