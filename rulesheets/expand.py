@@ -18,7 +18,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from rulesheets.diagnosis import RuleSheetError, error_at
-from rulesheets.evaluate.number import with_round_values
+from rulesheets.evaluate.exact import with_round_values
 from rulesheets.model import Equation, Premise, Requirement
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import children, names, rebuilt

@@ -19,7 +19,6 @@ from rulesheets.diagnosis import (
     wrong_range,
 )
 from rulesheets.evaluate import Undefined, value
-from rulesheets.evaluate.number import with_round_values
 from rulesheets.library import Library
 from rulesheets.model import Model, Tolerance, Value, Variable, expect_model, once
 from rulesheets.syntax import Source, Span, nodes
@@ -51,7 +50,8 @@ def constant(expression: nodes.Expression) -> Value:
     if (unit := next(units_of(expression), None)) is not None:
         message, note = f"{unit} stands inside an expression of numbers", "write one number with its unit"
         raise RuleSheetError(error_at("E461", message, expression.span, f"{note}, as in x = 3[in] [mm]"))
-    from rulesheets.checks import check_constant  # a command with mere numbers starts without it
+    from rulesheets.checks import check_constant  # a command with mere numbers starts without them
+    from rulesheets.evaluate.exact import with_round_values
 
     refuse(check_constant(expression))
     try:

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping
-from contextlib import suppress
-from fractions import Fraction
 from functools import reduce
-from math import isfinite, isqrt
 from operator import ge, gt, le, lt
 from sys import float_info
 from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
@@ -32,8 +29,6 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     Symbol,
-    children,
-    rebuilt,
 )
 
 
@@ -350,138 +345,3 @@ class Intervals(Arithmetic[Interval]):
 
 
 INTERVALS = Forms(TABLE, lambda row: unknown if row.interval is None else row.interval)
-
-
-LARGEST = 64
-"""Exponents beyond which numbers are not multiplied out."""
-
-
-class Inexact(Exception):
-    """The value is not a rational number, or not known exactly."""
-
-
-def exactly(expression: Expression, numbers: Mapping[str, Fraction], pi: Fraction | None = None) -> Fraction:
-    """The exact value; floats in the expression are exact binary numbers, ``pi`` stands for π.
-
-    Raises Inexact if an operation leaves the rational numbers or is undefined, and for a variable without a
-    number.
-    """
-    return Rationals(numbers, pi).of(expression)
-
-
-class Rationals(Arithmetic[Fraction]):
-    """Rational numbers; ``pi`` stands for π."""
-
-    def __init__(self, numbers: Mapping[str, Fraction], pi: Fraction | None) -> None:
-        self.numbers, self.pi = numbers, pi
-
-    def number(self, node: Number) -> Fraction:
-        return Fraction(node.value)
-
-    def name(self, node: Name) -> Fraction:
-        if node.name not in self.numbers:
-            raise Inexact(node.name)
-        return self.numbers[node.name]
-
-    def symbol(self, node: Symbol) -> Fraction:
-        raise Inexact(node.name)
-
-    def product(self, node: Product) -> Fraction:
-        """The product; 0 if a factor is 0 and the other one a number, exactly known or not."""
-        factors = []
-        for one, other in ((node.left, node.right), (node.right, node.left)):
-            with suppress(Inexact):
-                factors.append(self.of(one))
-                if not factors[-1] and self._is_number(other):
-                    return Fraction(0)
-        if len(factors) < 2:
-            raise Inexact("*")
-        return factors[0] * factors[1]
-
-    def _is_number(self, expression: Expression) -> bool:
-        """Whether a factor has a value, exactly known or not."""
-        with suppress(Undefined, KeyError, OverflowError):
-            return isfinite(value(expression, {name: float(v) for name, v in self.numbers.items()}))
-        return False
-
-    def divided(self, node: Quotient, above: Fraction, below: Fraction) -> Fraction:
-        if not below:
-            raise Inexact("/")
-        return above / below
-
-    def raised(self, node: Power, base: Fraction, exponent: Fraction) -> Fraction:
-        if base == 1 or exponent == 0:
-            return Fraction(1)
-        if base == 0 and exponent > 0:
-            return base
-        if exponent.denominator != 1 or abs(exponent) > LARGEST or (exponent < 0 and not base):
-            raise Inexact("^")
-        return base ** int(exponent)
-
-    def applied(self, node: Call, arguments: list[Fraction]) -> Fraction:
-        match node.function, arguments:
-            case "pi", [] if self.pi is not None:
-                return self.pi
-            case "abs", [number]:
-                return abs(number)
-            case "sqrt", [number]:
-                return Fraction(*map(_root, number.as_integer_ratio()))
-            case function, [number]:
-                return known(function, number)
-            case _:
-                raise Inexact(node.function)
-
-
-def known(function: str, number: Fraction) -> Fraction:
-    """Values that are 0, 1 or -1 at 0 and 1, and those of the circular functions at whole degrees that are
-    rational (I. Niven, *Irrational Numbers*, 1956). Raises Inexact for any other."""
-    row = TABLE[function]
-    degrees = function in ("sind", "cosd", "tand") and number.denominator == 1
-    if row.source is not None or not row.smooth or not (degrees or number in (0, 1)):
-        raise Inexact(function)
-    try:
-        value = row.value(float(number % 360))
-    except (ArithmeticError, ValueError):
-        raise Inexact(function) from None
-    if abs(value) not in (0.0, 0.5, 1.0) or (abs(value) == 0.5 and not degrees):
-        raise Inexact(function)
-    return Fraction(value)
-
-
-def _root(number: int) -> int:
-    if number < 0 or isqrt(number) ** 2 != number:
-        raise Inexact("sqrt")
-    return isqrt(number)
-
-
-# --- parts of π -------------------------------------------------------------------------
-#
-# Floats have no π, so that they make 1.2e-16 of sin(pi): a coefficient, where a rule has none. What is
-# exactly a float is put in for it as a sheet is expanded. Poles stay as they are written.
-
-
-def with_round_values(expression: Any) -> Any:
-    """An expression or condition with sines, cosines and tangents of fractions of π replaced by 0, ±1/2 or
-    ±1 if that is their value."""
-    parts = children(expression)
-    if not parts:
-        return expression
-    found = []
-    for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
-        found.append(with_round_values(part))
-    if any(new is not old for new, old in zip(found, parts, strict=True)):
-        expression = rebuilt(expression, tuple(found))
-    if isinstance(expression, Call) and expression.function in ("sin", "cos", "tan"):
-        try:
-            # q where the angle is written as q·π: the same share of either stand-in for π
-            shares = {exactly(expression.arguments[0], {}, pi) / pi for pi in _STAND_INS}
-            if len(shares) == 1:
-                number = known(f"{expression.function}d", 180 * shares.pop())
-                return Number(float(number), expression.span)
-        except Inexact:
-            pass
-    return expression
-
-
-_STAND_INS = Fraction(355, 113), Fraction(10**9 + 7, 17)
-"""Numbers in place of π: a value proportional to both is proportional to π."""

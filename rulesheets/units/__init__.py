@@ -7,27 +7,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from itertools import chain
-from typing import NamedTuple
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error_at, refuse, suggestion
-from rulesheets.evaluate import Undefined, derivatives
-from rulesheets.functions import TABLE
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refuse, suggestion
 from rulesheets.library import MONEY, Library, Unit, UnitError, affine, convert, library
-from rulesheets.model import Equation, Model, Variable
+from rulesheets.model import Model, Variable
 from rulesheets.syntax import Span
-from rulesheets.syntax.nodes import (
-    Call,
-    Condition,
-    Expression,
-    Name,
-    Sum,
-    UnitRow,
-    names,
-)
-from rulesheets.syntax.program import degree, walk
+from rulesheets.syntax.nodes import UnitRow
 
 _BRACKETED = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*", re.DOTALL)
 _PLAIN = re.compile(
@@ -164,167 +151,13 @@ def displays(model: Model, names: Iterable[str]) -> dict[str, tuple[float, float
     return {v.name: displaying(v) for v in variables if v.unit and v.display_unit}
 
 
-_DIFFERENCE = re.compile(r"(?:[dD]_?[Tt]|[dD]elta|Δ|LMTD|lmtd)")
-"""The beginnings of names of differences, which decide if the rules do not."""
-PLACES, TRIES = 3, 8
-NOISE = 1e-9
-"""Share of the slopes that may be left of their sum by rounding."""
-
-
-class Rule(NamedTuple):
-    """A rule with its slopes by temperatures, each by a kelvin, at some places."""
-
-    equation: Equation
-    slopes: tuple[dict[str, float], ...]
-
-    def holds(self, differences: set[str]) -> bool:
-        """Whether it still holds if all points shift together."""
-        moved = (sum(s for name, s in row.items() if name not in differences) for row in self.slopes)
-        sizes = (sum(map(abs, row.values())) for row in self.slopes)
-        return all(abs(total) <= NOISE * size for total, size in zip(moved, sizes, strict=True))
-
-    def points(self, differences: set[str]) -> list[str]:
-        varied = {name for row in self.slopes for name, slope in row.items() if slope}
-        return [name for name in self.slopes[0] if name in varied - differences]
-
-
-class Weights:
-    """``differences`` are the temperatures of a model that are differences of points of a scale.
-
-    A law of nature does not depend on the zero of a scale: if all points in a rule shift by one kelvin and
-    the differences stay, it still holds. ``dT = T1 - T2`` and ``Q = m*c*(T1 - T2)`` do so if dT is a
-    difference; ``p*v = R*T`` does not, and needs an absolute temperature. This is decided by the slopes of
-    a rule by its temperatures at a few places.
-    """
-
-    def __init__(self, model: Model) -> None:
-        self.model = model
-        measures = ((name, variable.measure) for name, variable in model.variables.items())
-        self.units = {name: unit for name, unit in measures if unit is not None and unit.bases == {"K": 1}}
-        self.rules = [rule for equation in model.equations if (rule := self._rule(equation)) is not None]
-        marked = {n: model.variables[n].unit or "" for n in self.units}
-        self.differences = {
-            name
-            for name, unit in marked.items()
-            if _DIFFERENCE.match(name.rpartition(".")[2]) or "delta" in unit or "Δ" in unit
-        }
-        denied: set[str] = set()  # some are called points by a rule: dTm = (T1 + T2)/2
-        for rule in [rule for rule in self.rules if not rule.holds(self.differences)]:
-            named = self.differences & rule.slopes[0].keys()
-            denied.update(name for name in named if rule.holds(self.differences - {name}))
-        self.differences -= denied
-        for settle in (self._only_one, self._alone_on_a_side, self._of_differences, self._only_one):
-            while sum(settle(rule) for rule in self.rules if not rule.holds(self.differences)):
-                pass
-
-    def _rule(self, equation: Equation) -> Rule | None:
-        """The slopes of a rule; None if it has no temperature or no slopes."""
-        here = [name for name in equation.names if name in self.units]
-        rows = (TABLE.get(part.function) for part in _parts(equation) if isinstance(part, Call))
-        if not here or any(row is None or row.source for row in rows):  # a file's own Python is not run
-            return None
-        found: list[dict[str, float]] = []
-        for attempt in range(TRIES):
-            spread = (0.618 * (attempt + 1) * (place + 1) % 1 for place in range(len(equation.names)))
-            values = {name: 1 + share for name, share in zip(equation.names, spread, strict=True)}
-            try:
-                left, right = (derivatives(side, values)[1] for side in (equation.left, equation.right))
-            except (Undefined, KeyError, ValueError, OverflowError):
-                continue
-            row = {n: (left.get(n, 0.0) - right.get(n, 0.0)) / float(self.units[n].factor) for n in here}
-            if all(slope == slope for slope in row.values()):
-                found.append(row)
-            if len(found) == PLACES:
-                break
-        return Rule(equation, tuple(found)) if len(found) > 1 else None
-
-    # --- differences ---
-
-    def _candidates(self, rule: Rule) -> list[str]:
-        """The points of which one is a difference, if the others are points."""
-        points = rule.points(self.differences)
-        return [name for name in points if len(points) > 2 and rule.holds(self.differences | {name})]
-
-    def _only_one(self, rule: Rule) -> bool:
-        found = self._candidates(rule)
-        self.differences.update(found if len(found) == 1 else ())
-        return len(found) == 1
-
-    def _alone_on_a_side(self, rule: Rule) -> bool:
-        """``dT = T1 - T2`` is taken as the definition of dT, though T2 might be the difference."""
-        sides = [side.name for side in (rule.equation.left, rule.equation.right) if isinstance(side, Name)]
-        found = [name for name in self._candidates(rule) if name in sides]
-        self.differences.update(found[:1])
-        return bool(found)
-
-    def _of_differences(self, rule: Rule) -> bool:
-        """``LMTD = (a - b)/ln(a/b)``: a value computed only from differences is one."""
-        left, right = rule.equation.left, rule.equation.right
-        for side, other in ((left, right), (right, left)):
-            rest = set(names(other)) & self.units.keys()
-            plain = isinstance(side, Name) and rule.points(self.differences) == [side.name]
-            if plain and rest and rest <= self.differences and not isinstance(other, Sum):
-                self.differences.add(side.name)  # type: ignore[union-attr]
-                return True
-        return False
-
-    # --- mistakes ---
-
-    def warnings(self, sure: bool) -> Iterator[tuple[Equation, Diagnosis]]:
-        """Points of °C and °F in rules that need absolute temperatures, and scales that differ."""
-        for rule in self.rules:
-            points = rule.points(self.differences)
-            scaled = [name for name in points if self.units[name].offset]
-            if not scaled or self._open(rule.equation):
-                continue
-            if rule.holds(self.differences):
-                offset = self.units[scaled[0]].offset
-                other = next((n for n in points if self.units[n].offset != offset), None)
-                if other is None:
-                    continue
-                one, two = (self.model.variables[name].unit for name in (scaled[0], other))
-                apart = abs(float(offset - self.units[other].offset))
-                message = f"{scaled[0]} is in {one}, {other} in {two}: their zeros are {apart:.6g} K apart"
-                note = "give both in one unit, or write the number between them"
-            elif self._candidates(rule) or self._may_mean(rule, sure):
-                continue
-            else:
-                unit, measure = self.model.variables[scaled[0]].unit, self.units[scaled[0]]
-                zero = float(measure.offset / measure.factor)  # below that of the scale, in its degrees
-                needed = "an absolute temperature or a difference"
-                message = f"{scaled[0]} is in {unit}, and this rule needs {needed}"
-                advice = f"write {scaled[0]} + {zero:.6g}, or give it in K"
-                note = f"{advice}; a difference of temperatures is in K, too"
-            label = Label(rule.equation.rule)
-            yield rule.equation, Diagnosis("W603", Severity.WARNING, message, (label,), (note,))
-
-    def _open(self, equation: Equation) -> bool:
-        """Whether something else is added to a temperature: ``T + 273.15`` and ``T + C`` may be absolute."""
-        sums = [part.terms for part in _parts(equation) if isinstance(part, Sum)]
-        for side, other in ((equation.left, equation.right), (equation.right, equation.left)):
-            sums += [(side, other)] if isinstance(side, Name) and side.name in self.units else []
-        return any({0.0, 1.0} <= {degree(term, self.units) for term in terms} for terms in sums)
-
-    def _may_mean(self, rule: Rule, sure: bool) -> bool:
-        """Whether its points may cancel by another rule, as in ``m1*c*T1 + m2*c*T2 = m*c*T``, or it counts an
-        energy from the zero of the scale, as in ``h = c*T``, which it may mean to (where ``sure``)."""
-        sides = rule.equation.left, rule.equation.right
-        if max(degree(side, self.units) for side in sides) != 1.0:
-            return False
-        units = (self.model.variables[side.name].measure for side in sides if isinstance(side, Name))
-        energy = any(unit is None or unit.bases.get("m") == 2 for unit in units)
-        return len({slope > 0.0 for slope in rule.slopes[0].values() if slope}) == 2 or (sure and energy)
-
-
 def differences(model: Model) -> frozenset[str]:
     """The variables of a model that are differences of temperatures."""
     if not any(v.unit and v.measure and v.measure.bases == {"K": 1} for v in model.variables.values()):
         return frozenset()
+    from rulesheets.units.temperatures import Weights
+
     return frozenset(Weights(model).differences)
-
-
-def _parts(equation: Equation) -> Iterator[Condition | Expression]:
-    return chain(walk(equation.left), walk(equation.right))
 
 
 SYSTEMS = {

@@ -31,7 +31,7 @@ from rulesheets.syntax.nodes import (
     Quotient,
 )
 from rulesheets.syntax.program import walk
-from rulesheets.units import SYSTEMS, Weights
+from rulesheets.units import SYSTEMS
 from rulesheets.units.dimensions import (
     RELATIVE,
     SIZE,
@@ -64,9 +64,12 @@ def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
         curable = sure and found.factor is None and _curable(found, statement)
         said.setdefault(place, None if curable else _diagnosis(model, dimensions, found))
     warm = any((unit := variable.measure) and unit.offset for variable in model.variables.values())
-    for equation, warning in Weights(model).warnings(sure) if warm else ():
-        if not _unchecked(equation.rule):
-            said.setdefault((equation.rule.file, equation.rule.start, equation.rule.end), warning)
+    if warm:
+        from rulesheets.units.temperatures import Weights
+
+        for equation, warning in Weights(model).warnings(sure):
+            if not _unchecked(equation.rule):
+                said.setdefault((equation.rule.file, equation.rule.start, equation.rule.end), warning)
     return tuple(said[place] for place in sorted(said) if said[place] is not None)  # type: ignore[misc]
 
 

@@ -17,7 +17,7 @@ from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Expression, subtract
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import gross, half_unit, in_decimals
-from solver.numerics.linear_algebra import Singular, eliminate_rows
+from solver.numerics.elimination import Singular, eliminate_rows
 from solver.numerics.tolerances import FOLD, REFINED, SPARE, SUSPECT
 
 MAX_ITERATIONS = 40

@@ -30,7 +30,7 @@ from solver.commands import (
     number_of,
     read_request,
 )
-from solver.path.planner import path_tree, planner
+from solver.path.planner import planner
 from solver.ranking.ranking import signs_of
 from solver.report.sheet import diagnosis_json, result_csv, result_json, result_text
 from solver.solution.solving import Result, posted, solve
@@ -252,6 +252,7 @@ def _format(arguments: Namespace) -> int:
 
 def _path(arguments: Namespace) -> int:
     """Print the path; the exit code is 0 if it reaches every wanted variable in some case."""
+    from solver.path.tree import path_tree
     from solver.report.path import reaches, tree_text
 
     request = read_request(arguments)

@@ -22,7 +22,8 @@ from rulesheets.syntax.nodes import ZERO, Call, Expression, Name, Number, Quotie
 from rulesheets.syntax.program import walk
 from solver.accuracy.digits import ManyDigits, Unresolved, Work
 from solver.accuracy.rule_check import sides
-from solver.numerics.linear_algebra import eliminate_rows, factorise, independent_rows
+from solver.numerics.elimination import eliminate_rows, independent_rows
+from solver.numerics.linear_algebra import factorise
 from solver.path import known_rules
 from solver.path.cases import Pair, comparisons, outcomes
 from solver.structure.decomposition import Incidence, block_triangular, maximum_matching

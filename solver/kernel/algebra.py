@@ -11,14 +11,15 @@ from math import inf, isfinite, isinf
 from typing import TypeAlias
 
 from rulesheets.evaluate import Undefined, value
-from rulesheets.evaluate.number import Inexact, exactly, number_text
+from rulesheets.evaluate.exact import Inexact, exactly
+from rulesheets.evaluate.number import number_text
 from rulesheets.functions import TABLE, named
 from rulesheets.syntax.nodes import Call, Expression, Negative, Power, Product, Quotient, Sum, names
 from rulesheets.syntax.nodes import Number as NumberNode
 from rulesheets.syntax.program import walk
 from solver.facts import Conflict, NoValue
 from solver.kernel.problem import BlockProblem
-from solver.numerics.linear_algebra import gauss_jordan, solve_linear
+from solver.numerics.elimination import gauss_jordan, solve_linear
 from solver.numerics.tolerances import BACKWARD, CLEAR
 
 # Rules may contradict each other, or a function.

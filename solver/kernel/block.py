@@ -14,7 +14,7 @@ from rulesheets.functions import named
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Expression, Quotient, subtract
 from rulesheets.syntax.program import degree, walk
-from solver.kernel.emitter import SparseSystem, compile_expressions, divisors
+from solver.kernel.emitter import compile_expressions, divisors
 from solver.kernel.step import window
 from solver.numerics.linear_algebra import Array
 from solver.path import ClosedForm, SolveBlock
@@ -24,6 +24,7 @@ from solver.ranking.sizes import Scalings
 if TYPE_CHECKING:
     from solver.kernel.chain import Chain
     from solver.kernel.enclosure import Enclosure
+    from solver.kernel.sparse_system import SparseSystem
 
 PERIODIC = named(lambda row: row.turn)
 FEW = 30
@@ -202,6 +203,8 @@ class BlockKernel:
     @cached_property
     def sparse(self) -> SparseSystem | None:
         """The block as a sparse system; None if a derivative has no formula."""
+        from solver.kernel.sparse_system import SparseSystem
+
         try:
             return SparseSystem(self.alike, self.unknowns, self.known)
         except NotDifferentiable:

@@ -43,7 +43,8 @@ from rulesheets.syntax.nodes import (
     substitute,
 )
 from rulesheets.syntax.program import walk
-from solver.kernel.emitter import Emitter, factors, times, without
+from solver.kernel.emitter import Emitter
+from solver.kernel.interval_code import factors, times, without
 from solver.numerics.tolerances import HALF, NOTHING
 from solver.path import TARGET, Isolation, SolveBlock, Stage
 from solver.path.graph import ModelGraph

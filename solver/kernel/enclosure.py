@@ -14,7 +14,7 @@ from rulesheets.functions.intervals import EMPTY, LINE, Interval, cut, divide, g
 from rulesheets.functions.intervals import least as smaller
 from rulesheets.syntax.nodes import Expression, Name, Number, Quotient
 from solver.kernel.chain import Assignment, Chain, cleared, directions, reciprocal, sides, slope_chain
-from solver.kernel.emitter import IntervalEmitter, Pair
+from solver.kernel.interval_code import IntervalEmitter, Pair
 
 # --- interval operations that compiled code calls ---
 

@@ -20,7 +20,7 @@ import numpy as np
 from rulesheets.syntax.nodes import Expression
 from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import BlockOutcome, Candidates
-from solver.kernel.emitter import IntervalEmitter
+from solver.kernel.interval_code import IntervalEmitter
 from solver.kernel.linear_block import left_free
 from solver.kernel.problem import FIRST_ROUND, BlockProblem
 from solver.numerics.linear_algebra import Array

@@ -22,7 +22,8 @@ from solver.accuracy.rule_check import check_rule, half_unit, uncertainty, with_
 from solver.facts import BeyondFloats, Conflict, RankLoss
 from solver.kernel.candidates import Answer, BlockOutcome
 from solver.kernel.problem import BlockProblem, InputErrors
-from solver.numerics.linear_algebra import EXACT_LIMIT, Array, LinearOutcome, solve_linear
+from solver.numerics.elimination import EXACT_LIMIT, LinearOutcome, solve_linear
+from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import newton
 from solver.numerics.tolerances import ROUNDINGS, SMALLEST_NORMAL
 

@@ -22,9 +22,8 @@ from rulesheets.evaluate.number import enclose
 from rulesheets.model import Value
 from solver.accuracy.rule_check import MANY, check_rule, gross, size
 from solver.kernel.block import BlockKernel
-from solver.kernel.emitter import BESIDE
 from solver.numerics.linear_algebra import Array, Factor, Triplets, factorise, sparse_matrix
-from solver.numerics.tolerances import BACKWARD, EPS
+from solver.numerics.tolerances import BACKWARD, BESIDE, EPS
 from solver.path.graph import within_half_turns
 
 SOLVE = 60_000

@@ -40,8 +40,9 @@ from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import MANY
 from solver.kernel.block import FEW
 from solver.kernel.candidates import Answer, Candidates
-from solver.kernel.emitter import SparseSystem, divisors
+from solver.kernel.emitter import divisors
 from solver.kernel.problem import BlockProblem
+from solver.kernel.sparse_system import SparseSystem
 from solver.numerics.linear_algebra import Array
 from solver.numerics.sparse_newton import (
     ITERATIONS,

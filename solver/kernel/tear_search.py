@@ -24,7 +24,7 @@ from typing import Any, TypeAlias
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context
-from rulesheets.evaluate.number import Inexact, exactly
+from rulesheets.evaluate.exact import Inexact, exactly
 from rulesheets.functions.intervals import Interval
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name, Number, substitute, subtract

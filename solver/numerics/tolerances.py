@@ -253,3 +253,6 @@ FREE = 1e-7
 
 MOVED = 1e-9
 """Share of its size by which an unknown moves that is free."""
+
+BESIDE = 0.25
+"""The largest share of a divisor that the error bars of its variables may have."""

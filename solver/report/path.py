@@ -15,7 +15,8 @@ from solver.facts import Method, Status
 from solver.kernel.block import kernel_of
 from solver.kernel.solve_block import first_methods
 from solver.path import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
-from solver.path.planner import PathTree, planner, question
+from solver.path.planner import planner
+from solver.path.tree import PathTree, question
 from solver.report import few, table
 from solver.solution.solving import Result
 

@@ -38,7 +38,7 @@ from solver.kernel.linear_block import undetermined
 from solver.kernel.problem import BlockProblem, InputErrors
 from solver.kernel.step import Refused, StepOutcome, StepSolver
 from solver.leaves import Asked, Branch, CaseAnalysis, Exploration, are_alike
-from solver.numerics.linear_algebra import eliminate
+from solver.numerics.elimination import eliminate
 from solver.numerics.tolerances import AGREEMENT, BACKWARD, CLOSE, DRIFT, MAX_UNKNOWNS, PRECISIONS, SPARE
 from solver.path import Evaluate, SolveBlock, Stage, Step, equations_of
 from solver.solution.explore import Numbers, PathSearch

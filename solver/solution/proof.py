@@ -41,14 +41,15 @@ from rulesheets.evaluate.balls import (
     preconditioned,
     solved,
 )
-from rulesheets.evaluate.number import Inexact, exactly
+from rulesheets.evaluate.exact import Inexact, exactly
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Symbol, add, multiply, subtract
 from rulesheets.syntax.program import walk
 from solver.facts import DoubleRoot, Proof, ProvedRoots
 from solver.leaves import Leaf
-from solver.numerics.linear_algebra import eliminate, null_direction
+from solver.numerics.elimination import eliminate
+from solver.numerics.linear_algebra import null_direction
 from solver.path import given_by, known_rules, solved_by
 from solver.path.cases import EQUAL, GREATER, LESS, OPERATORS, outcome
 

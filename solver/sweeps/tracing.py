@@ -31,7 +31,7 @@ from solver.numerics.continuation import (
     point_at,
     start,
 )
-from solver.numerics.linear_algebra import independent_rows
+from solver.numerics.elimination import independent_rows
 from solver.path import SolveBlock
 from solver.path.graph import ModelGraph
 from solver.solution.explore import explore

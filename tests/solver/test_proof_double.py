@@ -18,7 +18,7 @@ import rulesheets
 import solver
 from rulesheets.evaluate import differentiate
 from rulesheets.evaluate.balls import ball, precision
-from rulesheets.evaluate.number import Inexact, exactly
+from rulesheets.evaluate.exact import Inexact, exactly
 from rulesheets.syntax.nodes import Name, Negative, Number, Power, Product, Sum
 from solver.__main__ import main
 from solver.solution.proof import Square, unfolded

@@ -7,7 +7,7 @@ import pytest
 import rulesheets
 import solver
 from solver.derivatives.linearization import active_equations, linearize
-from solver.numerics.linear_algebra import independent_rows
+from solver.numerics.elimination import independent_rows
 
 
 def linearized(text: str, values: dict, inputs: set[str], **more):

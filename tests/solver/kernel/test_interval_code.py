@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rulesheets.evaluate import Undefined, enclose, value
 from rulesheets.functions.intervals import scaled, square
 from rulesheets.syntax.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum, call
-from solver.kernel.emitter import IntervalEmitter
+from solver.kernel.interval_code import IntervalEmitter
 
 X, Y, K = Name("x"), Name("y"), Name("k")
 LEAVES = st.sampled_from([X, Y, K, Number(2.0), Number(-0.5), Number(0.0)])

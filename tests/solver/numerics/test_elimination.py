@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.numerics.linear_algebra import Singular, eliminate, eliminate_rows
+from solver.numerics.elimination import Singular, eliminate, eliminate_rows
 
 fractions = st.fractions(-9, 9, max_denominator=9)
 systems = st.integers(1, 4).flatmap(

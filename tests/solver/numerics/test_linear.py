@@ -10,7 +10,7 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver.numerics.linear_algebra import solve_linear
+from solver.numerics.elimination import solve_linear
 
 ENTRIES = st.integers(-6, 6)
 

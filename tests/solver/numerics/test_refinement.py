@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver.numerics.linear_algebra import Singular, eliminate_rows
+from solver.numerics.elimination import Singular, eliminate_rows
 
 entries = st.integers(-5, 5)
 

@@ -15,7 +15,8 @@ from rulesheets.model import Model
 from rulesheets.syntax.nodes import Number
 from solver.path import equations_of
 from solver.path.cases import AT_LEAST, AT_MOST, DIFFERENT, EQUAL, GREATER, LESS, Pair, compatible, possible
-from solver.path.planner import path_tree, planner
+from solver.path.planner import planner
+from solver.path.tree import path_tree
 
 SIGNS = {"<": LESS, "<=": AT_MOST, ">": GREATER, ">=": AT_LEAST, "=": EQUAL, "<>": DIFFERENT}
 

@@ -9,7 +9,8 @@ import pytest
 import rulesheets
 from rulesheets.model import Value
 from solver.__main__ import main
-from solver.path.planner import MAX_ENDS, PathTree, path_tree, planner
+from solver.path.planner import planner
+from solver.path.tree import MAX_ENDS, PathTree, path_tree
 from solver.report.path import reaches, tree_text
 from solver.solution.solving import posted
 

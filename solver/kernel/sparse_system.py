@@ -1,0 +1,218 @@
+"""A large block as a sparse system: residual and exact Jacobian, with rules of one shape
+(``path/graph.py``) as rows of one function of arrays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from copy import copy
+from functools import cached_property, partial
+from graphlib import CycleError, TopologicalSorter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rulesheets.evaluate import differentiate, less_one, slopes_by_name
+from rulesheets.syntax.nodes import (
+    ZERO,
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Sum,
+    add,
+    children,
+    names,
+    negative,
+    rebuilt,
+    subtract,
+)
+from solver.kernel.emitter import EXPM1, compile_expressions, divisors
+from solver.numerics.linear_algebra import Array, Triplets
+from solver.numerics.tolerances import BESIDE
+from solver.path.graph import Alike, Family, shape_of
+
+
+class SparseSystem:
+    """Residual (n,) and Jacobian of n rules as functions of points (n,); ``known`` names in their order.
+
+    Raises NotDifferentiable.
+    """
+
+    def __init__(self, rules: Alike, unknowns: Sequence[str], known: Sequence[str]) -> None:
+        self.n = len(unknowns)
+        place = {name: place for place, name in enumerate((*unknowns, *known))}
+        order = np.array([place[name] for name in rules.names], dtype=np.intp)
+        self._take([_Shape(family, order[family.columns], self.n) for family in rules.families])
+
+    def _take(self, shapes: list[_Shape]) -> None:
+        self.shapes = shapes
+        self.rows = np.concatenate([shape.slope_rows for shape in shapes])
+        self.columns = np.concatenate([shape.slope_columns for shape in shapes])
+
+    def changed(self, shapes: list[_Shape], n: int) -> SparseSystem:
+        """A system of n rules of other shapes, with the same known names."""
+        other = copy(self)
+        other.__dict__.pop("_explicit", None)
+        other.n = n
+        other._take(shapes)
+        return other
+
+    def at(self, known: Sequence[float]) -> tuple[Callable[[Array], Array], Callable[[Array], Triplets]]:
+        """Residual and Jacobian at these values of the known names; nan where undefined."""
+        constants = np.array(known, dtype=float)
+
+        def residual(x: Array) -> Array:
+            everything, found = np.concatenate([x, constants]), np.empty(self.n)
+            for shape in self.shapes:
+                found[shape.rows] = shape.residual(everything)
+            return found
+
+        def jacobian(x: Array) -> Triplets:
+            everything = np.concatenate([x, constants])
+            slopes = np.concatenate([shape.slopes(everything) for shape in self.shapes])
+            return slopes, self.rows, self.columns
+
+        return residual, jacobian
+
+    def with_explicit(self, x: Array, known: Sequence[float]) -> Array:
+        """The point (n,) with every unknown that a rule gives explicitly (``l = sqrt(u^2 + v^2)``) replaced
+        by its value; unchanged if such rules are circular."""
+        everything = np.concatenate([x, np.array(known, dtype=float)])
+        for function, targets, places, numbers in self._explicit:
+            with np.errstate(all="ignore"):
+                found = np.broadcast_to(function(*everything[places], *numbers)[0], len(targets))
+            there = np.isfinite(found)
+            everything[targets[there]] = found[there]
+        return everything[: self.n]
+
+    @cached_property
+    def _explicit(self) -> list[tuple[Callable[..., Any], NDArray[np.intp], NDArray[np.intp], Array]]:
+        """Functions of arrays with the unknowns that they give, in an order of evaluation."""
+        giving = [shape for shape in self.shapes if shape.explicit]
+        across = [shape.places.T.tolist() for shape in giving]
+        rules: dict[int, tuple[int, int, int]] = {}
+        members = ((place, j, m) for j, s in enumerate(giving) for m, place in enumerate(s.rows.tolist()))
+        for _, j, member in sorted(members):
+            for side, k in giving[j].explicit.items():
+                if (target := across[j][member][k]) < self.n and target not in rules:
+                    rules[target] = j, side, member
+                    break
+        read = [{side: _read(shape.sides[1 - side]) for side in shape.explicit} for shape in giving]
+        needed = {
+            target: [i for k in read[j][side] if (i := across[j][member][k]) in rules]
+            for target, (j, side, member) in rules.items()
+        }
+        found, order = [], TopologicalSorter(needed)
+        try:
+            order.prepare()
+        except CycleError:
+            return []
+        while order.is_active():
+            groups: dict[tuple[int, int], list[int]] = {}
+            for target in (ready := order.get_ready()):
+                groups.setdefault(rules[target][:2], []).append(target)
+            for (j, side), targets in groups.items():
+                shape, mine = giving[j], [rules[target][2] for target in targets]
+                owners = np.array(targets, dtype=np.intp)
+                other = shape.compiled([shape.sides[1 - side]])
+                found.append((other, owners, shape.places[:, mine], shape.numbers[:, mine]))
+            order.done(*ready)
+        return found
+
+    def divides_by_nothing(self, x: Sequence[float], known: Sequence[float], bars: Sequence[float]) -> bool:
+        """Whether a rule has a divisor that may be 0, or nearly, within the error bars of the unknowns."""
+        everything = np.array([*x, *known], dtype=float)
+        off = np.array([*bars, *[0.0] * len(known)])
+        for shape in self.shapes:
+            for read, function in shape.divisors:
+                with np.errstate(all="ignore"):
+                    at, *slopes = function(*everything[shape.places], *shape.numbers)
+                    moves = sum(np.abs(s) * off[shape.places[k]] for k, s in zip(read, slopes, strict=True))
+                    near = ~np.less(moves, BESIDE * np.abs(at))
+                if (near & (shape.places[read] < self.n).any(axis=0)).any():
+                    return True
+        return False
+
+
+class _Shape:
+    """A family as one function of arrays; ``places`` (k, m) of its names among unknowns and known ones.
+    ``explicit`` are its sides that are a single name (0: the left one), with the place of that name."""
+
+    def __init__(self, family: Family, places: NDArray[np.intp], n: int) -> None:
+        self.rows, self.places, self.numbers = family.places, places, family.numbers
+        shape, _ = shape_of(family.first)
+        self.sides = shape.left, shape.right
+        self.form = subtract(*self.sides)
+        alone = {k: _read(side) for k, side in enumerate(self.sides) if isinstance(side, Name)}
+        self.explicit = {k: read[0] for k, read in alone.items() if read}
+        self.compile(n)
+
+    def compile(self, n: int) -> None:
+        """Functions of the form and of its slopes by the names that are among n unknowns."""
+        places = self.places
+        arguments = [f"#{k}" for k in range(len(places))] + [f"#.{k}" for k in range(len(self.numbers))]
+        self.moving = [(k, places[k] < n) for k in range(len(places)) if (places[k] < n).any()]
+        self._all_move = [bool(m.all()) for _, m in self.moving]
+        self.compiled = partial(compile_expressions, arguments=arguments, arrays=True)
+        ones = {f"#.{k}" for k, column in enumerate(self.numbers) if (column == 1.0).all()}
+        exact = with_expm1(self.form, ones) if ones else self.form
+        self.cancels = exact != self.form
+        self._residual = self.compiled([exact])
+        slopes = slopes_by_name(self.form, {f"#{k}" for k, _ in self.moving})
+        self._partials = self.compiled([slopes.get(f"#{k}", ZERO) for k, _ in self.moving])
+        self.slope_rows = np.concatenate([self.rows[m] for _, m in self.moving])
+        self.slope_columns = np.concatenate([places[k][m] for k, m in self.moving])
+
+    def changed(self, form: Expression, rows: NDArray[np.intp], places: NDArray[np.intp], n: int) -> _Shape:
+        """Another form with the same numbers, in other rows, of names at other places among n unknowns."""
+        other = copy(self)
+        other.__dict__.pop("divisors", None)
+        other.form, other.rows, other.places, other.explicit = form, rows, places, {}
+        other.compile(n)
+        return other
+
+    def residual(self, everything: Array) -> Any:
+        with np.errstate(all="ignore"):
+            return self._residual(*everything[self.places], *self.numbers)[0]
+
+    def slopes(self, everything: Array) -> Array:
+        with np.errstate(all="ignore"):
+            columns = self._partials(*everything[self.places], *self.numbers)
+        found = []
+        for column, (_, m), all_move in zip(columns, self.moving, self._all_move, strict=True):
+            full = column if np.ndim(column) else np.full(len(m), column)
+            found.append(full if all_move else full[m])
+        return np.concatenate(found)
+
+    @cached_property
+    def divisors(self) -> list[tuple[list[int], Callable[..., Any]]]:
+        """The divisors, with their slopes by the names in them."""
+        found = []
+        for divisor in dict.fromkeys(divisors(self.form)):
+            read = _read(divisor)
+            slopes = [differentiate(divisor, f"#{k}") for k in read]
+            if read:
+                found.append((read, self.compiled([divisor, *slopes])))
+        return found
+
+
+def with_expm1(expression: Expression, ones: Collection[str]) -> Expression:
+    """The expression with ``exp(x) - 1`` as one function; the names ``ones`` stand for 1."""
+    expression = rebuilt(expression, tuple([with_expm1(part, ones) for part in children(expression)]))
+    terms = expression.terms if isinstance(expression, Sum) else ()
+    pair = less_one(terms, lambda part: isinstance(part, Name) and part.name in ones)
+    if pair is None:
+        return expression
+    power, one = pair
+    away = isinstance(terms[power], Negative)
+    (call,) = children(terms[power]) if away else (terms[power],)
+    difference = Call(EXPM1, children(call))
+    told = {power: negative(difference) if away else difference}
+    return add(*[told.get(place, term) for place, term in enumerate(terms) if place != one])
+
+
+def _read(expression: Expression) -> list[int]:
+    """The places of the names of a template that do not stand for numbers, in order of occurrence."""
+    return [int(name[1:]) for name in dict.fromkeys(names(expression)) if not name.startswith("#.")]
