@@ -114,8 +114,8 @@ class Equation:
         return replace(self, body=nodes.Equality((left,), (right,)))
 
     def __getstate__(self) -> dict[str, object]:
-        """Pickled without results of solves."""
-        return {name: self.__dict__[name] for name in self.__match_args__}
+        """Pickled with its names, without results of solves."""
+        return {name: self.__dict__[name] for name in self.__match_args__} | {"names": self.names}
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -272,28 +272,6 @@ class Exploration:
     gaps: tuple[Gap, ...] = ()
 
 
-PATIENCE = 50_000
-"""Work that the search for remedies of a solve may take: they are advice, the verdict stands without them."""
-
-
-class Patience:
-    """A limit on the work of several explorations: counted, so the same on any machine.
-
-    One is shared by all messages about a solve.
-    """
-
-    def __init__(self, work: int = PATIENCE) -> None:
-        self._left = work
-
-    @property
-    def lost(self) -> bool:
-        return self._left <= 0
-
-    def shown(self, found: Exploration) -> Exploration:
-        self._left -= found.work
-        return found
-
-
 class CutOff(TimeIsUp):
     """The time limit was reached: what was ``found`` until then, and the values ``known`` before any fork."""
 

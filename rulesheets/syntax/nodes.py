@@ -31,6 +31,7 @@ class Fields(type):
             taken = ", ".join(f"{one}=defaults[{one!r}]" if one in defaults else one for one in fields)
             kept = "; ".join(f"self.{one} = {one}" for one in fields)
             exec(f"def __init__(self, {taken}): {kept}", {"defaults": defaults}, space)
+            space["_content"] = attrgetter(*(one for one in fields if one not in _PLACES))
         return super().__new__(cls, name, bases, space)
 
 
@@ -43,10 +44,6 @@ class Node(metaclass=Fields):
     parts: ClassVar[Any] = property(lambda node: ())
     _content: ClassVar[attrgetter[Any]]
     __match_args__: ClassVar[tuple[str, ...]]
-
-    def __init_subclass__(cls) -> None:
-        if content := [name for name in cls.__match_args__ if name not in _PLACES]:
-            cls._content = attrgetter(*content)
 
     def but(self, **changes: Any) -> Self:
         """The same with other values of some fields."""

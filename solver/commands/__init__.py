@@ -15,7 +15,7 @@ from importlib import import_module
 from math import inf
 from typing import NamedTuple, NoReturn
 
-from rulesheets.deadline import TimeIsUp, time_limit
+from rulesheets.deadline import TimeIsUp, setting, time_limit
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, closest, error_at, refuse, render, suggestion
 from rulesheets.files import decoded, find_variable_sheet
 from rulesheets.inputs import (
@@ -30,7 +30,7 @@ from rulesheets.loading import load, loads
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Source, Span, escaped
 from rulesheets.units import with_display_unit, with_display_units
-from solver.report import screen_of, shown_on
+from solver.report import SCREEN, screen_of
 
 UNSOLVED = 1
 WRONG = 2
@@ -75,7 +75,7 @@ def answered(command: Callable[[Namespace], int], arguments: Namespace) -> int:
     Diagnoses are rendered for people on stderr, and as an object on stdout where JSON is asked for.
     """
     try:
-        with time_limit(getattr(arguments, "timeout", None)), shown_on(sys.stdout):
+        with time_limit(getattr(arguments, "timeout", None)), setting(SCREEN, screen_of(sys.stdout)):
             return command(arguments)
     except TimeIsUp:
         print("error[S553]: the time was up", file=sys.stderr)

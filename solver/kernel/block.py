@@ -19,9 +19,9 @@ from solver.kernel.step import window
 from solver.numerics.linear_algebra import Array
 from solver.path import ClosedForm, SolveBlock
 from solver.path.graph import Alike, ModelGraph, alike, same_columns, shape_of
-from solver.ranking.sizes import Scalings
 
 if TYPE_CHECKING:
+    from solver.kernel.block_arrays import BlockArrays
     from solver.kernel.chain import Chain
     from solver.kernel.enclosure import Enclosure
     from solver.kernel.sparse_system import SparseSystem
@@ -212,6 +212,8 @@ class BlockKernel:
 
     @cached_property
     def arrays(self) -> BlockArrays:
+        from solver.kernel.block_arrays import BlockArrays
+
         return BlockArrays(self)
 
     @cached_property
@@ -286,57 +288,3 @@ def kernel_of(graph: ModelGraph, block: SolveBlock) -> BlockKernel:
     if block not in kernels:
         kernels[block] = BlockKernel(graph, block)
     return kernels[block]
-
-
-MAX_CHAINS = 32
-
-
-class BlockArrays:
-    """The smooth forms of a block on points (k, n), its chains on tears (k, t); compiled once."""
-
-    def __init__(self, kernel: BlockKernel) -> None:
-        from solver.kernel.chain import compile_chain
-        from solver.path.isolate import smooth
-
-        unknowns, names = kernel.unknowns, (*kernel.unknowns, *kernel.known)
-        self.n = len(unknowns)
-        forms = [smooth(e.left, e.right) for e in kernel.equations]
-        partials = {  # that are not 0 everywhere, by row and column; raises NotDifferentiable
-            (i, j): differentiate(form, unknown)
-            for i, form in enumerate(forms)
-            for j, unknown in enumerate(unknowns)
-            if unknown in nodes.names(form)
-        }
-        self.places = list(partials)
-        self._forms = compile_expressions(forms, names, arrays=True)
-        self._partials = compile_expressions(list(partials.values()), names, arrays=True)
-        self.scalings = Scalings(kernel.equations, names)
-        every = kernel.chains
-        self.chains: list[Callable[..., Sequence[Any]]] = []
-        for chain in every[:: -(-len(every) // MAX_CHAINS)]:
-            steps = chain.assignments[: len(chain.assignments) - len(chain.residuals)]
-            torn = chain._replace(assignments=steps)
-            self.chains.append(compile_chain(torn, kernel.known, unknowns, arrays=True))
-
-    def residual(self, known: Sequence[float], x: Array) -> Array:
-        return self._stacked(self._forms(*x.T, *known), len(x))
-
-    def jacobian(self, known: Sequence[float], x: Array) -> Array:
-        matrices = np.zeros((len(x), self.n, self.n))
-        for (i, j), values in zip(self.places, self._partials(*x.T, *known), strict=True):
-            matrices[:, i, j] = values
-        return matrices
-
-    def starts(self, known: Sequence[float], tears: Array) -> Array:
-        """Each point (k, tears) followed along one of the chains, in rotation."""
-        found = np.empty((len(tears), self.n))
-        for place, chain in enumerate(self.chains):
-            mine = tears[place :: len(self.chains)]
-            try:
-                found[place :: len(self.chains)] = self._stacked(chain(*mine.T, *known), len(mine))
-            except ArithmeticError:  # among the known numbers alone, which are no arrays
-                found[place :: len(self.chains)] = np.nan
-        return found
-
-    def _stacked(self, columns: Sequence[Any], k: int) -> Array:
-        return np.stack([np.broadcast_to(column, (k,)) for column in columns], axis=1)

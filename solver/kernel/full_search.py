@@ -24,18 +24,8 @@ from solver.kernel.interval_code import IntervalEmitter
 from solver.kernel.linear_block import left_free
 from solver.kernel.problem import FIRST_ROUND, BlockProblem
 from solver.numerics.linear_algebra import Array
-from solver.numerics.newton import (
-    GAUSS_NEWTON,
-    NEWTON,
-    STANDARD_LIMITS,
-    TRUST_REGIONS,
-    Iteration,
-    NewtonLimits,
-    arrivals,
-    newton,
-    scipy_root,
-    spread,
-)
+from solver.numerics.newton import STANDARD_LIMITS, TRUST_REGIONS, NewtonLimits, newton, scipy_root
+from solver.numerics.starts import GAUSS_NEWTON, NEWTON, Iteration, arrivals, spread
 from solver.numerics.tolerances import FREE, MOVED, SAME_END
 
 # --- box by box ---

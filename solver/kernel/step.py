@@ -330,7 +330,7 @@ class StepSolver:
 
     def _operands(self, stage: Stage, target: float, rest: tuple[Stage, ...]) -> list[float]:
         """The operands for which an operation has the target as its value."""
-        if (exponent := self._whole_exponent(stage, target)) is not None:
+        if stage.operation == "power" and (exponent := self._whole_exponent(stage, target)) is not None:
             return [exponent]
         at: dict[str, Value] = {**self.values, TARGET.name: self._in_image(stage, target)}
         self._divisible(stage, at)
@@ -413,11 +413,7 @@ class StepSolver:
     def _whole_exponent(self, stage: Stage, target: float) -> float | None:
         """The only exponent that may take a negative base to a target: real powers of it have whole ones.
         None if the base has a logarithm."""
-        if (
-            stage.operation != "power"
-            or not isinstance(stage.divisor, Call)
-            or stage.divisor.function != "ln"
-        ):
+        if not isinstance(stage.divisor, Call) or stage.divisor.function != "ln":
             return None
         number = self.evaluate(stage.divisor.arguments[0], self.values)
         if number > 0.0:

@@ -7,6 +7,8 @@ from dataclasses import replace
 from heapq import heappop, heappush
 
 from rulesheets.deadline import expect_time
+from rulesheets.syntax.nodes import subtract
+from rulesheets.syntax.program import degree
 from solver.path import (
     Assume,
     Check,
@@ -21,7 +23,7 @@ from solver.path import (
     given_by,
 )
 from solver.path.cases import value_said
-from solver.path.graph import Effort, ModelGraph, degree_of, shape_of
+from solver.path.graph import Effort, ModelGraph
 from solver.structure.decomposition import (
     Block,
     Frontier,
@@ -82,7 +84,8 @@ def _block_step(
         variable = graph.model.variables[name]
         finite = variable.low > float("-inf") and variable.high < float("inf")
         weights[unknown] = 0 if finite or graph.turn(name) else 1
-    linear = _is_linear(graph, equations, unknowns)
+    asked, every = frozenset(unknowns), (graph.model.equations[e] for e in equations)
+    linear = all(degree(subtract(rule.left, rule.right), asked) <= 1.0 for rule in every)
     first, *others = (
         SolveBlock(
             equations,
@@ -94,11 +97,6 @@ def _block_step(
         for tearing in _tearings(graph, replace(part, resolvable=resolvable), weights, linear)
     )
     return first._replace(others=tuple(others)) if len(first.tears) == 1 else first
-
-
-def _is_linear(graph: ModelGraph, equations: Iterable[int], unknowns: Iterable[str]) -> bool:
-    names, rules = frozenset(unknowns), map(graph.model.equations.__getitem__, equations)
-    return all(degree_of(shape_of(r)[0], tuple([n in names for n in r.names])) <= 1.0 for r in rules)
 
 
 def _tearings(

@@ -31,9 +31,8 @@ from rulesheets.syntax.nodes import (
     children,
     map_leaves,
     rebuilt,
-    subtract,
 )
-from rulesheets.syntax.program import degree, walk
+from rulesheets.syntax.program import walk
 from solver.path import Isolation, SolveBlock
 
 Array: TypeAlias = NDArray[np.float64]
@@ -203,13 +202,6 @@ def asked_shape(shape: Shape, unknown: tuple[bool, ...]) -> Shape:
 
 
 @lru_cache(MOST)
-def degree_of(shape: Shape, unknown: tuple[bool, ...]) -> float:
-    """The degree of rules of a shape in the ``unknown`` ones of their names."""
-    unknowns = {f"#{k}" for k, new in enumerate(unknown) if new}
-    return degree(subtract(shape.left, shape.right), unknowns)
-
-
-@lru_cache(MOST)
 def _counts(shape: Shape) -> Counter[str]:
     """The number of occurrences of each name in rules of a shape."""
     return Counter((*nodes.names(shape.left), *nodes.names(shape.right)))
@@ -310,13 +302,15 @@ class ModelGraph:
 
     @cached_property
     def weighed(self) -> Set[str]:
-        """Angles that a condition or an absolute value compares with something: a whole turn of them may
-        make a difference."""
+        """Angles without a range that a condition or an absolute value compares with something: a whole turn
+        of them may make a difference."""
         required = (requirement.comparison for requirement in self.model.requirements)
         sums = (side for rules in by_shape(self.model) for rule in rules for side in (rule.left, rule.right))
         chosen = (part for side in sums if is_angle_sum(side) for part in walk(side) if _chooses(part))
         conditions = (*self.model.conditions, *required, *chosen)
-        return self.angles.keys() - _angles(self.model, conditions) if conditions else set()
+        weighed = self.angles.keys() - _angles(self.model, conditions) if conditions else set()
+        variables = map(self.model.variables.__getitem__, weighed)
+        return {v.name for v in variables if v.low == -math.inf or v.high == math.inf}
 
     def turn(self, name: str) -> float | None:
         """The period of a variable that can only be an angle: 360 or 2π, or None.
@@ -364,8 +358,8 @@ def _evidence(*parts: Node) -> Iterator[tuple[str, float, int]]:
 def angle_evidence(model: Model) -> Iterator[tuple[str, float, int]]:
     """The evidence of angles in rules that call functions of angles."""
     for rules in by_shape(model):
-        for rule in rules if _reads_angles(rules[0]) else ():
-            yield from _rule_angle_evidence(rule.left, rule.right)
+        if _reads_angles(rules[0]):
+            yield from _angle_evidence_by_shape(rules)
 
 
 def _reads_angles(rule: Equation) -> bool:
@@ -398,6 +392,36 @@ def _angles(model: Model, conditions: Iterable[Node] = ()) -> dict[str, Angle]:
                 spread += {*equation.names} - plain
                 plain.update(equation.names)
     return {name: angle for name, angle in found.items() if name not in plain}
+
+
+def _angle_evidence_by_shape(rules: Sequence[Equation]) -> Iterator[tuple[str, float, int]]:
+    """The evidence of angles in rules of one shape: the same for other names, if the numbers in the
+    arguments of periodic functions are the same."""
+    places = _numbers_of_angles(rules[0].left, rules[0].right)
+    alike: dict[tuple[float, ...], list[Equation]] = {}
+    for rule in rules:
+        alike.setdefault(tuple([shape_of(rule)[1][place] for place in places]), []).append(rule)
+    for same in alike.values():
+        first = same[0]
+        number = {name: k for k, name in enumerate(first.names)}
+        said = _rule_angle_evidence(first.left, first.right)
+        read = dict.fromkeys((number[name], turn, turns) for name, turn, turns in said)
+        for rule in same:
+            yield from ((rule.names[k], turn, turns) for k, turn, turns in read)
+
+
+def _numbers_of_angles(*sides: Expression) -> list[int]:
+    """The numbers of a rule, by their order, that occur in arguments of periodic functions."""
+    found, count = list[int](), 0
+    stack = [(side, False) for side in sides[::-1]]
+    while stack:
+        node, inside = stack.pop()
+        if isinstance(node, Number):
+            found += [count] if inside else []
+            count += 1
+        inside = inside or (isinstance(node, Call) and bool(TABLE[node.function].turn))
+        stack += [(part, inside) for part in children(node)[::-1]]
+    return found
 
 
 def _rule_angle_evidence(*sides: Expression) -> Iterator[tuple[str, float, int]]:

@@ -428,7 +428,7 @@ class Ranking:
         counted = [positive[kind] for kind in self._kinds]
         factors = [self._factored([*row, *given], counted, on) for row in rows]
         sizes = self._suggested(on, given, zero)
-        rough = [self._roughness([*row, *given], on) for row in rows]
+        rough = [self._roughness([*row, *given], on) if self._neighbours else 0.0 for row in rows]
         told = zip(rows, factors, rough, strict=True)
         keys = [self._key(*row, most, tops, weights, sizes, on) for row in told]
         least = -on.largest([-key[SIZE] for key in keys])
@@ -448,7 +448,8 @@ class Ranking:
         sizes = self._suggested(FLOATS, numbers, tuple([number == 0.0 for number in numbers]))
         rows = [[FLOATS.there(n, 0.0) for n in _numbers(answer, self.read)] for answer in answers]
         apart = [list(zip(self._apart(row, sizes, FLOATS), sizes[1], strict=True)) for row in rows]
-        far = [[_away(d, determined) > UNLIKELY for d, determined in one] for one in apart]
+        # a small number is far from a suggested size only if that follows
+        far = [[(abs(d) if determined else d) > UNLIKELY for d, determined in one] for one in apart]
         if all(map(any, far)):
             far = [[determined and d > UNLIKELY for d, determined in one] for one in apart]
         return [tuple(n for n, mark in zip(self.names, marks, strict=True) if mark) for marks in far]
@@ -488,11 +489,11 @@ class Ranking:
             if floor > -np.inf:
                 negatives = negatives + (number < floor - least)
             zeros = zeros + (1.0 - there) * (tops[place] > least)
-            steps = _away(apart[place], sizes[1][place]) / UNLIKELY
+            steps = (abs(apart[place]) if sizes[1][place] else apart[place]) / UNLIKELY
             far = on.largest([far, on.rounded(steps - 0.5) * there])
             distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
-        guessed, trivial = self._guessed(row, on), zeros + none
+        guessed, trivial = self._guessed(row, on) if self.guesses else 0.0, zeros + none
         return [far, guessed, negatives + zeros, trivial, rough, wide, distance, angle, size, *signs]
 
     def _factored(
@@ -524,8 +525,6 @@ class Ranking:
 
     def _roughness(self, numbers: Sequence[Figure], on: Arithmetic) -> Figure:
         """The decade of the sum of the squares of differences between neighbours."""
-        if not self._neighbours:
-            return 0.0
         ends = [[numbers[n] if isinstance(n, int) else n for n in pair] for pair in self._neighbours]
         return on.rounded(GRAIN * on.decade(sum((a - b) * (a - b) for a, b in ends)))
 
@@ -538,8 +537,6 @@ class Ranking:
 
     def _guessed(self, row: Sequence[Figure], on: Arithmetic) -> Figure:
         """The distance from the guesses, on a scale on which nearly equal distances are equal."""
-        if not self.guesses:
-            return 0.0
         total = 0.0
         for name, guess in self.guesses.items():
             apart = abs(row[self.read.index(name)] - guess)
@@ -558,11 +555,6 @@ class Ranking:
 
 def _numbers(values: Mapping[str, Value], names: Sequence[str]) -> tuple[float, ...]:
     return tuple([v if isinstance(v := values.get(name), float) else np.nan for name in names])
-
-
-def _away(apart: Figure, determined: bool) -> Figure:
-    """The distance from the suggested size; for a small number only if the size follows."""
-    return abs(apart) if determined else apart
 
 
 def is_measured(place: int) -> bool:

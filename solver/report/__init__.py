@@ -8,12 +8,10 @@ from __future__ import annotations
 import os
 import unicodedata
 from collections.abc import Collection, Iterable, Sequence
-from contextlib import AbstractContextManager
 from contextvars import ContextVar
 from shutil import get_terminal_size
 from typing import NamedTuple, TextIO
 
-from rulesheets.deadline import setting
 from rulesheets.diagnosis import Diagnosis, render
 
 
@@ -40,11 +38,7 @@ class Screen(NamedTuple):
 
 PLAIN = Screen()
 SCREEN: ContextVar[Screen] = ContextVar("SCREEN", default=PLAIN)
-
-
-def shown_on(stream: TextIO) -> AbstractContextManager[None]:
-    """Within the context reports are made for this stream."""
-    return setting(SCREEN, screen_of(stream))
+"""What reports are made for."""
 
 
 def screen_of(stream: TextIO) -> Screen:

@@ -12,8 +12,8 @@ from rulesheets.format import format_condition
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import And, Name
 from solver import facts
-from solver.leaves import Asked, Leaf, Patience
-from solver.solution.remedy import bounds, clash, cures, derivation, found_near, givings, rounded
+from solver.leaves import Asked, Leaf
+from solver.solution.remedy import Patience, bounds, clash, cures, derivation, found_near, givings, rounded
 from solver.solution.verdict import Verdict
 
 MAX_INPUTS = 10

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
@@ -111,6 +110,7 @@ class PathSearch:
         self.model, self.inputs, self.guesses, self.judged = model, dict(inputs), guesses, judged
         self.want = None if want is None else frozenset(want)
         self.enough = enough
+        self.most_leaves = min(MAX_LEAVES, max(FEW_LEAVES, MAX_VALUES // max(len(model.variables), 1)))
         self.planner = planner(model)
         self.graph = self.planner.graph
         self.analysis = CaseAnalysis(model, self.inputs)
@@ -181,15 +181,10 @@ class PathSearch:
 
     # --- results ---
 
-    @property
-    def _most_leaves(self) -> int:
-        """The largest number of answers listed for a model of this size."""
-        return min(MAX_LEAVES, max(FEW_LEAVES, MAX_VALUES // max(len(self.model.variables), 1)))
-
     def _is_full(self, branch: Branch) -> bool:
         """Whether the search of a branch is to end."""
         ends = len(self.leaves) + len(self.contradicted) + len(self.open_cases)
-        full = ends >= self._most_leaves or (self.enough is not None and any(map(self.enough, self.leaves)))
+        full = ends >= self.most_leaves or (self.enough is not None and any(map(self.enough, self.leaves)))
         if full:
             self._truncate(branch, "answers")
         return full
@@ -210,7 +205,7 @@ class PathSearch:
     ) -> None:
         """Record where a step may have more answers than are listed, the first of each step."""
         self.complete = self.complete and complete
-        if any(map(self._turned, unknowns)):
+        if not self.graph.weighed.isdisjoint(unknowns):
             self.turned, complete = True, False
         if complete or equations in self.gaps:
             return
@@ -242,7 +237,7 @@ class PathSearch:
             self.forked = 1
             forks = iter(self._followed(*pending))
             stack.append((forks, answers * self.forked))
-            if answers * self.forked > self._most_leaves or self._too_many_searches:
+            if answers * self.forked > self.most_leaves or self._too_many_searches:
                 forked = answers * self.forked > 1 or not self.complete
                 first = list(islice(forks, 1))
                 one = self._as_one_block((*first, pending)[0][0].values, forked)
@@ -486,12 +481,6 @@ class PathSearch:
                     branch.precise.pop(name, None)
                     return True
         return False
-
-    def _turned(self, unknown: str) -> bool:
-        """Whether whole turns of an angle, of which one is followed, may be different answers."""
-        variable = self.model.variables[unknown]
-        endless = variable.low == -math.inf or variable.high == math.inf
-        return endless and unknown in self.graph.weighed
 
     def _block(self, branch: Branch, step: SolveBlock) -> bool | Forks | None:
         outcome = self._solved(step, branch)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from rulesheets.model import Model, Value
 from rulesheets.syntax import nodes
 from solver.facts import Conflict
-from solver.leaves import Asked, Branch, Leaf, Patience
+from solver.leaves import Asked, Branch, Exploration, Leaf
 from solver.path import activity, equations_of
 from solver.path.cases import comparisons, outcomes, value_said
 from solver.path.planner import planner
@@ -39,6 +39,28 @@ BEYOND = (0.25, 0.5, 0.75, 0.99)
 """Shares of the way to an edge, at which nothing is feasible if it is one."""
 
 # --- under-determined: what to give ------------------------------------------------------
+
+
+PATIENCE = 50_000
+"""Work that the search for remedies of a solve may take: they are advice, the verdict stands without them."""
+
+
+class Patience:
+    """A limit on the work of several explorations: counted, so the same on any machine.
+
+    One is shared by all messages about a solve.
+    """
+
+    def __init__(self, work: int = PATIENCE) -> None:
+        self._left = work
+
+    @property
+    def lost(self) -> bool:
+        return self._left <= 0
+
+    def shown(self, found: Exploration) -> Exploration:
+        self._left -= found.work
+        return found
 
 
 class Givings(NamedTuple):

@@ -38,12 +38,13 @@ from solver.facts import (
     Status,
 )
 from solver.kernel.step import OTHERWISE
-from solver.leaves import Asked, Exploration, Leaf, Patience, indeterminacy, unmet
+from solver.leaves import Asked, Exploration, Leaf, indeterminacy, unmet
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.tolerances import BACKWARD, SAME_VALUE
 from solver.path import activity, known_rules
 from solver.path.cases import outcomes
 from solver.solution.explore import explore
+from solver.solution.remedy import Patience
 from solver.solution.verdict import Verdict, explore_refined, explore_required, judge
 
 # --- removable singularities: rules that are 0/0 are taken by their limits ---

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.numerics.newton import arrivals
+from solver.numerics.starts import arrivals
 
 
 def himmelblau(x: Any) -> Any:
