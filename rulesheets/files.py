@@ -15,6 +15,11 @@ ENDING = ".tk"
 MAIN_SHEET = "model.tk"
 """The sheet of a folder."""
 
+_PACKAGE = os.path.dirname(os.path.abspath(__file__))
+_INSTALLED = os.path.join(_PACKAGE, "models")
+_MODELS = _INSTALLED if os.path.isdir(_INSTALLED) else os.path.join(os.path.dirname(_PACKAGE), "models")
+"""``rulesheets/models`` if installed, ``models`` next to the package in a checkout."""
+
 _LARGEST = 64 * 2**20
 """Bytes beyond which a file is not taken for a rule sheet."""
 
@@ -151,20 +156,12 @@ def find_variable_sheet(path: str, sheet: str) -> str:
 
 def shipped_models() -> tuple[str, ...]:
     """The names of the models that come with the package."""
-    folder = _models_folder()
-    there = sorted(os.listdir(folder)) if os.path.isdir(folder) else ()
+    there = sorted(os.listdir(_MODELS)) if os.path.isdir(_MODELS) else ()
     return tuple(name for name in there if os.path.isfile(shipped_model(name)))
 
 
 def shipped_model(name: str) -> str:
-    return os.path.join(_models_folder(), name, MAIN_SHEET)
-
-
-def _models_folder() -> str:
-    """``rulesheets/models`` if installed, ``models`` next to the package in a checkout."""
-    package = os.path.dirname(os.path.abspath(__file__))
-    installed = os.path.join(package, "models")
-    return installed if os.path.isdir(installed) else os.path.join(os.path.dirname(package), "models")
+    return os.path.join(_MODELS, name, MAIN_SHEET)
 
 
 @contextmanager

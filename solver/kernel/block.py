@@ -214,7 +214,7 @@ class BlockKernel:
     def arrays(self) -> BlockArrays:
         from solver.kernel.block_arrays import BlockArrays
 
-        return BlockArrays(self)
+        return BlockArrays(self.equations, self.unknowns, self.known, self.chains)
 
     @cached_property
     def others(self) -> tuple[BlockKernel, ...]:

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from rulesheets.evaluate import differentiate
+from rulesheets.model import Equation
 from rulesheets.syntax import nodes
-from solver.kernel.chain import compile_chain
+from solver.kernel.chain import Chain, compile_chain
 from solver.kernel.emitter import compile_expressions
 from solver.numerics.linear_algebra import Array
 from solver.path.isolate import smooth
 from solver.ranking.sizes import Scalings
-
-if TYPE_CHECKING:
-    from solver.kernel.block import BlockKernel
 
 MAX_CHAINS = 32
 
@@ -24,10 +22,16 @@ MAX_CHAINS = 32
 class BlockArrays:
     """The smooth forms of a block on points (k, n), its chains on tears (k, t); compiled once."""
 
-    def __init__(self, kernel: BlockKernel) -> None:
-        unknowns, names = kernel.unknowns, (*kernel.unknowns, *kernel.known)
+    def __init__(
+        self,
+        equations: Sequence[Equation],
+        unknowns: tuple[str, ...],
+        known: tuple[str, ...],
+        chains: Sequence[Chain],
+    ) -> None:
+        names = (*unknowns, *known)
         self.n = len(unknowns)
-        forms = [smooth(e.left, e.right) for e in kernel.equations]
+        forms = [smooth(e.left, e.right) for e in equations]
         partials = {  # that are not 0 everywhere, by row and column; raises NotDifferentiable
             (i, j): differentiate(form, unknown)
             for i, form in enumerate(forms)
@@ -37,13 +41,12 @@ class BlockArrays:
         self.places = list(partials)
         self._forms = compile_expressions(forms, names, arrays=True)
         self._partials = compile_expressions(list(partials.values()), names, arrays=True)
-        self.scalings = Scalings(kernel.equations, names)
-        every = kernel.chains
+        self.scalings = Scalings(equations, names)
         self.chains: list[Callable[..., Sequence[Any]]] = []
-        for chain in every[:: -(-len(every) // MAX_CHAINS)]:
+        for chain in chains[:: -(-len(chains) // MAX_CHAINS)]:
             steps = chain.assignments[: len(chain.assignments) - len(chain.residuals)]
             torn = chain._replace(assignments=steps)
-            self.chains.append(compile_chain(torn, kernel.known, unknowns, arrays=True))
+            self.chains.append(compile_chain(torn, known, unknowns, arrays=True))
 
     def residual(self, known: Sequence[float], x: Array) -> Array:
         return self._stacked(self._forms(*x.T, *known), len(x))

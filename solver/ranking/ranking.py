@@ -138,7 +138,8 @@ class Signs:
                 form, leaves = _form(equation.left, equation.right)
                 forms[form].append(leaves)
         found = []
-        for places in (list(map(_column, zip(*rules, strict=True))) for rules in forms.values()):
+        many = (rules for rules in forms.values() if len(rules) >= LINKS)
+        for places in (list(map(_column, zip(*rules, strict=True))) for rules in many):
             for one, other in itertools.combinations(places, 2):
                 pairs = list(zip(one, other, strict=True))
                 if _passed_on(pairs) and all(map(self._are_alike, pairs)):

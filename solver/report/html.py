@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from functools import singledispatch
 from html import escape
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from rulesheets.algebra import ROWS, html_table, more
 from rulesheets.diagnosis import Diagnosis, plural, render
@@ -19,10 +19,7 @@ from solver.report import SCREEN, table
 from solver.report.derivation import ESCAPED, Derivation, Line, Page, aligned, why_latex
 from solver.report.path import Plain, steps_to_show
 from solver.report.sheet import diagnosis_json, sheet_heads, sheet_rows
-from solver.solution.solving import Result
-
-if TYPE_CHECKING:
-    from solver.sweeps.sweep import Samples
+from solver.solution.solving import Result, Samples
 
 NONE = "none"
 """The text for a derivative that does not exist or is unknown."""
