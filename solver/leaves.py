@@ -259,7 +259,8 @@ class Exploration:
     ``contradicted`` leaves violate a rule; ``open_cases`` violate none, but leave their conditions
     undetermined. ``delicate``: somewhere two roots, or a boundary, were closer than floats can tell;
     ``outcomes`` are the results of the blocks; ``work`` is the work counted (see
-    ``kernel/problem.py``); ``gaps`` are the reasons why the leaves may not be all.
+    ``kernel/problem.py``); ``gaps`` are the reasons why the leaves may not be all. The values of
+    ``outside_case`` leaves contradict the case that was assumed.
     """
 
     leaves: tuple[Leaf, ...]
@@ -270,6 +271,7 @@ class Exploration:
     outcomes: Outcomes = field(default_factory=dict, repr=False, compare=False)
     work: int = 0
     gaps: tuple[Gap, ...] = ()
+    outside_case: tuple[Leaf, ...] = ()
 
 
 class CutOff(TimeIsUp):

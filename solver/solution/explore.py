@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property, partial
 from itertools import chain, islice
 from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
+from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Value
-from rulesheets.syntax.nodes import Number
+from rulesheets.syntax.nodes import Number, subtract
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import MANY, check_rule, half_unit
 from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated, about
@@ -35,6 +38,7 @@ from solver.leaves import (
     unmet,
     without_value,
 )
+from solver.numerics.tolerances import SAFETY, SAME_VALUE
 from solver.path import (
     Assume,
     Check,
@@ -128,6 +132,7 @@ class PathSearch:
         self.leaves: list[Leaf] = []
         self.contradicted: list[Leaf] = []
         self.open_cases: list[Leaf] = []
+        self.outside_case: list[Leaf] = []
         self.complete, self.delicate = True, False
         self.turned = False
         self.gaps: dict[tuple[int, ...], Gap] = {}
@@ -158,8 +163,8 @@ class PathSearch:
         complete = self.complete and all(excluded(leaf) or self._refused(leaf) for leaf in self.open_cases)
         complete = complete and not (self.turned and self._reads_turns())
         ends = tuple(self.leaves), complete, tuple(self.contradicted), tuple(self.open_cases)
-        gaps = tuple(self.gaps.values())
-        return Exploration(*ends, self.delicate, self.outcomes, self.budget.used, gaps)
+        gaps, outside = tuple(self.gaps.values()), tuple(self.outside_case)
+        return Exploration(*ends, self.delicate, self.outcomes, self.budget.used, gaps, outside)
 
     def _reads_turns(self) -> bool:
         """Whether ways with other whole turns of an angle may end otherwise than those that were followed.
@@ -465,22 +470,27 @@ class PathSearch:
 
         It is the nearest one: a farther one may be another answer, which has a branch of its own.
         """
-        decided = branch.conditions
         for name in self.model.equations[equation].names:
             isolation, _ = self.graph.isolated(equation, self.graph.number[name])
             number = branch.values[name]
             if name in self.inputs or isolation is None or isinstance(number, str):
                 continue
             others = {other: value for other, value in branch.values.items() if other != name}
-            active = [e for i in self.graph.users[name] if activity(e := self.model.equations[i], decided)]
-            readers = [e for e in active if all(other in branch.values for other in e.names)]
             found = StepSolver(self.graph, equation, name, others).outcome().values
             for value in sorted((v for v in found if isinstance(v, float)), key=lambda v: abs(v - number)):
-                if all(check_rule(reader, {**others, name: value}).holds for reader in readers):
-                    branch.values[name] = value
-                    branch.precise.pop(name, None)
+                if self._moved(branch, name, value):
                     return True
         return False
+
+    def _moved(self, branch: Branch, name: str, value: float) -> bool:
+        """Whether the rules that read a computed number also hold at another value of it, which is taken."""
+        trial, decided = {**branch.values, name: value}, branch.conditions
+        active = [e for i in self.graph.users[name] if activity(e := self.model.equations[i], decided)]
+        if not all(check_rule(e, trial).holds for e in active if all(other in trial for other in e.names)):
+            return False
+        branch.values[name] = value
+        branch.precise.pop(name, None)
+        return True
 
     def _block(self, branch: Branch, step: SolveBlock) -> bool | Forks | None:
         outcome = self._solved(step, branch)
@@ -591,6 +601,29 @@ class PathSearch:
             self._finish(branch, underdetermined=True)
         return False
 
+    def _onto_boundary(self, branch: Branch) -> bool:
+        """Whether a branch misses its case by no more than its rounding: a number is moved onto the boundary.
+
+        The Reynolds number that a friction factor gives as 2299.9999999999995 belongs to ``Re >= 2300``.
+        """
+        for pair in [pair for pair, sign in branch.signs.items() if sign > EQUAL]:
+            with suppress(Undefined, KeyError, TypeError):
+                miss, slopes = derivatives(subtract(*pair), branch.values)
+                numbers = {name: v for name in slopes if isinstance(v := branch.values[name], float)}
+                if not abs(miss) <= SAME_VALUE * sum(abs(slopes[n] * v) for n, v in numbers.items()):
+                    continue
+                errors = self._off(branch)
+                if abs(miss) > SAFETY * sum(abs(slope) * errors[name] for name, slope in slopes.items()):
+                    continue
+                for name in [n for n in numbers if n not in self.inputs and slopes[n]]:
+                    at = numbers[name] - miss / slopes[name]
+                    for value in (at, math.nextafter(at, math.inf), math.nextafter(at, -math.inf)):
+                        trial = branch.without(())
+                        if self._moved(trial, name, value) and not self.analysis.contradicted(trial):
+                            branch.values, branch.precise = trial.values, trial.precise
+                            return True
+        return False
+
     # --- the end of a branch ---
 
     def _settled(self, branch: Branch) -> dict[str, Value]:
@@ -598,9 +631,10 @@ class PathSearch:
 
     def _finish(self, branch: Branch, underdetermined: bool = False) -> None:
         """Check every rule that is active at the end of a branch with the independent rule check."""
-        if branch.signs and self.analysis.contradicted(branch):
-            return
         branch = branch.fork()
+        if branch.signs and self.analysis.contradicted(branch) and not self._onto_boundary(branch):
+            self.outside_case.append(Leaf(branch, (), (), 0.0, 0))
+            return
         values = branch.values = self._settled(branch)
         decided = {**branch.assumed, **self.analysis.outcomes(range(len(self.model.conditions)), branch)}
         rules = list(known_rules(self.model, decided, values))

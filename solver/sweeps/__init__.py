@@ -212,7 +212,8 @@ class Plan:
         rows = [rows[place] for place in different(rows)]
         if not verdict.reread and _finite(numbers):
             ended = (leaf for leaf in (*found.leaves, *found.open_cases) if not leaf.solved and blocked(leaf))
-            if solved and self.records.add(numbers, verdict.leaves, (*found.contradicted, *ended)):
+            refused = (*found.contradicted, *found.outside_case, *ended)
+            if solved and self.records.add(numbers, verdict.leaves, refused):
                 self.records.learned += 1
                 self._bind()
             elif solved:

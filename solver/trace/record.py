@@ -16,12 +16,12 @@ from typing import TypeAlias
 
 from rulesheets.functions import named
 from rulesheets.model import Model, Value, Variable
-from rulesheets.syntax.nodes import subtract
+from rulesheets.syntax.nodes import Comparison, Or, subtract
 from solver.facts import Beside, Conflict, DoubleRoot, NoValue, Unmet
 from solver.kernel.block import BlockKernel, kernel_of
 from solver.leaves import Leaf, different
 from solver.path import Decide, Evaluate, Select, SolveBlock, Step, activity
-from solver.path.cases import EQUAL, value_of_equality
+from solver.path.cases import EQUAL, MEANING, value_of_equality
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
 from solver.trace.folds import ConstantRootCount
@@ -170,8 +170,9 @@ class Recording(Inverses):
         self.endings.append(Ending(results, tuple(state.checks)))
         return state
 
-    def _steps(self, state: State, leaf: Leaf) -> State:
-        """The values that the steps of a leaf have computed, and their conditions."""
+    def _steps(self, state: State, leaf: Leaf, within: bool = True) -> State:
+        """The values that the steps of a leaf have computed, and their conditions: those that it assumed if
+        it is ``within`` its case."""
         self.branch, self.sample, self.poles = leaf.branch, leaf.branch.values, set[str]()
         if not all(isinstance(fact, Beside | DoubleRoot) for fact in self.branch.facts):
             raise NotCompilable
@@ -195,7 +196,8 @@ class Recording(Inverses):
         moving = (state.values.get(name, self.flow.true) for names in doubles for name in names)
         if any(self.flow.value_of(node) != 0.0 for node in moving):
             raise NotCompilable  # two answers separate in nearby rows, or end
-        self._hold(state, (*self.branch.assumed, *sorted(state.used - state.decided.keys())))
+        assumed = self.branch.assumed if within else ()
+        self._hold(state, (*assumed, *sorted(state.used - state.decided.keys())))
         for fact in self.branch.inactive.values():
             # A case of fixed numbers alone has no value: those are the same in every row.
             if not isinstance(fact, NoValue) or not fact.pole:
@@ -422,15 +424,20 @@ class Recording(Inverses):
 
     def _watch(self, start: State, leaf: Leaf) -> None:
         """Require that a branch without an answer still has none, for the same reason."""
-        state, flow = self._steps(start.fork(), leaf), self.flow
+        state, flow = self._steps(start.fork(), leaf, within=bool(leaf.conflicts)), self.flow
         broken = flow.false
+        for pair, sign in leaf.branch.signs.items():
+            comparisons = (Comparison(operator, *pair) for operator in (MEANING[sign], "="))
+            inside = self._condition(state, Or(tuple(comparisons)))
+            if inside is not None:
+                broken = flow.add("or", broken, flow.add("not", inside))
         for fact in leaf.conflicts:
             if isinstance(fact, Unmet):
                 active, meets = self._requirement(state, self.model.requirements[fact.requirement])
                 broken = flow.add("or", broken, flow.add("and", active, flow.add("not", meets)))
             elif isinstance(fact, Conflict) and len(fact.equations) == 1:
                 broken = flow.add("or", broken, self._broken(state, self.model.equations[fact.equations[0]]))
-        if self._numbers(broken) is True:
+        if all(map(self._numbers, (*state.checks, broken))):
             self._guard(*state.checks, broken)
 
     def _keep_usual(self) -> None:

@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from itertools import compress
+from itertools import chain, compress
 from typing import Any
 
 from rulesheets.deadline import TimeIsUp
@@ -65,7 +65,7 @@ class Refusal(Recording):
 
     def _watch(self, start: State, leaf: Leaf) -> None:
         """The same for a branch that came to a step without a value."""
-        if leaf.conflicts:
+        if leaf.conflicts or not leaf.branch.inactive:
             super()._watch(start, leaf)
             return
         state, impossible = self._stopped(start, leaf)
@@ -273,13 +273,15 @@ class Records:
             return (near.call,)
         if self.programs[self.useful].ranked and near is None:
             return ()
-        place = self.order[0]
-        if place not in self._primary:
-            program = self.programs[place]
-            brief = () if program.brief is None else (program.brief,)
-            forms = brief if program.ranked else (*brief, program)
-            self._primary[place] = tuple(map(compile_scalar, forms))
-        return self._primary[place]
+        places = self.order[: self.order.index(self.useful) + 1]
+        for place in places:
+            if place not in self._primary:
+                program = self.programs[place]
+                brief = () if program.brief is None else (program.brief,)
+                forms = brief if program.ranked else (*brief, program)
+                self._primary[place] = tuple(map(compile_scalar, forms))
+        alone = any(self.programs[place].ranked for place in places)
+        return tuple(chain.from_iterable(self._primary[at] for at in (places[:1] if alone else places)))
 
     def near(self, numbers: tuple[Value, ...]) -> None:
         """Note that the useful record covered a row of which the first answer was wanted."""

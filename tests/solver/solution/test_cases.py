@@ -94,3 +94,22 @@ def test_thresholds_that_an_arm_gives_count_too() -> None:
     assert str(result.status) == "solved"
     assert result.complete
     assert sorted((s["x"], s["y"], s["b"]) for s in result.solutions) == [(-1.0, 1.0, -9.0), (2.0, 1.0, -2.0)]
+
+
+@pytest.mark.parametrize("diameter", [0.0127, 0.0713, 0.1, 0.2039, 0.2991])
+@pytest.mark.parametrize("factor", [0.316, 0.3164, 0.317])
+def test_an_answer_exactly_on_the_edge_of_a_jump_is_found_whatever_the_rounding(
+    diameter: float, factor: float
+) -> None:
+    rule = f"if Re < 2300 then f = 64/Re else f = {factor}/Re^0.25"
+    model = rulesheets.loads(f"Re = V*{diameter}/1.3e-6\n{rule}")
+    result = solver.solve(model, {"f": factor / 2300**0.25})
+    velocity = {s["Re"]: s["V"] for s in result.solutions}
+    assert velocity[2300.0] == pytest.approx(2300 * 1.3e-6 / diameter, rel=1e-14)
+
+
+@pytest.mark.parametrize(("load", "expected"), [(0.6, [3.0]), (0.3, []), (0.5999999999, [])])
+def test_a_strict_edge_has_no_answer_next_to_it(load: float, expected: list[float]) -> None:
+    result = solver.solve(rulesheets.loads("if V < 3 then q = V/10 else q = V/5"), {"q": load})
+    assert [s["V"] for s in result.solutions] == expected
+    assert result.complete

@@ -202,3 +202,15 @@ def test_rows_across_two_folds_have_the_roots_of_each_side() -> None:
         assert len(roots) == table["answers"][row]
         assert [height(x) for x in roots] == pytest.approx([y[row]] * len(roots), rel=1e-14)
     assert [height(x) for x in table["x"]] == pytest.approx(y.tolist(), rel=1e-14)
+
+
+def test_a_case_without_an_answer_at_the_first_row_is_watched() -> None:
+    """Blasius' and Poiseuille's friction factors overlap: between 0.0278 and 0.0456 both have an answer."""
+    model = rulesheets.loads("if Re < 2300 then f = 64/Re else f = 0.316/Re^0.25")
+    plan, factors = solver.prepare(model, ["f"], ["Re"]), np.linspace(0.02, 0.06, 401).tolist()
+    expected = [[64 / f] * (64 / f < 2300) + [(0.316 / f) ** 4] * ((0.316 / f) ** 4 >= 2300) for f in factors]
+    assert plan.sweep(factors)["answers"].tolist() == [len(numbers) for numbers in expected]
+    for f, numbers in zip(factors, expected, strict=True):
+        assert sorted(re for (re,) in plan.all(f)) == pytest.approx(sorted(numbers))
+        assert plan(f) == plan.all(f)[0]
+        assert plan(f)[0] == pytest.approx(solver.solve(model, {"f": f})["Re"])
