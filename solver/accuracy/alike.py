@@ -25,7 +25,7 @@ from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_check import gross, leads_to_zero, sides, size, terms
+from solver.accuracy.rule_sides import gross, leads_to_zero, sides, size, terms
 from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS
 from solver.path.graph import Alike, Array, Family, alike
 

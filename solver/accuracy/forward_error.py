@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from rulesheets.evaluate import Undefined
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import subtract
-from solver.accuracy.rule_check import MANY, sides, uncertainty
-from solver.accuracy.rule_check import size as moved
+from solver.accuracy.rule_sides import MANY, sides, uncertainty
+from solver.accuracy.rule_sides import size as moved
 from solver.facts import DoubleRoot
 from solver.numerics.linear_algebra import Array, as_matrix, factorise, sparse_matrix
 from solver.numerics.tolerances import BACKWARD, CANCELLED, HALF, UNIT_ROUNDOFF

@@ -12,107 +12,26 @@ they predict may lie beyond it. Every decision that a rule is satisfied is made 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
-from copy import copy
-from dataclasses import dataclass
-from itertools import pairwise
-from struct import pack, unpack
-from typing import Any, NamedTuple
 
-from rulesheets.deadline import expect_time
-from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
-from rulesheets.evaluate.digits import context, extended, extended_derivatives
-from rulesheets.functions import named
+from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Equation, Value
-from rulesheets.syntax.nodes import (
-    Call,
-    Expression,
-    Name,
-    Number,
-    Power,
-    Sum,
-    Symbol,
-    map_leaves,
-    names,
+from rulesheets.syntax.nodes import Expression, Name, Symbol, names
+from solver.accuracy.rule_sides import (
+    RuleCheck,
+    gross,
+    heights,
+    jumps,
+    leads_to_zero,
+    moves_of,
+    remembered,
+    sides,
 )
-from rulesheets.syntax.program import walk
-from solver.numerics.tolerances import (
-    BACKWARD,
-    COMMON,
-    EPS,
-    PRECISIONS,
-    ROUNDINGS,
-    SMALLEST_NORMAL,
-    SPARE,
-    STEEP,
-    UNIT_ROUNDOFF,
-)
+from solver.numerics.tolerances import BACKWARD, EPS, ROUNDINGS, STEEP
 
-MANY = 30
-"""Rules up to which each is checked by itself, beyond it all at once (``alike.py``)."""
-DIGITS = 50
 LEAP = 4.0
 """How many times as far as a rule's slopes ask for its values are moved to see whether it jumps there."""
-_JUMPING = named(lambda row: row.jumps)
-
-
-class RuleCheck(NamedTuple):
-    """``scaled`` is |F| / Σ|∂F/∂v · v|; ``miss`` is F, None if a side has no number.
-
-    ``delicate``: floats could not decide; values in more digits may satisfy a rule that these do not.
-    """
-
-    holds: bool
-    miss: float | None
-    scaled: float = 0.0
-    delicate: bool = False
-
-
-class Sides(NamedTuple):
-    """The values of both sides of a rule, the slopes of left minus right by variable, and a bound of its
-    rounding."""
-
-    left: float
-    right: float
-    slopes: dict[str, float]
-    noise: float
-
-
-LATEST = 4
-"""Points at which an equation stays known: error bars are asked for when all answers are checked."""
-
-
-@dataclass
-class Remembered:
-    """The results for an equation at some values, which several callers request."""
-
-    at: tuple[Value, ...]
-    sides: Sides | None = None
-    check: RuleCheck | None = None
-
-
-def remembered(equation: Equation, values: Mapping[str, Value]) -> Remembered:
-    at = tuple([values[name] for name in equation.names])
-    latest: list[Remembered] = equation.__dict__.setdefault("_latest", [])
-    for kept in latest:
-        if kept.at == at and not (0.0 in at and str(kept.at) != str(at)):  # zeros have signs
-            return kept
-    kept = Remembered(at)
-    latest[:] = [kept, *latest[: LATEST - 1]]
-    return kept
-
-
-def sides(equation: Equation, values: Mapping[str, Value]) -> Sides:
-    """Both sides at the values; slopes must not be changed. Raises Undefined."""
-    kept = remembered(equation, values)
-    if kept.sides is None:
-        left, slopes, noise = rounded_derivatives(equation.left, values)
-        right, others, more = rounded_derivatives(equation.right, values)
-        for name, slope in others.items():
-            slopes[name] = slopes.get(name, 0.0) - slope
-        kept.sides = Sides(left, right, slopes, noise + more)
-    return kept.sides
 
 
 def check_rule(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
@@ -137,64 +56,39 @@ def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
     except Undefined as error:
         underflow = 0.0 in error.arguments  # a divisor, or what a logarithm is taken of
         if error.overflow or underflow:
-            return _look_again(equation, values, math.inf)
+            from solver.accuracy.rule_in_digits import look_again
+
+            return look_again(equation, values, math.inf)
         return RuleCheck(False, None, math.inf)
     miss, off = a - b, abs(a - b) + noise
     if off == 0.0:
         return RuleCheck(True, miss)
-    moves, both = list(_moves(slopes, values)), abs(a) + abs(b)
+    moves, both = list(moves_of(slopes, values)), abs(a) + abs(b)
     total = sum(moves)
     bound, scaled = BACKWARD * total, abs(miss) / total if total else math.inf
-    if off <= bound < math.inf:
-        if leads_to_zero(abs(miss), off, moves, both):
-            return RuleCheck(True, miss, scaled)
-        with suppress(Undefined):
-            slight = bound <= STEEP * gross(equation, values)
-            if slight and _Rule(equation, values).straddles(slopes, 2 * BACKWARD):
-                return RuleCheck(True, miss, scaled)
+    small = off <= bound < math.inf
+    if small and leads_to_zero(abs(miss), off, moves, both):
+        return RuleCheck(True, miss, scaled)
     if abs(miss) > bound + ROUNDINGS * noise:
         return RuleCheck(False, miss, scaled)
-    return _look_again(equation, values, noise)
+    from solver.accuracy.rule_in_digits import Rule, look_again  # floats mostly decide
 
-
-def leads_to_zero(miss: Any, off: Any, moves: Sequence[Any], size: Any) -> Any:
-    """Whether slopes alone show that F, which is ``off`` at most, is 0 for values that differ by a share
-    BACKWARD: by ``moves`` that change it by no more than a share STEEP of the ``size`` of its sides."""
-    reaches = [BACKWARD * move for move in moves]
-    gentle = sum(reach * (reach <= STEEP * size) for reach in reaches)
-    return (miss <= BACKWARD * size) & ((sum(reaches) <= STEEP * size) | (off <= gentle))
-
-
-def size(equation: Equation, values: Mapping[str, Value]) -> float:
-    """Σ|∂F/∂v · v| over the variables of an equation; infinite if a slope has no value."""
-    try:
-        total = sum(_moves(sides(equation, values).slopes, values))
-    except Undefined:
-        return math.inf
-    return total if math.isfinite(total) else math.inf
-
-
-def terms(*sides: Expression) -> Iterator[Expression]:
-    """The terms of the sides of an equation."""
-    for side in sides:
-        yield from side.terms if isinstance(side, Sum) else (side,)
-
-
-def gross(equation: Equation, values: Mapping[str, Value]) -> float:
-    """The size of the terms of an equation before they cancel: the scale of its rounding errors."""
-    try:
-        return sum(abs(value(term, values)) for term in terms(equation.left, equation.right))
-    except Undefined:
-        return math.inf
+    with suppress(Undefined):
+        slight = small and bound <= STEEP * gross(equation, values)
+        if slight and Rule(equation, values).straddles(slopes, 2 * BACKWARD):
+            return RuleCheck(True, miss, scaled)
+    return look_again(equation, values, noise)
 
 
 def _leaps(equation: Equation, values: Mapping[str, Value]) -> bool:
     """Whether F jumps where its slopes promise 0: ``int(x) + x = 3`` is satisfied neither below 2, nor at
     2."""
+    from solver.accuracy.rule_in_digits import DIGITS, Rule
+
     tied = {name for _, height in heights(equation) for name in names(height)}
     try:
         left, right, slopes, _ = sides(equation, values)
-        miss = float(_Rule(equation, values).miss(DIGITS))
+        miss = float(Rule(equation, values).miss(DIGITS))
         moves = {n: s * abs(v) for n, s in slopes.items() if isinstance(v := values[n], float)}
         total = sum(map(abs, moves.values()))
         if abs(miss) <= BACKWARD * sum(abs(move) for n, move in moves.items() if n not in tied):
@@ -210,300 +104,8 @@ def _leaps(equation: Equation, values: Mapping[str, Value]) -> bool:
     return abs(there) > 4 * LEAP * (abs(miss) + EPS * (abs(left) + abs(right) + total))
 
 
-def jumps(equation: Equation) -> bool:
-    """Whether some function in the equation jumps (found once)."""
-    found = equation.__dict__.get("_jumps")
-    if found is None:
-        parts = walk(equation.left, equation.right)
-        found = any(isinstance(node, Call) and node.function in _JUMPING for node in parts)
-        equation.__dict__["_jumps"] = found
-    return bool(found)
-
-
-def heights(equation: Equation) -> Iterator[tuple[str, Expression]]:
-    """The functions with jumps, each with the expression for the distance from its jumps."""
-    for node in walk(equation.left, equation.right):
-        match node:
-            case Call("int" | "frac" | "round" | "sgn" as function, (x,)):
-                yield function, x
-            case Call("mod", (x, y)):
-                yield "int", x / y
-            case Call("step", (x, a)):
-                yield "step", x - a
-
-
-def _moves(slopes: Mapping[str, float], values: Mapping[str, Value]) -> Iterator[float]:
-    """|∂F/∂v · v| for each variable."""
-    return (abs(slope * v) for name, slope in slopes.items() if isinstance(v := values[name], float) and v)
-
-
 def _symbol(expression: Expression, values: Mapping[str, Value]) -> str | None:
     if isinstance(expression, Symbol):
         return expression.name
     found = values[expression.name] if isinstance(expression, Name) else None
     return found if isinstance(found, str) else None
-
-
-# --- what the last places of given numbers leave open: inputs, and numbers that stand in the rules ---
-#
-# A number that takes all the digits of a float stands for any that rounds to it, up to half a unit of its
-# last place: 0.3 does, 0.25 and 3 do not. Only by accident can it rest on less than that whether something
-# is determined.
-
-
-def half_unit(number: float) -> float:
-    """The possible error of a given number: none for one with few digits."""
-    short = abs(number) < 1e38 and unpack("f", pack("f", number))[0] == number
-    return 0.0 if short else abs(number) * UNIT_ROUNDOFF
-
-
-def with_named_numbers(expression: Expression, numbers: dict[str, float]) -> Expression:
-    """The expression with names for its numbers that have last places; ``numbers`` receives their
-    values.
-
-    A number that is written twice is one number with one error.
-    """
-
-    def named(leaf: Name | Number | Symbol) -> Expression:
-        if not isinstance(leaf, Number) or not half_unit(leaf.value):
-            return leaf
-        name = f"#{leaf.value!r}"
-        numbers[name] = leaf.value
-        return Name(name)
-
-    return map_leaves(expression, named)
-
-
-def in_decimals(
-    expressions: Iterable[Expression], values: Mapping[str, Any]
-) -> tuple[tuple[Expression, ...], dict[str, Any]]:
-    """Expressions and values with numbers as decimals: the shortest ones for their floats.
-
-    0.1 is a tenth there. Values with more digits than floats stay.
-    """
-    numbers: dict[str, float] = {}
-    named = tuple(with_named_numbers(expression, numbers) for expression in expressions)
-    exact, known = context(PRECISIONS[-1]).mpf, {**values, **numbers}
-    return named, {name: exact(repr(v)) if isinstance(v, float) else v for name, v in known.items()}
-
-
-def uncertainty(expression: Expression, values: Mapping[str, Value], known: Mapping[str, float]) -> float:
-    """The possible error of an expression if its numbers, by name, have the errors ``known``.
-
-    Its own numbers have errors in their last places. Infinite if a slope has no value.
-    """
-    numbers: dict[str, float] = {}
-    named = with_named_numbers(expression, numbers)
-    try:
-        slopes = derivatives(named, {**values, **numbers})[1]
-    except Undefined:
-        return math.inf
-    off = {**known, **{name: half_unit(number) for name, number in numbers.items()}}
-    total = sum(abs(slope) * off[name] for name, slope in slopes.items() if off.get(name))
-    return math.inf if math.isnan(total) else total
-
-
-# --- a rule at an answer in many digits, if floats cannot decide ---
-#
-# The values are the exact numbers that they are, π is π (``sin(pi)`` is 0), and nothing saturates
-# (``tanh(20)`` is less than 1). F is computed to two precisions, until they agree on it and it is larger than
-# its rounding; if not even the highest do, F vanishes there like that of an identity, unless an operation has
-# absorbed a term.
-
-MOVED = 2.0**-10
-"""Share of a value by which it is moved to see how a rule bends."""
-HALVINGS = 24
-"""Bisections that tell a root, towards which F shrinks, from a pole or a jump."""
-
-
-def _look_again(equation: Equation, values: Mapping[str, Value], noise: float) -> RuleCheck:
-    """The check of an equation of numbers; ``noise`` bounds the error of F in floats, if known.
-
-    Values may change by a share BACKWARD. If that changes F by more than a share STEEP of its sides, no
-    slope is trusted: the others must suffice, or F must change its sign.
-    """
-    if not all(isinstance(v := values[name], float) and math.isfinite(v) for name in equation.names):
-        return RuleCheck(False, None, math.inf)
-    rule, rough, fine = _Rule(equation, values), PRECISIONS[0], PRECISIONS[-1]
-    power = context(rough).mpf(10)
-    try:
-        size = noise / EPS if SMALLEST_NORMAL < noise < math.inf else rule.largest(rough)
-        misses = [rule.miss(rough)]
-        for some, more in pairwise(PRECISIONS):
-            found, agreed = misses[-1], rule.miss(more)
-            misses.append(agreed)
-            clear = abs(agreed) > size * power ** (SPARE - some) or (agreed and more == fine)
-            if clear and abs(found - agreed) <= COMMON * abs(agreed):
-                return rule.judged(agreed, more)
-        if abs(misses[-1]) > size * power ** (SPARE - fine):
-            return rule.judged(misses[-1], fine)
-        added = (abs(extended(term, values, rough)) for term in terms(*rule.sides))
-        seen = max(abs(misses[0]), sum(added))
-    except Undefined as error:
-        reaches = not error.hole and rule.reaches(fine)  # 0/0 may be anything beside 0
-        return RuleCheck(reaches, None, 0.0 if reaches else math.inf, True)
-    if abs(misses[-1]) <= seen * power**-rough and not rule.absorbed():
-        return RuleCheck(True, 0.0, 0.0, True)
-    return RuleCheck(False, None, math.inf, True)
-
-
-class _Rule:
-    def __init__(self, equation: Equation, values: Mapping[str, Value]) -> None:
-        self.sides: tuple[Expression, ...] = equation.left, equation.right
-        self.values: dict[str, Any] = {name: values[name] for name in equation.names}
-        self.underflows = True
-
-    def miss(self, digits: int, moved: Mapping[str, Any] | None = None) -> Any:
-        """F at the values, some of them ``moved``. Raises Undefined."""
-        expect_time()
-        left, right = (extended(side, {**self.values, **(moved or {})}, digits) for side in self.sides)
-        return left - right
-
-    def largest(self, digits: int) -> Any:
-        """The size of the largest number that is added to others in F. Raises Undefined."""
-        added = [term for part in walk(*self.sides) if isinstance(part, Sum) for term in part.terms]
-        return max(abs(extended(term, self.values, digits)) for term in (*self.sides, *added))
-
-    def judged(self, miss: Any, digits: int) -> RuleCheck:
-        """Whether F, which is ``miss``, vanishes within a small enough change of the values."""
-        shown = number if math.isfinite(number := float(miss)) else None
-        self.underflows = abs(miss) < SMALLEST_NORMAL
-        try:
-            gross = sum(abs(extended(side, self.values, digits)) for side in self.sides)
-            moves = self.moves(digits, STEEP * gross / BACKWARD)
-            sizes = [*map(abs, moves.values())]
-            scaled = abs(miss) / sum(sizes) if any(sizes) else math.inf
-            reaches = scaled <= BACKWARD and (
-                leads_to_zero(abs(miss), abs(miss), sizes, gross)
-                or any(self.straddles(moves, 2 * t, digits) for t in (scaled, BACKWARD, BACKWARD / 1e3))
-            )
-        except Undefined:
-            reaches = self.reaches(digits)
-            scaled = 0.0 if reaches else math.inf
-        with suppress(Undefined):
-            if not reaches and self.in_decimals().vanishes(digits):
-                reaches, scaled = True, min(scaled, BACKWARD)
-        return RuleCheck(bool(reaches), shown, float(scaled), True)
-
-    def moves(self, digits: int, limit: Any) -> dict[str, Any]:
-        """∂F/∂v · |v| by variable; central differences if a slope has no value, or their sum exceeds the
-        limit. Raises Undefined."""
-        with suppress(Undefined):
-            left, right = (extended_derivatives(side, self.values, digits)[1] for side in self.sides)
-            found = {n: (left.get(n, 0) - right.get(n, 0)) * size for n, _, size in self._numbers(digits)}
-            if sum(map(abs, found.values())) <= limit:
-                return found
-        return self.differences(digits)
-
-    def differences(self, digits: int) -> dict[str, Any]:
-        """Central differences, at a third of the digits. Raises Undefined."""
-        step = context(digits).mpf(10) ** -(digits // 3)
-        found = {}
-        for name, number, size in self._numbers(digits):
-            above, below = (self.miss(digits, {name: number + size * s}) for s in (step, -step))
-            found[name] = (above - below) / (2 * step)
-        return found
-
-    def absorbed(self) -> bool:
-        """Whether F, and with it its slopes, vanishes in all the digits only because there are too few."""
-        with suppress(Undefined):
-            lost = any(absorbs(side, self.values, PRECISIONS[-1]) for side in self.sides)
-            return lost and not any(self.differences(PRECISIONS[-1]).values())
-        return False
-
-    def straddles(self, moves: Mapping[str, Any], share: Any, digits: int = DIGITS) -> bool:
-        """Whether F changes sign as all values move along its slopes, and against them, by that share.
-        Raises Undefined."""
-        sign = context(digits).sign
-        above, below = (
-            self.miss(digits, {n: v + size * sign(moves[n]) * s for n, v, size in self._numbers(digits)})
-            for s in (share, -share)
-        )
-        return bool(above >= 0 >= below)
-
-    def reaches(self, digits: int) -> bool:
-        """Whether F vanishes, or changes its sign without a pole, within a small enough change of one value:
-        for points at which F has no slope, or no value, as at the end of a domain."""
-        for name, number, size in self._numbers(digits):
-            for share in (-BACKWARD, BACKWARD):
-                tried = [number + size * change for change in (share, share / 1e3, 0.0)]
-                found = [(at, miss) for at in tried if (miss := self._tried(name, at, digits)) is not None]
-                if any(miss == 0 for _, miss in found):
-                    return True
-                if any(self._meet(name, one, other, digits) for one, other in pairwise(found)):
-                    return True
-        return False
-
-    def in_decimals(self) -> _Rule:
-        """The rule in decimals. It counts if no value moves F: as the exponent of (-0.2)^x, or x at the
-        double root of x^2 - 1.72*x + 0.7396."""
-        rule = copy(self)
-        rule.sides, rule.values = in_decimals(self.sides, self.values)
-        return rule
-
-    def vanishes(self, digits: int) -> bool:
-        """Whether F is 0, up to terms beyond slopes, as one value changes by a share BACKWARD: at a root of
-        any multiplicity it changes as far as the value does. Raises Undefined."""
-        miss, bends = self.miss(digits), 0
-        for name, number, size in self._numbers(digits):
-            above, below = (self._tried(name, number + size * s, digits) for s in (MOVED, -MOVED))
-            if above is not None and below is not None:
-                bends = max(bends, max(abs(above + below - 2 * miss), abs(above - below)) / MOVED**2)
-        most = max(abs(extended(term, self.values, digits)) for term in terms(*self.sides))
-        return abs(miss) <= BACKWARD**2 * min(bends, most) and not self.absorbed()
-
-    def _meet(self, name: str, one: tuple[Any, Any], other: tuple[Any, Any], digits: int) -> bool:
-        """Whether F has a root between two points (value, F), not a pole or a jump."""
-        largest = max(abs(one[1]), abs(other[1]))
-        for _ in range(HALVINGS):
-            middle = (one[0] + other[0]) / 2
-            there = self._tried(name, middle, digits) if one[1] * other[1] <= 0 else None
-            if there is None:
-                return False
-            one, other = ((middle, there), other) if there * one[1] > 0 else (one, (middle, there))
-        return bool(max(abs(one[1]), abs(other[1])) * 2 ** (HALVINGS // 4) < largest)
-
-    def _tried(self, name: str, number: Any, digits: int) -> Any | None:
-        with suppress(Undefined):
-            return self.miss(digits, {name: number})
-        return None
-
-    def _numbers(self, digits: int) -> Iterator[tuple[str, Any, Any]]:
-        """The variables, their values, and the sizes of these: 0 stands for an underflow only if F
-        underflows, too."""
-        mp = context(digits)
-        for name, number in self.values.items():
-            least = SMALLEST_NORMAL if number or self.underflows else 0.0
-            yield name, mp.mpf(number), mp.mpf(max(abs(number), least))
-
-
-# --- true equality told from a residual below the working precision ---
-#
-# ``erf(x) = 1`` is satisfied by no number, ``exp(-x^2) + 1 = 1`` by none; at 1e100 they miss by less than any
-# digits show. If both sides agree in all of these, what tells is whether an operation lost an operand: a term
-# beside a larger one, a slope beside the value that it leads away from.
-
-
-def absorbs(expression: Expression, values: Mapping[str, Any], digits: int) -> bool:
-    """Whether some operation of an expression loses all of one operand at the values, in that many digits."""
-    nothing = context(digits).mpf(10) ** (SPARE - digits)
-    for node in walk(expression):
-        lost = False
-        with suppress(Undefined):
-            match node:
-                case Sum(parts) | Call("atan2" | "atan2d", parts):  # one that is nothing beside the largest
-                    numbers = [extended(part, values, digits) for part in parts]
-                    sizes = [abs(number) for number in numbers if number]
-                    lost = len(sizes) > 1 and min(sizes) < max(sizes) * nothing
-                case Call(function, (operand,)):  # it goes on changing, but by nothing beside its value
-                    argument, at = Name("0"), extended(operand, values, digits)
-                    call = Call(function, (argument,))
-                    result, slopes = extended_derivatives(call, {argument.name: at}, digits)
-                    flat = function == "tanh" and abs(result) == 1  # its slope is computed as 1 - tanh^2
-                    lost = flat or 0 < abs(slopes[argument.name] * at) < abs(result) * nothing
-                case Power(base, exponent):  # not 1, and nothing beside 1 tells it from that
-                    root, power = (extended(part, values, digits) for part in (base, exponent))
-                    lost = root > 0 and 0 < abs(power * context(digits).log(root)) < nothing
-        if lost:
-            return True
-    return False

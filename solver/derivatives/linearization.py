@@ -21,7 +21,7 @@ from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import ZERO, Call, Expression, Name, Number, Quotient, Symbol, subtract
 from rulesheets.syntax.program import walk
 from solver.accuracy.digits import ManyDigits, Unresolved, Work
-from solver.accuracy.rule_check import sides
+from solver.accuracy.rule_sides import sides
 from solver.numerics.elimination import eliminate_rows, independent_rows
 from solver.numerics.linear_algebra import factorise
 from solver.path import known_rules

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solver.accuracy.rule_check import MANY, gross
+from solver.accuracy.rule_sides import MANY, gross
 from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
 from solver.kernel.block import DENSE, BlockKernel
 from solver.kernel.problem import BlockProblem, Uncertainty, is_beside_pole, uncertainty

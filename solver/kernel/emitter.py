@@ -15,7 +15,6 @@ import numpy as np
 from rulesheets.evaluate.number import Arithmetic
 from rulesheets.functions import TABLE
 from rulesheets.functions.arrays import ARRAYS
-from rulesheets.functions.row import Forms
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
@@ -34,8 +33,6 @@ from rulesheets.syntax.nodes import (
 CALLED, POWER, EXPM1 = "f_", "POWER", "EXPM1"
 """Prefixes of tokens of functions; a power, and ``exp(x) - 1`` on arrays: no function of the language has
 capitals."""
-VALUES = Forms(TABLE, lambda row: row.value)
-"""The functions of the language on floats."""
 
 
 T = TypeVar("T")
@@ -152,7 +149,7 @@ class Emitter(Source[str]):
 
 def function_of(code: CodeType, arrays: bool = False) -> Callable[..., Any]:
     """The function of code for floats, or for arrays, which calls those of the language by their tokens."""
-    own, functions = {POWER: np.power if arrays else _power, EXPM1: np.expm1}, ARRAYS if arrays else VALUES
+    own = {POWER: np.power if arrays else _power, EXPM1: np.expm1}
     known: dict[str, Any] = {
         "__builtins__": {"ValueError": ValueError},
         "nan": nan,
@@ -162,7 +159,7 @@ def function_of(code: CodeType, arrays: bool = False) -> Callable[..., Any]:
     for token in code.co_names:
         if token.startswith(CALLED):
             name = token.removeprefix(CALLED)
-            known[token] = own.get(name) or functions[name]
+            known[token] = own.get(name) or (ARRAYS[name] if arrays else TABLE[name].value)
     made = FunctionType(code, known)
     if not arrays:
         made.__dict__["again"] = made_again  # what ``rulesheets.loading`` keeps it by

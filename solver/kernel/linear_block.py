@@ -18,7 +18,8 @@ import numpy as np
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression
-from solver.accuracy.rule_check import check_rule, half_unit, uncertainty, with_named_numbers
+from solver.accuracy.rule_check import check_rule
+from solver.accuracy.rule_sides import half_unit, uncertainty, with_named_numbers
 from solver.facts import BeyondFloats, Conflict, RankLoss
 from solver.kernel.candidates import Answer, BlockOutcome
 from solver.kernel.problem import BlockProblem, InputErrors

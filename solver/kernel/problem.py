@@ -20,7 +20,8 @@ from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.evaluate.number import enclose
 from rulesheets.model import Value
-from solver.accuracy.rule_check import MANY, check_rule, gross, size
+from solver.accuracy.rule_check import check_rule
+from solver.accuracy.rule_sides import MANY, gross, size
 from solver.kernel.block import BlockKernel
 from solver.numerics.linear_algebra import Array, Factor, Triplets, factorise, sparse_matrix
 from solver.numerics.tolerances import BACKWARD, BESIDE, EPS

@@ -21,7 +21,7 @@ from typing import Any
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context, extended
 from solver.accuracy.digits import linearized
-from solver.accuracy.rule_check import gross
+from solver.accuracy.rule_sides import gross
 from solver.kernel.problem import BlockProblem, Uncertainty, is_beside_pole, uncertainty
 from solver.numerics.elimination import eliminate
 from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS, ORDINARY, REFINED, SAFETY, SETTLED

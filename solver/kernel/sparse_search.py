@@ -37,7 +37,7 @@ from rulesheets.syntax.nodes import (
     subtract,
 )
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_check import MANY
+from solver.accuracy.rule_sides import MANY
 from solver.kernel.block import FEW
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.emitter import divisors
@@ -53,6 +53,7 @@ from solver.numerics.sparse_newton import (
     sparse_newton,
 )
 from solver.numerics.tolerances import LEAST
+from solver.ranking.ranking import factors_of
 from solver.ranking.sizes import added, nearly_balanced
 
 LIMIT = 0.2
@@ -435,24 +436,15 @@ class Lifting:
 def _positive(form: Expression) -> Iterator[Sum]:
     """The expressions that must be positive, or not 0, for the form to have a value, and are differences with
     names."""
-    for divisor in divisors(form):
-        yield from _factors(divisor)
+    parts = [*divisors(form)]
     for node in walk(form):
         match node:
             case Call(function, (argument,)) if function in _OF_POSITIVE:
-                yield from _factors(argument)
+                parts.append(argument)
             case Power(base, Number(exponent)) if exponent != round(exponent):
-                yield from _factors(base)
+                parts.append(base)
             case Power(base, exponent) if not isinstance(exponent, Number):
-                yield from _factors(base)
-
-
-def _factors(node: Expression) -> Iterator[Sum]:
-    match node:
-        case Sum(terms) if any(isinstance(term, Negative) for term in terms) and any(names(node)):
-            yield node
-        case Product(one, other) | Quotient(one, other):
-            yield from _factors(one)
-            yield from _factors(other)
-        case Power(base, _) | Negative(base):
-            yield from _factors(base)
+                parts.append(base)
+    for factor in (factor for part in parts for factor in factors_of(part)):
+        if any(isinstance(term, Negative) for term in factor.terms) and any(names(factor)):
+            yield factor

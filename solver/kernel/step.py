@@ -17,7 +17,8 @@ from rulesheets.evaluate.number import enclose, number_text
 from rulesheets.functions import TABLE
 from rulesheets.model import Value, Variable
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol
-from solver.accuracy.rule_check import check_rule, sides
+from solver.accuracy.rule_check import check_rule
+from solver.accuracy.rule_sides import sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.numerics.tolerances import CANCELLED, DELICATE, EPS
 from solver.path import TARGET, Quadratic, Stage

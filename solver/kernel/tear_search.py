@@ -29,7 +29,7 @@ from rulesheets.functions.intervals import Interval
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name, Number, substitute, subtract
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_check import with_named_numbers
+from solver.accuracy.rule_sides import with_named_numbers
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import BlockOutcome, Candidates, Stretch
 from solver.kernel.chain import RESIDUAL, Assignment, Chain, assigned, followed, through

@@ -164,7 +164,7 @@ class Signs:
         for equation in self.model.equations:
             for node in walk(equation.left, equation.right):
                 square = isinstance(node, Power) and is_number(node.exponent, 2.0)
-                for part in _factors(node) if isinstance(node, Power | Product | Quotient) else ():
+                for part in factors_of(node) if isinstance(node, Power | Product | Quotient) else ():
                     factor = _monomials(part)
                     if factor and not (square and _is_plain(factor)):
                         found[frozenset(factor)] = factor
@@ -286,16 +286,16 @@ def _added(node: Expression) -> Iterator[Expression]:
                 yield part
 
 
-def _factors(node: Expression) -> Iterator[Sum]:
+def factors_of(node: Expression) -> Iterator[Sum]:
     """The sums of which an expression is a product, quotient or power."""
     match node:
         case Sum():
             yield node
         case Product(left, right) | Quotient(left, right):
-            yield from _factors(left)
-            yield from _factors(right)
+            yield from factors_of(left)
+            yield from factors_of(right)
         case Negative(base) | Power(base):
-            yield from _factors(base)
+            yield from factors_of(base)
 
 
 Monomial = tuple[float, tuple[str, ...], tuple[str, ...]]

@@ -15,7 +15,8 @@ from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Number, subtract
 from solver.accuracy.forward_error import forward_errors
-from solver.accuracy.rule_check import MANY, check_rule, half_unit
+from solver.accuracy.rule_check import check_rule
+from solver.accuracy.rule_sides import MANY, half_unit
 from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated, about
 from solver.kernel.block import DENSE, FEW, kernel_of
 from solver.kernel.candidates import BlockOutcome

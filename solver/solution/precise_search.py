@@ -28,7 +28,8 @@ from solver.accuracy.digits import (
     resolve_fold,
 )
 from solver.accuracy.forward_error import forward_errors
-from solver.accuracy.rule_check import check_rule, gross, half_unit, sides
+from solver.accuracy.rule_check import check_rule
+from solver.accuracy.rule_sides import gross, half_unit, sides
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
 from solver.kernel.candidates import Answer, BlockOutcome, Stretch

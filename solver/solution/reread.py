@@ -23,7 +23,8 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Name, Number, Quotient, exchange, subtract
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_check import check_rule, gross, sides
+from solver.accuracy.rule_check import check_rule
+from solver.accuracy.rule_sides import gross, sides
 from solver.facts import (
     AsksNothing,
     Conflict,

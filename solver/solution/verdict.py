@@ -21,7 +21,7 @@ from rulesheets.model import Model, Value, Variable
 from rulesheets.syntax.nodes import Name
 from solver import facts
 from solver.accuracy.forward_error import ForwardErrors, forward_errors
-from solver.accuracy.rule_check import sides
+from solver.accuracy.rule_sides import sides
 from solver.facts import Conflict, DoubleRoot, Fact, Status
 from solver.leaves import (
     Asked,

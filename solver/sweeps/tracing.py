@@ -15,7 +15,7 @@ from rulesheets.evaluate import Undefined
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import Call, Name
-from solver.accuracy.rule_check import sides, size
+from solver.accuracy.rule_sides import sides, size
 from solver.derivatives.linearization import active_equations, slopes
 from solver.facts import Status
 from solver.files.tables import Table

@@ -14,7 +14,7 @@ from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import ZERO, And, Comparison, Expression, Given, Name, Not, Or, Symbol, subtract
-from solver.accuracy.rule_check import heights, jumps
+from solver.accuracy.rule_sides import heights, jumps
 from solver.numerics.tolerances import BACKWARD
 from solver.path import activity
 from solver.path.isolate import without_logarithm

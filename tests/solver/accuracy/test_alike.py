@@ -11,7 +11,8 @@ import pytest
 import rulesheets
 from rulesheets.evaluate import Undefined
 from solver.accuracy.alike import FEWEST, accepted, evaluated
-from solver.accuracy.rule_check import check_rule, gross, sides, size
+from solver.accuracy.rule_check import check_rule
+from solver.accuracy.rule_sides import gross, sides, size
 from solver.path.graph import alike
 
 COUNT = 40

@@ -14,7 +14,8 @@ import rulesheets
 import solver
 from benchmarks.networks import bratu
 from rulesheets.model import Equation
-from solver.accuracy import rule_check
+from solver.accuracy import rule_in_digits
+from solver.accuracy.rule_sides import RuleCheck
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
@@ -241,13 +242,13 @@ def test_voltages_below_the_rounding_of_exponentials_keep_their_meaning(
     """A ladder whose nodes take a fifth of the one before: the last stands at 1e-120 V. Few rules need more
     digits than floats have."""
     looked_at = list[Equation]()
-    look_again = rule_check._look_again
+    look_again = rule_in_digits.look_again
 
-    def counted(rule: Equation, values: dict[str, float | str], noise: float) -> rule_check.RuleCheck:
+    def counted(rule: Equation, values: dict[str, float | str], noise: float) -> RuleCheck:
         looked_at.append(rule)
         return look_again(rule, values, noise)
 
-    monkeypatch.setattr(rule_check, "_look_again", counted)
+    monkeypatch.setattr(rule_in_digits, "look_again", counted)
     n, lines = 250, ["Is = 1e-12", "Vt = 0.02585", "V0 = 5"]
     for k in range(1, n + 1):
         onwards = f" + I{k + 1}" if k < n else ""

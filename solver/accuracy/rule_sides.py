@@ -1,0 +1,185 @@
+"""A rule at an answer in floats: its sides with their slopes, its size, and what the last places of numbers
+leave open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from struct import pack, unpack
+from typing import Any, NamedTuple
+
+from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
+from rulesheets.functions import named
+from rulesheets.model import Equation, Value
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Sum, Symbol, map_leaves
+from rulesheets.syntax.program import walk
+from solver.numerics.tolerances import BACKWARD, STEEP, UNIT_ROUNDOFF
+
+MANY = 30
+"""Rules up to which each is checked by itself, beyond it all at once (``alike.py``)."""
+
+
+_JUMPING = named(lambda row: row.jumps)
+
+
+class RuleCheck(NamedTuple):
+    """``scaled`` is |F| / Σ|∂F/∂v · v|; ``miss`` is F, None if a side has no number.
+
+    ``delicate``: floats could not decide; values in more digits may satisfy a rule that these do not.
+    """
+
+    holds: bool
+    miss: float | None
+    scaled: float = 0.0
+    delicate: bool = False
+
+
+class Sides(NamedTuple):
+    """The values of both sides of a rule, the slopes of left minus right by variable, and a bound of its
+    rounding."""
+
+    left: float
+    right: float
+    slopes: dict[str, float]
+    noise: float
+
+
+LATEST = 4
+"""Points at which an equation stays known: error bars are asked for when all answers are checked."""
+
+
+@dataclass
+class Remembered:
+    """The results for an equation at some values, which several callers request."""
+
+    at: tuple[Value, ...]
+    sides: Sides | None = None
+    check: RuleCheck | None = None
+
+
+def remembered(equation: Equation, values: Mapping[str, Value]) -> Remembered:
+    at = tuple([values[name] for name in equation.names])
+    latest: list[Remembered] = equation.__dict__.setdefault("_latest", [])
+    for kept in latest:
+        if kept.at == at and not (0.0 in at and str(kept.at) != str(at)):  # zeros have signs
+            return kept
+    kept = Remembered(at)
+    latest[:] = [kept, *latest[: LATEST - 1]]
+    return kept
+
+
+def sides(equation: Equation, values: Mapping[str, Value]) -> Sides:
+    """Both sides at the values; slopes must not be changed. Raises Undefined."""
+    kept = remembered(equation, values)
+    if kept.sides is None:
+        left, slopes, noise = rounded_derivatives(equation.left, values)
+        right, others, more = rounded_derivatives(equation.right, values)
+        for name, slope in others.items():
+            slopes[name] = slopes.get(name, 0.0) - slope
+        kept.sides = Sides(left, right, slopes, noise + more)
+    return kept.sides
+
+
+def leads_to_zero(miss: Any, off: Any, moves: Sequence[Any], size: Any) -> Any:
+    """Whether slopes alone show that F, which is ``off`` at most, is 0 for values that differ by a share
+    BACKWARD: by ``moves`` that change it by no more than a share STEEP of the ``size`` of its sides."""
+    reaches = [BACKWARD * move for move in moves]
+    gentle = sum(reach * (reach <= STEEP * size) for reach in reaches)
+    return (miss <= BACKWARD * size) & ((sum(reaches) <= STEEP * size) | (off <= gentle))
+
+
+def size(equation: Equation, values: Mapping[str, Value]) -> float:
+    """Σ|∂F/∂v · v| over the variables of an equation; infinite if a slope has no value."""
+    try:
+        total = sum(moves_of(sides(equation, values).slopes, values))
+    except Undefined:
+        return math.inf
+    return total if math.isfinite(total) else math.inf
+
+
+def terms(*sides: Expression) -> Iterator[Expression]:
+    """The terms of the sides of an equation."""
+    for side in sides:
+        yield from side.terms if isinstance(side, Sum) else (side,)
+
+
+def gross(equation: Equation, values: Mapping[str, Value]) -> float:
+    """The size of the terms of an equation before they cancel: the scale of its rounding errors."""
+    try:
+        return sum(abs(value(term, values)) for term in terms(equation.left, equation.right))
+    except Undefined:
+        return math.inf
+
+
+def jumps(equation: Equation) -> bool:
+    """Whether some function in the equation jumps (found once)."""
+    found = equation.__dict__.get("_jumps")
+    if found is None:
+        parts = walk(equation.left, equation.right)
+        found = any(isinstance(node, Call) and node.function in _JUMPING for node in parts)
+        equation.__dict__["_jumps"] = found
+    return bool(found)
+
+
+def heights(equation: Equation) -> Iterator[tuple[str, Expression]]:
+    """The functions with jumps, each with the expression for the distance from its jumps."""
+    for node in walk(equation.left, equation.right):
+        match node:
+            case Call("int" | "frac" | "round" | "sgn" as function, (x,)):
+                yield function, x
+            case Call("mod", (x, y)):
+                yield "int", x / y
+            case Call("step", (x, a)):
+                yield "step", x - a
+
+
+def moves_of(slopes: Mapping[str, float], values: Mapping[str, Value]) -> Iterator[float]:
+    """|∂F/∂v · v| for each variable."""
+    return (abs(slope * v) for name, slope in slopes.items() if isinstance(v := values[name], float) and v)
+
+
+# --- what the last places of given numbers leave open: inputs, and numbers that stand in the rules ---
+#
+# A number that takes all the digits of a float stands for any that rounds to it, up to half a unit of its
+# last place: 0.3 does, 0.25 and 3 do not. Only by accident can it rest on less than that whether something
+# is determined.
+
+
+def half_unit(number: float) -> float:
+    """The possible error of a given number: none for one with few digits."""
+    short = abs(number) < 1e38 and unpack("f", pack("f", number))[0] == number
+    return 0.0 if short else abs(number) * UNIT_ROUNDOFF
+
+
+def with_named_numbers(expression: Expression, numbers: dict[str, float]) -> Expression:
+    """The expression with names for its numbers that have last places; ``numbers`` receives their
+    values.
+
+    A number that is written twice is one number with one error.
+    """
+
+    def named(leaf: Name | Number | Symbol) -> Expression:
+        if not isinstance(leaf, Number) or not half_unit(leaf.value):
+            return leaf
+        name = f"#{leaf.value!r}"
+        numbers[name] = leaf.value
+        return Name(name)
+
+    return map_leaves(expression, named)
+
+
+def uncertainty(expression: Expression, values: Mapping[str, Value], known: Mapping[str, float]) -> float:
+    """The possible error of an expression if its numbers, by name, have the errors ``known``.
+
+    Its own numbers have errors in their last places. Infinite if a slope has no value.
+    """
+    numbers: dict[str, float] = {}
+    named = with_named_numbers(expression, numbers)
+    try:
+        slopes = derivatives(named, {**values, **numbers})[1]
+    except Undefined:
+        return math.inf
+    off = {**known, **{name: half_unit(number) for name, number in numbers.items()}}
+    total = sum(abs(slope) * off[name] for name, slope in slopes.items() if off.get(name))
+    return math.inf if math.isnan(total) else total
