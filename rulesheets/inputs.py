@@ -24,14 +24,7 @@ from rulesheets.model import Model, Tolerance, Value, Variable, expect_model, on
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import measured, names, units_of
 from rulesheets.syntax.program import rules_of, walk
-from rulesheets.units import (
-    cannot_show,
-    converted,
-    displaying,
-    unit_named,
-    value_and_unit,
-    with_display_unit,
-)
+from rulesheets.units import cannot_show, converted, displaying, unit_named, value_and_unit, with_display_unit
 
 
 def constant(expression: nodes.Expression) -> Value:

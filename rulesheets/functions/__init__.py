@@ -449,20 +449,13 @@ def _bessel_n(kind: str, example: str) -> Function:
 
 # the slopes of order 1 by the recurrence without division by x
 _BESSEL = (
-    _bessel(
-        *("j", 0, "j0(0) = 1"),
-        slopes=lambda x: -call("j1", x),
-    ),
+    _bessel(*("j", 0, "j0(0) = 1"), slopes=lambda x: -call("j1", x)),
     _bessel(
         *("j", 1, "j1(1) = 0.4400505857449335"),
         slopes=lambda x: (call("j0", x) - call("jn", Number(2.0), x)) / 2.0,
     ),
     _bessel_n("j", "jn(2, 1) = 2*j1(1) - j0(1)"),
-    _bessel(
-        *("y", 0, "y0(1) = 0.08825696421567696"),
-        slopes=lambda x: -call("y1", x),
-        domain=POSITIVE,
-    ),
+    _bessel(*("y", 0, "y0(1) = 0.08825696421567696"), slopes=lambda x: -call("y1", x), domain=POSITIVE),
     _bessel(
         *("y", 1, "y1(1) = -0.7812128213002887"),
         slopes=lambda x: (call("y0", x) - call("yn", Number(2.0), x)) / 2.0,

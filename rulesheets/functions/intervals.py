@@ -157,10 +157,7 @@ def scaled(factor: float, _: float, low: float, high: float) -> Interval:
     first, last = (low, high) if factor > 0.0 else (-high, -low)
     size = abs(factor)
     below, above = nextafter(size * first, -inf), nextafter(size * last, inf)
-    return (
-        0.0 if first >= 0.0 and below < 0.0 else below,
-        0.0 if last <= 0.0 and above > 0.0 else above,
-    )
+    return (0.0 if first >= 0.0 and below < 0.0 else below, 0.0 if last <= 0.0 and above > 0.0 else above)
 
 
 WHOLE = 2.0**53

@@ -15,16 +15,7 @@ from itertools import chain
 from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.syntax import Span
-from rulesheets.syntax.nodes import (
-    Call,
-    Equality,
-    Expression,
-    Name,
-    Number,
-    Power,
-    children,
-    rebuilt,
-)
+from rulesheets.syntax.nodes import Call, Equality, Expression, Name, Number, Power, children, rebuilt
 from rulesheets.syntax.program import walk
 
 LONGEST = 3_000

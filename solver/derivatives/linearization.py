@@ -64,9 +64,7 @@ class Linearization(NamedTuple):
 
 
 def active_equations(
-    model: Model,
-    values: Mapping[str, Value],
-    inputs: Collection[str],
+    model: Model, values: Mapping[str, Value], inputs: Collection[str]
 ) -> tuple[Equation, ...]:
     """Equations of numbers whose guards hold at ``values`` and all of whose variables have one."""
     known = outcomes(model, values, inputs)
@@ -81,10 +79,7 @@ def active_equations(
 
 
 def linearize(
-    model: Model,
-    values: Mapping[str, Value],
-    inputs: Collection[str],
-    prefer: Iterable[int] = (),
+    model: Model, values: Mapping[str, Value], inputs: Collection[str], prefer: Iterable[int] = ()
 ) -> Linearization:
     """Linearize the active rules at ``values``, an answer for ``inputs`` (names).
 

@@ -31,7 +31,7 @@ FEW = 30
 """Rules up to which each is examined by itself, beyond it one of each shape."""
 DENSE = 300
 """Unknowns of a block beyond which its matrix is taken as a sparse one."""
-KEPT = ("graph", "block", "equations", "unknowns", "known", "closed", "degrees", "divisors")
+KEPT = ("graph", "block", "equations", "unknowns", "known", "closed", "degrees", "divisors", "repeating")
 """The parts of a block that are kept for another run."""
 T = TypeVar("T")
 

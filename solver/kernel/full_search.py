@@ -137,10 +137,7 @@ def _in_batches(problem: BlockProblem, candidates: Candidates) -> None:
 
 
 def _arrivals(
-    problem: BlockProblem,
-    starts: Array,
-    ranges: tuple[Array, Array] | None = None,
-    by: Iteration = NEWTON,
+    problem: BlockProblem, starts: Array, ranges: tuple[Array, Array] | None = None, by: Iteration = NEWTON
 ) -> Array:
     arrays, known = problem.kernel.arrays, problem.known
     residual, jacobian = partial(arrays.residual, known), partial(arrays.jacobian, known)

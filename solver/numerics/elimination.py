@@ -150,8 +150,7 @@ NAMED_PART = 1e-8
 
 
 def solve_linear(
-    matrix: Sequence[Sequence[float | Fraction]],
-    rhs: Sequence[float | Fraction],
+    matrix: Sequence[Sequence[float | Fraction]], rhs: Sequence[float | Fraction]
 ) -> LinearOutcome:
     """Solve A x = b for m × n rows of finite floats or fractions.
 

@@ -23,16 +23,7 @@ import numpy as np
 
 from rulesheets.deadline import expect_time
 from solver.numerics.linear_algebra import Array, Factor, as_matrix, factorise, row_sizes
-from solver.numerics.tolerances import (
-    DEGENERATE,
-    EPS,
-    ESCAPED,
-    FAST,
-    RESIDUAL,
-    STAGNATION,
-    TIGHT,
-    VANISHING,
-)
+from solver.numerics.tolerances import DEGENERATE, EPS, ESCAPED, FAST, RESIDUAL, STAGNATION, TIGHT, VANISHING
 
 
 class Outcome(Enum):

@@ -221,10 +221,7 @@ def _shown(model: Model) -> list[Variable]:
 
 
 def _document(
-    model: Model,
-    inputs: Mapping[str, Value | None],
-    axes: Axes,
-    rows: Sequence[Mapping[str, Value] | None],
+    model: Model, inputs: Mapping[str, Value | None], axes: Axes, rows: Sequence[Mapping[str, Value] | None]
 ) -> dict[str, Any]:
     """The data for the browser: the variables in display units, and every figure, state by state."""
     effective = {n: inputs.get(n, v.value) for n, v in model.variables.items()}

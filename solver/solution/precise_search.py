@@ -20,13 +20,7 @@ from rulesheets.evaluate.digits import context, extended
 from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import Comparison, Condition, Expression
-from solver.accuracy.digits import (
-    ManyDigits,
-    Unresolved,
-    Work,
-    null_vectors,
-    resolve_fold,
-)
+from solver.accuracy.digits import ManyDigits, Unresolved, Work, null_vectors, resolve_fold
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import gross, half_unit, sides

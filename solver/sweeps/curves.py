@@ -24,15 +24,7 @@ from solver.path.building import read_by
 from solver.path.graph import ModelGraph
 from solver.path.planner import planner
 from solver.sweeps import Plan, prepare
-from solver.sweeps.tracing import (
-    Branch,
-    Curve,
-    CurveSystem,
-    CurveTable,
-    Limit,
-    curve_rows,
-    traced,
-)
+from solver.sweeps.tracing import Branch, Curve, CurveSystem, CurveTable, Limit, curve_rows, traced
 
 
 def _curve_unknowns(

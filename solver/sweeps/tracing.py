@@ -21,16 +21,7 @@ from solver.facts import Status
 from solver.files.tables import Table
 from solver.kernel.block import kernel_of
 from solver.leaves import Asked
-from solver.numerics.continuation import (
-    CurvePoint,
-    End,
-    Problem,
-    Vector,
-    crossing,
-    follow,
-    point_at,
-    start,
-)
+from solver.numerics.continuation import CurvePoint, End, Problem, Vector, crossing, follow, point_at, start
 from solver.numerics.elimination import independent_rows
 from solver.path import SolveBlock
 from solver.path.graph import ModelGraph

@@ -253,11 +253,7 @@ def processors() -> int:
 
 
 def solved_pieces(
-    work: Work,
-    chunks: Iterator[Chunk],
-    total: int | None,
-    jobs: int | None = None,
-    scheduler: object = None,
+    work: Work, chunks: Iterator[Chunk], total: int | None, jobs: int | None = None, scheduler: object = None
 ) -> Iterator[Rows]:
     """The pieces in their order: the same whoever solves them.
 

@@ -178,11 +178,7 @@ class Ranked(NamedTuple):
 
 
 def order(
-    flow: Flow,
-    ranked: Ranked,
-    numbers: Callable[[int], float],
-    beforehand: bool,
-    double: Sequence[bool],
+    flow: Flow, ranked: Ranked, numbers: Callable[[int], float], beforehand: bool, double: Sequence[bool]
 ) -> Order:
     """Sorts answers that are in order at the sample; ``beforehand``: and the ranges in which this is known.
     Those at ``double`` roots come last.

@@ -13,15 +13,7 @@ from numpy.typing import NDArray
 
 from rulesheets.model import Value
 from solver.facts import Status
-from solver.ranking.branches import (
-    Answers,
-    continued,
-    far_apart,
-    found_again,
-    moving,
-    steady_runs,
-    together,
-)
+from solver.ranking.branches import Answers, continued, far_apart, found_again, moving, steady_runs, together
 from solver.trace.arrays import ArrayKernel
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable, computed_from, copied, operands
