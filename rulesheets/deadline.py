@@ -5,16 +5,13 @@ The limit belongs to the context (and so to a thread), and every loop can read i
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from functools import wraps
 from math import inf
-from threading import current_thread, main_thread
 from time import monotonic
-from types import FrameType, TracebackType
-from typing import Any, ParamSpec, Self, TypeVar
+from typing import ParamSpec, TypeVar
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -56,7 +53,7 @@ def limited() -> bool:
 
 def expired() -> bool:
     """Whether the limit has passed, or an interrupt has come."""
-    return _interrupted or monotonic() > _END.get()
+    return bool(INTERRUPTS) or monotonic() > _END.get()
 
 
 def expect_time() -> None:
@@ -69,45 +66,13 @@ WATCH: ContextVar[Callable[[int], None] | None] = ContextVar("WATCH", default=No
 """Called with the solved rows of the current piece, if these are solved one by one."""
 
 
-ENDING = (signal.SIGINT, signal.SIGTERM)
-"""Ctrl-C, and the signal with which a batch system ends a process."""
-
-
-_interrupted = False
+INTERRUPTS: list[int] = []
+"""The signals that have come; the first one ends the time."""
 
 
 def interrupted() -> bool:
     """Whether an interrupt has come: rows that are not solved by then fail."""
-    return _interrupted
-
-
-class Interrupts:
-    """Within this context, the first interrupt ends the time, and a second one is raised.
-
-    Only the main thread receives signals: elsewhere nothing changes.
-    """
-
-    def __init__(self) -> None:
-        self._before: dict[signal.Signals, Any] = {}
-
-    def __enter__(self) -> Self:
-        if current_thread() is main_thread():
-            self._before = {number: signal.signal(number, self._heard) for number in ENDING}
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, failure: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        global _interrupted
-        for number, before in self._before.items():
-            signal.signal(number, before)
-        _interrupted = _interrupted and not self._before
-
-    def _heard(self, number: int, frame: FrameType | None) -> None:
-        global _interrupted
-        again, _interrupted = _interrupted, True
-        if again:
-            raise KeyboardInterrupt
+    return bool(INTERRUPTS)
 
 
 # --- room for the frames of calls, so that no loop asks the system for memory at every turn ---

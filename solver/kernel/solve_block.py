@@ -417,20 +417,19 @@ def evaluate(form: ClosedForm, values: Mapping[str, Value]) -> list[dict[str, fl
 
 
 def _values(formula: Formula, values: Mapping[str, Value]) -> Iterator[dict[str, float]]:
-    def rounded(coefficient: Coefficient) -> Rounded:
-        return Rounded(value(coefficient.expression, values), value(coefficient.size, values))
-
+    coefficients = (part for part in formula if isinstance(part, Coefficient))
+    numbers = [Rounded(value(one.expression, values), value(one.size, values)) for one in coefficients]
     match formula:
         case Let(name, expression, divisor, size):
             number = value(expression, values)
             if divisor and (size is None or abs(number) <= CLEAR * value(size, values)):
                 raise Unclear
             yield {name: number}
-        case Parabola(name, a, b, c):
-            for root in roots(*(rounded(part) for part in (a, b, c))):
+        case Parabola(name):
+            for root in roots(*numbers):
                 yield {name: root}
-        case Circle(x, y, a, b, k, square):
-            for point in meets(*(rounded(part) for part in (a, b, k, square))):
+        case Circle(x, y):
+            for point in meets(*numbers):
                 yield dict(zip((x, y), point, strict=True))
 
 

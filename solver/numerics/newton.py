@@ -122,7 +122,10 @@ def newton(
     search = Search(residual, jacobian, start if scale is None else scale, limits)
     with np.errstate(all="ignore"):
         first = search.at(x)
-        return NewtonResult(tuple(x.tolist()), Outcome.DOMAIN, 0) if first is None else search.run(first)
+        if first is None:
+            return NewtonResult(tuple(x.tolist()), Outcome.DOMAIN, 0)
+        outcome = search.run(first)
+    return NewtonResult(tuple(search.point.x.tolist()), outcome, search.iterations)
 
 
 class Search:
@@ -166,7 +169,8 @@ class Search:
         factor = factorise(matrix, weight)
         return Point(x, values, matrix, weight, factor, -factor.solution(values))
 
-    def run(self, first: Point) -> NewtonResult:
+    def run(self, first: Point) -> Outcome:
+        """Search from a point; ``point`` is then the best one."""
         self.point = first
         while self.iterations < self.limits.iterations:
             expect_time()
@@ -181,8 +185,8 @@ class Search:
                 if not self._escape():
                     return self._stuck()
             elif contraction <= FAST and self.damping == 1.0:
-                if (result := self._converge()) is not None:
-                    return result
+                if (end := self._converge()) is not None:
+                    return end
             elif contraction < 0.6 and self.damping == 1.0:
                 self.slow += 1
         return self._stuck(Outcome.LIMIT)
@@ -220,7 +224,7 @@ class Search:
             damping = min(0.5 * norm * damping**2 / deviation if deviation else 1.0, damping / 2)
         return None
 
-    def _converge(self) -> NewtonResult | None:
+    def _converge(self) -> Outcome | None:
         """Full steps from a point of fast contraction; None (and the best point kept) if it is lost."""
         previous = math.inf
         for _ in range(POLISH):
@@ -241,7 +245,7 @@ class Search:
         self.last, self.damping = None, 1.0
         return None
 
-    def _polished(self) -> NewtonResult:
+    def _polished(self) -> Outcome:
         """One or two more full steps while they still lower the simplified correction."""
         for _ in range(3):
             p = self.point
@@ -250,7 +254,7 @@ class Search:
                 break
             self._advance(following)
         regular = self.point.factor.rank == self.point.factor.columns and self.slow < SLOW
-        return self._result(Outcome.CONVERGED if regular else Outcome.SINGULAR_JACOBIAN)
+        return Outcome.CONVERGED if regular else Outcome.SINGULAR_JACOBIAN
 
     def _escape(self) -> bool:
         """Levenberg–Marquardt steps towards a smaller residual; False if there is none."""
@@ -266,10 +270,10 @@ class Search:
         self.point, self.last, self.damping = lower, None, 1.0
         return True
 
-    def _stuck(self, otherwise: Outcome = Outcome.STALLED) -> NewtonResult:
+    def _stuck(self, otherwise: Outcome = Outcome.STALLED) -> Outcome:
         if self.point.vanishes():
             return self._polished()
-        return self._result(Outcome.SINGULAR_JACOBIAN if self._degenerate() else otherwise)
+        return Outcome.SINGULAR_JACOBIAN if self._degenerate() else otherwise
 
     def _degenerate(self) -> bool:
         """At a multiple root the Newton step is short although it contracts slowly, and full steps lower the
@@ -292,9 +296,6 @@ class Search:
                 return False
             self._advance(following)
         return False
-
-    def _result(self, outcome: Outcome) -> NewtonResult:
-        return NewtonResult(tuple(self.point.x.tolist()), outcome, self.iterations)
 
 
 def _is_straight(p: Point, following: Point) -> bool:

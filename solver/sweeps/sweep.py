@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
-from rulesheets.deadline import Interrupts, interrupted, time_limit
+from rulesheets.deadline import interrupted, time_limit
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.inputs import variable_named, variables_named
 from rulesheets.model import Model, Tolerance, Value, expect_model
@@ -42,7 +42,7 @@ from solver.files.tables import (
 from solver.solution.solving import SPREADS, Result, Samples
 from solver.sweeps import Plan, prepare
 from solver.sweeps.work import ENDLESS, Every, Primary, Rows, Work
-from solver.sweeps.workers import solved_pieces
+from solver.sweeps.workers import Interrupts, solved_pieces
 
 
 def sweep(

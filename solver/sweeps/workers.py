@@ -22,11 +22,12 @@ from importlib import import_module
 from importlib.metadata import version
 from itertools import takewhile
 from math import inf
-from threading import Lock, local
+from threading import Lock, current_thread, local, main_thread
 from time import thread_time
-from typing import Any
+from types import FrameType, TracebackType
+from typing import Any, Self
 
-from rulesheets.deadline import Interrupts, interrupted
+from rulesheets.deadline import INTERRUPTS, interrupted
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.registered import in_memory
 from solver.files import require_extra
@@ -154,6 +155,38 @@ class _Workers:
             worker.kill()
         pickle.dump(self._work, worker.stdin, protocol=5)  # type: ignore[arg-type]
         return worker
+
+
+ENDING = (signal.SIGINT, signal.SIGTERM)
+"""Ctrl-C, and the signal with which a batch system ends a process."""
+
+
+class Interrupts:
+    """Within this context, the first interrupt ends the time, and a second one is raised.
+
+    Only the main thread receives signals: elsewhere nothing changes.
+    """
+
+    def __init__(self) -> None:
+        self._before: dict[signal.Signals, Any] = {}
+
+    def __enter__(self) -> Self:
+        if current_thread() is main_thread():
+            self._before = {number: signal.signal(number, self._heard) for number in ENDING}
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, failure: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for number, before in self._before.items():
+            signal.signal(number, before)
+        if self._before:
+            INTERRUPTS.clear()
+
+    def _heard(self, number: int, frame: FrameType | None) -> None:
+        INTERRUPTS.append(number)
+        if len(INTERRUPTS) > 1:
+            raise KeyboardInterrupt
 
 
 def serve() -> None:
