@@ -272,18 +272,16 @@ def _has_odd_power(node: Any, name: str) -> bool:
 
 
 def _terms(*sides: Expression) -> set[str]:
-    """The variables that are terms of sums by themselves."""
-    return {term.name for side in sides for term in _added(side) if isinstance(term, Name)}
-
-
-def _added(node: Expression) -> Iterator[Expression]:
-    """The terms of a sum, without signs and numerical factors."""
-    for part, _ in added(node):
-        match part:
-            case Product(Number(), inner) | Product(inner, Number()) | Quotient(inner, Number()):
-                yield from _added(inner)
-            case _:
-                yield part
+    """The variables that are terms of sums by themselves, without signs and numerical factors."""
+    found, waiting = set[str](), [*sides]
+    while waiting:
+        for part, _ in added(waiting.pop()):
+            match part:
+                case Product(Number(), inner) | Product(inner, Number()) | Quotient(inner, Number()):
+                    waiting.append(inner)
+                case Name(name):
+                    found.add(name)
+    return found
 
 
 def factors_of(node: Expression) -> Iterator[Sum]:
