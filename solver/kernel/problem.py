@@ -230,15 +230,18 @@ class BlockProblem:
         apart = [point[name] - self.guesses[name] for name in self.unknowns if name in self.guesses]
         return sum(d * d for d in apart)  # a power would raise where it overflows
 
+    def negatives(self, point: Mapping[str, float]) -> int:
+        """How many numbers other than angles are negative."""
+        return sum(v < 0.0 and self.turn(name) is None for name, v in point.items())
+
     def preference(self, point: Mapping[str, float]) -> tuple[float, ...]:
         """Sort key: nearest to the guesses; then fewest negative numbers other than angles; then angles by
         size, other numbers positive first."""
         first = next((name for name in self.kernel.block.tears), self.unknowns[0])
         number = point[first]
         behind = float(number < 0)
-        negative = float(sum(v < 0.0 and self.turn(name) is None for name, v in point.items()))
         by_size = (abs(number), behind) if self.turn(first) else (behind, abs(number))
-        return (self._distance(point), negative, *by_size)
+        return (self._distance(point), self.negatives(point), *by_size)
 
 
 # --- how far rounding leaves a point open ---

@@ -324,8 +324,9 @@ class _Search:
         from solver.kernel.full_search import search_from_starts
 
         search_from_starts(problem, candidates)
-        if len(self.kernel.block.tears) > FEW_TEARS:
-            self._sparsely(every=True)
+        many = len(self.kernel.block.tears) > FEW_TEARS
+        if many or all(problem.negatives(answer.values) for answer in candidates.answers):
+            self._sparsely(every=many)
         candidates.tried(Method.STARTS)
         if self.torn_once and not candidates.answers and not self.kernel.exhaustive:
             from solver.kernel.tear_search import TearSearch

@@ -94,3 +94,18 @@ def test_a_range_lists_all_of_its_roots() -> None:
     assert result.complete
     expected = [_biot(number) for number in range(96)]
     assert sorted(answer["z"] for answer in result.solutions) == pytest.approx(expected, rel=1e-11)
+
+
+def test_amounts_in_equilibrium_are_positive() -> None:
+    """Nickel and its complexes with ammonia: one root in free ammonia, of a polynomial of degree five, is
+    positive, and most starts lead to others."""
+    stages = [10**2.81, 10**2.27, 10**1.77, 10**1.27]
+    rules = [f"Ni{k + 1}/(Ni{k}*A) = {stage!r}" for k, stage in enumerate(stages)]
+    rules += ["Ni0 + Ni1 + Ni2 + Ni3 + Ni4 = 0.01", "A + Ni1 + 2*Ni2 + 3*Ni3 + 4*Ni4 = 0.03"]
+    first = solver.solve(rulesheets.loads("\n".join(rules))).solutions[0]
+    beta = [1.0, *map(math.prod, (stages[: k + 1] for k in range(4)))]
+    bound, whole = [k * b for k, b in enumerate(beta)], beta
+    balance = numpy.polyadd(numpy.polymul(whole[::-1], [1.0, -0.03]), [0.01 * share for share in bound[::-1]])
+    free = [root.real for root in numpy.roots(balance) if abs(root.imag) < 1e-12 and root.real > 0.0]
+    assert [first["A"]] == pytest.approx(free, rel=1e-9)
+    assert all(float(value) > 0.0 for value in first.values())
