@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from solver.numerics.tolerances import SAME_VALUE
+
 Array = NDArray[Any]
 Points = NDArray[np.float64]
 
@@ -217,12 +219,13 @@ def continued(heading: Points, points: Points, turns: Points) -> tuple[Array, ND
 
 
 def distances(heading: Points, points: Points, turns: Points) -> Points:
-    """From each place (v, k, r) to each answer (v, j, r): (k, j, r), variables scaled by their spread."""
+    """From each place (v, k, r) to each answer (v, j, r): (k, j, r), variables scaled by their spread. Those
+    that are equal in all answers do not count."""
     total = np.zeros((heading.shape[1], *points.shape[1:]))
     for here, there, turn in zip(heading, points, turns, strict=True):
         off = abs(without_turns(here[:, None] - there[None], turn))
-        around = off.max(axis=(0, 1))
-        total += np.divide(off, around, out=np.zeros_like(off), where=around > 0)
+        differs = np.ptp(there, axis=0) > SAME_VALUE * abs(there).max(axis=0)
+        total += np.divide(off, off.max(axis=(0, 1)), out=np.zeros_like(off), where=differs)
     return total
 
 

@@ -35,6 +35,15 @@ def test_a_branch_does_not_jump_while_it_exists(rows: int, jobs: int) -> None:
         assert plan.sweep(s)["x"] == pytest.approx(branch(s), rel=1e-12, abs=1e-12)
 
 
+def test_a_number_that_all_answers_share_does_not_move_the_branch() -> None:
+    """The depth to which a sphere sinks, and the volume of water, equal for the three roots of the cubic."""
+    text = "variables\n R = 10\n s\nrules\n x^3 - 3*R*x^2 + 4*R^3*s = 0\n V = pi*(3*R*x^2 - x^3)/3"
+    s = np.linspace(0.6, 0.67, 60)
+    roots = np.array([np.sort(np.roots([1.0, -30.0, 0.0, 4000.0 * share]))[1] for share in s])
+    table = solver.prepare(rulesheets.loads(text), ["s"], ["x", "V"]).sweep(s)
+    assert table["x"] == pytest.approx(roots, rel=1e-9)
+
+
 def test_unrelated_rows_have_each_their_own_first_answer() -> None:
     model = rulesheets.loads(LINE)
     plan = solver.prepare(model, ["s"], ["x", "y"])
