@@ -140,7 +140,8 @@ class _System:
     def _solve_one(self) -> bool:
         """Solve an equation in one generator, or a line in the cosine and sine of one angle."""
         for place, equation in enumerate(self.equations):
-            match self.unknown(equation):
+            closed = self.unknown(equation)
+            match closed:
                 case [name] if _plain(name) and equation.degree(name) <= 2:
                     c, b, a = (equation.coefficients(name).get(power, Polynomial()) for power in range(3))
                     if a:
@@ -148,15 +149,19 @@ class _System:
                     else:
                         inverse = Name(self._reciprocal(b))
                         self.forward.append(Let(name, -(self._expression(c) * inverse)))
-                case [cosine, sine] if self.pairs.get(sine) == cosine and (
-                    found := _line(equation, cosine, sine)
-                ):
+                case _ if (angle := self._angle(closed)) and (found := _line(equation, *angle)):
                     numbers = map(self._coefficient, (*found, constant(1.0)))
-                    self.forward.append(Circle(cosine, sine, *numbers))
+                    self.forward.append(Circle(angle[0], angle[1], *numbers))
+                    closed = angle
                 case _:
                     continue
-            return self._close(self.unknown(equation), place)
+            return self._close(closed, place)
         return False
+
+    def _angle(self, generators: Collection[str]) -> list[str] | None:
+        """The cosine and sine that these generators are, or are one of."""
+        pairs = ([cosine, sine] for cosine, sine, _ in self.generators.angles.values())
+        return next((pair for pair in pairs if generators and set(generators) <= set(pair)), None)
 
     def _subtract(self) -> bool:
         """Subtract one equation from another so that their nonlinear parts cancel."""

@@ -219,7 +219,7 @@ class Generators:
     # --- angles ---
 
     def _circular(self, function: str, argument: Expression) -> Polynomial:
-        """For ``±base + 90·quarters + rest``: at most one unknown, at most once."""
+        """By the sums of angles ``±name ± name + 90·quarters + rest`` of which the rest is known."""
         unit, cosine = _CIRCULAR[function], function.startswith("cos")
         turns = right_angles(argument, _QUARTER[unit])
         if turns is not None and unit:
@@ -227,27 +227,30 @@ class Generators:
             return constant(whole[(turns if cosine else turns - 1) % 4])
         terms = argument.terms if isinstance(argument, Sum) else (argument,)
         unknown = [term for term in terms if self.unknowns.intersection(names(term))]
-        base = next((t for t in unknown or terms if name_of(t)), None)
-        if len(unknown) > 1 or (unknown and base is None):
+        bases = unknown or [term for term in terms if name_of(term)][:1]
+        if not all(map(name_of, bases)):
             raise NoForm
         quarters, rest = 0, []
         for term in terms:
             count = right_angles(term, _QUARTER[unit])
             if count is not None:
                 quarters += count
-            elif term is not base:
+            elif not any(term is base for base in bases):
                 rest.append(term)
-        if base is None or (rest and not unknown):
+        if not bases or (rest and not unknown):
             return self._pair(argument, unit)[not cosine]
-        name = name_of(base)
-        c, s = self._of_unknown(name, unit) if unknown else self._pair(Name(name), unit)
-        s = -s if isinstance(base, Negative) else s
+        (c, s), *others = [self._turned(base, unit, bool(unknown)) for base in bases]
         for _ in range(quarters % 4):
             c, s = -s, c
-        if rest:
-            cos, sin = self._pair(add(*rest), unit)
-            c, s = c * cos - s * sin, s * cos + c * sin
-        return (c if cosine else s).reduced(self.pairs)
+        for cos, sin in (*others, self._pair(add(*rest), unit)) if rest else others:
+            c, s = (c * cos - s * sin).reduced(self.pairs), (s * cos + c * sin).reduced(self.pairs)
+        return c if cosine else s
+
+    def _turned(self, base: Expression, unit: str, unknown: bool) -> tuple[Polynomial, Polynomial]:
+        """The cosine and the sine of a name with either sign."""
+        name = name_of(base)
+        c, s = self._of_unknown(name, unit) if unknown else self._pair(Name(name), unit)
+        return c, -s if isinstance(base, Negative) else s
 
     def _of_unknown(self, name: str, unit: str) -> tuple[Polynomial, Polynomial]:
         if name in self.open or name not in self.turning:

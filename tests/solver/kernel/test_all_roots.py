@@ -109,3 +109,15 @@ def test_amounts_in_equilibrium_are_positive() -> None:
     free = [root.real for root in numpy.roots(balance) if abs(root.imag) < 1e-12 and root.real > 0.0]
     assert [first["A"]] == pytest.approx(free, rel=1e-9)
     assert all(float(value) > 0.0 for value in first.values())
+
+
+@pytest.mark.parametrize(("reach", "count"), [(1.8, 1), (1.5, 2), (1.9, 0)])
+def test_an_arm_of_two_links_reaches_in_two_ways_or_stretched(reach: float, count: int) -> None:
+    """The second angle is measured from the first link: by the law of cosines, where they are not in line."""
+    text = "x = cos(a) + 0.8*cos(a + b)\ny = sin(a) + 0.8*sin(a + b)"
+    result = solver.solve(rulesheets.loads(text), {"x": reach, "y": 0.0})
+    bend = math.acos(min((reach**2 - 1.64) / 1.6, 1.0))
+    found = sorted(float(solution["b"]) for solution in result.solutions)
+    assert str(result.status) == ("infeasible", "singular", "solved")[count]
+    assert result.complete is (count != 1)
+    assert found == pytest.approx([-bend, bend][2 - count :], rel=1e-12, abs=0.0)

@@ -37,6 +37,10 @@ LOOPS = {
     ),
     "guide": ("x + L*cosd(u) = d*cosd(f)\ny + L*sind(u) = d*sind(f)", ("d", "u")),
     "lines": ("a*x + b*y = p\nc*x + d*y = q", ("x", "y")),
+    "relative angles": (
+        "x = q*cosd(u) + r*cosd(u + v + k)\ny = q*sind(u) + r*sind(u + v + k)",
+        ("u", "v"),
+    ),
     "radians": ("x = q*cos(u) + r*cos(v)\ny = q*sin(u) + r*sin(v)", ("u", "v")),
 }
 
@@ -75,6 +79,10 @@ def planted(text: str, unknowns: tuple[str, ...], numbers: Mapping[str, float]) 
         LOOPS["lines"][0]: lambda: {
             "p": x["a"] * x["x"] + x["b"] * x["y"],
             "q": x["c"] * x["x"] + x["d"] * x["y"],
+        },
+        LOOPS["relative angles"][0]: lambda: {
+            "x": x["q"] * _c(x["u"]) + x["r"] * _c(x["u"] + x["v"] + x["k"]),
+            "y": x["q"] * _s(x["u"]) + x["r"] * _s(x["u"] + x["v"] + x["k"]),
         },
         LOOPS["radians"][0]: lambda: {
             "x": x["q"] * math.cos(x["u"]) + x["r"] * math.cos(x["v"]),
