@@ -118,9 +118,14 @@ _ELSEWHERE = {
     "convert": "write the factor as a number; values are converted where they are given: x = 3[in]",
     "converttemp": "temperatures are converted where they are given: --set T=20degC",
     "integral": "integrals are not supported yet",
+    **dict.fromkeys(("diff", "derivative"), "write the derivative out"),
+    **dict.fromkeys(("pow", "power"), "write a^b"),
+    **dict.fromkeys(("cot", "ctg"), "write 1/tan(x)"),
+    **dict.fromkeys(("csc", "cosec"), "write 1/sin(x)"),
+    **{"sec": "write 1/cos(x)", "tg": "write tan(x)", "cbrt": "write x^(1/3)"},
     **dict.fromkeys(PROPERTIES, WRITE_IN_PYTHON),
 }
-"""Functions known from EES, and what to use instead."""
+"""Functions known from EES and other languages, and what to use instead."""
 
 
 def _check_rule_function(
