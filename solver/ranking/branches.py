@@ -70,9 +70,9 @@ class Answers(NamedTuple):
             if len(none) or others:
                 symbols = any(other.dtype == object for other in values)
                 column = column.astype(object if symbols else float, copy=not own)
+                for k, rows in others:
+                    column[rows] = values[k][rows]
                 column[none] = None if symbols else np.nan
-            for k, rows in others:
-                column[rows] = values[k][rows]
             columns.append(column)
         return columns
 

@@ -44,6 +44,15 @@ def test_a_number_that_all_answers_share_does_not_move_the_branch() -> None:
     assert table["x"] == pytest.approx(roots, rel=1e-9)
 
 
+def test_rows_without_an_answer_have_no_value_whichever_root_the_others_show() -> None:
+    """Most rows show the lower root, which comes second there."""
+    model, s = rulesheets.loads(LINE.replace("  s\n", "  s in [-3, 1]\n")), np.linspace(-0.3, 1.5, 60)
+    table = solver.prepare(model, ["s"], ["x", "y"]).sweep(s)
+    curve = min((lower, upper), key=lambda branch: abs(branch(s[:1]) - table["x"][:1])[0])
+    assert table["x"] == pytest.approx(np.where(s <= 1.0, curve(s), np.nan), rel=1e-9, nan_ok=True)
+    assert table["y"] == pytest.approx(2.0 * table["x"], nan_ok=True)
+
+
 def test_unrelated_rows_have_each_their_own_first_answer() -> None:
     model = rulesheets.loads(LINE)
     plan = solver.prepare(model, ["s"], ["x", "y"])
