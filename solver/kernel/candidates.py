@@ -152,13 +152,14 @@ class Candidates:
             return
         found = uncertainty(self.problem, point)
         errors = found.errors
-        if found.relative is not None:  # of a large block whole parts may be 0, as where flows balance
-            point = self._with_zeros(point, errors)
-        elif self._open(point, errors, SIMPLE):  # a double root may be at 0
-            small = [TINY * size for size in self.problem.scale]
-            point = self._with_zeros(point, [*map(min, errors, small)])
-            found = uncertainty(self.problem, point)
-            errors = found.errors
+        if found.relative is None:
+            errors = [min(e, TINY * size) for e, size in zip(errors, self.problem.scale, strict=True)]
+        # of a large block whole parts may be 0, as where flows balance; and a double root may be at 0
+        clear = _cleared(point, errors)
+        if clear != point and self.problem.holds(clear):
+            point = clear
+            found = found if found.relative is not None else uncertainty(self.problem, clear)
+        errors = found.errors
         vague = self._open(point, errors, MULTIPLE)
         if found.relative is not None and alone > SAFETY * found.relative:
             vague = False
@@ -169,11 +170,6 @@ class Candidates:
             return
         if counted or self.has_root_nearby(point, found):
             self._add(Answer(point, self._double(point) if multiple else None, counted), errors)
-
-    def _with_zeros(self, point: dict[str, float], errors: Sequence[float]) -> dict[str, float]:
-        """The point with 0 for values that are no larger than these errors, if the rules hold there."""
-        clear = _cleared(point, errors)
-        return clear if clear != point and self.problem.holds(clear) else point
 
     def has_root_nearby(self, point: dict[str, float], found: Uncertainty) -> bool:
         """Whether a root of the block lies within the error bars of a point at which its rules hold. One that

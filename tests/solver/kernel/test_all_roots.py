@@ -121,3 +121,11 @@ def test_an_arm_of_two_links_reaches_in_two_ways_or_stretched(reach: float, coun
     assert str(result.status) == ("infeasible", "singular", "solved")[count]
     assert result.complete is (count != 1)
     assert found == pytest.approx([-bend, bend][2 - count :], rel=1e-12, abs=0.0)
+
+
+def test_a_root_at_0_is_0() -> None:
+    """P. T. Boggs, SIAM J. Numer. Anal. 8 (1971) 767-785: roots (0, 1), (-√½, 3/2) and (-1, 2)."""
+    result = solver.solve(rulesheets.loads("x1^2 - x2 + 1 = 0\nx1 - cos(pi/2*x2) = 0"))
+    assert result.complete
+    roots = sorted((float(found["x1"]), float(found["x2"])) for found in result.solutions)
+    assert roots == [(-1.0, 2.0), (pytest.approx(-math.sqrt(0.5)), pytest.approx(1.5)), (0.0, 1.0)]
