@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import exp, log, log10, sqrt
 
-from scipy.optimize import brentq
+from scipy.optimize import brentq, fsolve
 
 from .corpus import OWN, sheet
 
@@ -184,3 +184,43 @@ def tank_reactor(V, Q, k, C0):
     tau = V / Q
     C = (sqrt(1 + 4 * k * tau * C0) - 1) / (2 * k * tau)
     return {"tau": tau, "C": C, "X": 1 - C / C0}
+
+
+@sheet(
+    "constants of nickel ammines",
+    "m1 > K2, m4 > K4, m2 > K3, free > NH3, m0 > K1",
+)
+def complexes(Ni, NH3, K1, K2, K3, K4):
+    betas = [1, K1, K1 * K2, K1 * K2 * K3, K1 * K2 * K3 * K4]
+
+    def amounts(free):
+        shares = [beta * free**k for k, beta in enumerate(betas)]
+        return [Ni * share / sum(shares) for share in shares]
+
+    free = root(lambda free: free + sum(k * m for k, m in enumerate(amounts(free))) - NH3, 0, NH3)
+    return {**{f"m{k}": m for k, m in enumerate(amounts(free))}, "free": free}
+
+
+@sheet(
+    "Meintjes and Morgan, ACM TOMS 16 (1990) 143-151, the one positive answer",
+    "y1 > R7, y1 > R9, y3 > R5, y5 > R, y2 > R6",
+    y1=(0.00311410, 1e-3),
+    y2=(34.5979, 1e-3),
+    y3=(0.0650418, 1e-3),
+    y4=(0.859378, 1e-3),
+    y5=(0.0369519, 1e-3),
+)
+def combustion(R, R5, R6, R7, R8, R9, R10):
+    def misses(logs):
+        y1, y2, y3, y4 = map(exp, logs)
+        y5 = y1 * (y2 + 1) / 3
+        three = y3 * (y3 + R7)
+        return (
+            y3 * (y2 * (2 * y3 + R7) + 2 * R5 * y3 + R6) - 8 * y5,
+            y4 * (R9 * y2 + 2 * y4) - 4 * R * y5,
+            y2 * (2 * y1 + three + R8 + 2 * R10 * y2 + R9 * y4) + y1 - R * y5,
+            y2 * (y1 + R10 * y2 + three + R8 + R9 * y4) + y1 + y3 * (R5 * y3 + R6) + y4**2 - 1,
+        )
+
+    y = [exp(found) for found in fsolve(misses, [log(0.003), log(35), log(0.065), log(0.86)], xtol=1e-12)]
+    return {"y1": y[0], "y2": y[1], "y3": y[2], "y4": y[3], "y5": y[0] * (y[1] + 1) / 3}

@@ -114,6 +114,21 @@ def four_bar(a, b, c, d, th2):
     return {"th3": th3, "th4": th4}
 
 
+def arm(l1, l2, x, y, bend):
+    q2 = bend * acos((x**2 + y**2 - l1**2 - l2**2) / (2 * l1 * l2))
+    q1 = atan2(y, x) - atan2(l2 * sin(q2), l1 + l2 * cos(q2))
+    return {"q1": degrees(q1), "q2": degrees(q2)}
+
+
+@sheet(
+    "law of cosines",
+    "q2 > l2, q1 > x, q1 q2 > x y, q1 > y",
+    {"forward": (arm(400, 300, 450, 350, -1),)},
+)
+def two_link_arm(l1, l2, x, y):
+    return arm(l1, l2, x, y, 1)
+
+
 @sheet(OWN, "wc > Ns, wp > ws, ratio > Ns")
 def planetary(Ns, Nr, ws, wr):
     Np = (Nr - Ns) / 2
