@@ -152,14 +152,11 @@ class Candidates:
             return
         found = uncertainty(self.problem, point)
         errors = found.errors
-        if found.relative is None:
-            errors = [min(e, TINY * size) for e, size in zip(errors, self.problem.scale, strict=True)]
-        # of a large block whole parts may be 0, as where flows balance; and a double root may be at 0
-        clear = _cleared(point, errors)
+        clear = self._with_zeros(point, found)
         if clear != point and self.problem.holds(clear):
             point = clear
             found = found if found.relative is not None else uncertainty(self.problem, clear)
-        errors = found.errors
+            errors = found.errors
         vague = self._open(point, errors, MULTIPLE)
         if found.relative is not None and alone > SAFETY * found.relative:
             vague = False
@@ -170,6 +167,20 @@ class Candidates:
             return
         if counted or self.has_root_nearby(point, found):
             self._add(Answer(point, self._double(point) if multiple else None, counted), errors)
+
+    def _with_zeros(self, point: dict[str, float], found: Uncertainty) -> dict[str, float]:
+        """The point with 0 for values that are no larger than their errors: of a large block, where whole
+        parts may be 0, as flows that balance; else at a double root, or where more digits make them 0."""
+        if found.relative is not None:
+            return _cleared(point, found.errors)
+        sizes = zip(found.errors, self.problem.scale, strict=True)
+        clear = _cleared(point, [min(error, TINY * size) for error, size in sizes])
+        if clear == point or self._open(point, found.errors, SIMPLE):
+            return clear
+        from solver.kernel.root_check import root_beside
+
+        root = root_beside(self.problem, point)[0] or point
+        return {n: clear[n] if abs(root[n]) <= EPS * abs(v) else v for n, v in point.items()}
 
     def has_root_nearby(self, point: dict[str, float], found: Uncertainty) -> bool:
         """Whether a root of the block lies within the error bars of a point at which its rules hold. One that
