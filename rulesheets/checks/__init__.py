@@ -122,7 +122,9 @@ _ELSEWHERE = {
     **dict.fromkeys(("pow", "power"), "write a^b"),
     **dict.fromkeys(("cot", "ctg"), "write 1/tan(x)"),
     **dict.fromkeys(("csc", "cosec"), "write 1/sin(x)"),
-    **{"sec": "write 1/cos(x)", "tg": "write tan(x)", "cbrt": "write x^(1/3)"},
+    "sec": "write 1/cos(x)",
+    "tg": "write tan(x)",
+    "cbrt": "write x^(1/3)",
     **dict.fromkeys(PROPERTIES, WRITE_IN_PYTHON),
 }
 """Functions known from EES and other languages, and what to use instead."""
