@@ -18,7 +18,6 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from rulesheets.diagnosis import RuleSheetError, error_at
-from rulesheets.evaluate.exact import with_round_values
 from rulesheets.model import Equation, Premise, Requirement
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import children, names, rebuilt
@@ -181,4 +180,8 @@ class Expansion:
 def _exact(part: Any, rule: Span) -> Any:
     """A part of a rule with exact values of its constants put in; ``text`` tells whether it may have any."""
     text = (rule.text or "sin pi").lower()
-    return with_round_values(part) if "pi" in text and any(f in text for f in ("sin", "cos", "tan")) else part
+    if "pi" not in text or not any(function in text for function in ("sin", "cos", "tan")):
+        return part
+    from rulesheets.evaluate.exact import with_round_values  # few rules have any
+
+    return with_round_values(part)

@@ -43,12 +43,15 @@ def constant(expression: nodes.Expression) -> Value:
     if (unit := next(units_of(expression), None)) is not None:
         message, note = f"{unit} stands inside an expression of numbers", "write one number with its unit"
         raise RuleSheetError(error_at("E461", message, expression.span, f"{note}, as in x = 3[in] [mm]"))
-    from rulesheets.checks import check_constant  # a command with mere numbers starts without them
-    from rulesheets.evaluate.exact import with_round_values
+    from rulesheets.checks import check_constant  # a command with mere numbers starts without it
 
     refuse(check_constant(expression))
+    if any(isinstance(node, nodes.Call) for node in walk(expression)):
+        from rulesheets.evaluate.exact import with_round_values
+
+        expression = with_round_values(expression)
     try:
-        number = float(value(with_round_values(expression), {}))
+        number = float(value(expression, {}))
     except Undefined as undefined:
         raise RuleSheetError(not_finite(str(undefined), expression.span)) from None
     return _finite(number, expression.span)
