@@ -27,7 +27,8 @@ from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Po
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_sides import gross, leads_to_zero, sides, size, terms
 from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS
-from solver.path.graph import Alike, Array, Family, alike
+from solver.path.alike import Alike, Family, shapes
+from solver.path.graph import Array
 
 FEWEST = 8
 """Rules of one shape from which on arrays are faster than one rule after another."""
@@ -220,7 +221,7 @@ def _point(known: Alike, values: Mapping[str, Value]) -> Array:
 
 def evaluated(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> Evaluated:
     """All rules at once; those of rare shapes, or with exceptions, one by one."""
-    known = alike(model, equations)
+    known = shapes(model).of(equations)
     point = _point(known, values)
     n = len(equations)
     miss, noise, grosses, moves = (np.full(n, np.nan) for _ in range(4))
@@ -332,7 +333,7 @@ def accepted(
 def multiplied_out(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> Array:
     """The sizes (n,) of rules' terms, with brackets multiplied out except divisors and functions of them.
     Undefined terms are nan, or do not count."""
-    known, found = alike(model, equations), np.zeros(len(equations))
+    known, found = shapes(model).of(equations), np.zeros(len(equations))
     point = _point(known, values)
     for family in known.families:
         columns = dict(zip(family.first.names, point[family.columns], strict=True))

@@ -18,13 +18,14 @@ from solver.kernel.emitter import compile_expressions, divisors
 from solver.kernel.step import window
 from solver.numerics.linear_algebra import Array
 from solver.path import ClosedForm, SolveBlock
-from solver.path.graph import Alike, ModelGraph, alike, same_columns, shape_of
+from solver.path.graph import ModelGraph, shape_of
 
 if TYPE_CHECKING:
     from solver.kernel.block_arrays import BlockArrays
     from solver.kernel.chain import Chain
     from solver.kernel.enclosure import Enclosure
     from solver.kernel.sparse_system import SparseSystem
+    from solver.path.alike import Alike
 
 PERIODIC = named(lambda row: row.turn)
 FEW = 30
@@ -158,6 +159,8 @@ class BlockKernel:
         unknowns = frozenset(self.unknowns)
         if len(self.equations) <= FEW:
             return self.once("degrees", lambda: np.array([degree(form, unknowns) for form in self.forms]))
+        from solver.path.alike import same_columns
+
         inside = np.array([name in unknowns for name in self.alike.names], dtype=bool)
         found = np.zeros(len(self.equations))
         for family in self.alike.families:
@@ -198,7 +201,9 @@ class BlockKernel:
 
     @cached_property
     def alike(self) -> Alike:
-        return alike(self.graph.model, self.equations)
+        from solver.path.alike import shapes
+
+        return shapes(self.graph.model).of(self.equations)
 
     @cached_property
     def sparse(self) -> SparseSystem | None:

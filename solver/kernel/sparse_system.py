@@ -31,7 +31,8 @@ from rulesheets.syntax.nodes import (
 from solver.kernel.emitter import EXPM1, compile_expressions, divisors
 from solver.numerics.linear_algebra import Array, Triplets
 from solver.numerics.tolerances import BESIDE
-from solver.path.graph import Alike, Family, shape_of
+from solver.path.alike import Alike, Family
+from solver.path.graph import shape_of
 
 
 class SparseSystem:

@@ -14,7 +14,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import log10, pi
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,10 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import walk
 from solver.numerics.linear_algebra import least_squares
-from solver.path.graph import Alike, same_columns, shape_of
+from solver.path.graph import shape_of
+
+if TYPE_CHECKING:
+    from solver.path.alike import Alike
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -133,6 +136,8 @@ def nearly_balanced(
 
     Rules of one shape, with zeros at the same places, give the same equations for other unknowns.
     """
+    from solver.path.alike import same_columns
+
     n = len(unknowns)
     place = {name: i for i, name in enumerate(unknowns)}
     columns = np.array([place.get(name, -1) for name in rules.names], dtype=np.intp)

@@ -13,7 +13,7 @@ from rulesheets.evaluate import Undefined
 from solver.accuracy.alike import FEWEST, accepted, evaluated
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import gross, sides, size
-from solver.path.graph import alike
+from solver.path.alike import shapes
 
 COUNT = 40
 SHAPES: list[tuple[str, Callable[[int], float]]] = [
@@ -41,7 +41,7 @@ def test_rows_are_what_single_rules_are(shape: str, answer: Callable[[int], floa
     for k in range(1, COUNT + 1):
         values[f"x{k}"], values[f"y{k}"] = x(k), answer(k) * (1 + off)
     found = evaluated(model, model.equations, values)
-    assert [len(f.places) for f in alike(model, model.equations).families] == [COUNT]
+    assert [len(f.places) for f in shapes(model).of(model.equations).families] == [COUNT]
     told = [dict[str, float]() for _ in model.equations]
     for slope, row, column in zip(found.slopes, found.rows, found.columns, strict=True):
         told[row][found.names[column]] = slope
@@ -70,7 +70,7 @@ def test_parts_of_a_model_have_the_shapes_of_the_whole() -> None:
     rules = [f"y{k} = {k}*x{k}^2" for k in range(COUNT)] + [f"z{k} = y{k} + {k}*x{k}" for k in range(COUNT)]
     model = rulesheets.loads("\n".join(rules) + "\n")
     chosen = [model.equations[place] for place in (3, 50, 41, 7, 9)]
-    part = alike(model, chosen)
+    part = shapes(model).of(chosen)
     assert set(part.names) == {name for rule in chosen for name in rule.names}
     assert sorted(place for family in part.families for place in family.places) == [0, 1, 2, 3, 4]
     for family in part.families:
