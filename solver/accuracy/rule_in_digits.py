@@ -25,8 +25,6 @@ from solver.accuracy.rule_sides import RuleCheck, leads_to_zero, terms, with_nam
 from solver.numerics.tolerances import BACKWARD, COMMON, EPS, PRECISIONS, SMALLEST_NORMAL, SPARE, STEEP
 
 DIGITS = 50
-
-
 MOVED = 2.0**-10
 """Share of a value by which it is moved to see how a rule bends."""
 HALVINGS = 24

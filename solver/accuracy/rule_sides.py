@@ -18,8 +18,6 @@ from solver.numerics.tolerances import BACKWARD, STEEP, UNIT_ROUNDOFF
 
 MANY = 30
 """Rules up to which each is checked by itself, beyond it all at once (``alike.py``)."""
-
-
 _JUMPING = named(lambda row: row.jumps)
 
 
