@@ -19,8 +19,20 @@ from sympy.polys.fields import field
 from sympy.polys.rings import ring
 
 from rulesheets.deadline import expect_time
+from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.number import Arithmetic
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Quotient, Sum, Symbol
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    Symbol,
+    rebuilt,
+)
 
 MAX_RADICALS = 3
 MAX_ROOT = 4
@@ -157,13 +169,10 @@ class _Elimination(Arithmetic[Any]):
         return self._bounded(above / below)
 
     def raised(self, node: Power, base: Any, exponent: Any) -> Any:
-        if not (exponent.numer.is_ground and exponent.denom.is_ground):
-            raise NotAlgebraic
-        number = exponent.numer.coeff(1) / exponent.denom.coeff(1)
-        exact = Fraction(int(number.numerator), int(number.denominator))
-        near = exact.limit_denominator(MAX_ROOT)
-        if float(near) != float(exact):
-            raise NotAlgebraic
+        number = self._constant(exponent)
+        near = number.limit_denominator(MAX_ROOT)
+        if float(near) != float(number):
+            return self._evaluated(node, base, exponent)
         return self._power(base, near)
 
     def applied(self, node: Call, arguments: list[Any]) -> Any:
@@ -175,7 +184,21 @@ class _Elimination(Arithmetic[Any]):
             case "abs":
                 return self._power(self._bounded(arguments[0] ** 2), Fraction(1, 2))
             case _:
-                raise NotAlgebraic
+                return self._evaluated(node, *arguments)
+
+    def _evaluated(self, node: Expression, *parts: Any) -> Any:
+        """A function of numbers, rounded as one of the inputs is."""
+        numbers = (Number(float(self._constant(part))) for part in parts)
+        try:
+            return self._exact(value(rebuilt(node, tuple(numbers)), {}))
+        except Undefined:
+            raise NotAlgebraic from None
+
+    def _constant(self, element: Any) -> Fraction:
+        if not (element.numer.is_ground and element.denom.is_ground):
+            raise NotAlgebraic
+        number = element.numer.coeff(1) / element.denom.coeff(1)
+        return Fraction(int(number.numerator), int(number.denominator))
 
     def symbol(self, node: Symbol) -> Any:
         raise NotAlgebraic

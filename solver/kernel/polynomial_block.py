@@ -66,6 +66,7 @@ class _Steps:
     ) -> None:
         tears = problem.kernel.block.tears
         self.turn, self.tear, self.exact = turn, tears[0], exact
+        self.known = dict(zip(problem.kernel.known, problem.known, strict=True))
         self.values = {n: self._number(v) for n, v in zip(problem.kernel.known, problem.known, strict=True)}
         if turn is None:
             self.values |= {tear: (generator(tear), generator(tear)) for tear in tears}
@@ -102,8 +103,17 @@ class _Steps:
                 return reduce(self._times, [self._value(base)] * int(exponent))
             case Call("cos" | "sin" | "cosd" | "sind" as function, (argument,)) if self.turn is not None:
                 return self._wave(function, argument, self.turn)
+            case Call() | Power():
+                return self._evaluated(node)
             case _:
                 raise NotPolynomial
+
+    def _evaluated(self, node: Expression) -> Gross:
+        """A function of known numbers, rounded as one of them is."""
+        try:
+            return self._number(value(node, self.known))
+        except (KeyError, Undefined):
+            raise NotPolynomial from None
 
     def _times(self, a: Gross, b: Gross) -> Gross:
         expect_time()
@@ -332,7 +342,7 @@ def _is_algebraic(problem: BlockProblem) -> bool:
     unknowns = frozenset(problem.unknowns)
     for node in (part for form in problem.kernel.forms for part in walk(form)):
         match node:
-            case Call(function) if function not in ALGEBRAIC:
+            case Call(function) if function not in ALGEBRAIC and not unknowns.isdisjoint(nodes.names(node)):
                 return False
             case Power(_, exponent) if not unknowns.isdisjoint(nodes.names(exponent)):
                 return False

@@ -6,6 +6,7 @@ import itertools
 import math
 import random
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -158,3 +159,26 @@ def test_a_sine_alone_leads_to_a_polynomial_up_to_its_own_degree() -> None:
     result = solver.solve(rulesheets.loads("sind(t)^7 + sind(t)^3 - sind(t)^2 = 0"))
     assert result.complete
     assert {0.0, 180.0} <= {abs(round(solution["t"], 9)) for solution in result.solutions}
+
+
+@pytest.mark.parametrize("anomaly", [17.0, 40.0, 100.0, 163.0])
+def test_functions_of_known_numbers_are_coefficients(anomaly: float) -> None:
+    """An orbit by its perigee and one radius: r + r e cos ν = a (1 - e²) is linear in 1/a = (1 - e)/rp."""
+    perigee, apogee, wave = 6778.0, 24000.0, math.cos(math.radians(anomaly))
+    sheet = "a = (rp + ra)/2\ne = (ra - rp)/(ra + rp)\np = a*(1 - e^2)\nr = p/(1 + e*cosd(nu))"
+    radius = 2 * perigee * apogee / (perigee + apogee + (apogee - perigee) * wave)
+    result = solver.solve(rulesheets.loads(sheet), {"rp": perigee, "r": 0.999 * radius, "nu": anomaly})
+    e = (0.999 * radius - perigee) / (perigee - 0.999 * radius * wave)
+    assert result.complete
+    assert [s["ra"] for s in result.solutions] == pytest.approx([perigee * (1 + e) / (1 - e)], rel=1e-10)
+
+
+@pytest.mark.parametrize("rate", [0.3, 1.7, -2.0])
+def test_powers_of_known_numbers_are_coefficients(rate: float) -> None:
+    """x³ e^(2 k) + x² e^k = c, which has one positive root."""
+    factor = math.exp(rate)
+    result = solver.solve(rulesheets.loads("u = x*exp(k)\nv = u^2 + u\nv*x = c"), {"k": rate, "c": 5.0})
+    roots = np.roots([factor**2, factor, 0.0, -5.0])
+    real = sorted(float(root.real) for root in roots if abs(root.imag) < 1e-9)
+    assert result.complete
+    assert sorted(s["x"] for s in result.solutions) == pytest.approx(real, rel=1e-9)
