@@ -1,10 +1,11 @@
 """Polynomials with fractions for coefficients, by sympy, and the one that an algebraic equation leads to.
 
-The roots of the *eliminant* of an equation with quotients, roots and absolute values include every solution.
-Quotients are multiplied away; a root s of degree q of an expression e is one more unknown with s^q = e, and
-so is an absolute value, with s^2 = e^2. Those are eliminated one by one by resultants (J. J. Sylvester).
-The polynomial may have further roots, such as those of the other sign of a square root, or poles. Where an
-explicit form is 0/0 its unknown is free, and a solution there may be none of its roots.
+The roots of the *eliminants* of an equation with quotients, roots and absolute values include every solution.
+Quotients are multiplied away; a root s of degree q of an expression e is one more unknown with s^q = e. Those
+are eliminated one by one by resultants (J. J. Sylvester). An absolute value is its argument or the opposite:
+there is an eliminant for each choice of signs. The polynomials may have further roots, such as those of
+another sign, or poles. Where an explicit form is 0/0 its unknown is free, and a solution there may be none of
+their roots.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from functools import partial, reduce
 from typing import Any, NamedTuple, TypeAlias
 
 from sympy import QQ, Poly, resultant
@@ -37,6 +39,10 @@ from rulesheets.syntax.nodes import (
 MAX_RADICALS = 3
 MAX_ROOT = 4
 MAX_DEGREE = 24
+MAX_CHOICES = 64
+"""Of the signs of absolute values."""
+CLEAR = Fraction(1, 10**9)
+"""Share of two numbers by which they differ clearly."""
 
 Coefficients: TypeAlias = list[Fraction]
 """Of a polynomial, lowest degree first."""
@@ -67,37 +73,50 @@ def resultant_of(
 
 class Eliminant(NamedTuple):
     """``polynomial``: its roots, and those of ``indeterminate``, at which forms may be 0/0, include every
-    solution."""
+    solution at which the polynomials ``positive`` are not negative; empty if there is no solution."""
 
     polynomial: Coefficients
-    indeterminate: tuple[Coefficients, ...] = ()
+    indeterminate: tuple[Coefficients, ...]
+    positive: tuple[Coefficients, ...]
 
 
 class NotAlgebraic(Exception):
     """The equation is not an algebraic function of low degree of the unknown."""
 
 
-def eliminant(
+def eliminants(
     left: Expression,
     right: Expression,
     unknown: str,
     forms: Sequence[tuple[str, Expression]],
     known: Mapping[str, float],
-) -> Eliminant | None:
-    """The eliminant; None where the equation is not algebraic in the unknown.
+) -> list[Eliminant] | None:
+    """The eliminants, one for each choice of signs; None where the equation is not algebraic in the unknown.
 
     ``forms`` are further unknowns as expressions of those before them; ``known`` numbers are exact fractions.
     """
+    found, waiting = list[Eliminant](), [tuple[int, ...]()]
     try:
-        return _Elimination(unknown, known).run(left, right, forms)
+        while waiting:
+            one = _Elimination(unknown, known, waiting.pop())
+            found.append(one.run(left, right, forms))
+            waiting += one.others
+            if len(found) + len(waiting) > MAX_CHOICES:
+                return None
     except (NotAlgebraic, OverflowError):
         return None
+    return found
 
 
 class _Elimination(Arithmetic[Any]):
-    """Quotients of polynomials (sympy's ``FracElement``) in the unknown and the radicals."""
+    """Quotients of polynomials (sympy's ``FracElement``) in the unknown and the radicals.
 
-    def __init__(self, unknown: str, known: Mapping[str, float]) -> None:
+    ``signs`` are those of the first absolute values; the ``others`` are left to further eliminations.
+    """
+
+    def __init__(self, unknown: str, known: Mapping[str, float], signs: tuple[int, ...]) -> None:
+        self.signs, self.others = signs, list[tuple[int, ...]]()
+        self.chosen: dict[Any, int] = {}
         self.field, first, *self.radicals = field(["x", *(f"s{k}" for k in range(MAX_RADICALS))], QQ)
         self.values = {name: self._exact(number) for name, number in known.items()} | {unknown: first}
         self.relations: dict[tuple[Any, int], Any] = {}
@@ -110,8 +129,15 @@ class _Elimination(Arithmetic[Any]):
         indeterminate = tuple(
             self._coefficients(factor) for factor in common if not factor or not factor.is_ground
         )
-        found = self._bounded(self.of(left) - self.of(right)).numer
-        return Eliminant(self._coefficients(self._bare(found)), indeterminate)
+        sides = self.of(left), self.of(right)
+        found = self._bare(self._bounded(sides[0] - sides[1]).numer)
+        chosen = [(a.numer * a.denom, sign) for a, sign in [*self.chosen.items()][::2]]
+        within = tuple(self._coefficients(sign * a) for a, sign in chosen if not _has_radicals(a))
+        if within and found and found.is_ground and all(map(self._is_constant, sides)):
+            one, other = map(self._constant, sides)  # a case without a solution, unless that is by rounding
+            if abs(one - other) > CLEAR * max(abs(one), abs(other)):
+                return Eliminant([], indeterminate, within)
+        return Eliminant(self._coefficients(found), indeterminate, within)
 
     def _bare(self, found: Any) -> Any:
         """A polynomial without radicals, whose roots include those of ``found``."""
@@ -162,7 +188,7 @@ class _Elimination(Arithmetic[Any]):
             raise NotAlgebraic
         one, other = above.numer, below.numer
         if not other.is_ground and not (one and one.is_ground):
-            bare = not any(any(powers[1:]) for part in (one, other) for powers in part.monoms())
+            bare = not (_has_radicals(one) or _has_radicals(other))
             factor = one.gcd(other) if bare else other
             if not factor.is_ground:
                 self.common.append(factor)
@@ -182,9 +208,25 @@ class _Elimination(Arithmetic[Any]):
             case "sqrt":
                 return self._power(arguments[0], Fraction(1, 2))
             case "abs":
-                return self._power(self._bounded(arguments[0] ** 2), Fraction(1, 2))
+                return self._absolute(arguments[0])
+            case "min" | "max":  # of two: half of the sum, less or more half of the distance
+                return reduce(partial(self._end, 1 if node.function == "max" else -1), arguments)
             case _:
                 return self._evaluated(node, *arguments)
+
+    def _absolute(self, argument: Any) -> Any:
+        if self._is_constant(argument):
+            return argument if self._constant(argument) >= 0 else -argument
+        if argument not in self.chosen:
+            place = len(self.chosen) // 2
+            if place == len(self.signs):
+                self.others.append((*self.signs, -1))
+                self.signs = (*self.signs, 1)
+            self.chosen |= {argument: self.signs[place], -argument: -self.signs[place]}
+        return self.chosen[argument] * argument
+
+    def _end(self, sign: int, one: Any, other: Any) -> Any:
+        return self._bounded(one + other + sign * self._absolute(one - other)) / 2
 
     def _evaluated(self, node: Expression, *parts: Any) -> Any:
         """A function of numbers, rounded as one of the inputs is."""
@@ -194,8 +236,11 @@ class _Elimination(Arithmetic[Any]):
         except Undefined:
             raise NotAlgebraic from None
 
+    def _is_constant(self, element: Any) -> bool:
+        return bool(element.numer.is_ground and element.denom.is_ground)
+
     def _constant(self, element: Any) -> Fraction:
-        if not (element.numer.is_ground and element.denom.is_ground):
+        if not self._is_constant(element):
             raise NotAlgebraic
         number = element.numer.coeff(1) / element.denom.coeff(1)
         return Fraction(int(number.numerator), int(number.denominator))
@@ -221,3 +266,7 @@ class _Elimination(Arithmetic[Any]):
         if len(found.numer) + len(found.denom) > 400 or degree > 2 * MAX_DEGREE:
             raise NotAlgebraic
         return found
+
+
+def _has_radicals(polynomial: Any) -> bool:
+    return any(any(powers[1:]) for powers in polynomial.monoms())

@@ -34,7 +34,7 @@ from solver.path.isolate import smooth
 from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, generator, name_of, right_angles
 
 HIGHEST_DEGREE = 12
-ALGEBRAIC = frozenset({"sqrt", "abs", "pi"})
+ALGEBRAIC = frozenset({"sqrt", "abs", "min", "max", "pi"})
 """Functions that an eliminant admits."""
 
 Coefficients: TypeAlias = Sequence[Fraction]
@@ -326,15 +326,36 @@ def counted(problem: BlockProblem, candidates: Candidates) -> bool:
     forms = _explicit_forms(problem)
     if forms is None or not problem.kernel.once("algebraic", lambda: _is_algebraic(problem)):
         return False
-    from rulesheets.algebra.polynomials import eliminant  # sympy waits until a search has left something open
+    from rulesheets.algebra.polynomials import (
+        eliminants,
+    )  # sympy waits until a search has left something open
 
     equation = problem.graph.model.equations[block.residuals[0]]
     known = {name: value for name, value in problem.here.items() if isinstance(value, float)}
-    found = eliminant(equation.left, equation.right, block.tears[0], forms, known)
-    if found is None or found.indeterminate:  # where a form is 0/0 its unknown is free
+    found = eliminants(equation.left, equation.right, block.tears[0], forms, known)
+    if found is None:
         return False
-    roots = _clear_roots(simple_part(found.polynomial), *problem.domain(block.tears[0]))
-    return roots is not None and all(_settled(problem, candidates, forms, root) for root in roots)
+    domain = problem.domain(block.tears[0])
+    for one in found:
+        roots = _clear_roots(simple_part(one.polynomial), *domain) if one.polynomial else ()
+        free = [real_roots(simple_part(factor)) for factor in one.indeterminate]
+        if (
+            roots is None
+            or None in free
+            or any(_is_within(one.positive, x) for some in free for x in some or ())
+        ):
+            return False  # where a form is 0/0 its unknown is free
+        within = (root for root in roots if _is_within(one.positive, root))
+        if not all(_settled(problem, candidates, forms, root) for root in within):
+            return False
+    return True
+
+
+def _is_within(positive: Sequence[Coefficients], root: float) -> bool:
+    """Whether no polynomial is clearly negative at a root."""
+    exact = Fraction(root)
+    terms = ([c * exact**k for k, c in enumerate(polynomial)] for polynomial in positive)
+    return all(sum(some) >= 0 or _cancels(some, TOUCHING) for some in terms)
 
 
 def _is_algebraic(problem: BlockProblem) -> bool:

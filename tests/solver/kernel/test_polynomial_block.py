@@ -5,10 +5,11 @@ from __future__ import annotations
 import itertools
 import math
 import random
+from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import rulesheets
@@ -182,3 +183,40 @@ def test_powers_of_known_numbers_are_coefficients(rate: float) -> None:
     real = sorted(float(root.real) for root in roots if abs(root.imag) < 1e-9)
     assert result.complete
     assert sorted(s["x"] for s in result.solutions) == pytest.approx(real, rel=1e-9)
+
+
+FEE = "fee = p*min(x, a) + q*max(0, x - b)\nnet = x - fee\nshare = abs(net - c)/d + fee"
+
+
+@settings(max_examples=40, deadline=None)
+@given(*[st.integers(-4, 4)] * 2, *[st.integers(0, 6)] * 4, st.integers(1, 3), st.integers(-8, 8))
+def test_every_piece_of_a_rule_with_kinks_is_counted(
+    p: int, q: int, a: int, b: int, c: int, at: int, d: int, beyond: int
+) -> None:
+    """Between neighbouring kinks the share is a line, by exact fractions."""
+
+    def share(x: Fraction) -> Fraction:
+        fee = p * min(x, Fraction(a)) + q * max(Fraction(0), x - b)
+        return abs(x - fee - c) / d + fee
+
+    target = share(Fraction(at)) + Fraction(beyond, 8)
+    kinks = {Fraction(a), Fraction(b)}
+    pieces = [*sorted(kinks), max(kinks) + 1000]
+    ends = [min(kinks) - 1000, *pieces]
+    for low, high in itertools.pairwise(ends):  # where x - fee = c
+        (first, last) = (x - (p * min(x, Fraction(a)) + q * max(Fraction(0), x - b)) - c for x in (low, high))
+        if first * last < 0:
+            kinks.add(low + (high - low) * first / (first - last))
+    ends = [min(kinks) - 1000, *sorted(kinks), max(kinks) + 1000]
+    heights = [share(x) - target for x in ends]
+    lines = list(zip(itertools.pairwise(ends), itertools.pairwise(heights), strict=True))
+    assume(all(one != other for _, (one, other) in lines))
+    roots = {
+        low + (high - low) * one / (one - other) for (low, high), (one, other) in lines if one * other <= 0
+    }
+    roots = {x for x in roots if ends[0] < x < ends[-1]}
+    given_ = {"p": p, "q": q, "a": a, "b": b, "c": c, "d": d, "share": float(target)}
+    result = solver.solve(rulesheets.loads(FEE), {name: float(number) for name, number in given_.items()})
+    found = [s["x"] for s in result.solutions if abs(s["x"]) < 900]
+    assert sorted(found) == pytest.approx(sorted(map(float, roots)), rel=1e-9, abs=1e-9)
+    assert result.complete or str(result.status) == "singular"
