@@ -309,3 +309,11 @@ def limited_amplifier(Vin, Rin, Rf, Vs, RL):
     G = -Rf / Rin
     Vout = max(-Vs, min(Vs, G * Vin))
     return {"G": G, "Vout": Vout, "IL": Vout / RL, "Iin": Vin / Rin}
+
+
+@sheet(OWN, "VCE > Vi, P > VCC, P > RB, IC P > Vi RC, VCE IC > beta VCC")
+def transistor_switch(Vi, RB, RC, VCC, beta):
+    IB = max(0, (Vi - 0.7) / RB)
+    IC = min(beta * IB, (VCC - 0.2) / RC)
+    VCE = VCC - IC * RC
+    return {"IB": IB, "IC": IC, "VCE": VCE, "P": VCE * IC + 0.7 * IB}

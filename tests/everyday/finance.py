@@ -117,3 +117,19 @@ def web_shop(price, qty, disc, vat):
     ship = 0.0 if net > 500 else 12.5
     total = (net + ship) * (1 + vat / 100)
     return {"net": net, "ship": ship, "total": total, "pay": round(total * 100) / 100}
+
+
+@sheet(OWN, "net > gross, cost > gross, wedge > gross, tax > free, net cost > gross free")
+def pay_with_caps(gross, cap, free):
+    soc = 0.19 * min(gross, cap)
+    base = max(0, gross - soc - free)
+    tax = 0.12 * min(base, 2500) + 0.3 * max(0, base - 2500)
+    net, cost = gross - soc - tax, gross + 0.21 * min(gross, cap)
+    return {
+        "soc": soc,
+        "base": base,
+        "tax": tax,
+        "net": net,
+        "cost": cost,
+        "wedge": 100 * (cost - net) / cost,
+    }

@@ -268,3 +268,14 @@ def jet_on_vane(v, u, d, th, rho):
     A = pi * d**2 / 4
     F = rho * A * (v - u) ** 2 * (1 - cos(radians(th)))
     return {"m": rho * A * (v - u), "F": F, "P": F * u, "eta": F * u / (rho * A * v**3 / 2)}
+
+
+@sheet(
+    OWN,
+    "Re > v, f > v, f > D, f > nu, dp > L, dp > v, Q dp > v L",
+    dict.fromkeys(("f > v", "f > D", "f > nu"), ({"Re": 64 * 2300**0.25 / 0.316},)),
+)
+def pipe_regimes(D, L, nu, rho, v):
+    Re = v * D / nu
+    f = 64 / Re if Re < 2300 else 0.316 / Re**0.25
+    return {"Re": Re, "f": f, "dp": f * L / D * rho * v**2 / 2, "Q": v * pi * D**2 / 4}
