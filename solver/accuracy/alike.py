@@ -27,8 +27,8 @@ from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Po
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_sides import gross, leads_to_zero, sides, size, terms
 from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS
-from solver.path.alike import Alike, Family, shapes
 from solver.path.graph import Array
+from solver.path.shapes import Alike, Family, shapes
 
 FEWEST = 8
 """Rules of one shape from which on arrays are faster than one rule after another."""

@@ -38,23 +38,20 @@ WRONG = 2
 
 
 class Command(NamedTuple):
-    """Adds the options of a command, runs it, and tells whether it uses the cache."""
+    """Adds the options of a command, runs it, and tells whether it uses the cache.
+
+    Its module has it in the table ``COMMANDS``.
+    """
 
     add_arguments: Callable[[ArgumentParser], None]
     run: Callable[[Namespace], int]
     keeps: bool = True
 
 
-def command_of(module: str, name: str) -> Command:
-    """The command of that name, from the table ``COMMANDS`` of its module."""
-    found: Command = import_module(f"solver.{module}").COMMANDS[name]
-    return found
-
-
 def run(name: str, commands: Mapping[str, tuple[str, str]], words: list[str]) -> int:
     """Parse the words of a command and run it; words that argparse refuses end with exit code 2."""
     module, about = commands[name]
-    command = command_of(module, name)
+    command: Command = import_module(f"solver.{module}").COMMANDS[name]
     parser = _Parser(f"backsolve {name}", description=f"{about[0].upper()}{about[1:]}.")
     command.add_arguments(parser)
     parser.set_defaults(commands=commands)

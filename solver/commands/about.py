@@ -10,6 +10,7 @@ import tempfile
 import tomllib
 from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Iterator, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from shlex import quote
 from textwrap import indent
@@ -18,7 +19,7 @@ from typing import Any, TypeAlias
 from rulesheets import store
 from rulesheets.diagnosis import RuleSheetError, catalogue, error, suggestion
 from rulesheets.files import find_sheet, shipped_models
-from solver.commands import Command, command_of
+from solver.commands import Command
 from solver.report import table
 
 
@@ -93,7 +94,7 @@ def _completion(arguments: Namespace) -> int:
     commands = {}
     for name, (module, about) in sorted(arguments.commands.items()):
         parser = ArgumentParser(add_help=False)
-        command_of(module, name).add_arguments(parser)
+        import_module(f"solver.{module}").COMMANDS[name].add_arguments(parser)
         options = [one for one in parser._actions if one.option_strings]
         plain = [one for one in parser._actions if not one.option_strings]
         words = [str(choice) for one in plain for choice in one.choices or ()]

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from solver.kernel.chain import Chain
     from solver.kernel.enclosure import Enclosure
     from solver.kernel.sparse_system import SparseSystem
-    from solver.path.alike import Alike
+    from solver.path.shapes import Alike
 
 PERIODIC = named(lambda row: row.turn)
 FEW = 30
@@ -159,7 +159,7 @@ class BlockKernel:
         unknowns = frozenset(self.unknowns)
         if len(self.equations) <= FEW:
             return self.once("degrees", lambda: np.array([degree(form, unknowns) for form in self.forms]))
-        from solver.path.alike import same_columns
+        from solver.path.shapes import same_columns
 
         inside = np.array([name in unknowns for name in self.alike.names], dtype=bool)
         found = np.zeros(len(self.equations))
@@ -201,7 +201,7 @@ class BlockKernel:
 
     @cached_property
     def alike(self) -> Alike:
-        from solver.path.alike import shapes
+        from solver.path.shapes import shapes
 
         return shapes(self.graph.model).of(self.equations)
 

@@ -1,5 +1,5 @@
 """A large block as a sparse system: residual and exact Jacobian, with rules of one shape
-(``path/graph.py``) as rows of one function of arrays.
+(``path/shapes.py``) as rows of one function of arrays.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ from rulesheets.syntax.nodes import (
 from solver.kernel.emitter import EXPM1, compile_expressions, divisors
 from solver.numerics.linear_algebra import Array, Triplets
 from solver.numerics.tolerances import BESIDE
-from solver.path.alike import Alike, Family
 from solver.path.graph import shape_of
+from solver.path.shapes import Alike, Family
 
 
 class SparseSystem:

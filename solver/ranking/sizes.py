@@ -41,7 +41,7 @@ from solver.numerics.linear_algebra import least_squares
 from solver.path.graph import shape_of
 
 if TYPE_CHECKING:
-    from solver.path.alike import Alike
+    from solver.path.shapes import Alike
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -136,7 +136,7 @@ def nearly_balanced(
 
     Rules of one shape, with zeros at the same places, give the same equations for other unknowns.
     """
-    from solver.path.alike import same_columns
+    from solver.path.shapes import same_columns
 
     n = len(unknowns)
     place = {name: i for i, name in enumerate(unknowns)}

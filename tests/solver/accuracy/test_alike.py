@@ -13,7 +13,7 @@ from rulesheets.evaluate import Undefined
 from solver.accuracy.alike import FEWEST, accepted, evaluated
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import gross, sides, size
-from solver.path.alike import shapes
+from solver.path.shapes import shapes
 
 COUNT = 40
 SHAPES: list[tuple[str, Callable[[int], float]]] = [
