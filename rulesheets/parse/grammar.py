@@ -99,16 +99,13 @@ def _listed(kind: Callable[..., Any]) -> Callable[..., Any]:
 class Builder(Transformer[Any, Any]):
     """Builds nodes: one method for each rule of ``rules.lark``.
 
-    The methods get nodes, tuples of nodes, and tokens, for the line that ``begin`` has set.
+    The methods get nodes, tuples of nodes, and tokens, for the line of this ``kind`` that begins
+    at the ``offset`` of the ``source``.
     """
 
     source: Source
     offset: int
     kind: str
-
-    def begin(self, source: Source, offset: int, kind: str) -> None:
-        """Set the start of the current line and its kind."""
-        self.source, self.offset, self.kind = source, offset, kind
 
     def _span(self, first: Any, last: Any = None) -> Span:
         """The span of a token or a node, or from one to another."""
@@ -322,7 +319,8 @@ class Grammar(threading.local):
         Raises Unparsed if the grammar rejects it, RuleSheetError if only the builder does (a number
         out of range).
         """
-        self._builder.begin(source, line.start, kind)
+        builder = self._builder
+        builder.source, builder.offset, builder.kind = source, line.start, kind
         try:
             parser = self._of_rows if kind == "row" else self._lark
             return parser.parse(line.code, start=kind)
