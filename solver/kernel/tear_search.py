@@ -31,7 +31,7 @@ from rulesheets.syntax.nodes import Expression, Name, Number, substitute, subtra
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_sides import with_named_numbers
 from solver.kernel.block import BlockKernel
-from solver.kernel.candidates import BlockOutcome, Candidates, Stretch
+from solver.kernel.candidates import MOST_REPEATED, BlockOutcome, Candidates, Stretch
 from solver.kernel.chain import RESIDUAL, Assignment, Chain, assigned, followed, through
 from solver.kernel.linear_block import left_free
 from solver.kernel.problem import BlockProblem
@@ -136,7 +136,7 @@ class TearSearch:
         )
         self.budget.spend(search.levels * enclosure.operations)
         self.boxes += search.evaluations
-        search = self._without_holes(place, search)
+        search = self._nearest(self._without_holes(place, search))
         self.stretches += [Stretch(self.kernel, place, *ends) for ends in search.unresolved]
         for x in search.crossings:
             self._candidate(place, x)
@@ -155,6 +155,16 @@ class TearSearch:
                 candidates.suspect(point)
         self.flat += [(place, *interval) for interval in search.flat]
         return search.complete and (smooth or not search.roots)
+
+    def _nearest(self, search: RootSearch) -> RootSearch:
+        """The search with the roots nearest to 0, or to a guess, if there are more in further periods."""
+        if search.complete or self.tear not in self.kernel.repeating:
+            return search
+        middle = self.problem.guesses.get(self.tear, 0.0)
+        nearest = sorted(search.roots, key=lambda x: abs(x - middle))[:MOST_REPEATED]
+        return search._replace(
+            roots=tuple(nearest), crossings=tuple(set(nearest).intersection(search.crossings))
+        )
 
     def _ranges(self, place: int, holes: Sequence[Interval], boxes: Sequence[Interval]) -> list[Interval]:
         """The residual over each box; nan, nan also if it is 0/0 in a hole and 0 nowhere else."""

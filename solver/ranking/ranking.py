@@ -4,14 +4,15 @@ In this order: nearest to the guesses; fewest negative values (angles aside, and
 range reaches below 0; a temperature, mass or pressure below its zero counts double), a trivial zero counting
 as one; fewest trivial zeros, factors among them; the smoothest, where rules of one form pass a quantity on
 from place to place; fewest angles beyond a right one; sizes near to those that the rules and the inputs
-suggest, within half a decade of the nearest; angles nearest to 0; the nearest sizes; and for what is still
-alike, the variables one by one, in the order of their names. Answers with a number of unlikely size come
-after all others, the farthest last. Nothing depends on the order of rules or variables.
+suggest, within half a decade of the nearest; angles, and times and frequencies inside periodic functions,
+nearest to 0; the nearest sizes; and for what is still alike, the variables one by one, in the order of their
+names. Answers with a number of unlikely size come after all others, the farthest last. Nothing depends on the
+order of rules or variables.
 
-The sign of an angle says nothing, nor that of what follows from one alone, nor of a kind of quantity that
-has negative values anyhow, given or in every answer: where a crank turns clockwise, its pin has a negative
-velocity, and that of the slider may have either sign. Variables are angles by their unit or by the functions
-that they stand in.
+The sign of an angle says nothing, nor that of what follows from one alone or swings, nor of a kind of
+quantity that has negative values anyhow, given or in every answer: where a crank turns clockwise, its pin has
+a negative velocity, and that of the slider may have either sign. Variables are angles by their unit or by the
+functions that they stand in.
 
 The rule is written once, over numbers or arrays of them.
 """
@@ -20,15 +21,16 @@ from __future__ import annotations
 
 import itertools
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from functools import cached_property
 from math import pi
 from typing import Any
 
 import numpy as np
 
+from rulesheets.functions import TABLE
 from rulesheets.library import ANGLE
-from rulesheets.model import Model, Value, once
+from rulesheets.model import Equation, Model, Value, once
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
@@ -96,7 +98,28 @@ class Signs:
         ranged = (
             n for n, v in model.variables.items() if v.low < 0.0 and (v.low > -np.inf or v.high < np.inf)
         )
-        self.aside = frozenset(found.union(ranged))
+        self.aside = frozenset(found.union(ranged, self._swinging))
+
+    @cached_property
+    def phases(self) -> Set[str]:
+        """Names inside periodic functions that are no angles, as a time or a frequency: the first of the
+        periods is meant."""
+        return {
+            name for rule in self._periodic for name in _inside(rule.left, rule.right)
+        } - self.angles.keys()
+
+    @cached_property
+    def _swinging(self) -> Set[str]:
+        """Names that a rule gives as a swing of a phase: these have either sign."""
+        sides = [sides for e in self._periodic for sides in ((e.left, e.right), (e.right, e.left))]
+        return {one.name for one, other in sides if isinstance(one, Name) and _swings(other, self.phases)}
+
+    @cached_property
+    def _periodic(self) -> Sequence[Equation]:
+        """The rules that call periodic functions."""
+        return [
+            rule for rules in by_shape(self.model) if _inside(rules[0].left, rules[0].right) for rule in rules
+        ]
 
     @cached_property
     def kinds(self) -> Mapping[str, int]:
@@ -198,6 +221,26 @@ class Signs:
 
 
 signs_of = once(Signs)
+
+
+def _inside(*sides: Expression) -> set[str]:
+    """The names inside periodic functions."""
+    calls = (node for node in walk(*sides) if isinstance(node, Call) and TABLE[node.function].turn)
+    return {name for call in calls for name in names_in(call)}
+
+
+def _swings(node: Any, phases: Set[str]) -> bool:
+    """Whether an expression, or each of its terms, has a periodic function of a phase as a factor."""
+    match node:
+        case Call():
+            return not phases.isdisjoint(_inside(node))
+        case Product():
+            return any(_swings(part, phases) for part in node.parts)
+        case Negative() | Sum():
+            return all(_swings(part, phases) for part in node.parts)
+        case Quotient(left, _):
+            return _swings(left, phases)
+    return False
 
 
 def _angles(model: Model) -> dict[str, float]:
@@ -360,6 +403,7 @@ class Ranking:
         self._groups = [(k, n * (k in absolute)) for n, k in zip(every, self._kinds, strict=True)]
         self._own_kinds = [None if name in positive else signs.kinds.get(name) for name in self.names]
         self._aside = [name in signs.aside for name in self.names]
+        self._phases = [name in signs.phases for name in self.names]
         self._cancels = [name in signs.differences for name in self.names]
         self.angles = [name in signs.angles for name in self.names]
         places = {name: place for place, name in enumerate(every)}
@@ -490,7 +534,10 @@ class Ranking:
             zeros = zeros + (1.0 - there) * (tops[place] > least)
             steps = (abs(apart[place]) if sizes[1][place] else apart[place]) / UNLIKELY
             far = on.largest([far, on.rounded(steps - 0.5) * there])
-            distance = distance + abs(apart[place]) * there * sizes[1][place]
+            if self._phases[place]:
+                turned = turned + abs(number)
+            else:
+                distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
         guessed, trivial = self._guessed(row, on) if self.guesses else 0.0, zeros + none
         return [far, guessed, negatives + zeros, trivial, rough, wide, distance, angle, size, *signs]

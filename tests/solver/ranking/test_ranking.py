@@ -495,3 +495,26 @@ def test_a_difference_that_all_but_cancels_has_either_sign() -> None:
     flat = solver.solve(rulesheets.loads(text), given, guesses={"V3": 1.0, "d2": 0.0, "d3": 0.0})
     assert result["Q2"] == pytest.approx(-0.024382, abs=1e-6)
     assert [result[n] for n in ("V3", "d2", "d3")] == pytest.approx([flat[n] for n in ("V3", "d2", "d3")])
+
+
+SWING = """x = A*exp(-d*t)*cos(w*t)
+v = -A*exp(-d*t)*(d*cos(w*t) + w*sin(w*t))
+"""
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_first_time_of_a_swing_comes_first(seed: int) -> None:
+    rng = random.Random(seed)
+    A, w, d = rng.uniform(0.5, 3.0), 10.0 ** rng.uniform(-2.0, 3.0), 0.0
+    if seed % 2:
+        d = rng.uniform(0.02, 0.1) * w
+    x = rng.uniform(0.1, 0.9) * A
+    result = solver.solve(rulesheets.loads(SWING), {"A": A, "w": w, "d": d, "x": x})
+    first = brentq(lambda t: A * math.exp(-d * t) * math.cos(w * t) - x, 0.0, math.pi / w, xtol=1e-300)
+    assert result["t"] == pytest.approx(first, rel=1e-9)
+
+
+def test_the_slowest_frequency_comes_first() -> None:
+    text = "x = A*cos(w*t)\nv = -A*w*sin(w*t)"
+    result = solver.solve(rulesheets.loads(text), {"A": 2.0, "t": 0.7, "x": 1.3})
+    assert result["w"] == pytest.approx(math.acos(0.65) / 0.7, rel=1e-12)
