@@ -143,10 +143,19 @@ class BlockKernel:
     def repeating(self) -> tuple[str, ...]:
         """The unknowns inside periodic functions that are no angles, and have no range: each period may have
         an answer of its own."""
-        calls = (part for form in self.forms for part in walk(form) if isinstance(part, Call))
-        inside = {name for call in calls if call.function in PERIODIC for name in nodes.names(call)}
+        inside = {name for phase in self._arguments for name in nodes.names(phase)}
         free = (name for name in self.unknowns if name in inside and self.graph.turn(name) is None)
         return tuple(name for name in free if any(map(math.isinf, self.domain(name))))
+
+    @property
+    def phases(self) -> list[Expression]:
+        """The arguments of periodic functions in which these are."""
+        return [phase for phase in self._arguments if not set(self.repeating).isdisjoint(nodes.names(phase))]
+
+    @cached_property
+    def _arguments(self) -> list[Expression]:
+        calls = (part for form in self.forms for part in walk(form) if isinstance(part, Call))
+        return [call.arguments[0] for call in calls if call.function in PERIODIC]
 
     @cached_property
     def linear(self) -> bool:

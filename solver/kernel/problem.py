@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from rulesheets.deadline import expect_time
-from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.evaluate.number import enclose
 from rulesheets.model import Value
 from solver.accuracy.rule_check import check_rule
@@ -222,8 +222,13 @@ class BlockProblem:
         )
 
     def periods(self, point: Mapping[str, float]) -> tuple[float, ...]:
-        """Sort key: nearest to the guesses; then the least numbers inside periodic functions."""
-        return self._distance(point), max((abs(point[n]) for n in self.kernel.repeating), default=0.0)
+        """Sort key: nearest to the guesses; then the least arguments of periodic functions."""
+        values = {**self.here, **point}
+        try:
+            most = max((abs(value(phase, values)) for phase in self.kernel.phases), default=0.0)
+        except Undefined:
+            most = math.inf
+        return self._distance(point), most
 
     def _distance(self, point: Mapping[str, float]) -> float:
         """The square of the distance from the guesses."""

@@ -136,7 +136,7 @@ class TearSearch:
         )
         self.budget.spend(search.levels * enclosure.operations)
         self.boxes += search.evaluations
-        search = self._nearest(self._without_holes(place, search))
+        search = self._nearest(place, self._without_holes(place, search))
         self.stretches += [Stretch(self.kernel, place, *ends) for ends in search.unresolved]
         for x in search.crossings:
             self._candidate(place, x)
@@ -156,15 +156,15 @@ class TearSearch:
         self.flat += [(place, *interval) for interval in search.flat]
         return search.complete and (smooth or not search.roots)
 
-    def _nearest(self, search: RootSearch) -> RootSearch:
-        """The search with the roots nearest to 0, or to a guess, if there are more in further periods."""
-        if search.complete or self.tear not in self.kernel.repeating:
+    def _nearest(self, place: int, search: RootSearch) -> RootSearch:
+        """The search with the roots of the first periods, if there are more in further ones."""
+        if search.complete or len(search.roots) <= MOST_REPEATED or not self.kernel.repeating:
             return search
-        middle = self.problem.guesses.get(self.tear, 0.0)
-        nearest = sorted(search.roots, key=lambda x: abs(x - middle))[:MOST_REPEATED]
-        return search._replace(
-            roots=tuple(nearest), crossings=tuple(set(nearest).intersection(search.crossings))
-        )
+        points = [(point, x) for x in search.roots if (point := self._along(place, x)) is not None]
+        points.sort(key=lambda pair: self.problem.periods(pair[0]))
+        nearest = {x for _, x in points[:MOST_REPEATED]}
+        crossings = tuple(nearest.intersection(search.crossings))
+        return search._replace(roots=tuple(nearest), crossings=crossings)
 
     def _ranges(self, place: int, holes: Sequence[Interval], boxes: Sequence[Interval]) -> list[Interval]:
         """The residual over each box; nan, nan also if it is 0/0 in a hole and 0 nowhere else."""

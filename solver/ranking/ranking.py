@@ -102,11 +102,13 @@ class Signs:
 
     @cached_property
     def phases(self) -> Set[str]:
-        """Names inside periodic functions that are no angles, as a time or a frequency: the first of the
-        periods is meant."""
-        return {
-            name for rule in self._periodic for name in _inside(rule.left, rule.right)
-        } - self.angles.keys()
+        """Names by which arguments of periodic functions grow, and which are no angles, as a time or a
+        frequency: the first of the periods is meant."""
+        inside, under = set[str](), set[str]()
+        for argument in (argument for e in self._periodic for argument in _phases(e.left, e.right)):
+            inside.update(names_in(argument))
+            under.update(n for q in walk(argument) if isinstance(q, Quotient) for n in names_in(q.right))
+        return inside - under - self.angles.keys()
 
     @cached_property
     def _swinging(self) -> Set[str]:
@@ -117,9 +119,8 @@ class Signs:
     @cached_property
     def _periodic(self) -> Sequence[Equation]:
         """The rules that call periodic functions."""
-        return [
-            rule for rules in by_shape(self.model) if _inside(rules[0].left, rules[0].right) for rule in rules
-        ]
+        shapes = ((rules, rules[0]) for rules in by_shape(self.model))
+        return [rule for rules, first in shapes if _phases(first.left, first.right) for rule in rules]
 
     @cached_property
     def kinds(self) -> Mapping[str, int]:
@@ -223,17 +224,17 @@ class Signs:
 signs_of = once(Signs)
 
 
-def _inside(*sides: Expression) -> set[str]:
-    """The names inside periodic functions."""
+def _phases(*sides: Expression) -> list[Expression]:
+    """The arguments of periodic functions."""
     calls = (node for node in walk(*sides) if isinstance(node, Call) and TABLE[node.function].turn)
-    return {name for call in calls for name in names_in(call)}
+    return [call.arguments[0] for call in calls]
 
 
 def _swings(node: Any, phases: Set[str]) -> bool:
     """Whether an expression, or each of its terms, has a periodic function of a phase as a factor."""
     match node:
         case Call():
-            return not phases.isdisjoint(_inside(node))
+            return any(not phases.isdisjoint(names_in(argument)) for argument in _phases(node))
         case Product():
             return any(_swings(part, phases) for part in node.parts)
         case Negative() | Sum():
