@@ -16,11 +16,12 @@ from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, val
 from rulesheets.evaluate.number import enclose, number_text
 from rulesheets.functions import TABLE
 from rulesheets.model import Value, Variable
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Sum, Symbol
+from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
-from solver.numerics.tolerances import CANCELLED, DELICATE, EPS
+from solver.numerics.tolerances import BACKWARD, CANCELLED, DELICATE, EPS
 from solver.path import TARGET, Quadratic, Stage
 from solver.path.graph import ModelGraph, within_half_turns
 
@@ -258,15 +259,11 @@ class StepSolver:
 
     def _polished(self, number: float) -> float:
         """One or two Newton corrections in the equation as written, for the last digits of a long chain, or
-        of a root: floats have no 1/1.5. For numbers only, as ``10*sin(0.7*112)``, the value right to the last
-        digit: its rule has no other values to explain the rounding of its evaluation."""
+        of a root: floats have no 1/1.5. A value given by a formula is right to the last digit where its
+        rounding in floats is more than the values in its rule explain."""
         start, stages = self.isolation.start, self.isolation.stages
-        alone = self.isolation.identity and len(self.equation.names) == 1
-        if alone and not isinstance(start, Number):
-            from rulesheets.evaluate.digits import extended, in_many_digits
-
-            if in_many_digits(start):
-                return float(extended(start, {}))
+        if self.isolation.identity:
+            return self._given(start, number)
         takes_root = any(stage.operation in ("power", "root") for stage in stages)
         if len(stages) < 2 and self.isolation.quadratic is None and not takes_root:
             return number
@@ -280,6 +277,19 @@ class StepSolver:
                 return number
             number, miss = corrected, better
         return number
+
+    def _given(self, formula: Expression, number: float) -> float:
+        """The value of a formula: ``10*sin(0.7*112)``, which no other values explain, or ``1/cosd(d) - 1`` at
+        a small d in many digits."""
+        if isinstance(formula, Number) or not any(isinstance(p, Sum | Call) for p in walk(formula)):
+            return number
+        _, slopes, rounded = rounded_derivatives(formula, self.values)
+        moves = sum(abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float))
+        if rounded <= BACKWARD * moves:
+            return number
+        from rulesheets.evaluate.digits import extended, in_many_digits
+
+        return float(extended(formula, self.values)) if in_many_digits(formula) else number
 
     def _slope(self, number: float) -> tuple[float | None, float]:
         """The residual of the equation in floats, and its slope by the unknown."""

@@ -68,20 +68,28 @@ def explore_refined(asked: Asked, always: bool = False) -> Exploration:
     leaves = (*found.leaves, *found.contradicted)
     too_long = sum(len(leaf.branch.steps) for leaf in leaves) > MAX_STEPS
     too_long = too_long or any(len(gap.unknowns) > MAX_UNKNOWNS for gap in found.gaps)
+    kept = found.leaves
     try:
-        if not always and (too_long or not (found.delicate or any(_vague(asked, leaf) for leaf in leaves))):
-            return found
-        from rulesheets.evaluate.digits import in_many_digits  # floats are mostly enough
-        from solver.solution.precise_search import explore_precisely
-
-        rules = asked.model.equations
-        refinable = all(in_many_digits(side) for rule in rules for side in (rule.left, rule.right))
-        if refinable and (precise := explore_precisely(asked, found)) is not None:
-            return precise
+        if always or not too_long:
+            if not (always or found.delicate or any(_vague(asked, leaf) for leaf in leaves)):
+                return found
+            if (precise := _precisely(asked, found)) is not None:
+                return precise
+            kept = tuple(leaf for leaf in kept if not (leaf.solved and _meaningless(asked, leaf)))
+        lost = found.complete and any(_vague(asked, leaf) for leaf in found.contradicted)
     except TimeIsUp:
         raise CutOff(certain(asked, found), asked.inputs) from None
-    kept = [leaf for leaf in found.leaves if not (leaf.solved and _meaningless(asked, leaf))]
-    return found if len(kept) == len(found.leaves) else replace(found, leaves=tuple(kept), complete=False)
+    complete = found.complete and not lost and len(kept) == len(found.leaves)
+    return replace(found, leaves=kept, complete=complete)
+
+
+def _precisely(asked: Asked, found: Exploration) -> Exploration | None:
+    """The exploration in many digits, if the rules have them, and two precisions agree."""
+    from rulesheets.evaluate.digits import in_many_digits  # floats are mostly enough
+    from solver.solution.precise_search import explore_precisely
+
+    sides = (side for rule in asked.model.equations for side in (rule.left, rule.right))
+    return explore_precisely(asked, found) if all(map(in_many_digits, sides)) else None
 
 
 def _meaningless(asked: Asked, leaf: Leaf) -> bool:
