@@ -428,6 +428,7 @@ def _bessel(kind: str, order: int, example: str, name: str = "", **facets: Any) 
         ball=lambda arb, x: getattr(x, f"bessel_{kind}")(order),
         sympy=lambda s, x: getattr(s, f"bessel{kind}")(order, x),
         ulps=64.0,
+        swings=kind in "jy",
         **facets,
     )
 
@@ -444,6 +445,7 @@ def _bessel_n(kind: str, example: str) -> Function:
         ball=lambda arb, n, x: getattr(x, f"bessel_{kind}")(n),
         sympy=f"bessel{kind}",
         ulps=64.0,
+        swings=True,
     )
 
 

@@ -64,7 +64,8 @@ class Function:
     ``jumps``: it jumps at points that depend on its arguments, and ``steady`` tells of balls whether it does
     not there; ``image`` are the ends of its values that it never attains, where no inverse says so;
     ``nonzero``: it is 0 only where floats lose it; ``turn``: the full turn of its argument, an angle,
-    ``half_turn``: half of that makes no difference to it; ``angle``: the full turn of its result, an angle;
+    ``half_turn``: half of that makes no difference to it; ``swings``: it goes through 0 again and again as
+    its last argument grows, though not periodically; ``angle``: the full turn of its result, an angle;
     ``alike``: its arguments have one unit, whatever it is, ``keeps_unit``: which its result has, too;
     ``source``: the file that registered it, None for a function of the language.
     """
@@ -91,6 +92,7 @@ class Function:
     nonzero: bool = False
     turn: float | None = None
     half_turn: bool = False
+    swings: bool = False
     angle: float | None = None
     alike: bool = False
     keeps_unit: bool = False

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from solver.kernel.sparse_system import SparseSystem
     from solver.path.shapes import Alike
 
-PERIODIC = named(lambda row: row.turn)
+PERIODIC = named(lambda row: row.turn or row.swings)
 FEW = 30
 """Rules up to which each is examined by itself, beyond it one of each shape."""
 DENSE = 300
@@ -155,7 +155,7 @@ class BlockKernel:
     @cached_property
     def _arguments(self) -> list[Expression]:
         calls = (part for form in self.forms for part in walk(form) if isinstance(part, Call))
-        return [call.arguments[0] for call in calls if call.function in PERIODIC]
+        return [call.arguments[-1] for call in calls if call.function in PERIODIC]
 
     @cached_property
     def linear(self) -> bool:

@@ -8,6 +8,7 @@ import random
 import numpy
 import pytest
 import scipy.optimize
+import scipy.special
 
 import rulesheets
 import solver
@@ -129,3 +130,13 @@ def test_a_root_at_0_is_0() -> None:
     assert result.complete
     roots = sorted((float(found["x1"]), float(found["x2"])) for found in result.solutions)
     assert roots == [(-1.0, 2.0), (pytest.approx(-math.sqrt(0.5)), pytest.approx(1.5)), (0.0, 1.0)]
+
+
+def test_the_first_zeros_of_a_bessel_function_are_listed() -> None:
+    """The circular modes of a drum: as for a sine, without gaps."""
+    result = solver.solve(rulesheets.loads("j0(k*a) = 0\nf = k*c/(2*pi)"), {"a": 0.2, "c": 100.0})
+    found = [answer["k"] for answer in result.solutions]
+    zeros = scipy.special.jn_zeros(0, 10) / 0.2
+    assert found[0] == pytest.approx(zeros[0], rel=1e-12)
+    assert all(min(abs(k - zero) for k in found) <= 1e-11 * zero for zero in zeros)
+    assert len(found) < 60
