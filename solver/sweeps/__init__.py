@@ -212,7 +212,7 @@ class Plan:
         rows = [rows[place] for place in different(rows)]
         if not verdict.reread and _finite(numbers):
             ended = (leaf for leaf in (*found.leaves, *found.open_cases) if not leaf.solved and blocked(leaf))
-            refused = (*found.contradicted, *found.outside_case, *ended)
+            refused = (*found.contradicted, *ended, *found.outside_case)
             if solved and self.records.add(numbers, verdict.leaves, refused):
                 self.records.learned += 1
                 self._bind()

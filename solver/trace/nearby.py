@@ -103,7 +103,7 @@ class Nearby:
         pairs = ((n - share * abs(n), n + share * abs(n)) for n in numbers if isinstance(n, float))
         ends, key = tuple(end for pair in pairs for end in pair), (place, tuple(checks))
         if key not in self._alone:
-            box, ending = Box(ends), self.endings[place]
+            box, ending = Box(ends), self.endings[place].without(self.program.watches)
             ending = ending._replace(holds=(*ending.holds, *checks))
             alone = self.program._replace(endings=(ending,), order=UNORDERED, box=box)
             self._alone[key] = box, compile_scalar(simplified(alone))

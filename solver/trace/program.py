@@ -11,7 +11,7 @@ Comparisons are decided only for numbers that are required to be finite.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple, TypeAlias
@@ -28,6 +28,9 @@ class Ending(NamedTuple):
     results: tuple[int | str, ...]
     holds: tuple[int, ...]
 
+    def without(self, conditions: Collection[int]) -> Ending:
+        return self._replace(holds=tuple(one for one in self.holds if one not in conditions))
+
 
 @dataclass(slots=True)
 class Box:
@@ -43,7 +46,7 @@ class Program(NamedTuple):
     The endings are all answers of a row, in the order of the sample; ``order`` gives that of a row. If one of
     them does not count, none does. ``brief`` computes only the first answer of most rows: of its endings only
     the first one has to count. If answers are iterated, ``ranked`` orders them. Each input lies within the
-    ``box``.
+    ``box``. The conditions ``watches`` show that cases without an answer still have none.
     """
 
     flow: Flow
@@ -55,6 +58,7 @@ class Program(NamedTuple):
     alone: bool = False
     ranked: Ranked | None = None
     box: Box | None = None
+    watches: frozenset[int] = frozenset()
 
     @property
     def wanted(self) -> tuple[int, ...]:

@@ -73,6 +73,8 @@ class Recording(Inverses):
         self.endings: list[Ending] = []
         self._guards = dict[int, None]()
         """Requirements common to all answers."""
+        self._watches = set[int]()
+        """Those that only show that a branch outside its case still is."""
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
         self._kept = set[tuple[object, ...]]()
         self._proofs: list[Proof] = [] if proofs is None else proofs
@@ -87,18 +89,22 @@ class Recording(Inverses):
         states = [states[place] for place in places]
         facts = [self.leaves[place].branch.facts for place in places]
         double = [any(isinstance(fact, DoubleRoot) for fact in some) for some in facts]
-        ranked = None
-        if len(states) > 1:
-            answers = tuple(tuple(map(state.values.get, ranking.read)) for state in states)
-            ranked = Ranked(ranking, answers, tuple(map(states[0].values.get, ranking.known)))
         for leaf in refused[:MAX_DEAD]:
             with suppress(NotCompilable, KeyError):
                 self._watch(start, leaf)
         self._keep_usual()
+        ranked = None
+        if len(states) > 1 or self._watches:
+            answers = tuple(tuple(map(state.values.get, ranking.read)) for state in states)
+            ranked = Ranked(ranking, answers, tuple(map(states[0].values.get, ranking.known)))
         endings = tuple(Ending(results, (*holds, *self._guards)) for results, holds in self.endings)
-        iterated = len(self._iterates(endings[:1])) < len(self._iterates(endings))
-        order = order_of(self.flow, ranked, self._numbers, not iterated, double) if ranked else Order()
-        program = Program(self.flow, len(self.pattern.inputs), endings, symbols, order)
+        watches = frozenset(self._watches)
+        alone = endings[0].without(watches)
+        iterated = len(self._iterates((alone,))) < len(self._iterates(endings))
+        order = Order()
+        if ranked and len(states) > 1:
+            order = order_of(self.flow, ranked, self._numbers, not iterated, double)
+        program = Program(self.flow, len(self.pattern.inputs), endings, symbols, order, watches=watches)
         if any(double):  # the ranking alone does not tell which is the first
             return simplified(program)
         brief = None
@@ -438,7 +444,9 @@ class Recording(Inverses):
             elif isinstance(fact, Conflict) and len(fact.equations) == 1:
                 broken = flow.add("or", broken, self._broken(state, self.model.equations[fact.equations[0]]))
         if all(map(self._numbers, (*state.checks, broken))):
+            known = {*self._guards, *(check for _, holds in self.endings for check in holds)}
             self._guard(*state.checks, broken)
+            self._watches |= set() if leaf.conflicts else self._guards.keys() - known
 
     def _keep_usual(self) -> None:
         """Require inputs of ordinary size, whose products do not over- or underflow."""
