@@ -18,7 +18,8 @@ from rulesheets.syntax.nodes import UnitRow
 
 _BRACKETED = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*", re.DOTALL)
 _PLAIN = re.compile(
-    r"\s*((?>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?))\s*((?!.*[*/]\s*\d)(?:[^\W\d_]|[°%‰$€£¥'℃℉]).*?)\s*",
+    r"\s*((?>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?))"
+    r"(?:\s*(?=[^\W\d_]|[°%‰$€£¥'℃℉])|\s+(?=1\s*/\s*[^\W\d_]))((?!.*[*/]\s*\d).*?)\s*",
     re.DOTALL,
 )
 
@@ -26,7 +27,7 @@ _BARE = re.compile(r"[\d./]+(?:[eE][-+]?\d+)?")
 
 
 def value_and_unit(text: str) -> tuple[str, str] | None:
-    """The value and the unit of ``50 [mm]``, ``50mm`` or ``50 mm``; None without a unit."""
+    """The value and the unit of ``50 [mm]``, ``50mm``, ``50 mm`` or ``5 1/s``; None without a unit."""
     found = _BRACKETED.fullmatch(text) or _PLAIN.fullmatch(text)
     return (found[1], found[2].strip()) if found else None
 

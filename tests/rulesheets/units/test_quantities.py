@@ -34,6 +34,12 @@ def test_a_value_is_converted_to_the_unit_of_its_variable(given: object) -> None
     assert solver.solve(model, {"u": given})["v"] == pytest.approx(solver.solve(model)["v"], rel=1e-15)
 
 
+@pytest.mark.parametrize("given", ["180 1/min", "180 min^-1", "180[1/min]", (180, "1/min"), "180 1 / min"])
+def test_the_unit_of_a_value_may_be_an_inverse(given: object) -> None:
+    model = rulesheets.loads("variables\n f [1/s]\nrules\n T = 1/f")
+    assert solver.solve(model, {"f": given})["f"] == pytest.approx(3.0, rel=1e-15)
+
+
 def test_a_pint_quantity_is_taken() -> None:
     pint = pytest.importorskip("pint")
     model = rulesheets.loads(LENS)
