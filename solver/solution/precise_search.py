@@ -134,7 +134,7 @@ class _PreciseSearch(PathSearch):
         found = _Block(problem, system, floats, partial(self._off, branch)).outcome()
         more = max(0, len(found.answers) - len(floats.answers))
         attempts = (Attempt(Method.EXTENDED, more, found.complete),) if more else ()
-        return found._replace(attempts=(*floats.attempts, *attempts))
+        return found._replace(attempts=(*floats.attempts, *attempts), cut=floats.cut)
 
     def _asked_before(self, step: SolveBlock, known: Numbers) -> Numbers:
         """The known numbers of a search in floats that differ by rounding, which has decided nothing
