@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from heapq import heappop, heappush
 
 from rulesheets.deadline import expect_time
@@ -46,17 +47,20 @@ def _evaluate(graph: ModelGraph, equation: int, unknown: int) -> Evaluate:
     return Evaluate(equation, graph.names[unknown], effort.branches)
 
 
-def _blocks(part: Incidence) -> tuple[Block, ...]:
+def _blocks(part: Incidence, bends: Callable[[int], bool]) -> tuple[Block, ...]:
     """The blocks that determine their unknowns, in the order of solution.
 
-    For over-determined equations it is only the first block of a square part; the other equations will
-    check it.
+    For over-determined equations it is only the first block of a square part: of the linear ones, of which
+    none ``bends``, if these determine some unknowns. The other equations will check it.
     """
     matching = maximum_matching(part)
     parts = dulmage_mendelsohn(part, matching)
     over = parts.over
     if not over.unknowns:
         return block_triangular(part, parts.square, matching)
+    linear = Block(tuple(e for e in over.equations if not bends(e)), over.unknowns)
+    if linear != over and (blocks := _blocks(part.restrict(linear), bends)):
+        return blocks[:1]
     matching = maximum_matching(part.restrict(over))
     matched = Block(tuple(e for e in over.equations if matching.unknown_of[e] is not None), over.unknowns)
     return block_triangular(part, matched)[:1]
@@ -298,9 +302,14 @@ class Building:
             left = (v for v in self.graph.occurs[equation] if not self.frontier.known[v])
             occurs.append(tuple(sorted(number.setdefault(v, len(number)) for v in left)))
         part, variables = Incidence(tuple(occurs), ({},) * len(occurs), len(number)), list(number)
-        blocks = _blocks(part) if remaining else ()
+        blocks = _blocks(part, partial(self._bends, remaining, frozenset(number))) if remaining else ()
         for block in blocks:
             rules = {place: remaining[place] for place in block.equations}
-            unknowns = {unknown: variables[unknown] for unknown in block.unknowns}
-            self._take(_block_step(self.graph, part.restrict(block), rules, unknowns))
+            mine = {unknown: variables[unknown] for unknown in block.unknowns}
+            self._take(_block_step(self.graph, part.restrict(block), rules, mine))
         return bool(blocks)
+
+    def _bends(self, remaining: Sequence[int], unknown: Collection[int], place: int) -> bool:
+        """Whether an equation is not linear in the unknowns."""
+        rule = self.graph.model.equations[remaining[place]]
+        return degree(subtract(rule.left, rule.right), {self.graph.names[v] for v in unknown}) > 1.0

@@ -24,7 +24,7 @@ from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Name, Number, Quotient, exchange, subtract
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule
-from solver.accuracy.rule_sides import gross, sides
+from solver.accuracy.rule_sides import gross, half_unit, sides
 from solver.facts import (
     AsksNothing,
     Conflict,
@@ -41,9 +41,10 @@ from solver.facts import (
 from solver.kernel.step import OTHERWISE
 from solver.leaves import Asked, Exploration, Leaf, indeterminacy, unmet
 from solver.numerics.linear_algebra import null_direction
-from solver.numerics.tolerances import BACKWARD, SAME_VALUE
+from solver.numerics.tolerances import BACKWARD, NEIGHBOURS, ROUGHLY, SAME_VALUE
 from solver.path import activity, known_rules
 from solver.path.cases import outcomes
+from solver.path.planner import planner
 from solver.solution.explore import explore
 from solver.solution.remedy import Patience
 from solver.solution.verdict import Verdict, explore_refined, explore_required, judge
@@ -369,6 +370,47 @@ def contradicted_otherwise(asked: Asked, found: Exploration) -> Verdict | None:
             conflict = Conflict((rule.index,), checks[0].miss, ends[0].branch.values)
             return Verdict(Status.INCONSISTENT, (ends[0],), (conflict,))
     return None
+
+
+def without_copies(asked: Asked, missed: Exploration, prove: bool = False) -> Exploration | None:
+    """The answers of the rules without a given number that they give back to its last places; None if there
+    is none, or if all that was found ``missed`` a rule by far.
+
+    A number that was copied from an answer carries its rounding, which the rules may amplify.
+    """
+    facts = [fact for leaf in missed.contradicted for fact in leaf.conflicts]
+    conflicts = [fact for fact in facts if isinstance(fact, Conflict)]
+    if conflicts and not any(map(partial(_is_slight, asked.model), conflicts)):
+        return None
+    for name, number in asked.inputs.items():
+        if not isinstance(number, float) or not half_unit(number):
+            continue
+        others = {other: given for other, given in asked.inputs.items() if other != name}
+        if name in planner(asked.model).path(frozenset(others), {}).undetermined:
+            continue
+        found = explore_required(asked._replace(inputs=others, judged=(*asked.judged, name)), always=prove)
+        solved = filter(lambda leaf: leaf.solved, found.leaves)
+        if leaves := tuple(leaf for leaf in solved if _returns(asked.model, leaf, name, number)):
+            return replace(found, leaves=leaves)
+    return None
+
+
+def _is_slight(model: Model, conflict: Conflict) -> bool:
+    """Whether rules miss one another by a small share of their terms."""
+    terms = (gross(model.equations[index], conflict.values) for index in conflict.equations)
+    return conflict.miss is not None and abs(conflict.miss) <= ROUGHLY * max(terms)
+
+
+def _returns(model: Model, leaf: Leaf, name: str, number: float) -> bool:
+    """Whether an answer has that number, up to a unit in its last place; then it takes it."""
+    found, values = leaf.branch.values[name], {**leaf.branch.values, name: number}
+    near = isinstance(found, float) and abs(found - number) <= NEIGHBOURS * abs(number)
+    active = (rule for rule in model.equations if activity(rule, leaf.branch.conditions))
+    known = (rule for rule in active if values.keys() >= {*rule.names})
+    if not near or not all(check_rule(rule, values).holds for rule in known):
+        return False
+    leaf.branch.values[name] = number
+    return True
 
 
 # --- rules that lose an unknown ---
