@@ -16,7 +16,7 @@ from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, val
 from rulesheets.evaluate.number import enclose, number_text
 from rulesheets.functions import TABLE
 from rulesheets.model import Value, Variable
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Sum, Symbol
+from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Quotient, Symbol
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import sides
@@ -281,7 +281,8 @@ class StepSolver:
     def _given(self, formula: Expression, number: float) -> float:
         """The value of a formula: ``10*sin(0.7*112)``, which no other values explain, or ``1/cosd(d) - 1`` at
         a small d in many digits."""
-        if isinstance(formula, Number) or not any(isinstance(p, Sum | Call) for p in walk(formula)):
+        differences = (isinstance(part, Negative) for part in walk(formula))
+        if isinstance(formula, Number) or (self.floats and not any(differences)):
             return number
         _, slopes, rounded = rounded_derivatives(formula, self.values)
         moves = sum(abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float))
