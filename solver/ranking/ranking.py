@@ -118,7 +118,9 @@ class Signs:
 
     @cached_property
     def _periodic(self) -> Sequence[Equation]:
-        """The rules that call periodic functions."""
+        """The rules that call periodic functions; of too large a model none."""
+        if len(self.model.variables) > MANY:
+            return ()
         shapes = ((rules, rules[0]) for rules in by_shape(self.model))
         return [rule for rules, first in shapes if _phases(first.left, first.right) for rule in rules]
 
