@@ -16,8 +16,7 @@ from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, val
 from rulesheets.evaluate.number import enclose, number_text
 from rulesheets.functions import TABLE
 from rulesheets.model import Value, Variable
-from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Quotient, Symbol
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
@@ -114,7 +113,7 @@ class StepSolver:
     ``proven``: formulas find all that exist. ``complete``: none was left out. ``clamped``: a target was
     moved to the end of an image. ``delicate``: rounding decides whether there is a preimage. ``floats`` are
     the known ``values`` in floats, for the rule check. ``guess``: of the unknown, if many turns are
-    answers.
+    answers. ``careful``: formulas are evaluated in many digits where floats cancel.
     """
 
     def __init__(
@@ -124,8 +123,10 @@ class StepSolver:
         unknown: str,
         values: Mapping[str, Value],
         guess: float | None = None,
+        careful: bool = False,
     ) -> None:
         self.graph, self.index, self.unknown, self.guess = graph, equation, unknown, guess
+        self.careful = careful
         self.equation, self.variable = graph.model.equations[equation], graph.model.variables[unknown]
         isolation, names = graph.isolated(equation, graph.number[unknown])
         assert isolation is not None
@@ -259,8 +260,8 @@ class StepSolver:
 
     def _polished(self, number: float) -> float:
         """One or two Newton corrections in the equation as written, for the last digits of a long chain, or
-        of a root: floats have no 1/1.5. A value given by a formula is right to the last digit where its
-        rounding in floats is more than the values in its rule explain."""
+        of a root: floats have no 1/1.5. With care a value given by a formula is right to the last digit where
+        its rounding in floats is more than the values in its rule explain."""
         start, stages = self.isolation.start, self.isolation.stages
         if self.isolation.identity:
             return self._given(start, number)
@@ -281,8 +282,7 @@ class StepSolver:
     def _given(self, formula: Expression, number: float) -> float:
         """The value of a formula: ``10*sin(0.7*112)``, which no other values explain, or ``1/cosd(d) - 1`` at
         a small d in many digits."""
-        differences = (isinstance(part, Negative) for part in walk(formula))
-        if isinstance(formula, Number) or (self.floats and not any(differences)):
+        if isinstance(formula, Number) or (self.floats and not self.careful):
             return number
         _, slopes, rounded = rounded_derivatives(formula, self.values)
         moves = sum(abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float))

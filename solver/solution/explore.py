@@ -114,7 +114,7 @@ class PathSearch:
         model, inputs, want, guesses, judged = asked
         self.model, self.inputs, self.guesses, self.judged = model, dict(inputs), guesses, judged
         self.want = None if want is None else frozenset(want)
-        self.enough = enough
+        self.enough, self.careful = enough, False
         self.most_leaves = min(MAX_LEAVES, max(FEW_LEAVES, MAX_VALUES // max(len(model.variables), 1)))
         self.planner = planner(model)
         self.graph = self.planner.graph
@@ -125,7 +125,6 @@ class PathSearch:
         self._sought = Counter[Kind]()  # blocks that were searched, by their kinds
         self.first_path: Sequence[Step] | None = None
         self.forked = 1
-        self.cases = 0
         self._begin()
 
     def _begin(self) -> None:
@@ -135,17 +134,24 @@ class PathSearch:
         self.open_cases: list[Leaf] = []
         self.outside_case: list[Leaf] = []
         self.complete, self.delicate = True, False
-        self.turned = False
+        self.turned, self.cases = False, 0
         self.gaps: dict[tuple[int, ...], Gap] = {}
 
     def run(self) -> Exploration:
-        """All answers; if the preferred answers of blocks lead to none, those from the others."""
+        """All answers; if the preferred answers of blocks lead to none, those from the others.
+
+        After a contradiction that rounding may explain, formulas are evaluated with care.
+        """
         start = self._start()
         try:
             self._explore(start)
         except TimeIsUp:
             with grace(GRACE):
                 raise CutOff(self._found(), start.values) from None
+        if self.delicate and self.contradicted and not self.careful:  # perhaps by cancelled digits alone
+            self.careful = True
+            self._begin()
+            return self.run()
         found = self._found()
         if not self.budget.cut or self.budget.every or not all(leaf.missing for leaf in found.leaves):
             return found
@@ -421,7 +427,7 @@ class PathSearch:
 
     def _stepped(self, branch: Branch, equation: int, unknown: str) -> StepOutcome:
         guess = self.guesses.get(unknown)
-        return StepSolver(self.graph, equation, unknown, branch.values, guess).outcome()
+        return StepSolver(self.graph, equation, unknown, branch.values, guess, self.careful).outcome()
 
     def _forks(
         self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]]

@@ -86,7 +86,7 @@ class _PreciseSearch(PathSearch):
 
     def __init__(self, asked: Asked, floats: Exploration, digits: int) -> None:
         super().__init__(asked)
-        self.digits = digits
+        self.digits, self.careful = digits, True
         self.outcomes, self.work = floats.outcomes, Work()
         self._before: dict[SolveBlock, list[Numbers]] = {}
         for (step, known), outcome in floats.outcomes.items():
