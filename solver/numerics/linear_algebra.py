@@ -80,7 +80,8 @@ class SparseFactor:
             raise ZeroDivisionError("the matrix is singular") from error
 
     def solve(self, rhs: Array) -> Array:
-        return np.asarray(self.lu.solve(rhs / self.rows))
+        with np.errstate(over="ignore"):
+            return np.asarray(self.lu.solve(rhs / self.rows))
 
     def null_direction(self, sizes: Array) -> tuple[float, ...]:
         """The direction (n,), its largest part ± 1, along which the rows change least in units of ``sizes``,
