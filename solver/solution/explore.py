@@ -622,13 +622,18 @@ class PathSearch:
                 errors = self._off(branch)
                 if abs(miss) > SAFETY * sum(abs(slope) * errors[name] for name, slope in slopes.items()):
                     continue
+                moved = False
                 for name in [n for n in numbers if n not in self.inputs and slopes[n]]:
                     at = numbers[name] - miss / slopes[name]
                     for value in (at, math.nextafter(at, math.inf), math.nextafter(at, -math.inf)):
                         trial = branch.without(())
-                        if self._moved(trial, name, value) and not self.analysis.contradicted(trial):
+                        if not self._moved(trial, name, value):
+                            continue
+                        moved = True
+                        if not self.analysis.contradicted(trial):
                             branch.values, branch.precise = trial.values, trial.precise
                             return True
+                self.complete = self.complete and moved  # other numbers may have to move with it
         return False
 
     # --- the end of a branch ---
