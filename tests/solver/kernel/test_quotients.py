@@ -89,12 +89,9 @@ EXCHANGER = rulesheets.loads(
 
 
 @settings(max_examples=15, deadline=None)
-@given(st.floats(0.3, 3.0).filter(lambda ratio: abs(ratio - 1.0) > 0.05), st.floats(0.2, 3.0))
+@given(st.floats(0.3, 3.0).filter(lambda ratio: abs(ratio - 1.0) > 1e-3), st.floats(0.2, 3.0))
 def test_a_flow_through_an_exchanger_is_the_only_one(ratio: float, units: float) -> None:
-    """Between equal differences of temperature their mean is 0/0. Effectiveness: Kays and London, 1984.
-
-    Of nearly equal flows the answer is right, and not always known to be the only one.
-    """
+    """Between equal differences of temperature their mean is 0/0. Effectiveness: Kays and London, 1984."""
     hot, cold = 4000.0, 4000.0 / ratio
     least, share = min(hot, cold), min(hot, cold) / max(hot, cold)
     fade = math.exp(-units * (1.0 - share))
@@ -108,3 +105,9 @@ def test_a_flow_through_an_exchanger_is_the_only_one(ratio: float, units: float)
     (solution,) = result.solutions
     assert result.complete
     assert solution["Q"] == pytest.approx(heat, rel=1e-9)
+
+
+@pytest.mark.xfail(strict=True, reason="the slope of the mean difference has no sign over a box beside the gap")
+def test_nearly_balanced_flows_have_one_answer_that_is_known_to_be_all() -> None:
+    given = {"Thi": 420.0, "Tci": 290.0, "Cc": 4000.0 / 1.015625, "UA": 4000.0, "Ch": 4000.0}
+    assert solver.solve(EXCHANGER, given).complete
