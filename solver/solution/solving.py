@@ -246,7 +246,13 @@ def conclude(
 
     Raises TimeIsUp if there is none yet.
     """
-    found = explore_required(asked, always=prove)
+    return concluded(asked, explore_required(asked, always=prove), prove, limits)
+
+
+def concluded(
+    asked: Asked, found: Exploration, prove: bool, limits: bool
+) -> tuple[Verdict, Exploration, Model]:
+    """The same from an exploration."""
     verdict = judge(asked, found)
     if verdict.status not in (Status.SOLVED, Status.PARTIAL):
         from solver.solution.reread import without_copies

@@ -31,7 +31,7 @@ from solver.path.planner import planner
 from solver.ranking.branches import Answers, found_again, kept, together
 from solver.solution.explain import explain
 from solver.solution.explore import explore
-from solver.solution.solving import conclude
+from solver.solution.solving import conclude, concluded
 from solver.solution.verdict import Verdict, judge
 from solver.trace.guards import Pattern
 from solver.trace.python import float_of, with_fallback
@@ -227,10 +227,12 @@ class Plan:
         asked = Asked(self.model, self._values(numbers), self.want, self.guesses, self.want)
         with suppress(TimeIsUp), time_limit(self.timeout):
             found = explore(asked, brief=True)
-            status = judge(asked, found).status
-            if status is Status.INFEASIBLE and _finite(numbers):
-                self.records.refuse(numbers, found)
-            return status
+            verdict = judge(asked, found)
+            if verdict.status is Status.INFEASIBLE:
+                verdict, found, _ = concluded(asked, found, False, self.model.limits)
+                if verdict.status is Status.INFEASIBLE and not verdict.reread and _finite(numbers):
+                    self.records.refuse(numbers, found)
+            return verdict.status
         return Status.FAILED
 
     def sweep(self, *columns: Column, jit: bool = False) -> Table:

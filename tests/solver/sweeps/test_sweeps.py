@@ -360,3 +360,18 @@ def test_rows_and_calls_beyond_reach_have_the_status_of_their_solves() -> None:
             plan(speed)
         assert str(refused.value.status) == "failed"
     assert plan(14.5) == pytest.approx(plan.all(14.5)[0])
+
+
+def test_a_call_after_one_without_an_answer_tells_a_contradiction() -> None:
+    """At other phases than that of its two frequencies a low pass has no quality: it contradicts them."""
+    text = "r = f/f0\nphase = -atan2d(r/Q, 1 - r^2)\ngain = 1/sqrt((1 - r^2)^2 + (r/Q)^2)"
+    model = rulesheets.loads(text)
+    plan = solver.prepare(model, ["f0"], given={"f": 2000.0, "phase": -143.47114463301483})
+    for f0 in (2000.0, 3000.0, 2000.0, -1000.0, 1400.0, 2500.0):
+        alone = solver.solve(model, {"f": 2000.0, "phase": -143.47114463301483, "f0": f0})
+        try:
+            plan(f0)
+            status = "solved"
+        except solver.Unsolved as refused:
+            status = str(refused.status)
+        assert status == str(alone.status)
