@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
-from hypothesis.internal.conjecture import providers
 
 # The matrices are small, and the processes several: threads would only wait for one another.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -18,7 +19,8 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 # The same examples everywhere; the profile `random` draws others. Numbers of the product's source are none:
 # which of its modules are loaded depends on the tests that ran before.
-providers.is_local_module_file = lambda path: False
+with suppress(ImportError):
+    import_module("hypothesis.internal.conjecture.providers").is_local_module_file = lambda path: False
 # How long an example takes says more about the machine's other work than about the code.
 settings.register_profile("backsolve", deadline=None, derandomize=True, max_examples=50)
 settings.register_profile("random", deadline=None, derandomize=False)
