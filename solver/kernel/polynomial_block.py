@@ -326,9 +326,8 @@ def counted(problem: BlockProblem, candidates: Candidates) -> bool:
     forms = _explicit_forms(problem)
     if forms is None or not problem.kernel.once("algebraic", lambda: _is_algebraic(problem)):
         return False
-    from rulesheets.algebra.polynomials import (
-        eliminants,
-    )  # sympy waits until a search has left something open
+    # sympy waits until a search has left something open
+    from rulesheets.algebra.polynomials import eliminants
 
     equation = problem.graph.model.equations[block.residuals[0]]
     known = {name: value for name, value in problem.here.items() if isinstance(value, float)}
@@ -338,12 +337,10 @@ def counted(problem: BlockProblem, candidates: Candidates) -> bool:
     domain = problem.domain(block.tears[0])
     for one in found:
         roots = _clear_roots(simple_part(one.polynomial), *domain) if one.polynomial else ()
-        free = [real_roots(simple_part(factor)) for factor in one.indeterminate]
-        if (
-            roots is None
-            or None in free
-            or any(_is_within(one.positive, x) for some in free for x in some or ())
-        ):
+        holes = [real_roots(simple_part(factor)) for factor in one.indeterminate]
+        if roots is None or None in holes:
+            return False
+        if any(_is_within(one.positive, x) for some in holes for x in some or ()):
             return False  # where a form is 0/0 its unknown is free
         within = (root for root in roots if _is_within(one.positive, root))
         if not all(_settled(problem, candidates, forms, root) for root in within):
