@@ -53,7 +53,7 @@ from solver.path import (
     given_by,
     known_rules,
 )
-from solver.path.cases import EQUAL, value_of_equality
+from solver.path.cases import EQUAL, Pair, value_of_equality
 from solver.path.graph import Shape, asked_shape, is_angle_sum, shape_of
 from solver.path.planner import planner
 
@@ -613,27 +613,30 @@ class PathSearch:
 
         The Reynolds number that a friction factor gives as 2299.9999999999995 belongs to ``Re >= 2300``.
         """
-        for pair in [pair for pair, sign in branch.signs.items() if sign > EQUAL]:
-            with suppress(Undefined, KeyError, TypeError):
-                miss, slopes = derivatives(subtract(*pair), branch.values)
-                numbers = {name: v for name in slopes if isinstance(v := branch.values[name], float)}
-                if not abs(miss) <= SAME_VALUE * sum(abs(slopes[n] * v) for n, v in numbers.items()):
-                    continue
-                errors = self._off(branch)
-                if abs(miss) > SAFETY * sum(abs(slope) * errors[name] for name, slope in slopes.items()):
-                    continue
-                moved = False
-                for name in [n for n in numbers if n not in self.inputs and slopes[n]]:
-                    at = numbers[name] - miss / slopes[name]
-                    for value in (at, math.nextafter(at, math.inf), math.nextafter(at, -math.inf)):
-                        trial = branch.without(())
-                        if not self._moved(trial, name, value):
-                            continue
-                        moved = True
-                        if not self.analysis.contradicted(trial):
-                            branch.values, branch.precise = trial.values, trial.precise
-                            return True
-                self.complete = self.complete and moved  # other numbers may have to move with it
+        return any(self._moved_onto(branch, pair) for pair, sign in branch.signs.items() if sign > EQUAL)
+
+    def _moved_onto(self, branch: Branch, pair: Pair) -> bool:
+        """The same for one comparison. If no number can be moved alone the case stays open."""
+        with suppress(Undefined, KeyError, TypeError):
+            miss, slopes = derivatives(subtract(*pair), branch.values)
+            numbers = {name: v for name in slopes if isinstance(v := branch.values[name], float)}
+            if not abs(miss) <= SAME_VALUE * sum(abs(slopes[n] * v) for n, v in numbers.items()):
+                return False
+            errors = self._off(branch)
+            if abs(miss) > SAFETY * sum(abs(slope) * errors[name] for name, slope in slopes.items()):
+                return False
+            ends = [
+                (n, v - miss / slopes[n]) for n, v in numbers.items() if n not in self.inputs and slopes[n]
+            ]
+            beside = ((name, math.nextafter(at, to)) for name, at in ends for to in (at, math.inf, -math.inf))
+            trials = (trial for end in beside if self._moved(trial := branch.without(()), *end))
+            moved = False
+            for trial in trials:
+                if not self.analysis.contradicted(trial):
+                    branch.values, branch.precise = trial.values, trial.precise
+                    return True
+                moved = True
+            self.complete = self.complete and moved
         return False
 
     # --- the end of a branch ---
