@@ -10,15 +10,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
-from rulesheets.functions import named
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Call, Expression, Quotient, subtract
+from rulesheets.syntax.nodes import Expression, Quotient, subtract
 from rulesheets.syntax.program import degree, walk
 from solver.kernel.emitter import compile_expressions, divisors
 from solver.kernel.step import window
 from solver.numerics.linear_algebra import Array
 from solver.path import ClosedForm, SolveBlock
-from solver.path.graph import ModelGraph, shape_of
+from solver.path.graph import ModelGraph, phases, shape_of
 
 if TYPE_CHECKING:
     from solver.kernel.block_arrays import BlockArrays
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
     from solver.kernel.sparse_system import SparseSystem
     from solver.path.shapes import Alike
 
-PERIODIC = named(lambda row: row.turn or row.swings)
 FEW = 30
 """Rules up to which each is examined by itself, beyond it one of each shape."""
 DENSE = 300
@@ -143,19 +141,15 @@ class BlockKernel:
     def repeating(self) -> tuple[str, ...]:
         """The unknowns inside periodic functions that are no angles, and have no range: each period may have
         an answer of its own."""
-        inside = {name for phase in self._arguments for name in nodes.names(phase)}
+        inside = {name for phase in phases(*self.forms) for name in nodes.names(phase)}
         free = (name for name in self.unknowns if name in inside and self.graph.turn(name) is None)
         return tuple(name for name in free if any(map(math.isinf, self.domain(name))))
 
     @property
     def phases(self) -> list[Expression]:
         """The arguments of periodic functions in which these are."""
-        return [phase for phase in self._arguments if not set(self.repeating).isdisjoint(nodes.names(phase))]
-
-    @cached_property
-    def _arguments(self) -> list[Expression]:
-        calls = (part for form in self.forms for part in walk(form) if isinstance(part, Call))
-        return [call.arguments[-1] for call in calls if call.function in PERIODIC]
+        unknowns = set(self.repeating)
+        return [phase for phase in phases(*self.forms) if not unknowns.isdisjoint(nodes.names(phase))]
 
     @cached_property
     def linear(self) -> bool:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.functions import TABLE
+from rulesheets.functions import TABLE, named
 from rulesheets.model import Equation, Model, once
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
@@ -287,6 +287,15 @@ def angle_evidence(model: Model) -> Iterator[tuple[str, float, int]]:
     for rules in by_shape(model):
         if _reads_angles(rules[0]):
             yield from _angle_evidence_by_shape(rules)
+
+
+REPEATING = named(lambda row: row.turn or row.swings)
+
+
+def phases(*sides: Node) -> list[Expression]:
+    """The arguments of functions that repeat themselves, or go through 0 again and again as they grow."""
+    calls = (node for node in walk(*sides) if isinstance(node, Call))
+    return [call.arguments[-1] for call in calls if call.function in REPEATING]
 
 
 def _reads_angles(rule: Equation) -> bool:

@@ -28,7 +28,6 @@ from typing import Any
 
 import numpy as np
 
-from rulesheets.functions import TABLE
 from rulesheets.library import ANGLE
 from rulesheets.model import Equation, Model, Value, once
 from rulesheets.syntax.nodes import (
@@ -45,7 +44,7 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.nodes import names as names_in
 from rulesheets.syntax.program import walk
-from solver.path.graph import angle_evidence, by_shape
+from solver.path.graph import angle_evidence, by_shape, phases
 from solver.path.planner import planner
 from solver.ranking.sizes import FLOATS, LEAST, MANY, Arithmetic, Scalings, Suggestions, added
 
@@ -105,7 +104,7 @@ class Signs:
         """Names by which arguments of periodic functions grow, and which are no angles, as a time or a
         frequency: the first of the periods is meant."""
         inside, under = set[str](), set[str]()
-        for argument in (argument for e in self._periodic for argument in _phases(e.left, e.right)):
+        for argument in (argument for e in self._periodic for argument in phases(e.left, e.right)):
             inside.update(names_in(argument))
             under.update(n for q in walk(argument) if isinstance(q, Quotient) for n in names_in(q.right))
         return inside - under - self.angles.keys()
@@ -122,7 +121,7 @@ class Signs:
         if len(self.model.variables) > MANY:
             return ()
         shapes = ((rules, rules[0]) for rules in by_shape(self.model))
-        return [rule for rules, first in shapes if _phases(first.left, first.right) for rule in rules]
+        return [rule for rules, first in shapes if phases(first.left, first.right) for rule in rules]
 
     @cached_property
     def kinds(self) -> Mapping[str, int]:
@@ -226,23 +225,17 @@ class Signs:
 signs_of = once(Signs)
 
 
-def _phases(*sides: Expression) -> list[Expression]:
-    """The arguments of periodic functions."""
-    calls = (node for node in walk(*sides) if isinstance(node, Call) and TABLE[node.function].turn)
-    return [call.arguments[0] for call in calls]
-
-
-def _swings(node: Any, phases: Set[str]) -> bool:
-    """Whether an expression, or each of its terms, has a periodic function of a phase as a factor."""
+def _swings(node: Any, known: Set[str]) -> bool:
+    """Whether an expression, or each of its terms, has a function of ``known`` phases as a factor."""
     match node:
         case Call():
-            return any(not phases.isdisjoint(names_in(argument)) for argument in _phases(node))
+            return any(not known.isdisjoint(names_in(argument)) for argument in phases(node))
         case Product():
-            return any(_swings(part, phases) for part in node.parts)
+            return any(_swings(part, known) for part in node.parts)
         case Negative() | Sum():
-            return all(_swings(part, phases) for part in node.parts)
+            return all(_swings(part, known) for part in node.parts)
         case Quotient(left, _):
-            return _swings(left, phases)
+            return _swings(left, known)
     return False
 
 
