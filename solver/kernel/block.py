@@ -11,8 +11,8 @@ import numpy as np
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Expression, Quotient, subtract
-from rulesheets.syntax.program import degree, walk
+from rulesheets.syntax.nodes import Expression, subtract
+from rulesheets.syntax.program import degree
 from solver.kernel.emitter import compile_expressions, divisors
 from solver.kernel.step import window
 from solver.numerics.linear_algebra import Array
@@ -126,16 +126,6 @@ class BlockKernel:
         unknowns = frozenset(self.unknowns)
         found = dict.fromkeys(divisor for form in self.forms for divisor in divisors(form))
         return tuple(h for h in found if not unknowns.isdisjoint(nodes.names(h)))
-
-    @cached_property
-    def removable(self) -> list[Expression]:
-        """Divisors with unknowns at whose zeros a dividend of theirs is 0, too."""
-        from solver.kernel.chain import is_removable
-
-        unknowns, parts = frozenset(self.unknowns), (part for form in self.forms for part in walk(form))
-        quotients = [p for p in parts if isinstance(p, Quotient) and unknowns & set(nodes.names(p.right))]
-        told = self.once("removable", lambda: [is_removable(quotient) for quotient in quotients])
-        return [q.right for q, removable in zip(quotients, told, strict=True) if removable]
 
     @cached_property
     def repeating(self) -> tuple[str, ...]:

@@ -8,23 +8,20 @@ from __future__ import annotations
 
 import itertools
 import math
-import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from math import inf
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
+from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.evaluate.digits import extended
 from rulesheets.evaluate.gradient import signed_root
-from rulesheets.evaluate.number import enclose, value
+from rulesheets.evaluate.number import enclose
 from rulesheets.functions import TABLE
 from rulesheets.model import Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     ONE,
-    ZERO,
     Call,
     Expression,
     Name,
@@ -45,10 +42,8 @@ from rulesheets.syntax.nodes import (
 from rulesheets.syntax.program import walk
 from solver.kernel.emitter import Emitter
 from solver.kernel.interval_code import factors, times, without
-from solver.numerics.tolerances import HALF, NOTHING
 from solver.path import TARGET, Isolation, SolveBlock, Stage
 from solver.path.graph import ModelGraph
-from solver.path.isolate import isolate
 
 MAX_CHAINS = 256
 SLACK = 1e-9
@@ -390,36 +385,6 @@ def _scaled(node: Expression, v: Expression, known: Mapping[str, Scaled]) -> Sca
             return call(function, part), degree * (0.5 if function == "sqrt" else 1.0)
         case _:
             return rebuilt(node, tuple(over(part, 0.0) for part in parts)) if parts else node, 0.0
-
-
-TRIALS, SHOWN = 4, 2
-"""Places at which an identity is tried, and those that show it."""
-
-
-def is_removable(quotient: Quotient) -> bool:
-    """Whether the dividend is 0 where the divisor is, tested at random places: in floats, which exclude
-    most, and in 50 digits."""
-    above, below = quotient.left, quotient.right
-    solved = ((n, isolate(below, ZERO, n)) for n in dict.fromkeys(nodes.names(below)))
-    unknown, roots = next(((n, isolation.forms()) for n, isolation in solved if isolation), ("", ()))
-    ways = (value, HALF), (extended, NOTHING)
-    return bool(roots) and all(_vanishes(above, unknown, roots, *way) for way in ways)
-
-
-def _vanishes(
-    form: Expression, unknown: str, roots: Sequence[Expression], evaluate: Callable[..., Any], noise: float
-) -> bool:
-    """Whether a form is 0 if the unknown is one of the roots, for any values of the other names."""
-    chance, shown = random.Random(0), 0
-    for _ in range(TRIALS):
-        values = {name: chance.uniform(0.5, 3.0) for part in (form, *roots) for name in nodes.names(part)}
-        with suppress(Undefined, OverflowError):
-            usual = abs(evaluate(form, values))
-            there = ({**values, unknown: evaluate(root, values)} for root in roots)
-            if any(abs(evaluate(form, point)) > noise * usual for point in there):
-                return False
-            shown += 1
-    return shown >= SHOWN
 
 
 MOST_DIRECTIONS = 2

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 from rulesheets.functions.intervals import EMPTY, LINE, Interval, cut, divide, greatest
 from rulesheets.functions.intervals import least as smaller
-from rulesheets.syntax.nodes import Expression, Name, Number, Quotient
+from rulesheets.syntax.nodes import Name, Number, Quotient
 from solver.kernel.chain import Assignment, Chain, cleared, directions, reciprocal, sides, slope_chain
 from solver.kernel.interval_code import IntervalEmitter, Pair
 
@@ -128,11 +128,6 @@ class Enclosure:
         ((least, most),) = self._of_numerator.slopes_over([(low, high)], known)
         return least > 0.0 or most < 0.0
 
-    def may_vanish(self, low: float, high: float, known: Sequence[float]) -> bool:
-        """Whether the numerator of the residual may be 0 somewhere in a box."""
-        ((least, most),) = self._of_numerator.ranges([(low, high)], known) if self._of_numerator else (EMPTY,)
-        return least <= 0.0 <= most
-
     @cached_property
     def _of_numerator(self) -> Enclosure | None:
         return None if self.cleared is None else self._beside("numerator", self.cleared)
@@ -142,12 +137,6 @@ class Enclosure:
         on_box = self._slope_range(*known)
         found = (on_box(*box) for box in boxes)
         return [LINE if isnan(below) or isnan(above) else (below, above) for below, above in found]
-
-    def along(self, number: int, expression: Expression) -> Enclosure:
-        """Bounds of an expression, the ``number``-th such request, in place of the residual."""
-        last = Assignment(self._chain.residuals[0], expression)
-        chain = self._chain._replace(assignments=(*self._chain.assignments[:-1], last))
-        return self._beside(f"along {number}", chain)
 
     @cached_property
     def _sides(self) -> tuple[Enclosure, ...]:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import partial
@@ -41,8 +41,6 @@ from solver.path import Isolation, SolveBlock
 from solver.path.graph import ModelGraph
 from solver.path.isolate import isolate
 
-AROUND = 4, 64, 1024
-"""Distances in ulp from the zero of a divisor at which its sign is evaluated."""
 DIGITS = 60
 """Decimal digits of a number next to 1."""
 STEP = 1e-20
@@ -100,9 +98,7 @@ class TearSearch:
         self.stretches: list[Stretch] = []
         self.doubts = False
         self.boxes = 0
-        self._reach = defaultdict[tuple[int, Interval], tuple[list[Interval], list[Interval]]](
-            lambda: ([], [])
-        )
+        self._reach = defaultdict[tuple[int, float], tuple[list[Interval], list[Interval]]](lambda: ([], []))
 
     def run(self) -> bool:
         """Find the roots along every chain. True if they are proven to be all."""
@@ -166,42 +162,25 @@ class TearSearch:
         crossings = tuple(nearest.intersection(search.crossings))
         return search._replace(roots=tuple(nearest), crossings=crossings)
 
-    def _ranges(self, place: int, holes: Sequence[Interval], boxes: Sequence[Interval]) -> list[Interval]:
-        """The residual over each box; nan, nan also if it is 0/0 in a hole and 0 nowhere else."""
+    def _ranges(self, place: int, holes: Sequence[float], boxes: Sequence[Interval]) -> list[Interval]:
+        """The residual over each box; nan, nan also if it is 0/0 at a hole and 0 nowhere else."""
         found = self.kernel.enclosure(place).ranges(boxes, self.problem.known)
         for number, (box, (below, above)) in enumerate(zip(boxes, found, strict=True)) if holes else ():
             if below <= 0.0 <= above and box[0] < box[1] and self._is_monotone(place, holes, *box):
                 found[number] = nan, nan
         return found
 
-    def _holes(self, place: int) -> list[Interval]:
-        """The places where the residual is 0/0: 0, 1, ends of the tear's domain, or near them."""
+    def _holes(self, place: int) -> list[float]:
+        """The points where the residual is 0/0, of 0, 1 and the ends of the tear's domain."""
         if self.kernel.enclosure(place).cleared is None:
             return []
         points = dict.fromkeys((0.0, 1.0, *filter(math.isfinite, self.problem.domain(self.tear))))
-        exact = [(x, x) for x in points if self._is_hole(place, x)]
-        beside = (self._along(place, x + BESIDE_HOLE * (abs(x) or 1.0)) for x, _ in exact)
+        holes = [x for x in points if self._is_hole(place, x)]
+        beside = (self._along(place, x + BESIDE_HOLE * (abs(x) or 1.0)) for x in holes)
         self.candidates.holes += [
             point for point in beside if point and self.candidates.nearly(point, ROUGHLY)
         ]
-        divisors = enumerate(self.kernel.removable)
-        return exact + [hole for number, divisor in divisors for hole in self._around(place, number, divisor)]
-
-    def _around(self, place: int, number: int, divisor: Expression) -> Iterator[Interval]:
-        """Some floats around each zero of a divisor, in which the numerator of the residual may be 0, too."""
-        enclosure, known = self.kernel.enclosure(place), self.problem.known
-        along, (least, most) = enclosure.along(number, divisor), self.problem.domain(self.tear)
-        ranges, slopes = partial(along.ranges, known=known), partial(along.slopes_over, known=known)
-        limits = IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, SEARCH_LEVELS)
-        search = isolate_roots(ranges, slopes, lambda x: math.fsum(ranges([(x, x)])[0]), least, most, limits)
-        for root in search.roots:
-            for ulps in AROUND:
-                box = max(least, root - ulps * math.ulp(root)), min(most, root + ulps * math.ulp(root))
-                (a, b), (slope,) = ranges([(x, x) for x in box]), slopes([box])
-                changes = a[1] < 0.0 < b[0] or b[1] < 0.0 < a[0]
-                if changes and all(map(math.isfinite, slope)) and enclosure.may_vanish(*box, known):
-                    yield box
-                    break
+        return holes
 
     def _without_holes(self, place: int, search: RootSearch) -> RootSearch:
         """The search without boxes around exact points at which the residual is 0/0.
@@ -211,18 +190,18 @@ class TearSearch:
         """
         if search.complete or not search.unresolved or self.kernel.enclosure(place).cleared is None:
             return search
-        holes = [(x, x) for x in dict.fromkeys(map(_short, search.unresolved)) if self._is_hole(place, x)]
+        holes = [x for x in dict.fromkeys(map(_short, search.unresolved)) if self._is_hole(place, x)]
         left = tuple(box for box in search.unresolved if not self._is_monotone(place, holes, *box))
         touching = tuple(x for x in search.touching if not self._is_monotone(place, holes, x, x))
         return search._replace(unresolved=left, touching=touching, complete=not left)
 
-    def _is_monotone(self, place: int, holes: Sequence[Interval], low: float, high: float) -> bool:
+    def _is_monotone(self, place: int, holes: Sequence[float], low: float, high: float) -> bool:
         """Whether the numerator of the residual is monotone from some hole over a box.
 
         If it is so on a box it is on every part of it, and if it is not, it is on no larger box.
         """
-        for a, b in holes:
-            box, (yes, no) = (min(low, a), max(high, b)), self._reach[place, (a, b)]
+        for hole in holes:
+            box, (yes, no) = (min(low, hole), max(high, hole)), self._reach[place, hole]
             if any(one[0] <= box[0] and box[1] <= one[1] for one in yes):
                 return True
             if any(box[0] <= one[0] and one[1] <= box[1] for one in no):

@@ -13,6 +13,8 @@ from scipy.optimize import brentq
 
 import rulesheets
 import solver
+from rulesheets.evaluate import Undefined, value
+from solver.kernel.interval_code import IntervalEmitter
 
 LOAN = rulesheets.load(str(Path(__file__).parents[3] / "models" / "loan" / "model.tk"))
 RATES = solver.prepare(LOAN, ["payment", "term"], ["rate"])
@@ -107,7 +109,52 @@ def test_a_flow_through_an_exchanger_is_the_only_one(ratio: float, units: float)
     assert solution["Q"] == pytest.approx(heat, rel=1e-9)
 
 
-@pytest.mark.xfail(strict=True, reason="the slope beside the gap has no sign over a box")
-def test_nearly_balanced_flows_have_one_answer_that_is_known_to_be_all() -> None:
-    given = {"Thi": 420.0, "Tci": 290.0, "Cc": 4000.0 / 1.015625, "UA": 4000.0, "Ch": 4000.0}
-    assert solver.solve(EXCHANGER, given).complete
+DIFFERENCES = (
+    "(u - v)/ln(u/v)",
+    "a*(u - v)/(ln(u) - ln(v))",
+    "(u^3 - v^3)/(u - v)",
+    "(1/u - 1/v)/(u - v)",
+    "(sqrt(u) - sqrt(v))/(u - v)",
+    "(exp(u) - exp(v))/(u^0.7 - v^0.7)",
+    "(tan(u) - tan(v))/(v - u)",
+    "((u^2 - 1)^1.5 - (v^2 - 1)^1.5)/(u - v)",
+    "(abs(u) - abs(v))/(u - v)",
+    "(sin(u) - sin(v))/(atan(u) - atan(v))",
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.sampled_from(DIFFERENCES),
+    *[st.floats(-4.0, 4.0).map(lambda x: round(x, 3))] * 2,
+    *[st.floats(0.0, 3.0)] * 2,
+    *[st.floats(0.0, 1.0)] * 2,
+)
+def test_bounds_of_a_quotient_of_differences_hold_at_every_point(
+    text: str, u: float, v: float, wide: float, high: float, along: float, across: float
+) -> None:
+    """Around u = v slopes bound it, unless a pole, a gap of a domain or a jump may lie between."""
+    expression = rulesheets.loads(f"variables\n  a = 1.5\nrules\n  y = {text}\n").equations[0].right
+    emitter = IntervalEmitter(("u", "v"), ("a",))
+    low, top = emitter.function(emitter.of(expression))(1.5)(u, u + wide, v, v + high)
+    try:
+        at = value(expression, {"a": 1.5, "u": u + along * wide, "v": v + across * high})
+    except (Undefined, ZeroDivisionError):
+        return
+    slack = 1e-6 * abs(at) + 1e-9  # of the floats that it is evaluated in
+    assert not (math.isnan(low) and math.isnan(top))
+    assert low - slack <= at <= top + slack
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(20.0, 80.0), st.floats(0.9, 1.1), st.sampled_from(["dT1", "Thi", "Tci"]))
+def test_a_mean_difference_of_temperature_has_one_answer(dT2: float, ratio: float, unknown: str) -> None:
+    """Asked backward between fixed differences, and where they may be equal."""
+    dT1 = round(dT2 * ratio, 6) + 1e-6
+    text = "rules\n  dT1 = Thi - Tco\n  dT2 = Tho - Tci\n  LM = (dT1 - dT2)/ln(dT1/dT2)\n"
+    known = {"Thi": 60.0 + dT1, "Tco": 60.0, "Tho": 20.0 + dT2, "Tci": 20.0}
+    mean = mpmath.mpf(dT1 - dT2) / mpmath.log(mpmath.mpf(dT1) / mpmath.mpf(dT2))
+    given = {**known, "LM": float(mean), unknown: None}
+    result = solver.solve(rulesheets.loads(text), {n: v for n, v in given.items() if v is not None})
+    assert str(result.status) == "solved" and len(result.solutions) == 1
+    assert result.complete or abs(dT1 / dT2 - 1.0) < 1e-4
