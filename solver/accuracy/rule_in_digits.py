@@ -70,6 +70,7 @@ def look_again(equation: Equation, values: Mapping[str, Value], noise: float) ->
     except Undefined as error:
         reaches = not error.hole and rule.reaches(fine)  # 0/0 may be anything beside 0
         return RuleCheck(reaches, None, 0.0 if reaches else math.inf, True)
+    rule.underflows = size * power**-fine < SMALLEST_NORMAL  # what operations absorb need not be as small
     if abs(misses[-1]) <= seen * power**-rough and not rule.absorbed():
         return RuleCheck(True, 0.0, 0.0, True)
     return RuleCheck(False, None, math.inf, True)

@@ -119,6 +119,7 @@ class Candidates:
                 self.keep(point, singular=result.outcome is Outcome.SINGULAR_JACOBIAN)
                 return
         point = problem.named(result.x)
+        self.strays += result.outcome is Outcome.SINGULAR_JACOBIAN  # on a plateau that is 0 in floats alone
         if not result.outcome.found or self.dull >= MOST_DULL or not self.nearly(point):
             return
         cleared = _cleared(point, uncertainty(problem, point).errors)

@@ -229,8 +229,9 @@ CORRECTIONS = 4
 
 
 def free_curve(problem: BlockProblem, point: Mapping[str, float] | None = None) -> BlockOutcome | None:
-    """The freedom of a block at a point; None if there is none, or it does not continue."""
-    if len(problem.unknowns) > MAX_BATCH_UNKNOWNS or not problem.kernel.smooth:
+    """The freedom of a block at a point; None if there is none, or it does not continue. A smooth rule that
+    holds along a stretch of its only unknown holds at any value of it, which is seen before."""
+    if not 1 < len(problem.unknowns) <= MAX_BATCH_UNKNOWNS or not problem.kernel.smooth:
         return None
     with np.errstate(all="ignore"):
         try:
@@ -343,7 +344,7 @@ def without_curves(problem: BlockProblem, outcome: BlockOutcome) -> BlockOutcome
     A list of some points of a curve is never complete.
     """
     suspects = [answer for answer in outcome.answers if answer.double]
-    if not suspects or outcome.free or len(problem.unknowns) == 1:
+    if not suspects or outcome.free:
         return outcome
     looked_at = [(answer, free_curve(problem, answer.values)) for answer in suspects[:MOST_SUSPECTS]]
     curves = [curve for _, curve in looked_at if curve is not None]

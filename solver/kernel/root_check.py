@@ -21,10 +21,11 @@ from typing import Any
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context, extended
 from solver.accuracy.digits import linearized
-from solver.accuracy.rule_sides import gross
+from solver.accuracy.rule_in_digits import absorbs
+from solver.accuracy.rule_sides import gross, sides
 from solver.kernel.problem import BlockProblem, Uncertainty, is_beside_pole, uncertainty
 from solver.numerics.elimination import eliminate
-from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS, ORDINARY, REFINED, SAFETY, SETTLED
+from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS, ORDINARY, REFINED, SAFETY, SETTLED, SPARE
 
 
 def is_clearly_violated(problem: BlockProblem, point: Mapping[str, float]) -> bool:
@@ -190,6 +191,8 @@ def _solved_on(
     first, before = residual, mp.inf
     for count in range(most):
         step = eliminate(rows, residual) if any(residual) else None
+        if step is None and not any(residual) and _is_lost(problem, start, x, rows, bars):
+            return None, False
         if step is None:
             return [float(v) for v in x], count > 0 and not any(residual)
         for halving in range(HALVINGS):  # while it leaves the domain of a rule
@@ -210,6 +213,22 @@ def _solved_on(
             return (end, True) if _reached(problem, end, residual, first) else (None, False)
         before = length
     return [float(v) for v in x], False
+
+
+def _is_lost(
+    problem: BlockProblem,
+    start: Sequence[float],
+    x: Sequence[Any],
+    rows: list[list[Any]],
+    bars: Sequence[float],
+) -> bool:
+    """Whether residuals are 0 only for want of digits: rounding moves the root out of the neighbourhood."""
+    here = {**problem.here, **problem.named(x)}
+    tiny = context(DIGITS).mpf(10) ** (SPARE - DIGITS) / EPS
+    step = eliminate(rows, [tiny * sides(rule, here).noise for rule in problem.kernel.equations])
+    if step is None:
+        return any(absorbs(form, here, DIGITS) for form in problem.kernel.forms)
+    return not _within(start, [v - d for v, d in zip(x, step, strict=True)], bars, FAR)
 
 
 def _reached(

@@ -23,20 +23,21 @@ from typing import Any, TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
-from rulesheets.evaluate.digits import context
+from rulesheets.evaluate.digits import context, extended
 from rulesheets.evaluate.exact import Inexact, exactly
 from rulesheets.functions.intervals import Interval
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name, Number, substitute, subtract
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_sides import with_named_numbers
+from solver.accuracy.rule_in_digits import absorbs
+from solver.accuracy.rule_sides import terms, with_named_numbers
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import MOST_REPEATED, BlockOutcome, Candidates, Stretch
 from solver.kernel.chain import RESIDUAL, Assignment, Chain, assigned, followed, through
 from solver.kernel.linear_block import left_free
 from solver.kernel.problem import BlockProblem
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
-from solver.numerics.tolerances import BACKWARD, BESIDE_HOLE, NOTHING, ROUGHLY
+from solver.numerics.tolerances import BACKWARD, BESIDE_HOLE, NOTHING, ROUGHLY, SPARE
 from solver.path import Isolation, SolveBlock
 from solver.path.graph import ModelGraph
 from solver.path.isolate import isolate
@@ -69,6 +70,21 @@ def vanishes(chain: Chain, x: float, known: Mapping[str, float]) -> bool:
         return False
 
 
+def tends_to_zero(chain: Chain, points: Sequence[float], known: Mapping[str, float]) -> bool:
+    """Whether the last residual of a chain, which vanishes at these values of its only tear, only tends to 0
+    there, as that of ``erf(x) = 1``: it changes from one to another, or an operation absorbs what it is."""
+    misses, last = [], chain.assignments[-1]
+    for x in points:
+        digits = DIGITS + max(0, math.frexp(x)[1] // 3)
+        values = followed(chain, {**known, chain.tears[0]: context(digits).mpf(x)}, digits)
+        size = sum(abs(extended(term, values, digits)) for term in terms(last.expression))
+        if any(absorbs(item.expression, values, digits) for item in chain.assignments):
+            return True
+        miss = values[last.name]
+        misses.append(miss if abs(miss) > size * context(digits).mpf(10) ** (SPARE - digits) else 0)
+    return bool(max(misses) - min(misses) > max(map(abs, misses)) / 2)
+
+
 SEARCH_BOXES = 12_000
 SEARCH_ALIVE = 2_000
 SEARCH_LEVELS = 220
@@ -76,6 +92,8 @@ USUAL_LEVELS = 30
 OPERATIONS = 4
 """Of one level of a search for each assignment of a chain: its range twice, sections, and the slope."""
 SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
+FAR = 10.0
+"""The distances from the near end of an interval that reaches far out, in ends, at which it is sampled."""
 FAINT = 1e-30
 """Size of samples for which rules may be meaningless, whether or not their unknown is free."""
 REMOTE = 1e50
@@ -270,10 +288,13 @@ class TearSearch:
             beyond = [self._along(place, end) for end in (low - (high - low), high + (high - low))]
             if all(point is not None and self.candidates.nearly(point) for point in beyond):
                 continue
-            first, second = (self._along(place, low + share * (high - low)) for share in SHARES[:2])
+            first, second = (self._along(place, x) for x in _inside(low, high, self._size))
             apart = first and second and first[self.tear] != second[self.tear]
             if first and second and apart and self._satisfied(place, (first, second)):
-                return self._free(first, second)
+                known = dict(zip(self.kernel.known, self.problem.known, strict=True))
+                tears = first[self.tear], second[self.tear]
+                if not tends_to_zero(self.kernel.chains[place], tears, known):
+                    return self._free(first, second)
         return None
 
     def _satisfied(self, place: int, points: Sequence[Mapping[str, float]]) -> bool:
@@ -293,11 +314,15 @@ class TearSearch:
         low, high = self.problem.domain(self.tear)
         if math.isfinite(low) and math.isfinite(high):
             return [low + (high - low) * share for share in SHARES]
-        size = self.problem.scale[self.problem.unknowns.index(self.tear)]
+        size = self._size
         middle = low if math.isfinite(low) else high if math.isfinite(high) else 0.0
         signs = (1.0, -1.0) if middle == 0.0 else (1.0,) if math.isfinite(low) else (-1.0,)
         sizes = (size,) if size > FAINT else (size, 1.0)
         return [middle + sign * s * share for s in sizes for sign in signs for share in SHARES]
+
+    @property
+    def _size(self) -> float:
+        return self.problem.scale[self.problem.unknowns.index(self.tear)]
 
     def _along(self, place: int, x: float) -> dict[str, float] | None:
         try:
@@ -310,6 +335,15 @@ class TearSearch:
         point = self._along(place, root)
         if point is not None:
             self.candidates.refine(list(point.values()))
+
+
+def _inside(low: float, high: float, size: float) -> tuple[float, float]:
+    """Two points of an interval; of one that reaches far out, near its end next to 0."""
+    near, far = sorted((low, high), key=abs)
+    one, other = (math.copysign(max(abs(near), size), far) * FAR**power for power in (1, 2))
+    if low * high > 0.0 and abs(other) < abs(far):
+        return one, other
+    return low + SHARES[0] * (high - low), low + SHARES[1] * (high - low)
 
 
 def _short(box: tuple[float, float]) -> float:

@@ -201,8 +201,9 @@ VANISHED = 1e-150
 
 # --- numbers of many digits ---
 
-PRECISIONS = 50, 100, 200
-"""Decimal digits, by turns: each twice as many, so that two that agree are not both rounding."""
+PRECISIONS = 50, 100, 200, 340, 400
+"""Decimal digits, by turns: so many more that two that agree are not both rounding. The last two show the
+least of floats, 2e-308, beside 1."""
 
 MAX_UNKNOWNS = 60
 """Unknowns of a block up to which it is solved in so many digits."""

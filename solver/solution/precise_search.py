@@ -23,6 +23,7 @@ from rulesheets.syntax.nodes import Comparison, Condition, Expression
 from solver.accuracy.digits import ManyDigits, Unresolved, Work, null_vectors, resolve_fold
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import check_rule
+from solver.accuracy.rule_in_digits import absorbs
 from solver.accuracy.rule_sides import gross, half_unit, sides
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
@@ -270,7 +271,10 @@ class _PreciseStep(StepSolver):
         self.floats = {n: v if isinstance(v, str) else float(v) for n, v in self.floats.items()}
 
     def evaluate(self, expression: Expression, values: Mapping[str, Value]) -> Any:
-        return extended(expression, values, self.digits)
+        result = extended(expression, values, self.digits)
+        if not result and absorbs(expression, values, self.digits):
+            raise Unresolved  # 0 for want of digits
+        return result
 
     def _root(self, number: Any) -> Any:
         return self.mp.sqrt(number)

@@ -25,6 +25,10 @@ def solved(rules: str) -> solver.Result:
         ("h = 2*A/w\nA = w*h/2 + exp(w)\nw*h = sqrt(q)\nq = 2", "exp = 0"),
         ("x*y = 5\n5 - y*x = cosh(x) - 0.5", "cosh = 0.5"),
         ("p = q + 3*erf(x)\n2*p - 2*q = 6\np + q = x", "erf = 1"),
+        ("y = (1 + erf(x))/2\ny = 0", "erf = -1"),
+        ("y = 3*(1 + erf((x - 5)/2))/2\nx = 4*z + 1\ny = 3", "erf = 1"),
+        ("y = erfc(x)\ny = 2", "erfc = 2"),
+        ("u = erfc(x)\ny = u\ny = 0", "erfc = 0"),
     ],
 )
 def test_the_end_of_an_image_that_is_never_attained_has_no_preimage(rules: str, needs: str) -> None:
@@ -41,3 +45,39 @@ def test_a_target_beyond_the_end_by_rounding_alone_is_not_refused() -> None:
 
 def test_what_is_rounded_to_the_end_of_an_image_proves_nothing() -> None:
     assert solved("erf(x) = y/3\ny*0.1 = 0.3").status is not solver.Status.INFEASIBLE
+
+
+@pytest.mark.parametrize(
+    "rules",
+    [
+        "x/sqrt(1 + x^2) = 1",
+        "(exp(x) - exp(-x))/(exp(x) + exp(-x)) = 1",
+        "tanh(x)*erf(x) = 1",
+        "tanh(x) + erf(x) = 2",
+        "x^2/(1 + x^2)*tanh(x) = 1",
+        "x*(sqrt(1 + 1/x^2) - 1) = 0",
+        "y = 3*(1 + erf((x - 5)/2))/2\nq = y + 2\nq = 5",
+    ],
+)
+def test_a_limit_at_infinity_is_neither_an_answer_nor_leaves_the_unknown_free(rules: str) -> None:
+    result = solved(rules)
+    assert result.status in (solver.Status.INFEASIBLE, solver.Status.FAILED)
+    assert not result.solutions
+
+
+def test_a_spread_of_options_that_pays_less_than_floats_tell_is_not_excluded() -> None:
+    """At S = 100 + 1e-16, between two floats."""
+    result = solved("K = 100\nP = max(0, S - K) - max(0, S - 110)\nP = 1e-16")
+    assert result.status is not solver.Status.INFEASIBLE and not result.complete
+
+
+def test_numbers_that_vanish_only_in_floats_satisfy_nothing() -> None:
+    """The volatility of a firm (R. C. Merton, 1974): at one of -0.008 all is 1e-240."""
+    model = rulesheets.loads(
+        "d1 = (ln(V/D) + (r + s^2/2)*T)/(s*sqrt(T))\nd2 = d1 - s*sqrt(T)\n"
+        "N1 = (1 + erf(d1/sqrt(2)))/2\nN2 = (1 + erf(d2/sqrt(2)))/2\n"
+        "E = V*N1 - D*exp(-r*T)*N2\nsE*E = N1*s*V"
+    )
+    result = solver.solve(model, {"V": 12.4, "D": 10.0, "r": 0.05, "T": 1.0, "sE": 0.8})
+    assert result["s"] == pytest.approx(0.2125371909775, rel=1e-11)  # brentq on the last rule
+    assert all(abs(answer["N1"]) > 0.1 for answer in result.solutions)

@@ -34,3 +34,27 @@ def test_a_difference_has_the_digits_of_its_inputs(d: float) -> None:
         a = 300 * (1 / mpmath.cos(mpmath.radians(mpmath.mpf(d) / 2)) - 1)
         exact = float(a), float(a / mpmath.mpf(d) ** 2)
     assert (result["a"], result["q"]) == pytest.approx(exact, rel=4e-16)
+
+
+@pytest.mark.parametrize("x", [-6.0, -12.0, -17.3, -21.9, -26.0])
+def test_a_tail_of_the_normal_distribution_has_all_digits(x: float) -> None:
+    """1 + erf(-26) is 6e-296, of which as many digits as floats have decades tell nothing."""
+    result = solver.solve(rulesheets.loads("p = (1 + erf(x))/2\nq = 3*p"), {"x": x})
+    with mpmath.workdps(50):
+        p = mpmath.erfc(-mpmath.mpf(x)) / 2
+        exact = float(p), float(3 * p)
+    assert (result["p"], result["q"]) == pytest.approx(exact, rel=4e-16, abs=0.0)
+
+
+def test_an_option_beyond_reach_contradicts_nothing() -> None:
+    rules = """d = (ln(S/K) + (r + s^2/2)*T)/(s*sqrt(T))
+N1 = (1 + erf(d/sqrt(2)))/2
+N2 = (1 + erf((d - s*sqrt(T))/sqrt(2)))/2
+C = S*N1 - K*exp(-r*T)*N2"""
+    result = solver.solve(rulesheets.loads(rules), {"S": 50.0, "K": 100.0, "r": 0.05, "s": 0.2, "T": 0.02})
+    with mpmath.workdps(50):
+        S, K, r, s, T = (mpmath.mpf(v) for v in (50.0, 100.0, 0.05, 0.2, 0.02))
+        d = (mpmath.log(S / K) + (r + s**2 / 2) * T) / (s * mpmath.sqrt(T))
+        one, two = (mpmath.erfc(-z / mpmath.sqrt(2)) / 2 for z in (d, d - s * mpmath.sqrt(T)))
+        exact = float(S * one - K * mpmath.exp(-r * T) * two)
+    assert result["C"] == pytest.approx(exact, rel=1e-14, abs=0.0)
