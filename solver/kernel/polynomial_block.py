@@ -369,7 +369,8 @@ def _is_algebraic(problem: BlockProblem) -> bool:
 
 def _settled(problem: BlockProblem, candidates: Candidates, forms: Forms, root: float) -> bool:
     """Whether a root is one of the answers, or becomes one, or clearly is none."""
-    tear = problem.kernel.block.tears[0]
+    block = problem.kernel.block
+    tear, place = block.tears[0], problem.equations.index(block.residuals[0])
 
     def is_listed() -> bool:
         return any(abs(answer.values[tear] - root) <= SAME_VALUE * abs(root) for answer in candidates.answers)
@@ -379,7 +380,9 @@ def _settled(problem: BlockProblem, candidates: Candidates, forms: Forms, root: 
     reach = SAME_VALUE * (abs(root) or 1.0)  # beside it no pole nor the end of a domain hides the unknowns
     points = [_point_at(problem, forms, {tear: at}) for at in (root, root - reach, root + reach)]
     if all(point is None or is_clearly_violated(problem, point) for point in points):
-        return True
+        # a change of sign between them: at a root between two floats, or at a pole
+        signs = {problem.residual(list(point.values()))[place] > 0.0 for point in points if point is not None}
+        return len(signs) < 2
     for point in points:
         if point is not None:
             candidates.refine(list(point.values()))
