@@ -315,7 +315,8 @@ def left_free(
     there = {**problem.here, **dict.fromkeys(problem.unknowns, 1.0), **point}
     fact = RankLoss(problem.equations, free, direction, everywhere, there, dependent)
     fixed = {name: number for name, number in point.items() if name not in free}
-    return BlockOutcome((Answer(fixed),), complete=True, facts=(fact,), free=free)
+    complete = problem.kernel.linear or not fixed  # elsewhere others may have other values
+    return BlockOutcome((Answer(fixed),), complete=complete, facts=(fact,), free=free)
 
 
 STEP_ALONG = 1e-2

@@ -59,3 +59,21 @@ def test_an_answer_beside_a_curve_on_which_unknowns_vanish() -> None:
     assert result["m1"] == pytest.approx(2.0)
     assert result["v1"] == pytest.approx(hit["v1"])
     assert any("curve" in d.message for d in result.diagnoses)
+
+
+LAGRANGE = """a*y^2 + 16*b*x + 16*x = 0
+2*y*(a*x + b + 1) = 0
+x*y^2 = 0
+8*x^2 + y^2 = 24"""
+
+
+def test_an_unknown_left_free_saves_no_rule_of_its_block() -> None:
+    """For b = -1.1 the first three rules ask x = y = 0, whatever a is, and the last refuses that."""
+    result = solver.solve(rulesheets.loads(LAGRANGE), {"b": -1.1})
+    assert result.status in (solver.Status.INCONSISTENT, solver.Status.FAILED)
+
+
+def test_what_a_block_determines_beside_a_free_unknown_is_not_known_to_be_all() -> None:
+    """For b = -1 also y = 0 and x = √3, where a is free."""
+    result = solver.solve(rulesheets.loads(LAGRANGE), {"b": -1.0})
+    assert result["y"] == pytest.approx(24**0.5) and not result.complete
