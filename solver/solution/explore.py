@@ -13,7 +13,7 @@ from typing import TypeAlias
 from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Value
-from rulesheets.syntax.nodes import Number, subtract
+from rulesheets.syntax.nodes import Name, Number, subtract
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY, half_unit
@@ -39,7 +39,7 @@ from solver.leaves import (
     unmet,
     without_value,
 )
-from solver.numerics.tolerances import SAFETY, SAME_VALUE
+from solver.numerics.tolerances import ROUGHLY, SAFETY
 from solver.path import (
     Assume,
     Check,
@@ -490,10 +490,17 @@ class PathSearch:
         return False
 
     def _moved(self, branch: Branch, name: str, value: float) -> bool:
-        """Whether the rules that read a computed number also hold at another value of it, which is taken."""
+        """Whether the rules that read a computed number also hold at another value of it, which is taken.
+
+        None of the block that it came from may be left open by an unknown: no value of that need save it.
+        """
         trial, decided = {**branch.values, name: value}, branch.conditions
         active = [e for i in self.graph.users[name] if activity(e := self.model.equations[i], decided)]
-        if not all(check_rule(e, trial).holds for e in active if all(other in trial for other in e.names)):
+        known = [e for e in active if all(other in trial for other in e.names)]
+        told_by = () if name not in branch.origins else equations_of(branch.origins[name])
+        if any(e.index in told_by and e not in known for e in active):
+            return False
+        if not all(check_rule(e, trial).holds for e in known):
             return False
         branch.values[name] = value
         branch.precise.pop(name, None)
@@ -536,19 +543,23 @@ class PathSearch:
             first = step not in self._searched
             self.budget.begin_block(self.complete, assumed or not first)
             self._searched.add(step)
-            given, off = [], partial(self._off, branch)
-            for name in kernel.known:  # exact values: inputs, and numbers that a rule says
-                origin = branch.origins.get(name)
-                if isinstance(origin, Evaluate):
-                    said, _ = self.graph.isolated(origin.equation, self.graph.number[name])
-                    origin = None if said and said.identity and isinstance(said.start, Number) else origin
-                if origin is None:
-                    given.append(name)
+            off, given = partial(self._off, branch), [n for n in kernel.known if self._is_exact(branch, n)]
             self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off, given)
             if first and any(attempt.method in SEARCHES for attempt in self.outcomes[key].attempts):
                 self._sought[self._kind(step)] += 1
         outcome: BlockOutcome = self.outcomes[key]
         return outcome
+
+    def _is_exact(self, branch: Branch, name: str) -> bool:
+        """Whether a value is an input, a number that a rule says, or a copy of one."""
+        origin = branch.origins.get(name)
+        if not isinstance(origin, Evaluate):
+            return origin is None
+        said, _ = self.graph.isolated(origin.equation, self.graph.number[name])
+        if said is None or not said.identity or not isinstance(said.start, Number | Name):
+            return False
+        others = (other for other in self.model.equations[origin.equation].names if other != name)
+        return all(self._is_exact(branch, other) for other in others)
 
     def _asked_before(self, step: SolveBlock, known: Numbers) -> Numbers:
         """The key of the outcome of a block: its known numbers."""
@@ -620,7 +631,7 @@ class PathSearch:
         with suppress(Undefined, KeyError, TypeError):
             miss, slopes = derivatives(subtract(*pair), branch.values)
             numbers = {name: v for name in slopes if isinstance(v := branch.values[name], float)}
-            if not abs(miss) <= SAME_VALUE * sum(abs(slopes[n] * v) for n, v in numbers.items()):
+            if not abs(miss) <= ROUGHLY * sum(abs(slopes[n] * v) for n, v in numbers.items()):
                 return False
             errors = self._off(branch)
             if abs(miss) > SAFETY * sum(abs(slope) * errors[name] for name, slope in slopes.items()):

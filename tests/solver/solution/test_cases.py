@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 import rulesheets
@@ -113,3 +115,22 @@ def test_a_strict_edge_has_no_answer_next_to_it(load: float, expected: list[floa
     result = solver.solve(rulesheets.loads("if V < 3 then q = V/10 else q = V/5"), {"q": load})
     assert [s["V"] for s in result.solutions] == expected
     assert result.complete
+
+
+@pytest.mark.parametrize(("Q", "D", "eps"), [(0.000154, 0.461, 1.11e-5), (0.000125, 0.0895, 0.00077)])
+def test_a_boundary_that_given_numbers_miss_by_their_last_places_is_not_excluded(
+    Q: float, D: float, eps: float
+) -> None:
+    """The friction is 1e-8 of the head, and with it the Reynolds number known to that share of it."""
+    rules = """V = Q/(pi*D^2/4)
+Re = V*D/nu
+if Re < 2300 then f = 64/Re else f = (-1.8*log10((eps/D/3.7)^1.11 + 6.9/Re))^-2
+h = f*150/D*V^2/19.62
+H = 4 + h + 6.5*V^2/19.62
+P = 9.81*Q*H/0.72"""
+    V = Q / (math.pi * D**2 / 4)
+    f = (-1.8 * math.log10((eps / D / 3.7) ** 1.11 + 6.9 / 2300)) ** -2
+    P = 9.81 * Q * (4 + f * 150 / D * V**2 / 19.62 + 6.5 * V**2 / 19.62) / 0.72
+    result = solver.solve(rulesheets.loads(rules), {"Q": Q, "D": D, "eps": eps, "P": P})
+    listed = any(answer["nu"] == pytest.approx(V * D / 2300, rel=1e-6) for answer in result.solutions)
+    assert listed or not result.complete
