@@ -46,25 +46,17 @@ CLEAR = Fraction(1, 10**9)
 
 Coefficients: TypeAlias = list[Fraction]
 """Of a polynomial, lowest degree first."""
-Monomial: TypeAlias = tuple[tuple[str, int], ...]
-"""Unknowns with their exponents."""
 
 
 def exact(number: float | Fraction) -> Any:
     return QQ(*number.as_integer_ratio())
 
 
-def resultant_of(
-    p: Mapping[Monomial, Fraction], q: Mapping[Monomial, Fraction], unknowns: tuple[str, str]
-) -> Coefficients:
-    """The resultant, a polynomial of the first unknown; none of 0."""
+def resultant_of(*polynomials: Mapping[tuple[int, ...], Fraction]) -> Coefficients:
+    """The resultant of two polynomials in y and x, by exponents of these: a polynomial in x; none of 0."""
     made, *_ = ring(["y", "x"], QQ)
-
-    def converted(polynomial: Mapping[Monomial, Fraction]) -> Any:
-        terms = ((dict(monomial), c) for monomial, c in polynomial.items())
-        return made.from_dict({tuple(m.get(n, 0) for n in unknowns[::-1]): exact(c) for m, c in terms})
-
-    dense = converted(p).resultant(converted(q)).to_dense()
+    p, q = (made.from_dict({m: exact(c) for m, c in p.items()}) for p in polynomials)
+    dense = p.resultant(q).to_dense()
     return [Fraction(int(c.numerator), int(c.denominator)) for c in reversed(dense)]
 
 

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections import Counter
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from fractions import Fraction
 from math import inf, isfinite, isinf
-from typing import TypeAlias
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.exact import Inexact, exactly
 from rulesheets.evaluate.number import number_text
 from rulesheets.functions import TABLE, named
-from rulesheets.syntax.nodes import Call, Expression, Negative, Power, Product, Quotient, Sum, names
-from rulesheets.syntax.nodes import Number as NumberNode
+from rulesheets.syntax.nodes import Call, Expression, names
 from rulesheets.syntax.program import walk
 from solver.facts import Conflict, NoValue
 from solver.kernel.problem import BlockProblem
 from solver.numerics.elimination import gauss_jordan, solve_linear
 from solver.numerics.tolerances import BACKWARD, CLEAR
+from solver.path.polynomial import UNIT, Monomial, NoForm, in_parts
 
 # Rules may contradict each other, or a function.
 #
@@ -44,11 +42,12 @@ def contradiction(problem: BlockProblem) -> Conflict | None:
         return Fraction(value(part, problem.here)) if unknowns.isdisjoint(names(part)) else None
 
     try:
-        rows = [monomials(form, number) for form in forms]
-        atoms = list(dict.fromkeys(monomial for row in rows for monomial in row if monomial))
-        matrix = [[float(row.get(atom, 0.0)) for atom in atoms] for row in rows]
-        rhs = [-float(row.get(ONE, 0.0)) for row in rows]
-    except (Undefined, ArithmeticError, ValueError):
+        meaning = dict[Expression, str]()
+        rows = [in_parts(form, number, meaning) for form in forms]
+        columns = list(dict.fromkeys(monomial for row in rows for monomial in row if monomial))
+        matrix = [[float(row.get(monomial, 0.0)) for monomial in columns] for row in rows]
+        rhs = [-float(row.get(UNIT, 0.0)) for row in rows]
+    except (NoForm, Undefined, ArithmeticError, ValueError):
         return None
     facts = solve_linear(matrix, rhs)
     size = max(
@@ -58,85 +57,6 @@ def contradiction(problem: BlockProblem) -> Conflict | None:
         return None
     equations = tuple(problem.equations[row] for row in facts.conflict)
     return Conflict(equations, facts.miss, dict(problem.values))
-
-
-Monomial: TypeAlias = frozenset[tuple[Expression, int]]
-"""Factors with their exponents; none of them for a constant."""
-
-Row: TypeAlias = dict[Monomial, Fraction]
-ONE: Monomial = frozenset()
-
-
-def monomials(expression: Expression, number: Callable[[Expression], Fraction | None]) -> Row:
-    """An expression as a sum of monomials; ``number`` gives the exactly known parts.
-
-    Raises ZeroDivisionError for a known divisor that is 0.
-    """
-    row: Row = {}
-
-    def add(part: Expression, factor: Fraction) -> None:
-        known = number(part)
-        if known is not None:
-            row[ONE] = row.get(ONE, Fraction(0)) + factor * known
-            return
-        match part:
-            case Negative(operand):
-                add(operand, -factor)
-            case Sum(terms):
-                for term in terms:
-                    add(term, factor)
-            case Product(left, right) if (known := number(left)) is not None:
-                add(right, factor * known)
-            case Product(left, right) if (known := number(right)) is not None:
-                add(left, factor * known)
-            case Quotient(left, right) if (known := number(right)) is not None:
-                add(left, factor / known)
-            case _:
-                coefficient, monomial = _monomial(part, number)
-                row[monomial] = row.get(monomial, Fraction(0)) + factor * coefficient
-
-    add(expression, Fraction(1))
-    return {monomial: c for monomial, c in row.items() if c}
-
-
-def _monomial(part: Expression, number: Callable[[Expression], Fraction | None]) -> tuple[Fraction, Monomial]:
-    coefficient, powers = Fraction(1), Counter[Expression]()
-    stack = [(part, 1)]
-    while stack:
-        factor, exponent = stack.pop()
-        known = number(factor)
-        match factor:
-            case _ if known is not None:
-                coefficient *= known**exponent
-            case Product(left, right):
-                stack += [(left, exponent), (right, exponent)]
-            case Quotient(left, right):
-                stack += [(left, exponent), (right, -exponent)]
-            case Negative(operand):
-                coefficient, stack = -coefficient, [*stack, (operand, exponent)]
-            case Power(base, NumberNode(power)) if power in range(1, 65):
-                stack.append((base, exponent * int(power)))
-            case _:
-                powers[factor] += exponent
-    return coefficient, frozenset((factor, exponent) for factor, exponent in powers.items() if exponent)
-
-
-def _cleared(row: Row) -> Row:
-    """The row multiplied by the divisors of its monomials."""
-    lowest: Counter[Expression] = Counter()
-    for monomial in row:
-        for factor, exponent in monomial:
-            lowest[factor] = min(lowest[factor], exponent)
-    below = {factor: -exponent for factor, exponent in lowest.items() if exponent < 0}
-    if not below:
-        return row
-    found: Row = {}
-    for monomial, coefficient in row.items():
-        powers = dict(monomial)
-        raised = {factor: powers.get(factor, 0) + below.get(factor, 0) for factor in {**powers, **below}}
-        key = frozenset((factor, exponent) for factor, exponent in raised.items() if exponent)
-        found[key] = found.get(key, Fraction(0)) + coefficient
-    return {monomial: c for monomial, c in found.items() if c}
 
 
 HUGE = 10**300
@@ -155,11 +75,12 @@ def unattained(problem: BlockProblem, given: Collection[str]) -> NoValue | None:
     """
     if len(problem.equations) > MAX_RULES:
         return None
-    calls: dict[Monomial, tuple[Call, int]] = {}
+    calls, meaning = dict[Monomial, tuple[Call, int]](), dict[Expression, str]()
     for index, rule in zip(problem.equations, problem.kernel.equations, strict=True):
         for part in itertools.chain(walk(rule.left), walk(rule.right)):
             if isinstance(part, Call) and part.function in _LIMITED:
-                calls.setdefault(frozenset({(part, 1)}), (part, index))
+                name = meaning.setdefault(part, f"#{len(meaning)}")
+                calls.setdefault(((name, 1),), (part, index))
     if not calls:
         return None
     numbers = {name: value for name, value in problem.here.items() if name in given}
@@ -172,12 +93,12 @@ def unattained(problem: BlockProblem, given: Collection[str]) -> NoValue | None:
             return None
 
     try:
-        rows = [_cleared(monomials(form, number)) for form in problem.kernel.forms]
-    except ZeroDivisionError:
+        rows = [in_parts(form, number, meaning).cleared() for form in problem.kernel.forms]
+    except (NoForm, ZeroDivisionError):
         return None
     columns = sorted({m for row in rows for m in row if m}, key=calls.__contains__)
     matrix = [[row.get(monomial, Fraction(0)) for monomial in columns] for row in rows]
-    found, _ = gauss_jordan(matrix, [-row.get(ONE, Fraction(0)) for row in rows])
+    found, _ = gauss_jordan(matrix, [-row.get(UNIT, Fraction(0)) for row in rows])
     for *entries, constant in (row[: len(columns) + 1] for row in found):
         asked = [(monomial, entry) for monomial, entry in zip(columns, entries, strict=True) if entry]
         if len(asked) != 1 or asked[0][0] not in calls:

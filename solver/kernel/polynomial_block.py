@@ -415,8 +415,8 @@ def solve_by_resultant(problem: BlockProblem, candidates: Candidates) -> bool:
     from rulesheets.algebra.polynomials import resultant_of  # brings sympy
 
     roots = []
-    for unknowns in (tears, tears[::-1]):
-        resultant = resultant_of(p, q, unknowns)
+    for unknowns in (tears[::-1], tears):
+        resultant = resultant_of(*(polynomial.by_exponents(unknowns) for polynomial in (p, q)))
         found = _clear_roots(simple_part(resultant)) if 0 < len(resultant) <= HIGHEST_RESULTANT + 1 else None
         if found is None:
             return False

@@ -1,14 +1,14 @@
-"""Polynomials in several generators with exact rational coefficients, for elimination.
+"""Polynomials in several generators with exact rational coefficients.
 
 A generator is a variable, the cosine or the sine of an angle, a root, or any other part of an
-expression that is not opened. Like terms are merged, so that terms cancel by algebra; the square of a
-sine is written by that of the cosine.
+expression that is not opened. Like terms are merged, so that terms cancel by algebra; for elimination, the
+square of a sine is written by that of the cosine.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TypeAlias
@@ -75,7 +75,7 @@ class Polynomial(dict[Monomial, Fraction]):
                     exponents = dict(one)
                     for name, exponent in two:
                         exponents[name] = exponents.get(name, 0) + exponent
-                    joined = tuple(sorted(exponents.items()))
+                    joined = tuple(sorted(item for item in exponents.items() if item[1]))
                 terms.append((joined, a * b))
         return Polynomial.of(terms)
 
@@ -85,6 +85,16 @@ class Polynomial(dict[Monomial, Fraction]):
 
     def degree(self, name: str) -> int:
         return max((exponent for m in self for other, exponent in m if other == name), default=0)
+
+    def by_exponents(self, names: Sequence[str]) -> dict[tuple[int, ...], Fraction]:
+        """Coefficients by the exponents of all its generators."""
+        return {tuple(dict(monomial).get(name, 0) for name in names): c for monomial, c in self.items()}
+
+    def cleared(self) -> Polynomial:
+        """Multiplied by the divisors of its terms."""
+        lowest = {name: min(e for m in self for other, e in m if other == name) for name in self.generators}
+        divisors = sorted((name, -exponent) for name, exponent in lowest.items() if exponent < 0)
+        return self * Polynomial({tuple(divisors): Fraction(1)})
 
     def coefficients(self, name: str) -> dict[int, Polynomial]:
         """By powers of one generator."""
@@ -136,6 +146,54 @@ def constant(value: float | Fraction) -> Polynomial:
 
 def generator(name: str) -> Polynomial:
     return Polynomial({((name, 1),): Fraction(1)})
+
+
+def in_parts(
+    expression: Expression, number: Callable[[Expression], Fraction | None], meaning: dict[Expression, str]
+) -> Polynomial:
+    """An expression as a sum of products of powers, negative ones too; ``number`` gives the known parts.
+
+    Generators are names, and parts that ``meaning`` names: functions, and sums that have unknown factors,
+    divide, or have an exponent. Raises ZeroDivisionError where a divisor or a base is 0, and NoForm.
+    """
+
+    def part(node: Expression) -> Polynomial:
+        known = number(node)
+        match node:
+            case _ if known is not None:
+                return constant(known)
+            case Number(value):
+                return constant(value)
+            case Name(name):
+                return generator(name)
+            case Negative(operand):
+                return -part(operand)
+            case Sum(terms):
+                return Polynomial.of(item for term in terms for item in part(term).items())
+            case Product(left, right) if number(left) is not None or number(right) is not None:
+                return part(left) * part(right)
+            case Product(left, right):
+                return factor(left) * factor(right)
+            case Quotient(left, right):
+                return (factor if number(right) is None else part)(left) * raised(right, -1)
+            case Power(base, Number(exponent)) if exponent in range(1, 65):
+                return raised(base, int(exponent))
+        return named(node)
+
+    def factor(node: Expression) -> Polynomial:
+        found = part(node)
+        return found if len(found) < 2 else named(node)
+
+    def raised(node: Expression, exponent: int) -> Polynomial:
+        if not (base := factor(node)):
+            raise ZeroDivisionError
+        ((monomial, coefficient),) = base.items()
+        return Polynomial({tuple((n, e * exponent) for n, e in monomial): coefficient**exponent})
+
+    def named(node: Expression) -> Polynomial:
+        return generator(meaning.setdefault(node, f"#{len(meaning)}"))
+
+    return part(expression)
 
 
 _CIRCULAR = {"sind": "d", "cosd": "d", "sin": "", "cos": ""}

@@ -22,6 +22,7 @@ from __future__ import annotations
 import itertools
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence, Set
+from fractions import Fraction
 from functools import cached_property
 from math import pi
 from typing import Any
@@ -46,6 +47,7 @@ from rulesheets.syntax.nodes import names as names_in
 from rulesheets.syntax.program import walk
 from solver.path.graph import angle_evidence, by_shape, phases
 from solver.path.planner import planner
+from solver.path.polynomial import Monomial, NoForm, Polynomial, in_parts
 from solver.ranking.sizes import FLOATS, LEAST, MANY, Arithmetic, Scalings, Suggestions, added
 
 UNLIKELY = 9.0
@@ -177,22 +179,22 @@ class Signs:
         return numbers or (pair[0] != pair[1] and len({self.kinds.get(str(name)) for name in pair}) == 1)
 
     @cached_property
-    def factors(self) -> Collection[Sequence[Monomial]]:
-        """Sums that rules multiply by, divide by or raise to a power, as ``1 - x``, by their terms: such
-        a factor is seldom negative, and seldom a small rest of large terms.
+    def factors(self) -> Collection[Polynomial]:
+        """Sums that rules multiply by, divide by or raise to a power, as ``1 - x``: such a
+        factor is seldom negative, and seldom a small rest of large terms.
 
         A plain difference that occurs only squared may be one of coordinates.
         """
         if len(self.model.variables) > MANY:
             return ()
-        found = dict[frozenset[Monomial], Sequence[Monomial]]()
+        found = dict[frozenset[tuple[Monomial, Fraction]], Polynomial]()
         for equation in self.model.equations:
             for node in walk(equation.left, equation.right):
                 square = isinstance(node, Power) and is_number(node.exponent, 2.0)
                 for part in factors_of(node) if isinstance(node, Power | Product | Quotient) else ():
-                    factor = _monomials(part)
+                    factor = _in_names(part)
                     if factor and not (square and _is_plain(factor)):
-                        found[frozenset(factor)] = factor
+                        found[frozenset(factor.items())] = factor
         return tuple(found.values())
 
     @cached_property
@@ -335,36 +337,19 @@ def factors_of(node: Expression) -> Iterator[Sum]:
             yield from factors_of(base)
 
 
-Monomial = tuple[float, tuple[str, ...], tuple[str, ...]]
-"""A number, the names that multiply it, and those that divide it."""
-
-
-def _is_plain(factor: Sequence[Monomial]) -> bool:
+def _is_plain(factor: Polynomial) -> bool:
     """Whether names alone are added and subtracted."""
-    return all(abs(share) == 1.0 and len(over) == 1 and not under for share, over, under in factor)
+    return all(abs(c) == 1 and [e for _, e in monomial] == [1] for monomial, c in factor.items())
 
 
-def _monomials(total: Sum) -> tuple[Monomial, ...]:
-    """The terms of a sum; none if one of them is not a monomial."""
-    found = [(_monomial(part), -1.0 if negative else 1.0) for part, negative in added(total)]
-    read = tuple((sign * one[0], *one[1:]) for one, sign in found if one)
-    return read if len(read) == len(found) else ()
-
-
-def _monomial(node: Expression) -> Monomial | None:
-    match node:
-        case Number(value):
-            return value, (), ()
-        case Name(name):
-            return 1.0, (name,), ()
-        case Power(base, Number(exponent)) if exponent in (2.0, 3.0, 4.0) and (one := _monomial(base)):
-            n = int(exponent)
-            return one[0] ** n, one[1] * n, one[2] * n
-        case Product(left, right) if (one := _monomial(left)) and (other := _monomial(right)):
-            return one[0] * other[0], one[1] + other[1], one[2] + other[2]
-        case Quotient(left, right) if (one := _monomial(left)) and (other := _monomial(right)) and other[0]:
-            return one[0] / other[0], one[1] + other[2], one[2] + other[1]
-    return None
+def _in_names(total: Sum) -> Polynomial:
+    """A sum as a polynomial in names; empty if it is none."""
+    parts = dict[Expression, str]()
+    try:
+        found = in_parts(total, lambda _: None, parts)
+    except (NoForm, ArithmeticError):
+        return Polynomial()
+    return Polynomial() if parts else found
 
 
 class Ranking:
@@ -416,13 +401,16 @@ class Ranking:
             (
                 _is_plain(factor),
                 [
-                    (share, [places[n] for n in over], [places[n] for n in under])
-                    for share, over, under in factor
+                    (
+                        float(c),
+                        [places[n] for n, exponent in monomial for _ in range(exponent)],
+                        [places[n] for n, exponent in monomial for _ in range(-exponent)],
+                    )
+                    for monomial, c in factor.items()
                 ],
             )
             for factor in signs.factors
-            if (read := {n for _, over, under in factor for n in (*over, *under)}) <= places.keys()
-            and signs.aside.isdisjoint(read)
+            if factor.generators <= places.keys() and signs.aside.isdisjoint(factor.generators)
         ]
 
     def order(self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]) -> list[int]:
