@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, field, fields, replace
@@ -28,6 +28,7 @@ from solver.facts import (
     OutOfRange,
     Unmet,
 )
+from solver.numerics.tolerances import COVERED, are_alike
 from solver.path import SolveBlock, Step, activity
 from solver.path.cases import (
     AT_LEAST,
@@ -405,25 +406,10 @@ def unmet(model: Model, values: Mapping[str, Value], decided: Mapping[int, bool]
             yield Unmet(index, miss if math.isfinite(miss) else None, values)
 
 
-ALIKE = 1e-12
-"""How near values are taken for the same, relative to them."""
-
-
 def different(rows: Sequence[Sequence[Value]]) -> list[int]:
     """The places of the rows of values that differ from all earlier rows by more than rounding."""
     places = list[int]()
     for place, row in enumerate(rows):
-        if not any(are_alike(row, rows[other], ALIKE) for other in places):
+        if not any(are_alike(row, rows[other], COVERED) for other in places):
             places.append(place)
     return places
-
-
-def are_alike(row: Iterable[Any], other: Iterable[Any], tolerance: float) -> bool:
-    """Whether values are the same: numbers, up to a share of the larger of each two."""
-
-    def near(a: Any, b: Any) -> bool:
-        if isinstance(a, str) or isinstance(b, str) or a == b:
-            return bool(a == b)
-        return abs(a - b) <= tolerance * max(abs(a), abs(b)) or (math.isnan(a) and math.isnan(b))
-
-    return all(map(near, row, other))

@@ -325,8 +325,8 @@ class Candidates:
     def _near(
         self, one: Mapping[str, float], other: Mapping[str, float], tolerance: float, least: float = 0.01
     ) -> bool:
-        """Equal up to so large a share of their own sizes, or of their usual ones, or of the largest
-        number in either if no unknown comes near the usual size."""
+        """Alike, up to a share of their own sizes or of their usual ones; or of the largest number in
+        either, if no unknown comes near its usual size."""
         scales = self.problem.scale
         for (name, v), scale in zip(one.items(), scales, strict=True):  # of every pair: most part at once
             w = other[name]

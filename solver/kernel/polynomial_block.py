@@ -29,7 +29,7 @@ from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
 from solver.kernel.root_check import is_clearly_violated
 from solver.numerics.one_unknown import real_roots, simple_part
-from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, TOUCHING
+from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, TOUCHING, are_alike
 from solver.path.isolate import smooth
 from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, generator, name_of, right_angles
 
@@ -448,8 +448,5 @@ def _refined(problem: BlockProblem, trial: Candidates, forms: Forms, tears: dict
     outside = trial.outside
     trial.refine(list(point.values()))
     sizes = problem.sizes_at(list(point.values()), 1e-3)
-    near = (
-        all(abs(v - one.values[n]) <= POLISHED * s for (n, v), s in zip(point.items(), sizes, strict=True))
-        for one in trial.answers
-    )
+    near = (are_alike(point.values(), map(one.values.get, point), POLISHED, sizes) for one in trial.answers)
     return trial.outside is not outside or any(near)

@@ -20,7 +20,7 @@ from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quoti
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
-from solver.numerics.tolerances import BACKWARD, CANCELLED, DELICATE, EPS
+from solver.numerics.tolerances import BACKWARD, CANCELLED, DELICATE, EPS, are_alike
 from solver.path import TARGET, Quadratic, Stage
 from solver.path.graph import ModelGraph, within_half_turns
 
@@ -206,7 +206,7 @@ class StepSolver:
             elif self._holds(number):
                 place = bisect(ordered, number)
                 beside, near = ordered[max(place - 1, 0) : place + 1], self._near(8 * EPS)
-                if all(abs(number - v) > near * max(abs(number), abs(v)) for v in beside):
+                if not any(are_alike((number,), (v,), near) for v in beside):
                     kept.append(number)
                     ordered.insert(place, number)
         if not kept:

@@ -1,12 +1,16 @@
-"""Tolerances, each with its reason.
+"""Tolerances, each with its reason; and whether numbers are alike, up to one of them.
 
 All are shares: of a value, of a row's terms, of a largest number.
 """
 
 from __future__ import annotations
 
+import math
 import sys
+from collections.abc import Iterable
 from fractions import Fraction
+from itertools import repeat
+from typing import Any
 
 EPS = sys.float_info.epsilon
 """ε, the distance from 1 to the next float, 2⁻⁵²."""
@@ -181,7 +185,7 @@ SAME_ANSWER = 1e-11
 """Relative difference of answers that may be one, if their error bars say so."""
 
 COVERED = 1e-12
-"""Relative distance of a root from the answer that it was refined to, where that is well conditioned."""
+"""Relative difference of well-conditioned numbers that are one: some thousand ε."""
 
 MULTIPLE = 1e-4
 """An answer that rounding leaves open by more than this, relative to its size, is a multiple root."""
@@ -198,6 +202,20 @@ BLUR = 3e-3
 
 VANISHED = 1e-150
 """A number this small relative to its typical size is 0, if the rules hold at 0: its square underflows."""
+
+
+def are_alike(
+    row: Iterable[Any], other: Iterable[Any], tolerance: float, sizes: Iterable[Any] = repeat(0.0)
+) -> bool:
+    """Whether values are the same: numbers, up to a share of the larger of each two, or of ``sizes``."""
+
+    def near(a: Any, b: Any, size: Any) -> bool:
+        if isinstance(a, str) or isinstance(b, str) or a == b:
+            return bool(a == b)
+        return abs(a - b) <= tolerance * max(abs(a), abs(b), size) or (math.isnan(a) and math.isnan(b))
+
+    return all(map(near, row, other, sizes))
+
 
 # --- numbers of many digits ---
 

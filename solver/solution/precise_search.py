@@ -12,7 +12,7 @@ from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from itertools import chain
+from itertools import chain, repeat
 from typing import Any
 
 from rulesheets.evaluate import Undefined, derivatives, holds
@@ -33,9 +33,19 @@ from solver.kernel.enclosure import Enclosure
 from solver.kernel.linear_block import undetermined
 from solver.kernel.problem import BlockProblem, InputErrors
 from solver.kernel.step import Refused, StepOutcome, StepSolver
-from solver.leaves import Asked, Branch, CaseAnalysis, Exploration, are_alike
+from solver.leaves import Asked, Branch, CaseAnalysis, Exploration
 from solver.numerics.elimination import eliminate
-from solver.numerics.tolerances import AGREEMENT, BACKWARD, CLOSE, DRIFT, MAX_UNKNOWNS, PRECISIONS, SPARE
+from solver.numerics.tolerances import (
+    AGREEMENT,
+    BACKWARD,
+    CLOSE,
+    COMMON,
+    DRIFT,
+    MAX_UNKNOWNS,
+    PRECISIONS,
+    SPARE,
+    are_alike,
+)
 from solver.path import Evaluate, SolveBlock, Stage, Step, equations_of
 from solver.solution.explore import Numbers, PathSearch
 
@@ -330,7 +340,7 @@ class _Block:
             if self._folded(start):
                 continue
             root = self.system.newton(start)
-            if root is None or not _near(root, start, DRIFT, self.problem.scale):
+            if root is None or not are_alike(root, start, DRIFT, self.problem.scale):
                 raise Unresolved
             self._keep(root)
         for suspect in self.floats.suspects:
@@ -357,7 +367,7 @@ class _Block:
 
     def _folded(self, start: Sequence[float]) -> bool:
         """Whether a fold is near: then its roots are kept."""
-        if any(_near(root, start, CLOSE, [1e-3 * max(map(abs, start))] * len(start)) for root in self.folded):
+        if any(are_alike(root, start, CLOSE, repeat(1e-3 * max(map(abs, start)))) for root in self.folded):
             return True
         fold = resolve_fold(self.system, start, self.problem.scale)
         if fold is None:
@@ -376,8 +386,8 @@ class _Block:
         return True
 
     def _keep(self, root: list[Any]) -> None:
-        small, sizes = float(self.system.small), [1e-30 * max(map(abs, root))] * len(root)
-        if not any(_near(root, other, small, sizes) for other in self.roots):
+        small, sizes = float(self.system.small), repeat(1e-30 * max(map(abs, root)))
+        if not any(are_alike(root, other, small, sizes) for other in self.roots):
             self.roots.append(root)
 
     def _summary(self) -> BlockOutcome:
@@ -410,11 +420,6 @@ class _Block:
         return self.floats
 
 
-def _near(one: Sequence[Any], other: Sequence[Any], share: float, sizes: Sequence[Any]) -> bool:
-    """Equal up to a share of their own size, or of these ``sizes``."""
-    return all(abs(a - b) <= share * max(abs(b), size) for a, b, size in zip(one, other, sizes, strict=True))
-
-
 def _floats(point: Mapping[str, Any]) -> dict[str, float]:
     return {name: float(number) for name, number in point.items()}
 
@@ -426,7 +431,6 @@ def _floats(point: Mapping[str, Any]) -> dict[str, float]:
 
 MARGIN = 8.0
 """Widths by which a stretch is widened on both sides to look for its roots."""
-ALIKE = 1e-6
 
 
 def _settled(
@@ -469,11 +473,8 @@ def _lies_on(stretch: Stretch, root: Mapping[str, Any], floats: Mapping[str, Val
         values = followed(chain, {**floats, **root}, PRECISIONS[0])
     except (Undefined, OverflowError):
         return False
-    pairs = ((values[item.name], root.get(item.name)) for item in chain.assignments)
-    return all(
-        meant is None or abs(found - meant) <= ALIKE * max(abs(found), abs(meant), 1e-300)
-        for found, meant in pairs
-    )
+    names = [item.name for item in chain.assignments if item.name in root]
+    return are_alike(map(values.get, names), map(root.get, names), COMMON)
 
 
 def _excludes(stretch: Stretch, slope: Chain, curvature: float, system: ManyDigits) -> bool:

@@ -29,7 +29,6 @@ from solver.leaves import (
     CutOff,
     Exploration,
     Leaf,
-    are_alike,
     blocked,
     leaf_errors,
     within_one_turn,
@@ -43,6 +42,7 @@ from solver.numerics.tolerances import (
     SAFETY,
     SAME_ANSWER,
     VAGUE,
+    are_alike,
 )
 from solver.path import Evaluate, SolveBlock, equations_of
 from solver.path.cases import MIRRORED
