@@ -10,6 +10,8 @@ Names are fetched on first use: help and mistakes in a command need none of them
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -27,25 +29,32 @@ __all__ = ["Diagnosis", "Equation", "Label", "Model", "Premise", "RuleSheetError
 __all__ += ["Span", "Value", "Variable", "function", "in_unit", "load", "loads", "shipped_models"]
 __all__ += ["sympy_equations"]
 
-_NAMES = {
-    "algebra": "sympy_equations",
-    "inputs": "in_unit",
-    "diagnosis": "Diagnosis Label RuleSheetError Severity",
-    "registered": "function",
-    "files": "shipped_models",
-    "loading": "load loads",
-    "model": "Equation Model Premise Value Variable",
-    "syntax": "Source Span",
-}
-_HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
+
+def fetched(
+    package: str, names: Mapping[str, str]
+) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
+    """``__getattr__`` and ``__dir__`` of a package, for names by the modules that they are fetched from."""
+    homes = {name: home for home, listed in names.items() for name in listed.split()}
+
+    def fetch(name: str) -> object:
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        found = sys.modules[package].__dict__[name] = getattr(import_module(homes[name]), name)
+        return found
+
+    return fetch, lambda: sorted(homes)
 
 
-def __getattr__(name: str) -> object:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'rulesheets' has no attribute {name!r}")
-    found = globals()[name] = getattr(import_module(f"rulesheets.{_HOMES[name]}"), name)
-    return found
-
-
-def __dir__() -> list[str]:
-    return sorted(_HOMES)
+__getattr__, __dir__ = fetched(
+    __name__,
+    {
+        "rulesheets.algebra": "sympy_equations",
+        "rulesheets.inputs": "in_unit",
+        "rulesheets.diagnosis": "Diagnosis Label RuleSheetError Severity",
+        "rulesheets.registered": "function",
+        "rulesheets.files": "shipped_models",
+        "rulesheets.loading": "load loads",
+        "rulesheets.model": "Equation Model Premise Value Variable",
+        "rulesheets.syntax": "Source Span",
+    },
+)

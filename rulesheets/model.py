@@ -14,6 +14,7 @@ from rulesheets.syntax import Span, nodes
 from rulesheets.syntax.program import names_of
 
 T = TypeVar("T")
+Owner = TypeVar("Owner", bound="Model | Equation")
 Value: TypeAlias = float | str
 """The value of a variable: a number, or a symbol by its bare name (``"open"``)."""
 
@@ -193,14 +194,14 @@ class Model:
         return {name: self.__dict__[name] for name in kept if name in self.__dict__}
 
 
-def once(make: Callable[[Model], T]) -> Callable[[Model], T]:
-    """A function of a model that is computed once and stored on the model by the function's name."""
+def once(make: Callable[[Owner], T]) -> Callable[[Owner], T]:
+    """A function of a model or equation that is computed once and stored on it by the function's name."""
 
     @wraps(make)
-    def found(model: Model) -> T:
-        if make.__name__ not in model.__dict__:
-            model.__dict__[make.__name__] = make(model)
-        kept: T = model.__dict__[make.__name__]
+    def found(owner: Owner) -> T:
+        if make.__name__ not in owner.__dict__:
+            owner.__dict__[make.__name__] = make(owner)
+        kept: T = owner.__dict__[make.__name__]
         return kept
 
     return found

@@ -6,8 +6,9 @@ a function here: the module would take its place.)
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from rulesheets import fetched
 
 if TYPE_CHECKING:
     from rulesheets.loading import load as load
@@ -28,28 +29,18 @@ if TYPE_CHECKING:
     from solver.sweeps.sweep import monte_carlo as monte_carlo
     from solver.sweeps.sweep import sweep as sweep
 
-_NAMES = {
-    "rulesheets.loading": "load loads",
-    "solver.report.derivation": "Derivation why",
-    "solver.facts": "Status Unsolved",
-    "solver.page.serving": "interact",
-    "solver.commands.draw": "draw",
-    "solver.sweeps": "Plan prepare",
-    "solver.files.tables": "Table",
-    "solver.solution.solving": "Result Samples Solution solve",
-    "solver.sweeps.sweep": "monte_carlo sweep",
-}
-_HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
-
-__all__ = [*_HOMES]
-
-
-def __getattr__(name: str) -> object:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'solver' has no attribute {name!r}")
-    found = globals()[name] = getattr(import_module(_HOMES[name]), name)
-    return found
-
-
-def __dir__() -> list[str]:
-    return sorted(_HOMES)
+__getattr__, __dir__ = fetched(
+    __name__,
+    {
+        "rulesheets.loading": "load loads",
+        "solver.report.derivation": "Derivation why",
+        "solver.facts": "Status Unsolved",
+        "solver.page.serving": "interact",
+        "solver.commands.draw": "draw",
+        "solver.sweeps": "Plan prepare",
+        "solver.files.tables": "Table",
+        "solver.solution.solving": "Result Samples Solution solve",
+        "solver.sweeps.sweep": "monte_carlo sweep",
+    },
+)
+__all__ = [*__dir__()]

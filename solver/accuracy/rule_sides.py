@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.functions import named
-from rulesheets.model import Equation, Value
+from rulesheets.model import Equation, Value, once
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Sum, Symbol, map_leaves
 from rulesheets.syntax.program import walk
 from solver.numerics.tolerances import BACKWARD, STEEP, UNIT_ROUNDOFF
@@ -110,14 +110,11 @@ def gross(equation: Equation, values: Mapping[str, Value]) -> float:
         return math.inf
 
 
+@once
 def jumps(equation: Equation) -> bool:
-    """Whether some function in the equation jumps (found once)."""
-    found = equation.__dict__.get("_jumps")
-    if found is None:
-        parts = walk(equation.left, equation.right)
-        found = any(isinstance(node, Call) and node.function in _JUMPING for node in parts)
-        equation.__dict__["_jumps"] = found
-    return bool(found)
+    """Whether some function in the equation jumps."""
+    parts = walk(equation.left, equation.right)
+    return any(isinstance(node, Call) and node.function in _JUMPING for node in parts)
 
 
 def heights(equation: Equation) -> Iterator[tuple[str, Expression]]:

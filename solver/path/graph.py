@@ -70,22 +70,18 @@ def occurrences(model: Model) -> tuple[tuple[int, ...], ...]:
     return tuple([tuple(map(number, e.names)) for e in model.equations])
 
 
+@once
 def shape_of(equation: Equation) -> tuple[Shape, Sequence[float]]:
-    """The shape of a rule, and its numbers in the order of the text. Found once for an equation."""
-    found: tuple[Shape, Sequence[float]] | None = equation.__dict__.get("_shape")
-    if found is not None:
-        return found
+    """The shape of a rule, and its numbers in the order of the text."""
     if (like := equation.body.like) is None:
-        found = _shape(equation)
-    else:  # of rules that are alike, the same where names repeat as here and exponents are the same
-        key, kept = (like.pattern, *[like.numbers[k] for k in like.form.exponents]), like.form.kept
-        if key not in kept:
-            if len(kept) >= MOST:
-                kept.clear()
-            kept[key] = _shape(equation)[0]
-        found = kept[key], like.numbers
-    equation.__dict__["_shape"] = found
-    return found
+        return _shape(equation)
+    # of rules that are alike, the same where names repeat as here and exponents are the same
+    key, kept = (like.pattern, *[like.numbers[k] for k in like.form.exponents]), like.form.kept
+    if key not in kept:
+        if len(kept) >= MOST:
+            kept.clear()
+        kept[key] = _shape(equation)[0]
+    return kept[key], like.numbers
 
 
 def _shape(equation: Equation) -> tuple[Shape, Sequence[float]]:
