@@ -15,6 +15,7 @@ from typing import Any
 from rulesheets.deadline import setting
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.functions import PLANNED, TABLE
+from rulesheets.functions.intervals import EPSILON
 from rulesheets.functions.row import Function, Inverse
 from rulesheets.syntax.nodes import Call, Expression, call
 from rulesheets.syntax.program import walk
@@ -25,7 +26,6 @@ STEP = 1e-3
 """The relative step of differences: about the fifth root of the rounding of floats."""
 TOLD = 1e-3
 """The relative error beyond which a slope by differences is rejected."""
-EPSILON = 2.0**-52
 _NAME = re.compile(r"[^\W\d]\w*")
 _source: ContextVar[str] = ContextVar("source", default=PYTHON)
 

@@ -15,6 +15,7 @@ from typing import Any, Generic, TypeVar, assert_never
 
 from rulesheets.evaluate.number import Arithmetic, Floats, Undefined, Values
 from rulesheets.functions import TABLE
+from rulesheets.functions.intervals import EPSILON
 from rulesheets.functions.row import Function
 from rulesheets.syntax.nodes import (
     ONE,
@@ -37,7 +38,6 @@ from rulesheets.syntax.nodes import (
 
 T = TypeVar("T")
 
-_EPSILON = 2.0**-52
 CHOOSING = frozenset({"min", "max"})
 SMALLEST = 2.0**-1022
 """Numbers below this have fewer digits than others."""
@@ -204,7 +204,7 @@ def rounded_derivatives(expression: Expression, values: Values) -> tuple[float, 
     if not math.isfinite(part.value):
         raise Undefined("overflow", (part.value,), expression)
     gradient, noise = traced.gradient(part)
-    return part.value, gradient, _EPSILON * noise
+    return part.value, gradient, EPSILON * noise
 
 
 class TracedFloats(Traced[float]):

@@ -26,8 +26,8 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_sides import gross, leads_to_zero, sides, size, terms
+from solver.numerics.linear_algebra import Array
 from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS
-from solver.path.graph import Array
 from solver.path.shapes import Alike, Family, shapes
 
 FEWEST = 8

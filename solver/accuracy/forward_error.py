@@ -16,7 +16,6 @@ from functools import lru_cache
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rulesheets.evaluate import Undefined
 from rulesheets.model import Equation, Model, Value
@@ -29,11 +28,10 @@ from solver.numerics.tolerances import BACKWARD, CANCELLED, HALF, UNIT_ROUNDOFF
 from solver.path import SolveBlock, Step, given_by, solved_by
 
 SAMPLES = 16
+"""Errors are arrays (16,), one a choice of signs."""
 DENSE = 400
 """Unknowns from which on a block is factored as a sparse matrix."""
 
-Errors: TypeAlias = NDArray[np.float64]
-"""One error (16,) a choice of signs."""
 UNKNOWN, NONE = np.full(SAMPLES, math.inf), np.zeros(SAMPLES)
 
 
@@ -81,7 +79,7 @@ def forward_errors(
     return _Propagation(model, values, decided, at, errors, inputs is None, held).run(steps)
 
 
-Row: TypeAlias = tuple[Mapping[str, float], Errors]
+Row: TypeAlias = tuple[Mapping[str, float], Array]
 """A rule at the answer: its slopes, and by how much it may be off, for every choice of signs."""
 
 
@@ -91,7 +89,7 @@ class _Propagation:
     values: Mapping[str, Value]
     decided: Mapping[int, bool]
     doubles: Mapping[tuple[int, ...], DoubleRoot]
-    errors: dict[str, Errors]
+    errors: dict[str, Array]
     rounds: bool
     held: bool = False
     cancelled: bool = False
@@ -175,7 +173,7 @@ class _Propagation:
 
     def _many_rows(
         self, equations: Sequence[Equation], unknowns: Sequence[str]
-    ) -> tuple[Any, Errors, Array] | None:
+    ) -> tuple[Any, Array, Array] | None:
         """The Jacobian (n, n) of a large block, the errors of its rules (n, samples), and the sizes (n,) of
         its unknowns."""
         from solver.accuracy.alike import evaluated, sizes_of  # of large blocks alone
@@ -199,7 +197,7 @@ class _Propagation:
         sizes = sizes_of(x, np.fmax(found.moves, found.gross), *entries)
         return (matrix if n > DENSE else matrix.toarray()), off, sizes
 
-    def _solved(self, matrix: Any, off: Errors, sizes: Array, unknowns: Sequence[str]) -> Errors | None:
+    def _solved(self, matrix: Any, off: Array, sizes: Array, unknowns: Sequence[str]) -> Array | None:
         """The errors (n, samples) of unknowns of such ``sizes``; None if they are not determined."""
         factor, key = factorise(matrix, sizes), tuple(unknowns)
         regular = factor.rank == len(key)
@@ -220,12 +218,12 @@ class _Propagation:
 
 
 @lru_cache(maxsize=4096)
-def _signs(index: int) -> Errors:
-    signs: Errors = _signs_of([index])[0]
+def _signs(index: int) -> Array:
+    signs: Array = _signs_of([index])[0]
     return signs
 
 
-def _signs_of(indices: Iterable[int]) -> Errors:
+def _signs_of(indices: Iterable[int]) -> Array:
     """Sixteen signs (n, 16) that depend only on a number (the bits of a multiplicative hash, D. Knuth)."""
     words = list[int]()
     for index in indices:
@@ -235,5 +233,5 @@ def _signs_of(indices: Iterable[int]) -> Errors:
     return np.where(bits_of & 1, 1.0, -1.0)
 
 
-def _finite(errors: Errors) -> Errors:
+def _finite(errors: Array) -> Array:
     return np.where(np.isnan(errors), np.inf, errors)

@@ -22,7 +22,7 @@ from solver.commands.over import read_states
 from solver.facts import Status, Unsolved
 from solver.files import write_file
 from solver.files.tables import free_name
-from solver.pictures import View, drawable, lacking, picture_kind, require_matplotlib, variables
+from solver.pictures import PICTURES, View, drawable, lacking, picture_kind, require_matplotlib, variables
 from solver.report.sheet import MEANINGS
 from solver.solution.solving import Result, solve
 from solver.sweeps.sweep import sweep
@@ -88,7 +88,7 @@ def chosen(model: Model, figures: Iterable[str] | None = None) -> tuple[Declared
 
 State: TypeAlias = Mapping[str, Value]
 
-PICTURES, FILMS = (".png", ".svg", ".pdf"), (".gif",)
+FILMS = (".gif",)
 _SHARP, _FILM = 150.0, 80.0
 """Dots an inch."""
 _NAMED = 3

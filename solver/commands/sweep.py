@@ -23,7 +23,7 @@ from solver.commands.over import Swept, read_axes, read_swept
 from solver.files import Printed, write_file
 from solver.files.tables import Chunk, CsvFile, Table, joined, table_file
 from solver.path.planner import planner
-from solver.pictures import picture_kind
+from solver.pictures import PICTURES, picture_kind
 from solver.sweeps import prepare
 from solver.sweeps.curves import follow_sweep
 from solver.sweeps.sweep import Sink, followed, heads, resumed, work_of
@@ -77,7 +77,6 @@ def progress_line(done: int, total: int | None, seconds: float) -> str:
 
 ROWS_DRAWN = 1_000_000
 """Rows that a picture may have: all of them are held."""
-PICTURES = (".png", ".svg", ".pdf")
 
 
 class PlotSink:

@@ -26,9 +26,7 @@ from rulesheets.functions import TABLE
 from rulesheets.inputs import readable
 from rulesheets.syntax import Source
 from solver.editor import HEADS, KEYWORDS, MARKS, NAME, RESERVED, Names, Symbol, Word, symbol
-from solver.lane import Lane, Workers
-
-Json = dict[str, Any]
+from solver.lane import Json, Lane, Workers
 
 TYPING = 0.15
 """Seconds without a change after which a text is checked."""

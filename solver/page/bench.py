@@ -29,6 +29,7 @@ from rulesheets.model import Model, Value
 from rulesheets.units import converted, value_and_unit
 from rulesheets.units.check import check_units
 from solver.facts import Status
+from solver.lane import Json
 from solver.page import extents, geometry, handles, nearest, needed, rail, turn
 from solver.page.description import answered, complaint, derived, described, typeset
 from solver.report.derivation import why, why_text
@@ -37,7 +38,6 @@ from solver.solution.solving import Result, solve
 from solver.sweeps import Plan, prepare
 from solver.sweeps.sweep import shown_columns, sweep
 
-Json = dict[str, Any]
 Answers = tuple[Status, list[tuple[Value, ...]]]
 
 ROWS = 2000

@@ -36,9 +36,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.files import MAIN_SHEET, read_source, shipped_model, shipped_models
 from solver.files import write_file
-from solver.lane import Lane, Workers
+from solver.lane import Json, Lane, Workers
 from solver.page.bench import QUICK, SLOW
-from solver.page.description import complaint
+from solver.page.description import STATIC, complaint
 
 LARGEST = 500_000
 """Characters of a sheet that a page takes."""
@@ -163,10 +163,6 @@ class Gate:
     def _right(self, given: str) -> bool:
         return secrets.compare_digest(given.encode(), self.token.encode())
 
-
-Json = dict[str, Any]
-
-STATIC = Path(__file__).parent / "static"
 
 OWN = "sheets", "open", "edit", "save", "keep"
 """Messages that the server answers itself; the workers answer the others."""

@@ -11,9 +11,6 @@ from itertools import chain
 from math import gcd, lcm
 from typing import Any, NamedTuple, TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
 from rulesheets.functions import TABLE, named
 from rulesheets.model import Equation, Model, once
 from rulesheets.syntax import nodes
@@ -35,7 +32,6 @@ from rulesheets.syntax.nodes import (
 from rulesheets.syntax.program import walk
 from solver.path import Isolation, SolveBlock
 
-Array: TypeAlias = NDArray[np.float64]
 FOLDING = (0.0, 1.0, -1.0)
 """Numbers that an isolation does away with."""
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.model import Equation, Model, once
+from solver.numerics.linear_algebra import Array
 from solver.path.graph import by_shape, occurrences, shape_of
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class Family(NamedTuple):

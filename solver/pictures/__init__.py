@@ -126,6 +126,9 @@ def require_matplotlib() -> None:
     require_extra("plot", "drawing needs", "matplotlib", code="E432")
 
 
+PICTURES = (".png", ".svg", ".pdf")
+
+
 def picture_kind(path: str, kinds: Sequence[str], what: str = "picture", notes: tuple[str, ...] = ()) -> str:
     """The ending of a picture file. Raises RuleSheetError: E433 for another one, E432."""
     kind = os.path.splitext(path)[1].lower()

@@ -14,6 +14,7 @@ from rulesheets.inputs import exact, guarded, readable
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Span, escaped
 from rulesheets.units import shown
+from rulesheets.variables import COLUMNS
 from solver.facts import Status
 from solver.path import Assume, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.report import SCREEN, few, fits, table
@@ -45,8 +46,6 @@ def certain(value: Value | None, error: float) -> str:
         return f"{rounded:f}"
     return f"{rounded:.{rounded.adjusted() - place}e}".replace("e+", "e")
 
-
-COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
 
 GUESS = "G"
 
