@@ -516,6 +516,6 @@ def not_a_value(text: str, place: Span, reason: str = "") -> Diagnosis:
     return error_at("E406", message, place, note)
 
 
-def unknown_variable(name: str, model: Model, place: Span | None = None) -> Diagnosis:
+def unknown_variable(name: str, model: Model, place: Span | None) -> Diagnosis:
     """The complaint about a name that the model does not have, with a suggestion."""
     return error_at("E407", f"{model.name} has no variable {name}", place, *meant(name, model.variables))

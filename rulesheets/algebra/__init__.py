@@ -179,7 +179,7 @@ ROWS = 60
 _CELL = "padding:2px 10px;vertical-align:top;text-align:"
 
 
-def html_table(heads: Sequence[str], rows: Iterable[Sequence[str]], numeric: Collection[int] = ()) -> str:
+def html_table(heads: Sequence[str], rows: Iterable[Sequence[str]], numeric: Collection[int]) -> str:
     """A table of texts; the columns ``numeric`` are aligned to the right."""
     styles = [_CELL + ("right" if at in numeric else "left") for at in range(len(heads))]
 

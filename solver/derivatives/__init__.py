@@ -343,7 +343,7 @@ class ToleranceBands(Mapping[str, "Band | None"]):
 
 
 def tolerances_of(
-    model: Model, inputs: Mapping[str, Value], given: Mapping[str, float | Tolerance] | None = None
+    model: Model, inputs: Mapping[str, Value], given: Mapping[str, float | Tolerance] | None
 ) -> dict[str, float]:
     """The tolerances of the inputs that are numbers, in their own units: those of the sheet, overridden.
 

@@ -93,7 +93,7 @@ def _compiled(text: str) -> CodeType:
 class Emitter(Source[str]):
     """Code for expressions of named numbers, or of ``arrays`` of them."""
 
-    def __init__(self, arguments: Sequence[str], arrays: bool = False) -> None:
+    def __init__(self, arguments: Sequence[str], arrays: bool) -> None:
         self._arrays = arrays
         names = {name: f"a{i}" for i, name in enumerate(arguments)}
         super().__init__([*names.values()], names)

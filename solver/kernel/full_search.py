@@ -34,7 +34,7 @@ LIMITS, THOROUGH = (20_000, 2_000), (600_000, 400_000)
 """Boxes in all, and at once; the same where a proof is asked for."""
 
 
-def search_boxes(problem: BlockProblem, candidates: Candidates, thorough: bool = False) -> bool:
+def search_boxes(problem: BlockProblem, candidates: Candidates, thorough: bool) -> bool:
     """Refine every box that may hold a root. True if the roots are proven to be all."""
     from solver.numerics.subdivision import branch_and_prune  # few blocks come to this
 

@@ -61,9 +61,7 @@ class NotPolynomial(Exception):
 class _Steps:
     """The steps of a block as polynomials of its tears, or of the cosine and the sine of one."""
 
-    def __init__(
-        self, problem: BlockProblem, forms: Forms, turn: float | None = None, exact: Exact = Fraction
-    ) -> None:
+    def __init__(self, problem: BlockProblem, forms: Forms, turn: float | None, exact: Exact) -> None:
         tears = problem.kernel.block.tears
         self.turn, self.tear, self.exact = turn, tears[0], exact
         self.known = dict(zip(problem.kernel.known, problem.known, strict=True))

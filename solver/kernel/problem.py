@@ -54,7 +54,7 @@ class Budget:
         self.rounds = ROUNDS
         self.last_resorts = LAST_RESORTS
 
-    def begin_block(self, proving: bool = True, shared: bool = False) -> None:
+    def begin_block(self, proving: bool, shared: bool) -> None:
         """``proving``: whether a proof that a block has no other answers would still serve the whole.
 
         ``shared``: whether the block is one of many cases or values, which share the budget; others have

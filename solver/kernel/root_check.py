@@ -171,7 +171,7 @@ def _solved_on(
     problem: BlockProblem,
     start: Sequence[float],
     bars: Sequence[float],
-    nudge: float = 0.0,
+    nudge: float,
     most: int = ITERATIONS,
 ) -> tuple[list[float] | None, bool]:
     """The end of Newton's method in many digits, started at this distance, and whether it converges: between

@@ -124,9 +124,9 @@ def solve_block(
     values: Mapping[str, Value],
     guesses: Mapping[str, float],
     budget: Budget,
-    assumed: bool = False,
-    off: InputErrors = dict,
-    given: Collection[str] = (),
+    assumed: bool,
+    off: InputErrors,
+    given: Collection[str],
 ) -> BlockOutcome:
     """All answers of the block that can be found at the known ``values``, within the ``budget`` begun for it.
 

@@ -65,7 +65,7 @@ HALF, LARGE = 0.5, 8.0
 where one answer is that all is 0, Newton's method is drawn to it from below the other."""
 
 
-def search_sparsely(problem: BlockProblem, candidates: Candidates, every: bool = False) -> None:
+def search_sparsely(problem: BlockProblem, candidates: Candidates, every: bool) -> None:
     """Try starts in turn until an answer is found that none is preferred to, or ``every`` one.
 
     An answer without negative numbers ends the search; one with some is kept, and a positive one is searched

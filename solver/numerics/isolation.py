@@ -413,7 +413,7 @@ def _spread(low: float, high: float) -> list[float]:
     return [*(low + i * step for i in range(SAMPLES - 1)), high]
 
 
-def merged(at_rounding: Iterable[Interval], unsplit: Iterable[Interval] = ()) -> list[Cluster]:
+def merged(at_rounding: Iterable[Interval], unsplit: Iterable[Interval]) -> list[Cluster]:
     """Intervals joined if they touch, overlap, or are separated by less than a few of their widths
     (rounding noise leaves such fragments), ascending."""
     boxes = [Cluster(*box, False) for box in at_rounding] + [Cluster(*box, True) for box in unsplit]

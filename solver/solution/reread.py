@@ -372,7 +372,7 @@ def contradicted_otherwise(asked: Asked, found: Exploration) -> Verdict | None:
     return None
 
 
-def without_copies(asked: Asked, missed: Exploration, prove: bool = False) -> Exploration | None:
+def without_copies(asked: Asked, missed: Exploration, prove: bool) -> Exploration | None:
     """The answers of the rules without a given number that they give back to its last places; None if there
     is none, or if all that was found ``missed`` a rule by far.
 
@@ -422,7 +422,7 @@ def _returns(model: Model, leaf: Leaf, name: str, number: float) -> bool:
 
 
 def without_vanishing_factors(
-    asked: Asked, found: Exploration, verdict: Verdict, always: bool = False
+    asked: Asked, found: Exploration, verdict: Verdict, always: bool
 ) -> tuple[Model, Exploration, Verdict] | None:
     """The rules without products that vanish, and the verdict on them; None if that is no better.
 

@@ -239,9 +239,7 @@ def solve(
         return _cut_off(asked, up if isinstance(up, CutOff) else CutOff(Exploration((), False, ()), given))
 
 
-def conclude(
-    asked: Asked, *, prove: bool = False, limits: bool = False
-) -> tuple[Verdict, Exploration, Model]:
+def conclude(asked: Asked, *, prove: bool = False, limits: bool) -> tuple[Verdict, Exploration, Model]:
     """The verdict on these inputs, its exploration, and the model as it was read for it.
 
     Raises TimeIsUp if there is none yet.
