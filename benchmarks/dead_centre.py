@@ -128,7 +128,7 @@ def table(found: Mapping[str, Sequence[tuple[str, float, float]]]) -> str:
 
 
 def picture(path: str, found: Mapping[str, Sequence[tuple[str, float, float]]]) -> None:
-    from solver.facts import FALSE, Measurement
+    from solver.pictures import FALSE, Measurement
     from solver.pictures.plot import chart_picture
 
     marks = []

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from solver.report.derivation import Derivation as Derivation
     from solver.report.derivation import why as why
     from solver.solution.solving import Result as Result
-    from solver.solution.solving import Samples as Samples
     from solver.solution.solving import Solution as Solution
     from solver.solution.solving import solve as solve
     from solver.sweeps import Plan as Plan
     from solver.sweeps import prepare as prepare
+    from solver.sweeps.sweep import Samples as Samples
     from solver.sweeps.sweep import monte_carlo as monte_carlo
     from solver.sweeps.sweep import sweep as sweep
 
@@ -39,8 +39,8 @@ __getattr__, __dir__ = fetched(
         "solver.commands.draw": "draw",
         "solver.sweeps": "Plan prepare",
         "solver.files.tables": "Table",
-        "solver.solution.solving": "Result Samples Solution solve",
-        "solver.sweeps.sweep": "monte_carlo sweep",
+        "solver.solution.solving": "Result Solution solve",
+        "solver.sweeps.sweep": "Samples monte_carlo sweep",
     },
 )
 __all__ = [*__dir__()]

@@ -11,9 +11,6 @@ from rulesheets.diagnosis import Diagnosis, suggestion
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Comparison
 
-FALSE = 1e-6
-"""A relative error beyond which an answer is false (or a thousand tolerances)."""
-
 
 class Status(Enum):
     """The outcome of a solve; ``str(status)`` is the word of the contract."""
@@ -338,22 +335,3 @@ class Proof(NamedTuple):
     obstacle: str = ""
     double: tuple[str, ...] = ()
     beside: ProvedRoots | None = None
-
-
-class Measurement(NamedTuple):
-    """One method in one case.
-
-    ``error`` is the largest relative one over the wanted variables, nan without an answer; ``status`` is
-    solved, false, or what was reported instead. ``at`` is the value of the varied input; ``radius`` the
-    largest relative error that a proof leaves possible.
-    """
-
-    method: str
-    family: str
-    tolerance: float | None
-    status: str
-    error: float
-    iterations: int | None
-    seconds: float
-    at: float | None = None
-    radius: float | None = None

@@ -24,13 +24,13 @@ from rulesheets.syntax import escaped
 from solver.commands import Command, Option, Request, add_input_options, read_request
 from solver.commands.over import read_approach, read_axes
 from solver.derivatives.linearization import DIGITS, linearize, sharpened
-from solver.facts import FALSE, Measurement, Status, Unsolved
+from solver.facts import Status, Unsolved
 from solver.files import csv_text, write_file
 from solver.kernel.block import BlockKernel
 from solver.numerics.newton import METHODS, Jacobian, Residual, ScipyRoot, Search, scipy_root
 from solver.path import SolveBlock
 from solver.path.planner import planner
-from solver.pictures import picture_kind
+from solver.pictures import FALSE, Measurement, picture_kind
 from solver.report import table
 from solver.report.sheet import result_text
 from solver.solution.solving import Solution, can_prove, solve

@@ -28,6 +28,29 @@ LARGEST = 1e150
 """Coordinates have squares."""
 
 
+FALSE = 1e-6
+"""A relative error beyond which an answer is false (or a thousand tolerances)."""
+
+
+class Measurement(NamedTuple):
+    """One method in one case.
+
+    ``error`` is the largest relative one over the wanted variables, nan without an answer; ``status`` is
+    solved, false, or what was reported instead. ``at`` is the value of the varied input; ``radius`` the
+    largest relative error that a proof leaves possible.
+    """
+
+    method: str
+    family: str
+    tolerance: float | None
+    status: str
+    error: float
+    iterations: int | None
+    seconds: float
+    at: float | None = None
+    radius: float | None = None
+
+
 class Stroke(NamedTuple):
     """A mark at or between named points: ``angle`` is in degrees."""
 

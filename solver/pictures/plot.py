@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.inputs import readable
 from rulesheets.model import Model
-from solver.facts import FALSE, Measurement
 from solver.files.tables import Array, Table
+from solver.pictures import FALSE, Measurement
 from solver.pictures.page import encode
 
 CURVES = 8

@@ -19,7 +19,8 @@ from solver.report import SCREEN, table
 from solver.report.derivation import ESCAPED, Derivation, Line, Page, aligned, why_latex
 from solver.report.path import Plain, steps_to_show
 from solver.report.sheet import diagnosis_json, sheet_heads, sheet_rows
-from solver.solution.solving import Result, Samples
+from solver.solution.solving import Result
+from solver.sweeps.sweep import Samples
 
 NONE = "none"
 """The text for a derivative that does not exist or is unknown."""

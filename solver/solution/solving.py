@@ -1,4 +1,4 @@
-"""One solve: inputs in, a judged and explained result out; and samples of it within tolerances."""
+"""One solve: inputs in, a judged and explained result out."""
 
 from __future__ import annotations
 
@@ -8,10 +8,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
 from rulesheets.deadline import TimeIsUp, grace, in_one_chunk, time_limit
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, plural
@@ -27,7 +24,6 @@ from solver.solution.verdict import Verdict, explore_required, judge
 
 if TYPE_CHECKING:
     from solver.derivatives import Near, Sensitivities, ToleranceBands
-    from solver.files.tables import Table
 
 
 SHOWN = 6
@@ -368,47 +364,3 @@ def _path(model: Model, primary: Leaf | None, inputs: Mapping[str, Value]) -> Pa
         return Path((), tuple(name for name in model.variables if name not in inputs))
     missing = tuple(name for name in model.variables if name not in primary.branch.values)
     return Path(tuple(primary.branch.steps), missing)
-
-
-SPREADS = {"uniform": 3**-0.5, "normal": 1 / 3}
-"""The standard deviation of an input in units of its tolerance.
-
-``uniform``: anywhere within the tolerance alike. ``normal``: the tolerance is three standard deviations.
-"""
-
-
-class Samples(NamedTuple):
-    """``table`` has one row for each sample: the inputs drawn, and the outputs, NaN if it is not
-    solved.
-
-    ``spread`` is the standard deviation of an input in units of its tolerance.
-    """
-
-    table: Table
-    tolerances: Mapping[str, float]
-    outputs: tuple[str, ...]
-    distribution: str
-    seed: int
-
-    @property
-    def spread(self) -> float:
-        """The standard deviation of an input, in units of its tolerance."""
-        return SPREADS[self.distribution]
-
-    def solved(self, name: str) -> NDArray[np.float64]:
-        """The values of an output, of the samples that are solved."""
-        column: NDArray[np.float64] = np.asarray(self.table[name], dtype=np.float64)
-        return np.compress(np.isfinite(column), column)
-
-    def statistics(self, name: str) -> tuple[float, float, float, float] | None:
-        """Mean, standard deviation, least and greatest output; None for fewer than two samples."""
-        column = self.solved(name)
-        if len(column) < 2:
-            return None
-        return float(column.mean()), float(column.std(ddof=1)), float(column.min()), float(column.max())
-
-    @property
-    def counts(self) -> dict[Status, int]:
-        """The number of samples of each status."""
-        codes, numbers = np.unique(self.table.status, return_counts=True)
-        return {self.table.STATUSES[code]: int(n) for code, n in zip(codes, numbers, strict=True)}

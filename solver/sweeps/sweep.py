@@ -15,6 +15,7 @@ from time import time
 from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rulesheets.deadline import interrupted, time_limit
 from rulesheets.diagnosis import RuleSheetError, error
@@ -39,7 +40,7 @@ from solver.files.tables import (
     pieces,
     stacked,
 )
-from solver.solution.solving import SPREADS, Result, Samples
+from solver.solution.solving import Result
 from solver.sweeps import Plan, prepare
 from solver.sweeps.work import ENDLESS, Every, Primary, Rows, Work
 from solver.sweeps.workers import Interrupts, solved_pieces
@@ -150,6 +151,50 @@ def followed(work: Work, pieces: Iterator[Rows]) -> Iterator[Table]:
             yield tabled(rows.before(int(failed[0])))
             return
         yield tabled(rows)
+
+
+SPREADS = {"uniform": 3**-0.5, "normal": 1 / 3}
+"""The standard deviation of an input in units of its tolerance.
+
+``uniform``: anywhere within the tolerance alike. ``normal``: the tolerance is three standard deviations.
+"""
+
+
+class Samples(NamedTuple):
+    """``table`` has one row for each sample: the inputs drawn, and the outputs, NaN if it is not
+    solved.
+
+    ``spread`` is the standard deviation of an input in units of its tolerance.
+    """
+
+    table: Table
+    tolerances: Mapping[str, float]
+    outputs: tuple[str, ...]
+    distribution: str
+    seed: int
+
+    @property
+    def spread(self) -> float:
+        """The standard deviation of an input, in units of its tolerance."""
+        return SPREADS[self.distribution]
+
+    def solved(self, name: str) -> NDArray[np.float64]:
+        """The values of an output, of the samples that are solved."""
+        column: NDArray[np.float64] = np.asarray(self.table[name], dtype=np.float64)
+        return np.compress(np.isfinite(column), column)
+
+    def statistics(self, name: str) -> tuple[float, float, float, float] | None:
+        """Mean, standard deviation, least and greatest output; None for fewer than two samples."""
+        column = self.solved(name)
+        if len(column) < 2:
+            return None
+        return float(column.mean()), float(column.std(ddof=1)), float(column.min()), float(column.max())
+
+    @property
+    def counts(self) -> dict[Status, int]:
+        """The number of samples of each status."""
+        codes, numbers = np.unique(self.table.status, return_counts=True)
+        return {self.table.STATUSES[code]: int(n) for code, n in zip(codes, numbers, strict=True)}
 
 
 def monte_carlo(

@@ -17,9 +17,9 @@ import solver
 from solver.__main__ import main
 from solver.commands import Request
 from solver.commands.chart import COLUMNS, chart_csv, exact_state, measure, plain_newton, stability_table
-from solver.facts import Measurement
 from solver.numerics.elimination import eliminate
 from solver.numerics.newton import METHODS, scipy_root
+from solver.pictures import Measurement
 from solver.pictures.plot import chart_picture
 from tests.oracles.slider_crank import Crank, forward
 
