@@ -27,7 +27,7 @@ MAX_EQUATIONS = 200_000
 _NOWHERE = Span(Source("<tree>", ""), 0, 0)
 
 
-class Scope(NamedTuple):
+class FullNames(NamedTuple):
     """The names of one body of rules and their full names.
 
     ``bound`` maps arguments, results and parameters to full names; other names are local and get
@@ -45,7 +45,7 @@ class Scope(NamedTuple):
 class Context(NamedTuple):
     """The context of an expression: its scope, its premises, and the rule that messages refer to."""
 
-    scope: Scope
+    scope: FullNames
     guard: tuple[Premise, ...]
     rule: Span
 
@@ -62,8 +62,8 @@ class Expansion:
         self.conditions: list[nodes.Condition] = []
         self.requirements: list[Requirement] = []
         self.names: dict[str, None] = {}
-        self._called: list[tuple[nodes.Function, Scope, tuple[Premise, ...]]] = []
-        self._body(program.sheet, Scope("", {}, {}), ())
+        self._called: list[tuple[nodes.Function, FullNames, tuple[Premise, ...]]] = []
+        self._body(program.sheet, FullNames("", {}, {}), ())
         for row in program.rows:  # the ends of ranges that name variables
             limits = row.range
             if limits is None or limits.span is None:
@@ -75,7 +75,7 @@ class Expansion:
                     self.requirements.append(Requirement(comparison, (), limits.span))
 
     def _body(
-        self, owner: nodes.RuleSheet | nodes.Function, scope: Scope, guard: tuple[Premise, ...]
+        self, owner: nodes.RuleSheet | nodes.Function, scope: FullNames, guard: tuple[Premise, ...]
     ) -> None:
         """The rules of a sheet or a function, each followed by those of its calls."""
         for rule in rules_of(owner):
@@ -147,7 +147,7 @@ class Expansion:
                 bound[formal] = full = prefix + formal
                 self.names.setdefault(full)
                 self._equate(nodes.Name(full, actual.span), value, context)
-        scope = Scope(prefix, bound, {})
+        scope = FullNames(prefix, bound, {})
         self._called.append((function, scope, context.guard))
         return scope.full_name(function.results[0]) if function.results else ""
 

@@ -116,7 +116,7 @@ def _model(
             gc.enable()
 
 
-class _Writer(pickle.Pickler):
+class _Pickler(pickle.Pickler):
     """Pickles a reference instead of a rule, and the source of a compiled function."""
 
     def __init__(self, file: BytesIO, model: Model) -> None:
@@ -131,7 +131,7 @@ class _Writer(pickle.Pickler):
         return NotImplemented if again is None else (again, (marshal.dumps(part.__code__),))
 
 
-class _Reader(pickle.Unpickler):
+class _Unpickler(pickle.Unpickler):
     def __init__(self, data: bytes, model: Model) -> None:
         super().__init__(BytesIO(data))
         self.parts = model, *model.equations
@@ -150,7 +150,7 @@ def _question(model: Model, question: str) -> bytes:
 def recall(model: Model, question: str) -> None:
     """Attach to a model the cached results for the same question."""
     if (key := _question(model, question)) and (kept := look_up("found", key)):
-        model.__dict__.update(_Reader(kept, model).load())
+        model.__dict__.update(_Unpickler(kept, model).load())
 
 
 def keep(model: Model, question: str, *once: Callable[[Model], object]) -> None:
@@ -158,7 +158,7 @@ def keep(model: Model, question: str, *once: Callable[[Model], object]) -> None:
     if key := _question(model, question):
         file, found = BytesIO(), {function.__name__: function(model) for function in once}
         with suppress(AttributeError, TypeError, RecursionError, pickle.PicklingError):
-            _Writer(file, model).dump(found)
+            _Pickler(file, model).dump(found)
             save("found", key, file.getvalue())
 
 

@@ -48,7 +48,9 @@ from solver.path.cases import (
 from solver.path.graph import ModelGraph, is_angle_sum
 
 
-def settled(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[str]) -> dict[str, Value]:
+def moved_into_one_turn(
+    graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[str]
+) -> dict[str, Value]:
     """The values with every posted angle that lies outside one turn moved into it.
 
     Angles that are tied to it by a sum (``beta = alpha + 90``) move along; a move that violates a rule is
@@ -124,7 +126,7 @@ class Branch:
     signs: dict[Pair, Sign] = field(default_factory=dict)
     inactive: dict[int, Fact] = field(default_factory=dict)
     steps: list[Step] = field(default_factory=list)
-    settled: set[int] = field(default_factory=set)
+    checked: set[int] = field(default_factory=set)
     blank: set[str] = field(default_factory=set)
     origins: dict[str, Step] = field(default_factory=dict)
     facts: tuple[Fact, ...] = ()

@@ -232,13 +232,13 @@ class Builder(Transformer[Any, Any]):
         span = self._span(sign, size if percent is None else percent)
         return nodes.Tolerance(size, percent is not None, span)
 
-    def bound(self, sign: Token, expression: Expression) -> tuple[Bound, ...]:
+    def bound(self, sign: Token, expression: Expression) -> tuple[End, ...]:
         operator = _RELATIONS.get(sign, str(sign))
-        return (Bound(operator, expression, self._span(sign, expression)),)
+        return (End(operator, expression, self._span(sign, expression)),)
 
-    def interval(self, word: Token, low: Expression, high: Expression, closing: Token) -> tuple[Bound, ...]:
+    def interval(self, word: Token, low: Expression, high: Expression, closing: Token) -> tuple[End, ...]:
         span = self._span(word, closing)
-        return Bound(">=", low, span), Bound("<=", high, span)
+        return End(">=", low, span), End("<=", high, span)
 
     # --- section heads ---
 
@@ -261,7 +261,7 @@ class Builder(Transformer[Any, Any]):
         return nodes.Function(str(name), arguments, results or (), (), ())
 
 
-class Bound(NamedTuple):
+class End(NamedTuple):
     """A bound such as ``< 5`` after a name in the variables section."""
 
     operator: str
@@ -269,11 +269,11 @@ class Bound(NamedTuple):
     span: Span
 
 
-def _bounded(bounds: Sequence[Bound]) -> Range | None:
+def _bounded(bounds: Sequence[End]) -> Range | None:
     """All bounds of a row together, each end once; None if there are none."""
     if not bounds:
         return None
-    ends: dict[str, Bound] = {}
+    ends: dict[str, End] = {}
     for bound in bounds:
         if bound.operator == "<>":
             raise RuleSheetError(wrong_range("<> is not a bound", bound.span))

@@ -38,7 +38,7 @@ def head_word(code: str) -> str | None:
 
 
 @dataclass
-class _Block:
+class _Unfinished:
     """A function or a figure in progress: its end so far, and whether its rules have begun."""
 
     node: Any
@@ -78,7 +78,7 @@ class _Reading:
     source: Source
     uses: list[nodes.Use] = field(default_factory=list)
     parts: dict[str, list[Any]] = field(default_factory=dict)
-    blocks: list[_Block] = field(default_factory=list)
+    blocks: list[_Unfinished] = field(default_factory=list)
     comments: list[nodes.CommentLine] = field(default_factory=list)
     waiting: list[nodes.CommentLine] = field(default_factory=list)
     complaints: list[Diagnosis] = field(default_factory=list)
@@ -179,7 +179,7 @@ class _Reading:
             self.section, kind = word, "head" if word == "function" else word
             empty = nodes.Function("", (), (), (), ()) if word == "function" else nodes.Figure("", None, ())
             about: dict[str, Any] = {"comment": line.comment or "", "span": span, "above": above}
-            self.blocks.append(_Block(empty.but(**about), line.end))
+            self.blocks.append(_Unfinished(empty.but(**about), line.end))
             self.blocks[-1].node = read_line(self.source, line, kind).but(**about)
         elif word == "use":
             self.comments.extend(above)

@@ -21,7 +21,7 @@ NOISE = 1e-9
 """Share of the slopes that may be left of their sum by rounding."""
 
 
-class Rule(NamedTuple):
+class TemperatureRule(NamedTuple):
     """A rule with its slopes by temperatures, each by a kelvin, at some places."""
 
     equation: Equation
@@ -67,7 +67,7 @@ class Weights:
             while sum(settle(rule) for rule in self.rules if not rule.holds(self.differences)):
                 pass
 
-    def _rule(self, equation: Equation) -> Rule | None:
+    def _rule(self, equation: Equation) -> TemperatureRule | None:
         """The slopes of a rule; None if it has no temperature or no slopes."""
         here = [name for name in equation.names if name in self.units]
         rows = (TABLE.get(part.function) for part in _parts(equation) if isinstance(part, Call))
@@ -86,28 +86,28 @@ class Weights:
                 found.append(row)
             if len(found) == PLACES:
                 break
-        return Rule(equation, tuple(found)) if len(found) > 1 else None
+        return TemperatureRule(equation, tuple(found)) if len(found) > 1 else None
 
     # --- differences ---
 
-    def _candidates(self, rule: Rule) -> list[str]:
+    def _candidates(self, rule: TemperatureRule) -> list[str]:
         """The points of which one is a difference, if the others are points."""
         points = rule.points(self.differences)
         return [name for name in points if len(points) > 2 and rule.holds(self.differences | {name})]
 
-    def _only_one(self, rule: Rule) -> bool:
+    def _only_one(self, rule: TemperatureRule) -> bool:
         found = self._candidates(rule)
         self.differences.update(found if len(found) == 1 else ())
         return len(found) == 1
 
-    def _alone_on_a_side(self, rule: Rule) -> bool:
+    def _alone_on_a_side(self, rule: TemperatureRule) -> bool:
         """``dT = T1 - T2`` is taken as the definition of dT, though T2 might be the difference."""
         sides = [side.name for side in (rule.equation.left, rule.equation.right) if isinstance(side, Name)]
         found = [name for name in self._candidates(rule) if name in sides]
         self.differences.update(found[:1])
         return bool(found)
 
-    def _of_differences(self, rule: Rule) -> bool:
+    def _of_differences(self, rule: TemperatureRule) -> bool:
         """``LMTD = (a - b)/ln(a/b)``: a value computed only from differences is one."""
         left, right = rule.equation.left, rule.equation.right
         for side, other in ((left, right), (right, left)):
@@ -155,7 +155,7 @@ class Weights:
             sums += [(side, other)] if isinstance(side, Name) and side.name in self.units else []
         return any({0.0, 1.0} <= {degree(term, self.units) for term in terms} for terms in sums)
 
-    def _may_mean(self, rule: Rule, sure: bool) -> bool:
+    def _may_mean(self, rule: TemperatureRule, sure: bool) -> bool:
         """Whether its points may cancel by another rule, as in ``m1*c*T1 + m2*c*T2 = m*c*T``, or it counts an
         energy from the zero of the scale, as in ``h = c*T``, which it may mean to (where ``sure``)."""
         sides = rule.equation.left, rule.equation.right

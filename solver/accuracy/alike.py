@@ -42,7 +42,7 @@ LONG: dict[str, Any] = {f: getattr(np, f) for f in ("sqrt", "abs", "exp", "sin",
 # --- one walk for all of them ---------------------------------------------------
 
 
-class _Rows(Arithmetic[Array]):
+class _Columns(Arithmetic[Array]):
     """Columns of numbers, a row for each rule. ``plain`` are the rows without an exception so far.
 
     ``numbers`` are the columns of those in the text, in order; without them a number stands for itself.
@@ -117,17 +117,17 @@ def _each(function: Callable[..., float], count: int, *columns: Any) -> Array:
     return np.fromiter(map(value, *rows), float, count) if rows else np.full(count, function())
 
 
-class _Traced(Traced[Array]):
+class _TracedColumns(Traced[Array]):
     """The parts of an expression with slopes and rounding, as in ``TracedFloats`` for one rule.
 
     Rows with a subnormal number are not plain.
     """
 
-    numbers: _Rows
+    numbers: _Columns
 
     def slope(self, template: Expression, arguments: Sequence[Part[Array]], node: Expression) -> Array:
         columns = {str(place): part.value for place, part in enumerate(arguments)}
-        rows = _Rows(columns, None, len(self.numbers.plain))
+        rows = _Columns(columns, None, len(self.numbers.plain))
         found = rows.of(template)
         return np.where(rows.plain & np.isfinite(found), found, np.nan)
 
@@ -174,7 +174,7 @@ class _Traced(Traced[Array]):
         return size * ulps
 
 
-class _Extended(_Rows):
+class _Extended(_Columns):
     """The same in numpy's extended floats, for digits of a difference that floats lose."""
 
     def __init__(self, columns: Mapping[str, Any], numbers: Array, count: int) -> None:
@@ -232,10 +232,10 @@ def evaluated(model: Model, equations: Sequence[Equation], values: Mapping[str, 
         if len(family.places) < FEWEST:
             continue
         here = point[family.columns]
-        rows = _Rows(dict(zip(family.first.names, here, strict=True)), family.numbers, len(family.places))
+        rows = _Columns(dict(zip(family.first.names, here, strict=True)), family.numbers, len(family.places))
         rows.plain &= np.isfinite(here).all(axis=0)
         with np.errstate(all="ignore"), suppress(Undefined):
-            side = _Sides(family.first, rows)
+            side = _FamilySides(family.first, rows)
             plain, places = rows.plain, family.places[rows.plain]
             columns = (side.miss, side.noise, side.gross, side.moves, side.holds(family))
             for store, column in zip((miss, noise, grosses, moves, holds), columns, strict=True):
@@ -258,11 +258,11 @@ def evaluated(model: Model, equations: Sequence[Equation], values: Mapping[str, 
     return Evaluated(known.names, miss, noise, grosses, moves, holds, *parts)
 
 
-class _Sides:
+class _FamilySides:
     """Both sides of the rules of a family: residuals, moves, rounding."""
 
-    def __init__(self, rule: Equation, rows: _Rows) -> None:
-        self.rows, traced = rows, _Traced(rows)
+    def __init__(self, rule: Equation, rows: _Columns) -> None:
+        self.rows, traced = rows, _TracedColumns(rows)
         self.gross: Any = 0.0
         parts = []
         for side in (rule.left, rule.right):
@@ -306,7 +306,7 @@ class _Sides:
             for name, slope in self.slopes.items():
                 to = moved[name] + np.copysign(change * np.abs(moved[name]), change * slope)
                 moved[name] = np.where(slope != 0.0, to, moved[name])
-            kind = _Rows if bound is None else _Extended
+            kind = _Columns if bound is None else _Extended
             rows = kind(moved, family.numbers, count)
             try:
                 found.append(rows.of(rule.left) - rows.of(rule.right))
@@ -337,7 +337,7 @@ def multiplied_out(model: Model, equations: Sequence[Equation], values: Mapping[
     point = _point(known, values)
     for family in known.families:
         columns = dict(zip(family.first.names, point[family.columns], strict=True))
-        rows = _Rows(columns, family.numbers, len(family.places))
+        rows = _Columns(columns, family.numbers, len(family.places))
         with np.errstate(all="ignore"), suppress(Undefined):
             for term in terms(family.first.left, family.first.right):
                 found[family.places] += rows.of(_spread(term))

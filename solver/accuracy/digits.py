@@ -31,7 +31,7 @@ class Unresolved(Exception):
 
 
 @dataclass
-class Work:
+class DigitWork:
     """The remaining operations in many digits, for all systems of a path together."""
 
     left: int = MAX_WORK
@@ -67,7 +67,7 @@ class ManyDigits:
         unknowns: Sequence[str],
         known: Mapping[str, Any],
         digits: int,
-        work: Work,
+        work: DigitWork,
     ) -> None:
         self.equations, self.unknowns = equations, tuple(unknowns)
         self.forms = tuple(subtract(equation.left, equation.right) for equation in equations)

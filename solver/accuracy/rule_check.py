@@ -72,11 +72,11 @@ def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
         return RuleCheck(True, miss, scaled)
     if abs(miss) > bound + ROUNDINGS * noise:
         return RuleCheck(False, miss, scaled)
-    from solver.accuracy.rule_in_digits import Rule, look_again  # floats mostly decide
+    from solver.accuracy.rule_in_digits import RuleInDigits, look_again  # floats mostly decide
 
     with suppress(Undefined):
         slight = small and bound <= STEEP * gross(equation, values)
-        if slight and Rule(equation, values).straddles(slopes, 2 * BACKWARD):
+        if slight and RuleInDigits(equation, values).straddles(slopes, 2 * BACKWARD):
             return RuleCheck(True, miss, scaled)
     return look_again(equation, values, noise)
 
@@ -84,12 +84,12 @@ def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
 def _leaps(equation: Equation, values: Mapping[str, Value]) -> bool:
     """Whether F jumps where its slopes promise 0: ``int(x) + x = 3`` is satisfied neither below 2, nor at
     2."""
-    from solver.accuracy.rule_in_digits import DIGITS, Rule
+    from solver.accuracy.rule_in_digits import DIGITS, RuleInDigits
 
     tied = {name for _, height in heights(equation) for name in names(height)}
     try:
         left, right, slopes, _ = sides(equation, values)
-        miss = float(Rule(equation, values).miss(DIGITS))
+        miss = float(RuleInDigits(equation, values).miss(DIGITS))
         moves = {n: s * abs(v) for n, s in slopes.items() if isinstance(v := values[n], float)}
         total = sum(map(abs, moves.values()))
         if abs(miss) <= BACKWARD * sum(abs(move) for n, move in moves.items() if n not in tied):

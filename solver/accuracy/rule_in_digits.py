@@ -52,7 +52,7 @@ def look_again(equation: Equation, values: Mapping[str, Value], noise: float) ->
     """
     if not all(isinstance(v := values[name], float) and math.isfinite(v) for name in equation.names):
         return RuleCheck(False, None, math.inf)
-    rule, rough, fine = Rule(equation, values), PRECISIONS[0], PRECISIONS[-1]
+    rule, rough, fine = RuleInDigits(equation, values), PRECISIONS[0], PRECISIONS[-1]
     power = context(rough).mpf(10)
     try:
         size = noise / EPS if SMALLEST_NORMAL < noise < math.inf else rule.largest(rough)
@@ -76,7 +76,7 @@ def look_again(equation: Equation, values: Mapping[str, Value], noise: float) ->
     return RuleCheck(False, None, math.inf, True)
 
 
-class Rule:
+class RuleInDigits:
     def __init__(self, equation: Equation, values: Mapping[str, Value]) -> None:
         self.sides: tuple[Expression, ...] = equation.left, equation.right
         self.values: dict[str, Any] = {name: values[name] for name in equation.names}
@@ -163,7 +163,7 @@ class Rule:
                     return True
         return False
 
-    def in_decimals(self) -> Rule:
+    def in_decimals(self) -> RuleInDigits:
         """The rule in decimals. It counts if no value moves F: as the exponent of (-0.2)^x, or x at the
         double root of x^2 - 1.72*x + 0.7396."""
         rule = copy(self)

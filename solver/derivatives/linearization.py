@@ -20,7 +20,7 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import ZERO, Call, Expression, Name, Number, Quotient, Symbol, subtract
 from rulesheets.syntax.program import walk
-from solver.accuracy.digits import ManyDigits, Unresolved, Work
+from solver.accuracy.digits import DigitWork, ManyDigits, Unresolved
 from solver.accuracy.rule_sides import sides
 from solver.numerics.elimination import eliminate_rows, independent_rows
 from solver.numerics.linear_algebra import factorise
@@ -265,7 +265,7 @@ def _settle(
             if row[name]:
                 terms[name] = max(terms[name], total / abs(row[name]))
     sizes = list(terms.values())
-    system = ManyDigits(equations, block.unknowns, exact, DIGITS, Work(MAX_WORK))
+    system = ManyDigits(equations, block.unknowns, exact, DIGITS, DigitWork(MAX_WORK))
     root = system.newton(list(start.values()), sizes)
     if root is None or any(
         abs(v - x) > FAR * abs(x) + ASTRAY * size

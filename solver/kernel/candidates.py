@@ -59,7 +59,7 @@ class Candidates:
         self.outside: Fact | None = None
         self.suspects: list[dict[str, float]] = []
         self.holes: list[dict[str, float]] = []
-        self.refused: list[dict[str, float]] = []
+        self.unresolved: list[dict[str, float]] = []
         self.miss = math.inf
         self.nearest: tuple[Mapping[str, float], tuple[float, ...]] = {}, ()
         self.attempts: list[Attempt] = []
@@ -97,7 +97,7 @@ class Candidates:
     def take(self, trial: Candidates) -> None:
         """Take over the answers of a method that had to find all."""
         self.answers += trial.answers
-        self.refused += trial.refused
+        self.unresolved += trial.unresolved
         self.outside = self.outside or trial.outside
 
     def refine(self, start: Sequence[float], limits: NewtonLimits = STANDARD_LIMITS) -> None:
@@ -202,14 +202,14 @@ class Candidates:
         if verdict is RootCheck.STANDS and self._open(point, finite, MEANINGLESS):
             verdict = RootCheck.NO_ROOT  # no digit of some unknown is left, as of the sine of 1e99
         if verdict is RootCheck.BESIDE_POLE:
-            self._refuse(root)
+            self._leave_unresolved(root)
         self.strays += verdict is RootCheck.NO_ROOT
         return verdict is RootCheck.STANDS
 
-    def _refuse(self, root: dict[str, float]) -> None:
+    def _leave_unresolved(self, root: dict[str, float]) -> None:
         """Record a root that floats do not resolve."""
-        if not any(self._near(root, other, COVERED) for other in self.refused):
-            self.refused.append(root)
+        if not any(self._near(root, other, COVERED) for other in self.unresolved):
+            self.unresolved.append(root)
 
     def _add(self, found: Answer, errors: Sequence[float]) -> None:
         """Add an answer, unless it is within rounding of a known one or on one curve with it."""
@@ -257,7 +257,7 @@ class Candidates:
         if root is not None and self.problem.holds(root):
             self.keep(root)  # where rounding in the rules keeps Newton's method in floats away
         if not (leads_away or (root is not None and self._is_known(root))):
-            self._refuse(point)
+            self._leave_unresolved(point)
 
     def _is_known(self, root: Mapping[str, float]) -> bool:
         beside = self.problem.beside
@@ -276,7 +276,7 @@ class Candidates:
             if covering:
                 _, nearest = min(covering)
                 if nearest in taken:
-                    self.refused.append(dict(root))
+                    self.unresolved.append(dict(root))
                 taken.add(nearest)
 
     def _covers(self, answer: Answer, root: Mapping[str, float]) -> bool:
@@ -381,7 +381,7 @@ class BlockOutcome(NamedTuple):
     answer holds what it does determine). ``attempts`` are the methods that were tried. ``suspects`` are
     points that nearly satisfy the block, at which floats do not tell whether there are two roots, one, or
     none. If only these prevent ``complete``, ``stretches`` are where they lie. ``holes`` are points beside
-    which rules nearly hold and at which one is 0/0. ``refused`` are near roots
+    which rules nearly hold and at which one is 0/0. ``unresolved`` are near roots
     that are proven to exist, but that floats cannot represent well enough to be answers; with them all would
     be known if ``whole``. ``doubtful``: rounding may have decided whether a linear block determines its
     unknowns, or contradicts itself. ``cut``: there are more answers than are listed.
@@ -395,14 +395,14 @@ class BlockOutcome(NamedTuple):
     suspects: tuple[Mapping[str, float], ...] = ()
     holes: tuple[Mapping[str, float], ...] = ()
     stretches: tuple[Stretch, ...] = ()
-    refused: tuple[Mapping[str, float], ...] = ()
+    unresolved: tuple[Mapping[str, float], ...] = ()
     whole: bool = False
     doubtful: bool = False
     cut: bool = False
 
     @property
     def delicate(self) -> bool:
-        unclear = self.suspects or self.refused
+        unclear = self.suspects or self.unresolved
         return self.doubtful or bool(unclear) or any(answer.double for answer in self.answers)
 
     @classmethod

@@ -50,7 +50,7 @@ def _power(base: float, exponent: float) -> float:
     return float(result)
 
 
-class Source(Arithmetic[T]):
+class CodeLines(Arithmetic[T]):
     """Lines of a function in three-address code. Equal texts are computed once (hash-consing)."""
 
     def __init__(self, arguments: Sequence[str], names: dict[str, T]) -> None:
@@ -90,7 +90,7 @@ def _compiled(text: str) -> CodeType:
     return next(c for c in compile(text, "<kernel>", "exec").co_consts if isinstance(c, CodeType))
 
 
-class Emitter(Source[str]):
+class Emitter(CodeLines[str]):
     """Code for expressions of named numbers, or of ``arrays`` of them."""
 
     def __init__(self, arguments: Sequence[str], arrays: bool) -> None:

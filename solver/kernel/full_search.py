@@ -235,14 +235,14 @@ def free_curve(problem: BlockProblem, point: Mapping[str, float] | None = None) 
         return None
     with np.errstate(all="ignore"):
         try:
-            curve = _Curve(problem)
+            curve = _FreeCurve(problem)
             given = [] if point is None else [np.array([point[name] for name in problem.unknowns])]
             return next(filter(None, map(curve.through, given or curve.points())), None)
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None
 
 
-class _Curve:
+class _FreeCurve:
     def __init__(self, problem: BlockProblem) -> None:
         self.problem, self.scale = problem, problem.sizes
         low, high = np.array([(variable.low, variable.high) for variable in problem.variables]).T
@@ -253,9 +253,9 @@ class _Curve:
         count = min(max(WORK // len(self.scale), FEWEST_STARTS), MOST_STARTS)
         ends = self.projected(starts_of(self.problem, 0, count // 2))
         nearest = sorted(ends, key=lambda x: float(max(abs(x) / self.scale)))[:ENDS]
-        return (point for end in nearest if (point := self._settled(end)) is not None)
+        return (point for end in nearest if (point := self._corrected(end)) is not None)
 
-    def _settled(self, x: Array) -> Array | None:
+    def _corrected(self, x: Array) -> Array | None:
         """The point with a few corrections of least norm, if every rule holds there and it is in range."""
         problem = self.problem
         for _ in range(CORRECTIONS):
@@ -299,12 +299,12 @@ class _Curve:
         """A point some distance away, on either side, at which every rule holds."""
         meant = float(abs(AWAY * way).max())
         for there in self.projected(x + np.outer((AWAY, -AWAY), way)):
-            settled = self._settled(there)
+            corrected = self._corrected(there)
             if (
-                settled is not None
-                and 0.1 * meant <= float(abs(settled - x).max()) <= 10.0 * meant < math.inf
+                corrected is not None
+                and 0.1 * meant <= float(abs(corrected - x).max()) <= 10.0 * meant < math.inf
             ):
-                return settled
+                return corrected
         return None
 
 

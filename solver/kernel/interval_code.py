@@ -31,7 +31,7 @@ from rulesheets.syntax.nodes import (
     rebuilt,
 )
 from rulesheets.syntax.program import walk
-from solver.kernel.emitter import Source, is_square
+from solver.kernel.emitter import CodeLines, is_square
 
 Pair: TypeAlias = tuple[str, str]
 
@@ -199,7 +199,7 @@ def _split(part: Expression, terms: Sequence[list[Expression]]) -> Side:
     return add(*having), add(*(times(*some) for some in terms if part not in some))
 
 
-class IntervalEmitter(Source[Pair]):
+class IntervalEmitter(CodeLines[Pair]):
     """Code for the two ends of expressions. Names in ``points`` are single numbers, with one end.
 
     ``forms`` are further operations for ``apply``.

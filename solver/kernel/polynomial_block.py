@@ -319,7 +319,7 @@ def counted(problem: BlockProblem, candidates: Candidates) -> bool:
     Only for algebraic blocks, whose eliminant has no root that rounding might have split or hidden.
     """
     block = problem.kernel.block
-    if len(block.tears) != 1 or problem.turn(block.tears[0]) is not None or candidates.refused:
+    if len(block.tears) != 1 or problem.turn(block.tears[0]) is not None or candidates.unresolved:
         return False
     forms = _explicit_forms(problem)
     if forms is None or not problem.kernel.once("algebraic", lambda: _is_algebraic(problem)):
@@ -341,7 +341,7 @@ def counted(problem: BlockProblem, candidates: Candidates) -> bool:
         if any(_is_within(one.positive, x) for some in holes for x in some or ()):
             return False  # where a form is 0/0 its unknown is free
         within = (root for root in roots if _is_within(one.positive, root))
-        if not all(_settled(problem, candidates, forms, root) for root in within):
+        if not all(_is_accounted_for(problem, candidates, forms, root) for root in within):
             return False
     return True
 
@@ -365,7 +365,7 @@ def _is_algebraic(problem: BlockProblem) -> bool:
     return True
 
 
-def _settled(problem: BlockProblem, candidates: Candidates, forms: Forms, root: float) -> bool:
+def _is_accounted_for(problem: BlockProblem, candidates: Candidates, forms: Forms, root: float) -> bool:
     """Whether a root is one of the answers, or becomes one, or clearly is none."""
     block = problem.kernel.block
     tear, place = block.tears[0], problem.equations.index(block.residuals[0])

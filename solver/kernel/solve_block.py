@@ -137,7 +137,7 @@ def solve_block(
     if problem.symbolic:
         block = kernel.block
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
-    outcome = _Search(problem, off).run(assumed, given)
+    outcome = _Methods(problem, off).run(assumed, given)
     if not outcome.free or assumed or budget.brief or kernel.linear:
         return outcome
     from solver.kernel.full_search import with_isolated
@@ -149,12 +149,12 @@ def solve_sparsely(
     kernel: BlockKernel, values: Mapping[str, Value], guesses: Mapping[str, float], budget: Budget
 ) -> BlockOutcome:
     """The sensible answer of a block by sparse Newton steps only, if they lead to one."""
-    return _Search(BlockProblem(kernel, values, guesses, budget), dict).sparsely()
+    return _Methods(BlockProblem(kernel, values, guesses, budget), dict).sparsely()
 
 
-class _Search:
+class _Methods:
     """The answers so far. ``complete``: they are proven to be all; ``whole``: they would be, if floats could
-    represent the refused ones.
+    represent the unresolved ones.
 
     Methods that isolate roots are imported when their turn comes: a closed form starts 3 ms sooner.
     """
@@ -299,7 +299,7 @@ class _Search:
             few = (s for s in searches if 0 < len(s.stretches) <= MAX_STRETCHES and not s.doubts)
             settleable = next(few, None)  # it failed to prove that it has all in a few short stretches alone
             self.stretches = () if self.whole or settleable is None else tuple(settleable.stretches)
-        self.complete = self.whole and not candidates.refused
+        self.complete = self.whole and not candidates.unresolved
         candidates.tried(method, self.complete)
         return None if candidates.answers else every[0].flat_stretch()
 
@@ -336,7 +336,7 @@ class _Search:
     def _outcome(self) -> BlockOutcome:
         """The outcome of the answers so far: only the preferred one, if there are too many others."""
         problem, candidates, block = self.problem, self.candidates, self.kernel.block
-        complete, facts = self.complete and not candidates.refused, tuple[Fact, ...]()
+        complete, facts = self.complete and not candidates.unresolved, tuple[Fact, ...]()
         answers = sorted(candidates.answers, key=lambda answer: problem.preference(answer.values))
         cut = len(answers) >= MOST_ANSWERS
         if not complete and candidates.is_repeating:
@@ -357,7 +357,7 @@ class _Search:
             suspects=tuple(candidates.suspects),
             holes=tuple(candidates.holes),
             stretches=self.stretches,
-            refused=tuple(candidates.refused),
+            unresolved=tuple(candidates.unresolved),
             whole=self.whole or self.complete,
             cut=cut,
         )

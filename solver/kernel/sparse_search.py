@@ -83,8 +83,8 @@ def search_sparsely(problem: BlockProblem, candidates: Candidates, every: bool) 
         point = problem.named(root.x.tolist())
         if root.converged and len(point) <= MANY:
             candidates.refine(root.x.tolist())
-        elif root.converged and (settled := _settled(problem, root.x)) is not None:
-            candidates.keep(settled, alone=root.alone)
+        elif root.converged and (polished := _polished(problem, root.x)) is not None:
+            candidates.keep(polished, alone=root.alone)
         else:
             candidates.note(point)
         signs = [_least(problem, answer, free) for answer in candidates.answers]
@@ -133,7 +133,7 @@ def _arrived(problem: BlockProblem, begin: Start) -> SparseRoot:
     return root
 
 
-def _settled(problem: BlockProblem, x: Array) -> dict[str, float] | None:
+def _polished(problem: BlockProblem, x: Array) -> dict[str, float] | None:
     """The point next to a root at which every rule holds. If rounding has left traces (the flow through a
     closed valve, the last of many complexes), explicit rules correct it; if rounding in the evaluation of a
     rule prevents it (``exp(x) - 1`` at a small x), residuals in many digits do. None otherwise."""

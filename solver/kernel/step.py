@@ -99,7 +99,7 @@ class StepOutcome(NamedTuple):
     delicate: bool = False
 
 
-class Refused(Exception):
+class NoPreimage(Exception):
     """A stage has no preimage; carries the fact."""
 
     def __init__(self, fact: Fact) -> None:
@@ -140,7 +140,7 @@ class StepSolver:
         """All values of the unknown of the isolation that satisfy the equation at the known values."""
         try:
             found = self.preimages()
-        except Refused as refused:
+        except NoPreimage as refused:
             outcome = StepOutcome(fact=refused.fact, delicate=self.delicate)
         except Undefined as undefined:
             fact: Fact = NoValue(self.index, self.unknown, str(undefined))
@@ -304,7 +304,7 @@ class StepSolver:
     # --- the preimages, and the arithmetic ---
 
     def preimages(self) -> list[Value]:
-        """Values of the unknown, principal first; raises :class:`Refused` or ``Undefined`` for none."""
+        """Values of the unknown, principal first; raises :class:`NoPreimage` or ``Undefined`` for none."""
         isolation = self.isolation
         if isolation.quadratic is not None:
             return list(self._roots(isolation.quadratic))
@@ -333,7 +333,7 @@ class StepSolver:
             for target in targets:
                 try:
                     found += self._operands(stage, target, stages[place + 1 :])
-                except (Refused, Undefined) as error:
+                except (NoPreimage, Undefined) as error:
                     refused = error
             if not found and refused is not None:
                 raise refused
@@ -374,7 +374,7 @@ class StepSolver:
             reading = f"{kind} {number_text(float(target))}"  # such as sqrt of -3.2, cosd = 1.08
             if off and float(target) == edge:  # which only more digits tell from it
                 reading += f" {'-' if target < edge else '+'} {number_text(float(off))}"
-            raise Refused(NoValue(self.index, self.unknown, reading, pole=False))
+            raise NoPreimage(NoValue(self.index, self.unknown, reading, pole=False))
         self.clamped = True
         return edge
 
@@ -401,12 +401,12 @@ class StepSolver:
         elif isinstance(form, Quotient):
             dividend = self.evaluate(form.left, at)
         if self._indifferent() or (dividend == 0.0 and not self.isolation.common):
-            raise Refused(AsksNothing(self.index, self.unknown))
+            raise NoPreimage(AsksNothing(self.index, self.unknown))
         self.delicate = self.delicate or not abs(dividend) > DELICATE * self._size()
         reading = f"0 times {self.unknown} = {number_text(float(dividend))}"
         if stage.operation != "product":
             reading = f"division by 0 for {self.unknown}"
-        raise Refused(NoValue(self.index, self.unknown, reading, pole=True))
+        raise NoPreimage(NoValue(self.index, self.unknown, reading, pole=True))
 
     def _indifferent(self) -> bool:
         """Whether the equation holds at different values of its unknown: it cancels."""
@@ -434,7 +434,7 @@ class StepSolver:
             return 0.0
         if number in (0.0, -1.0) or target == 0.0:  # many, or none
             self.proven = False
-            raise Refused(NoRoot((self.index,), (self.unknown,), proven=False))
+            raise NoPreimage(NoRoot((self.index,), (self.unknown,), proven=False))
         return float(round(math.log(abs(target)) / math.log(-number)))
 
     # --- whole turns ---
@@ -501,7 +501,7 @@ class StepSolver:
         def leads_inside(count: int) -> bool:
             try:
                 found = self._undo([principal + count * period], rest)
-            except (Refused, Undefined):
+            except (NoPreimage, Undefined):
                 return False
             return any(low - slack <= number <= high + slack for number in found)
 
@@ -539,7 +539,7 @@ class StepSolver:
             if b == 0.0:
                 fact = AsksNothing(self.index, self.unknown) if c == 0.0 else None
                 reading = f"0 times {self.unknown} = {number_text(float(-c))}"
-                raise Refused(fact or NoValue(self.index, self.unknown, reading, pole=True))
+                raise NoPreimage(fact or NoValue(self.index, self.unknown, reading, pole=True))
             return [-c / b]
         square, product = b * b, 4 * a * c
         discriminant = square - product
@@ -547,7 +547,7 @@ class StepSolver:
             size = max(square, abs(product))
             self.delicate = self.delicate or -discriminant <= DELICATE * size
             if discriminant < -self._near(1e-9) * size:
-                raise Refused(
+                raise NoPreimage(
                     NoValue(self.index, self.unknown, f"sqrt of {number_text(float(discriminant))}")
                 )
             discriminant, self.clamped = 0.0, True

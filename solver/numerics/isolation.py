@@ -108,7 +108,7 @@ def isolate_roots(
     """
     if not low <= high:
         return RootSearch((), True)
-    return _Search(enclose, enclose_slope, value, float(low), float(high)).run(limits)
+    return _RootSearch(enclose, enclose_slope, value, float(low), float(high)).run(limits)
 
 
 class Cluster(NamedTuple):
@@ -135,7 +135,7 @@ class Section(NamedTuple):
     smooth: bool
 
 
-class _Search:
+class _RootSearch:
     """f with its enclosures, the results so far, and the number of boxes evaluated."""
 
     def __init__(
@@ -255,13 +255,13 @@ class _Search:
             opened: list[Section] = []
             for section, (box, width) in zip(self._sections([b for b, _ in kept]), kept, strict=True):
                 match judge(section, width):
-                    case Verdict.SINGLE:
+                    case BoxState.SINGLE:
                         settled.append(box)
-                    case Verdict.NOISY_END:
+                    case BoxState.NOISY_END:
                         at_rounding += _noise_at_ends(section)
-                    case Verdict.ROUNDING:
+                    case BoxState.ROUNDING:
                         at_rounding.append(box)
-                    case Verdict.OPEN:
+                    case BoxState.OPEN:
                         opened.append(section)
             if level >= REMOTE_LEVELS:
                 opened = [section for section in opened if not self._is_remote(section.low, section.high)]
@@ -438,7 +438,7 @@ def presplit(low: float, high: float) -> Intervals:
     return [(max(a, -MAX), min(b, MAX)) for a, b in boxes if a < MAX and b > -MAX]
 
 
-class Verdict(Enum):
+class BoxState(Enum):
     """The state of a box."""
 
     EMPTY = "it holds no root"
@@ -448,7 +448,7 @@ class Verdict(Enum):
     OPEN = "it is to be split"
 
 
-def judge(section: Section, width: float) -> Verdict:
+def judge(section: Section, width: float) -> BoxState:
     """``width`` is that of the natural enclosure of f on the box."""
     (low_0, low_1), (high_0, high_1) = section.at_low, section.at_high
     spread = width
@@ -462,19 +462,19 @@ def judge(section: Section, width: float) -> Verdict:
         )
         # f(a) + [-s, s] (x - a) excludes 0 for some a of the ends and the middle
         if any(below > steepest * reach or above < -steepest * reach for reach, (below, above) in reaches):
-            return Verdict.EMPTY
+            return BoxState.EMPTY
         if slope_0 > 0.0 or slope_1 < 0.0:
             if (low_0 > 0.0 or low_1 < 0.0) and (high_0 > 0.0 or high_1 < 0.0):
-                return Verdict.SINGLE if (low_0 > 0.0) is not (high_0 > 0.0) else Verdict.EMPTY
+                return BoxState.SINGLE if (low_0 > 0.0) is not (high_0 > 0.0) else BoxState.EMPTY
             if min(abs(slope_0), abs(slope_1)) * EVEN >= steepest:
-                return Verdict.NOISY_END
+                return BoxState.NOISY_END
         reach = steepest * max(section.middle - section.low, section.high - section.middle)
         spread = min(width, 2.0 * reach)
     blurs = [high - low for low, high in (section.at_low, section.at_middle, section.at_high)]
     noise = min(blurs) if all(map(isfinite, blurs)) else 0.0
     narrow = nextafter(nextafter(section.low, inf), inf) >= section.high
     done = narrow or spread <= 4.0 * noise or not section.low < section.middle < section.high
-    return Verdict.ROUNDING if done else Verdict.OPEN
+    return BoxState.ROUNDING if done else BoxState.OPEN
 
 
 def _noise_at_ends(section: Section) -> Intervals:

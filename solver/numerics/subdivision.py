@@ -61,12 +61,12 @@ def branch_and_prune(
     equation undefined all over it; ``enclose_jacobian`` likewise bounds (k, n, n) of ∂F_i/∂x_j, infinite
     or nan on a box on which F may be undefined or discontinuous somewhere.
     """
-    search = _Search(enclose, enclose_jacobian, np.array(box, dtype=float).T[:, None, :])
+    search = _BoxSearch(enclose, enclose_jacobian, np.array(box, dtype=float).T[:, None, :])
     with np.errstate(all="ignore"):
         return search.run(most_boxes, most_alive)
 
 
-class _Search:
+class _BoxSearch:
     """Boxes are arrays (2, k, n), lower ends first; in those without a root the ends are crossed."""
 
     def __init__(self, enclose: BoxFunction, enclose_jacobian: BoxFunction, whole: Array) -> None:

@@ -110,7 +110,7 @@ class Suggestions:
         vanishing = {name for name, none in zip(known, zero, strict=True) if none}
         given = ((rule.left, rule.right) for rule in self.model.equations)
         vanishing |= {left.name for left, right in given if isinstance(left, Name) and is_number(right, 0.0)}
-        rows = _Rows((*unknowns, *known), vanishing, nodes=_nodes(self.model.equations))
+        rows = _Balances((*unknowns, *known), vanishing, nodes=_nodes(self.model.equations))
         for equation in self.model.equations:
             rows.read(equation)
         a, k, c = rows.parts(len(unknowns))
@@ -179,7 +179,7 @@ def _balance_of_shape(
     """The equations between decades of rules of one shape: their matrix, with a column for each of their
     ``names``, each number in their text, and each number of free size, and constants. Some are ``zero``."""
     every = [f"#{k}" if k < names else f"#.{k - names}" for k in range(len(zero))]
-    read = _Rows(
+    read = _Balances(
         every,
         {name for name, none in zip(every, zero, strict=True) if none},
         cancelling=True,
@@ -209,7 +209,7 @@ class _Term:
 _ONE = _Term({})
 
 
-class _Rows:
+class _Balances:
     """Linear equations between decades; variables by name, numbers of free size by an integer.
 
     ``exact`` ones hold for scalings that leave the rules unchanged: functions of numbers do not scale.
@@ -439,7 +439,7 @@ class Scalings:
     """``exponents`` (names, k): how each variable changes under k independent scalings of the rules."""
 
     def __init__(self, equations: Sequence[Equation], names: Sequence[str]) -> None:
-        rows = _Rows(names, (), exact=True)
+        rows = _Balances(names, (), exact=True)
         for equation in equations:
             rows.read(equation)
         self.places = rows.places

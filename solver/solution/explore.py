@@ -35,7 +35,7 @@ from solver.leaves import (
     excluded,
     indeterminacy,
     infinite,
-    settled,
+    moved_into_one_turn,
     unmet,
     without_value,
 )
@@ -390,7 +390,7 @@ class PathSearch:
         again = [e for e, free in lost.items() if any(name in branch.values for name in free)]
         for equation in again:
             del branch.inactive[equation]
-            branch.settled.discard(equation)
+            branch.checked.discard(equation)
         return bool(again)
 
     def _broken(self, branch: Branch) -> bool:
@@ -406,7 +406,7 @@ class PathSearch:
         branch.origins.update(dict.fromkeys(found, step))
         branch.steps.append(step)
         if not isinstance(step, Select):
-            branch.settled.update(equations_of(step))
+            branch.checked.update(equations_of(step))
 
     def _evaluate(self, branch: Branch, step: Step, equation: int, unknown: str) -> bool | Forks | None:
         """None: continue; True: plan again; False: ended; else the forks."""
@@ -461,9 +461,9 @@ class PathSearch:
         return True
 
     def _check(self, branch: Branch, step: Step, equation: int) -> bool | None:
-        if equation in branch.settled:
+        if equation in branch.checked:
             return None
-        branch.settled.add(equation)
+        branch.checked.add(equation)
         branch.steps.append(step)
         check = check_rule(self.model.equations[equation], branch.values)
         if check.holds or self._agreed(branch, equation):
@@ -652,8 +652,8 @@ class PathSearch:
 
     # --- the end of a branch ---
 
-    def _settled(self, branch: Branch) -> dict[str, Value]:
-        return settled(self.graph, branch.values, self.inputs)
+    def _moved_into_one_turn(self, branch: Branch) -> dict[str, Value]:
+        return moved_into_one_turn(self.graph, branch.values, self.inputs)
 
     def _finish(self, branch: Branch, underdetermined: bool = False) -> None:
         """Check every rule that is active at the end of a branch with the independent rule check."""
@@ -661,7 +661,7 @@ class PathSearch:
         if branch.signs and self.analysis.contradicted(branch) and not self._onto_boundary(branch):
             self.outside_case.append(Leaf(branch, (), (), 0.0, 0))
             return
-        values = branch.values = self._settled(branch)
+        values = branch.values = self._moved_into_one_turn(branch)
         decided = {**branch.assumed, **self.analysis.outcomes(range(len(self.model.conditions)), branch)}
         rules = list(known_rules(self.model, decided, values))
         worst, left = 0.0, tuple(rules)

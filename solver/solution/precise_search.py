@@ -20,7 +20,7 @@ from rulesheets.evaluate.digits import context, extended
 from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import Comparison, Condition, Expression
-from solver.accuracy.digits import ManyDigits, Unresolved, Work, null_vectors, resolve_fold
+from solver.accuracy.digits import DigitWork, ManyDigits, Unresolved, null_vectors, resolve_fold
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_in_digits import absorbs
@@ -32,7 +32,7 @@ from solver.kernel.chain import Chain, followed, slope_chain
 from solver.kernel.enclosure import Enclosure
 from solver.kernel.linear_block import undetermined
 from solver.kernel.problem import BlockProblem, InputErrors
-from solver.kernel.step import Refused, StepOutcome, StepSolver
+from solver.kernel.step import NoPreimage, StepOutcome, StepSolver
 from solver.leaves import Asked, Branch, CaseAnalysis, Exploration
 from solver.numerics.elimination import eliminate
 from solver.numerics.tolerances import (
@@ -98,7 +98,7 @@ class _PreciseSearch(PathSearch):
     def __init__(self, asked: Asked, floats: Exploration, digits: int) -> None:
         super().__init__(asked)
         self.digits, self.careful = digits, True
-        self.outcomes, self.work = floats.outcomes, Work()
+        self.outcomes, self.work = floats.outcomes, DigitWork()
         self._before: dict[SolveBlock, list[Numbers]] = {}
         for (step, known), outcome in floats.outcomes.items():
             if outcome.complete and not outcome.delicate:
@@ -119,7 +119,7 @@ class _PreciseSearch(PathSearch):
         given numbers, such as that of ``x^2 - 1.72*x + 0.7396 = 0`` at 0.86."""
         rule = self.model.equations[equation]
         step = StepSolver(self.graph, equation, unknown, branch.values)
-        with suppress(Refused, Undefined):
+        with suppress(NoPreimage, Undefined):
             for start in step.preimages():
                 system = ManyDigits([rule], (step.unknown,), _known(branch), self.digits, self.work)
                 sizes = (abs(v) for v in step.floats.values() if isinstance(v, float))
@@ -142,7 +142,7 @@ class _PreciseSearch(PathSearch):
             return floats
         rules = [self.model.equations[index] for index in step.equations]
         system = ManyDigits(rules, step.unknowns, _known(branch), self.digits, self.work)
-        found = _Block(problem, system, floats, partial(self._off, branch)).outcome()
+        found = _RefinedBlock(problem, system, floats, partial(self._off, branch)).outcome()
         more = max(0, len(found.answers) - len(floats.answers))
         attempts = (Attempt(Method.EXTENDED, more, found.complete),) if more else ()
         return found._replace(attempts=(*floats.attempts, *attempts), cut=floats.cut)
@@ -199,10 +199,10 @@ class _PreciseSearch(PathSearch):
             )
         return False
 
-    def _settled(self, branch: Branch) -> dict[str, Value]:
+    def _moved_into_one_turn(self, branch: Branch) -> dict[str, Value]:
         """Whole turns are also subtracted from the digits beyond floats."""
-        settled = super()._settled(branch)
-        for name, number in settled.items():
+        moved = super()._moved_into_one_turn(branch)
+        for name, number in moved.items():
             before = branch.values[name]
             if isinstance(number, str) or isinstance(before, str) or number == before:
                 continue
@@ -210,8 +210,8 @@ class _PreciseSearch(PathSearch):
             if turn is not None and name in branch.precise:
                 turns = round((number - before) / turn)
                 exact = branch.precise[name] + turns * _exact_turn(turn, context(self.digits))
-                branch.precise[name], settled[name] = exact, float(exact)
-        return settled
+                branch.precise[name], moved[name] = exact, float(exact)
+        return moved
 
     # --- what rests on rounding ---
 
@@ -318,7 +318,7 @@ class _PreciseStep(StepSolver):
         return number
 
 
-class _Block:
+class _RefinedBlock:
     """The answers of a block in floats, each refined."""
 
     def __init__(
@@ -335,7 +335,7 @@ class _Block:
             return self._linear()
         self.double = [answer for answer in self.floats.answers if answer.double and answer.counted]
         known = (answer.values for answer in self.floats.answers if answer not in self.double)
-        for seed in (*known, *self.floats.refused):
+        for seed in (*known, *self.floats.unresolved):
             start = list(seed.values())
             if self._folded(start):
                 continue
@@ -395,7 +395,7 @@ class _Block:
         points = [self.system.point(root) for root in self.roots]
         doubles = [answer.values for answer in self.double]
         complete = self.floats.complete or self.floats.whole
-        complete = complete or _settled(
+        complete = complete or _are_counted(
             self.floats.stretches, self.problem.here, self.system, points, doubles
         )
         for point in points:
@@ -433,7 +433,7 @@ MARGIN = 8.0
 """Widths by which a stretch is widened on both sides to look for its roots."""
 
 
-def _settled(
+def _are_counted(
     stretches: Sequence[Stretch],
     floats: Mapping[str, Value],
     system: ManyDigits,

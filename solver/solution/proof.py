@@ -335,7 +335,7 @@ STEPS = 8
 """Newton steps towards the extreme of μ."""
 
 
-class Stretch(NamedTuple):
+class CurvePiece(NamedTuple):
     """The only ``curve`` in a ``box``, x and μ by name, for all t within ``reach`` of a place."""
 
     place: Ball
@@ -358,12 +358,12 @@ def unfolded(
     if len(square.unknowns) > MOST_UNKNOWNS:
         return None
     try:
-        return _Curve(square, known, middle).unfolded()
+        return _LocalCurve(square, known, middle).unfolded()
     except (Undefined, NotDifferentiable, OverflowError, ZeroDivisionError):
         return None
 
 
-class _Curve:
+class _LocalCurve:
     """x(t) and μ(t), through ``middle`` at t = 0."""
 
     def __init__(self, square: Square, known: Mapping[str, Ball], middle: Sequence[Ball]) -> None:
@@ -415,7 +415,7 @@ class _Curve:
                 return self._two(stretch, point, tangent, (-2 * height / bend).mid())
         return None
 
-    def _stretch(self, place: Ball, reach: float, point: Mapping[str, Ball]) -> Stretch | None:
+    def _stretch(self, place: Ball, reach: float, point: Mapping[str, Ball]) -> CurvePiece | None:
         """The curve around a point of it.
 
         μ = 0 is in the box that is searched for others, so F = 0 only on the curve.
@@ -435,10 +435,10 @@ class _Curve:
             return None
         curve, radii = found
         box = {n: around(m, r) for n, m, r in zip(self.bordered.unknowns, middle, radii, strict=True)}
-        return Stretch(place, reach, curve, box)
+        return CurvePiece(place, reach, curve, box)
 
     def _two(
-        self, stretch: Stretch, point: Mapping[str, Ball], tangent: Sequence[Ball], square: Ball
+        self, stretch: CurvePiece, point: Mapping[str, Ball], tangent: Sequence[Ball], square: Ball
     ) -> tuple[Mapping[str, Ball], ...] | None:
         """Both roots, at the ``square`` of their distance from the extreme, each enclosed."""
         apart = square.sqrt().mid()

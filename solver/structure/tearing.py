@@ -57,7 +57,7 @@ def tearings(
     """
     weight = weights or {}
 
-    def rank(judged: tuple[Tears, _Order]) -> tuple[int, int, Tears]:
+    def rank(judged: tuple[Tears, _Partial]) -> tuple[int, int, Tears]:
         return judged[1].cost, sum(weight.get(u, 0) for u in judged[0]), judged[0]
 
     judged = sorted(_smallest_sets(incidence, weight, effort), key=rank)[: max(SHORT_LIST, limit)]
@@ -76,7 +76,7 @@ def tearings(
 # --- orders of steps ------------------------------------------------------------
 
 
-class _Order(NamedTuple):
+class _Partial(NamedTuple):
     """``steps`` and their cost; the known variables after them, the (cost, equation, unknown) that may
     follow, and the ``fewest`` unknowns left in an equation that has several, 0 without one."""
 
@@ -87,7 +87,7 @@ class _Order(NamedTuple):
     fewest: int
 
 
-def _order(incidence: Incidence, known: Collection[int], ceiling: int | None = None) -> _Order:
+def _order(incidence: Incidence, known: Collection[int], ceiling: int | None = None) -> _Partial:
     """Steps that follow from the known variables, each the cheapest, then first, available, as long as it
     costs no more than ``ceiling``. (Without one, the known variables at the end do not depend on the
     order.)"""
@@ -118,10 +118,10 @@ def _order(incidence: Incidence, known: Collection[int], ceiling: int | None = N
             offer(user)
     going_on = [step for step in offers if step[2] not in reached]
     fewest = min((left for left in missing.values() if left > 1), default=0)
-    return _Order(total, tuple(steps), frozenset(reached), going_on, fewest)
+    return _Partial(total, tuple(steps), frozenset(reached), going_on, fewest)
 
 
-def _searched(incidence: Incidence, tears: Tears) -> _Order | None:
+def _searched(incidence: Incidence, tears: Tears) -> _Partial | None:
     """The order of least total cost; None if the search takes too long."""
     queue = [_order(incidence, tears, ceiling=0)]
     closed: set[frozenset[int]] = set()
@@ -149,7 +149,7 @@ def _searched(incidence: Incidence, tears: Tears) -> _Order | None:
 
 def _smallest_sets(
     incidence: Incidence, weights: Mapping[int, int], effort: int
-) -> list[tuple[Tears, _Order]]:
+) -> list[tuple[Tears, _Partial]]:
     """Sets of tears of one size with their steps: all of the least size, or the one of the heuristic."""
     unknowns = incidence.block.unknowns
     first = _order(incidence, ())
@@ -166,8 +166,8 @@ def _smallest_sets(
 
 
 def _complete(
-    incidence: Incidence, tears: Tears, order: _Order, size: int, start: int
-) -> Iterator[tuple[Tears, _Order]]:
+    incidence: Incidence, tears: Tears, order: _Partial, size: int, start: int
+) -> Iterator[tuple[Tears, _Partial]]:
     """Sets with ``size`` further tears from which everything follows, in lexicographic order.
 
     An unknown that follows from the tears before it is skipped: a set with it is not smallest. Sets of fewer

@@ -52,7 +52,7 @@ class Refusal(Recording):
             branch = leaf.branch
             known = [e for e in self.model.equations if branch.values.keys() >= set(e.names)]
             active = [e.index for e in known if activity(e, branch.conditions)]
-            if branch.assumed or not branch.settled.issuperset(active) or len(branch.reasons) != 1:
+            if branch.assumed or not branch.checked.issuperset(active) or len(branch.reasons) != 1:
                 raise NotCompilable
         start, symbols = self._start()
         for leaf in self.leaves:
