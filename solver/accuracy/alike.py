@@ -88,7 +88,7 @@ class _Columns(Arithmetic[Array]):
         return result
 
 
-CLOSE = 0.5
+CANCELS = 0.5
 """Arguments of ``exp(x) - 1`` below which digits cancel."""
 
 
@@ -101,7 +101,7 @@ def _power_and_one(terms: Sequence[Expression], values: Sequence[Any]) -> tuple[
 def _less_one(power: Any, argument: Any) -> Any:
     """``exp(x) - 1``, or ``1 - exp(x)``, from the power with its sign, and x."""
     sign = np.copysign(1.0, power)
-    return np.where(np.abs(argument) < CLOSE, sign * np.expm1(argument), power - sign)
+    return np.where(np.abs(argument) < CANCELS, sign * np.expm1(argument), power - sign)
 
 
 def _each(function: Callable[..., float], count: int, *columns: Any) -> Array:
@@ -144,7 +144,7 @@ class _TracedColumns(Traced[Array]):
         ((slope, argument),) = part.slopes
         value = _less_one(whole.value, argument.value)
         size, ulps = np.abs(value), TABLE["exp"].ulps
-        close = np.abs(argument.value) < CLOSE
+        close = np.abs(argument.value) < CANCELS
         rounded = np.where(close, 2.0 * ulps * size, part.rounded + size)
         self.numbers.plain &= (size >= SMALLEST) | (argument.value == 0.0)
         difference = Part(value, "", ((sign * slope, argument),), rounded)

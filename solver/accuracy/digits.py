@@ -19,7 +19,7 @@ from rulesheets.syntax.program import walk
 from solver.accuracy.rule_in_digits import in_decimals
 from solver.accuracy.rule_sides import gross, half_unit
 from solver.numerics.elimination import Singular, eliminate_rows
-from solver.numerics.tolerances import FOLD, REFINED, SPARE, SUSPECT
+from solver.numerics.tolerances import FOLD, REFINED, SMALL, SPARE, SUSPECT
 
 MAX_ITERATIONS = 40
 MAX_WORK = 60_000
@@ -159,7 +159,7 @@ def resolve_fold(system: ManyDigits, start: Sequence[float], scale: Sequence[flo
 def _sizes(x: Sequence[float]) -> list[float]:
     """The sizes of the unknowns; a tiny one gets that of the largest."""
     largest = max(abs(v) for v in x) or 1.0
-    return [abs(v) if abs(v) > 1e-3 * largest else largest for v in x]
+    return [abs(v) if abs(v) > SMALL * largest else largest for v in x]
 
 
 def null_vectors(

@@ -25,7 +25,7 @@ from solver.accuracy.rule_sides import RuleCheck, leads_to_zero, terms, with_nam
 from solver.numerics.tolerances import BACKWARD, COMMON, EPS, PRECISIONS, SMALLEST_NORMAL, SPARE, STEEP
 
 DIGITS = 50
-MOVED = 2.0**-10
+BENT_OVER = 2.0**-10
 """Share of a value by which it is moved to see how a rule bends."""
 HALVINGS = 24
 """Bisections that tell a root, towards which F shrinks, from a pole or a jump."""
@@ -175,9 +175,9 @@ class RuleInDigits:
         any multiplicity it changes as far as the value does. Raises Undefined."""
         miss, bends = self.miss(digits), 0
         for name, number, size in self._numbers(digits):
-            above, below = (self._tried(name, number + size * s, digits) for s in (MOVED, -MOVED))
+            above, below = (self._tried(name, number + size * s, digits) for s in (BENT_OVER, -BENT_OVER))
             if above is not None and below is not None:
-                bends = max(bends, max(abs(above + below - 2 * miss), abs(above - below)) / MOVED**2)
+                bends = max(bends, max(abs(above + below - 2 * miss), abs(above - below)) / BENT_OVER**2)
         most = max(abs(extended(term, self.values, digits)) for term in terms(*self.sides))
         return abs(miss) <= BACKWARD**2 * min(bends, most) and not self.absorbed()
 

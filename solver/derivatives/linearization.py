@@ -24,6 +24,7 @@ from solver.accuracy.digits import DigitWork, ManyDigits, Unresolved
 from solver.accuracy.rule_sides import sides
 from solver.numerics.elimination import eliminate_rows, independent_rows
 from solver.numerics.linear_algebra import factorise
+from solver.numerics.tolerances import ASTRAY, DRIFT
 from solver.path import known_rules
 from solver.path.cases import Pair, comparisons, outcomes
 from solver.structure.decomposition import Incidence, block_triangular, maximum_matching
@@ -183,9 +184,6 @@ DIGITS = 100
 """Digits that are computed with."""
 
 MAX_WORK = 10**12
-FAR, ASTRAY = 1e-2, 1e-6
-"""The shares of its size, and of its terms, by which an unknown may move and still be the same
-answer."""
 
 
 class Sharp(NamedTuple):
@@ -268,7 +266,7 @@ def _settle(
     system = ManyDigits(equations, block.unknowns, exact, DIGITS, DigitWork(MAX_WORK))
     root = system.newton(list(start.values()), sizes)
     if root is None or any(
-        abs(v - x) > FAR * abs(x) + ASTRAY * size
+        abs(v - x) > DRIFT * abs(x) + ASTRAY * size
         for v, x, size in zip(root, start.values(), sizes, strict=True)
     ):
         raise Unresolved

@@ -16,6 +16,7 @@ from rulesheets.syntax.program import degree
 from solver.kernel.emitter import compile_expressions, divisors
 from solver.kernel.step import window
 from solver.numerics.linear_algebra import Array
+from solver.numerics.tolerances import CUBE_ROOT, SMALL
 from solver.path import ClosedForm, SolveBlock
 from solver.path.graph import ModelGraph, phases, shape_of
 
@@ -259,7 +260,7 @@ class BlockKernel:
             """Central differences, for the few functions whose derivative has no formula."""
             columns = []
             for j in range(n):
-                h = 6e-6 * max(abs(x[j]), 1e-3)
+                h = CUBE_ROOT * max(abs(x[j]), SMALL)
                 up, down = (self._residual(*x[:j], x[j] + step, *x[j + 1 :], *known) for step in (h, -h))
                 columns.append([(a - b) / (2 * h) for a, b in zip(up, down, strict=True)])
             return [list(row) for row in zip(*columns, strict=True)]

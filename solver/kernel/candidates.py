@@ -19,6 +19,7 @@ from solver.numerics.tolerances import (
     COVERED,
     EPS,
     MEANINGLESS,
+    MOVES,
     MULTIPLE,
     NEARLY,
     ORDINARY,
@@ -351,7 +352,7 @@ class Candidates:
                 direction = SparseFactor(sparse[1](np.array(x)), len(x)).null_direction(sizes)
         except (ArithmeticError, ValueError):
             direction = (1.0,) * len(x)
-        moving = {n: d for n, d in zip(point, direction, strict=True) if abs(d) > 1e-6}
+        moving = {n: d for n, d in zip(point, direction, strict=True) if abs(d) > MOVES}
         return DoubleRoot(self.problem.equations, tuple(moving), moving)
 
 

@@ -42,12 +42,11 @@ from rulesheets.syntax.nodes import (
 from rulesheets.syntax.program import walk
 from solver.kernel.emitter import Emitter
 from solver.kernel.interval_code import factors, times, without
+from solver.numerics.tolerances import SAME_VALUE
 from solver.path import TARGET, Isolation, SolveBlock, Stage
 from solver.path.graph import ModelGraph
 
 MAX_CHAINS = 256
-SLACK = 1e-9
-"""The share of a turn by which an angle may exceed half a turn: rounding must not lose it."""
 RESIDUAL = "#residual"
 
 
@@ -99,7 +98,7 @@ def _alternatives(graph: ModelGraph, block: SolveBlock) -> Iterator[tuple[tuple[
         variable = graph.model.variables[step.unknown]
         turn = graph.turn(step.unknown) if isolation.period else None
         if turn is not None and variable.low == -inf and variable.high == inf:
-            variable = replace(variable, low=-turn * (0.5 + SLACK), high=turn * (0.5 + SLACK))
+            variable = replace(variable, low=-turn * (0.5 + SAME_VALUE), high=turn * (0.5 + SAME_VALUE))
         yield tuple(through(isolation, f"#{number}", variable))
 
 

@@ -26,7 +26,7 @@ from solver.kernel.problem import FIRST_ROUND, BlockProblem
 from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import STANDARD_LIMITS, TRUST_REGIONS, NewtonLimits, newton, scipy_root
 from solver.numerics.starts import GAUSS_NEWTON, NEWTON, Iteration, arrivals, spread
-from solver.numerics.tolerances import FREE, MOVED, SAME_END
+from solver.numerics.tolerances import FREE, MOVED, SAME_END, SMALL
 
 # --- box by box ---
 
@@ -184,7 +184,7 @@ def _distinct(problem: BlockProblem, ends: Array, known: Sequence[Array]) -> lis
     seen[: len(known)] = np.reshape(known, (-1, len(problem.unknowns)))
     count = len(known)
     for end in ends:
-        size = np.maximum(abs(end), 1e-3 * problem.sizes)
+        size = np.maximum(abs(end), SMALL * problem.sizes)
         if not (abs(seen[:count] - end) <= SAME_END * size).all(axis=1).any():
             seen[count] = end
             count += 1
@@ -269,7 +269,7 @@ class _FreeCurve:
 
     def _scaled(self, x: Array) -> tuple[Array, Array, Array]:
         """The Jacobian in units of the unknowns and of the rules, and these units."""
-        weight = np.maximum(abs(x), 1e-3 * self.scale)
+        weight = np.maximum(abs(x), SMALL * self.scale)
         matrix = np.array(self.problem.jacobian(x.tolist()), dtype=float) * weight
         rows = abs(matrix).max(axis=1)
         if not np.isfinite(rows).all():

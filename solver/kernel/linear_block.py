@@ -26,7 +26,7 @@ from solver.kernel.problem import BlockProblem, InputErrors
 from solver.numerics.elimination import EXACT_LIMIT, LinearOutcome, solve_linear
 from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import newton
-from solver.numerics.tolerances import ROUNDINGS, SMALLEST_NORMAL
+from solver.numerics.tolerances import EXAMINED, FREE, MOVES, NEARLY, REGULAR, ROUNDINGS, SMALLEST_NORMAL
 
 
 class Perturbed:
@@ -84,10 +84,6 @@ def _noise(form: Expression, values: Mapping[str, Value]) -> float:
         return 0.0
 
 
-SUSPECT = 1e-9
-"""Share of the largest singular value below which one is examined, rows and columns scaled."""
-STILL = 1e-9
-"""Share of the largest move along a null direction below which an unknown stays where it is."""
 SECOND_ORDER = 2.0**-90
 """An upper bound of the computed least singular value of a scaled matrix, if it is 0 exactly."""
 
@@ -133,7 +129,7 @@ def undetermined(
                 return None
         except (ArithmeticError, ValueError):
             return None
-    free = tuple(n for n in problem.unknowns if any(abs(d[n]) > STILL for d in directions))
+    free = tuple(n for n in problem.unknowns if any(abs(d[n]) > MOVES for d in directions))
     dependent = tuple(problem.equations[i] for i in near.dependent(len(lost)))
     return left_free(problem, point, directions[0], free, dependent)
 
@@ -172,7 +168,7 @@ class _NearlySingular:
         self.columns = np.abs(self.a).max(axis=0)
         self.columns[self.columns == 0] = 1.0
         self.u, self.s, self.v = np.linalg.svd(self.a / self.columns)
-        kept = len(a) - int((self.s <= SUSPECT * self.s[0]).sum())
+        kept = len(a) - int((self.s <= EXAMINED * self.s[0]).sum())
         self.left = (self.u[:, kept:].T / self.rows).tolist()
         self.right = (self.v[kept:] / self.columns).tolist()
 
@@ -220,7 +216,7 @@ class _NearlySingular:
         """The equations whose left sides combine to 0 = 0, and the combination of their right sides."""
         scaled = self.u[:, len(self.s) - lost :].T
         worst = scaled[np.argmax(np.abs(scaled @ self.b))]
-        involved = [i for i, share in enumerate(worst) if abs(share) > STILL]
+        involved = [i for i, share in enumerate(worst) if abs(share) > MOVES]
         last = involved[-1]
         miss = float(worst @ self.b / worst[last] * self.rows[last])
         rows = tuple(problem.equations[i] for i in involved)
@@ -346,16 +342,16 @@ def stays_deficient(problem: BlockProblem, point: Mapping[str, float]) -> bool:
     def size(z: Array) -> Array:
         return np.where(z, np.abs(z), 1.0)
 
-    rank, right = _rank(linearized(z)[0] * size(z), 1e-6)
+    rank, right = _rank(linearized(z)[0] * size(z), FREE)
     for seed in range(3):
         mix = [math.cos((k + 1) * (1.7 + seed)) for k in range(len(z) - rank)]
         moved = z + STEP_ALONG * size(z) * (mix @ right[rank:])
         for _ in range(12):
             jacobian, miss = linearized(moved)
-            moved = moved - np.linalg.lstsq(jacobian, miss, rcond=1e-10)[0]
+            moved = moved - np.linalg.lstsq(jacobian, miss, rcond=FREE)[0]
         jacobian, miss = linearized(moved)
-        settled = np.abs(miss).max() <= 1e-9 * max(1.0, np.abs(moved).max() ** 2)
-        if settled and _rank((jacobian * size(moved))[:, :n], 1e-5)[0] == n:
+        arrived = np.abs(miss).max() <= NEARLY * max(1.0, np.abs(moved).max() ** 2)
+        if arrived and _rank((jacobian * size(moved))[:, :n], REGULAR)[0] == n:
             return False
     return True
 

@@ -29,7 +29,7 @@ from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
 from solver.kernel.root_check import is_clearly_violated
 from solver.numerics.one_unknown import real_roots, simple_part
-from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, TOUCHING, are_alike
+from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, SMALL, TOUCHING, are_alike
 from solver.path.isolate import smooth
 from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, generator, name_of, right_angles
 
@@ -46,9 +46,6 @@ Gross: TypeAlias = tuple[Polynomial, Polynomial]
 
 Exact: TypeAlias = Callable[[float], Fraction]
 """The exact value of a float: its binary fraction, or the decimal as written."""
-
-CANCELLED = 10**9
-"""A coefficient so many times smaller than its terms may be only the rounding of the inputs."""
 
 FLAT = Fraction(1, 1000)
 """Share of the terms of a slope, x p'(x), that is left where more roots are near x than one."""
@@ -94,7 +91,7 @@ class _Steps:
             case Quotient(left, right):
                 divisor, gross = self._value(right)
                 by = divisor.get(UNIT, Fraction(0))
-                if gross.generators or CANCELLED * abs(by) <= gross.get(UNIT, 0):
+                if gross.generators or abs(by) <= TOUCHING * gross.get(UNIT, 0):
                     raise NotPolynomial
                 return _scaled(self._value(left), 1 / by)
             case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
@@ -221,7 +218,7 @@ def _one_polynomial(
     if turn is not None:
         cosine = constant(2.0) - CIRCLE
         whole, gross = _half_angle(whole, power, cosine), _half_angle(gross, power, CIRCLE)
-    if any(CANCELLED * abs(c) <= gross.get(monomial, 0) for monomial, c in whole.items()):
+    if any(abs(c) <= TOUCHING * gross.get(monomial, 0) for monomial, c in whole.items()):
         return None
     polynomial = _dense(whole)
     at_half_turn = 2 * power - max(len(polynomial) - 1, 0)
@@ -445,6 +442,6 @@ def _refined(problem: BlockProblem, trial: Candidates, forms: Forms, tears: dict
         return False
     outside = trial.outside
     trial.refine(list(point.values()))
-    sizes = problem.sizes_at(list(point.values()), 1e-3)
+    sizes = problem.sizes_at(list(point.values()), SMALL)
     near = (are_alike(point.values(), map(one.values.get, point), POLISHED, sizes) for one in trial.answers)
     return trial.outside is not outside or any(near)

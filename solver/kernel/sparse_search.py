@@ -60,7 +60,7 @@ LIMIT = 0.2
 """The share of its size by which an unknown may move in a limited step."""
 BALANCED = 1e-9
 """Share of the factors of a sum that these may add up to in a difference."""
-HALF, LARGE = 0.5, 8.0
+BELOW, LARGE = 0.5, 8.0
 """The shares of their sizes at which unknowns begin again: at these themselves differences may be 0; and
 where one answer is that all is 0, Newton's method is drawn to it from below the other."""
 
@@ -202,7 +202,7 @@ def _sparse_starts(problem: BlockProblem) -> Iterator[Start]:
     yield Start(inside, sizes, positive=True)
     yield Start(ones, sizes, positive=True)
     if len(names) > FEW:
-        yield Start(np.clip(HALF * inside, low, high), sizes, positive=True)
+        yield Start(np.clip(BELOW * inside, low, high), sizes, positive=True)
         alike = nearly_balanced(problem.kernel.alike, names, known, sharing=False)
         alike = np.where(guessed > 0.0, guessed, np.where(turning, turns / 4, alike))
         whole = np.clip(np.where(turning, 0.0, alike), low, high)
@@ -216,7 +216,7 @@ def _sparse_starts(problem: BlockProblem) -> Iterator[Start]:
         yield Start(np.clip(np.where(utilities, 0.0, inside), low, high), sizes)
     lifting = None if system is None or len(names) <= FEW else Lifting(system, problem.known)
     if lifting is not None and lifting.some:
-        for start in (inside, HALF * inside, ones):
+        for start in (inside, BELOW * inside, ones):
             yield Start(np.clip(start, low, high), sizes, positive=True, lifting=lifting)
         yield Start(inside, sizes, limit=LIMIT, lifting=lifting)
     flat = _smooth(problem, inside)
@@ -317,7 +317,7 @@ def _terms_of_exponents(rule: Equation) -> Iterator[str]:
 
 # --- tangents in place of exponentials ---
 
-TOUCHING = 1e-6
+ON_TANGENT = 1e-6
 """The distance of a tangent's point from an argument: the error of the tangent is its square."""
 
 
@@ -365,7 +365,7 @@ class Tangents:
 
     def touch(self, x: Array) -> bool:
         """Whether every tangent touches its exponential at the point: no exponential is still far above."""
-        return all((np.abs(at - numbers) <= TOUCHING).all() for numbers, at in self._points(x))
+        return all((np.abs(at - numbers) <= ON_TANGENT).all() for numbers, at in self._points(x))
 
     def _points(self, x: Array) -> Iterator[tuple[Array, Array]]:
         """The arguments of the points of tangency, and those at the point."""

@@ -20,7 +20,16 @@ from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quoti
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
-from solver.numerics.tolerances import BACKWARD, CANCELLED, DELICATE, EPS, are_alike
+from solver.numerics.tolerances import (
+    BACKWARD,
+    CANCELLED,
+    CLEAR,
+    DELICATE,
+    EPS,
+    LOST_TURN,
+    SAME_TURN,
+    are_alike,
+)
 from solver.path import TARGET, Quadratic, Stage
 from solver.path.graph import ModelGraph, within_half_turns
 
@@ -30,12 +39,8 @@ MAX_TURNS = 2_000
 LISTED_TURNS = 128
 """Turns either way of the one nearest to the principal one that are listed where there are too many."""
 FEW_TURNS = 20
-SIMPLE = 12
+SIMPLEST = 12
 """Numerator and denominator up to which a share of an angle is simple."""
-SAME_TURN = 1e-12
-"""Share of a turn that rounding may miss the beginning of a turn by."""
-LOST = 1e-3
-"""Share of a turn up to which rounding may distinguish turns."""
 MOST = 1e300
 """Turns that a float can count."""
 
@@ -52,8 +57,8 @@ def is_scaled(rest: Sequence[Stage]) -> bool:
                 return True
     shares = (scale, scale * math.degrees(1.0), scale * math.radians(1.0))
     for share in shares:
-        simple = Fraction(share).limit_denominator(SIMPLE)
-        if abs(simple) <= SIMPLE and math.isclose(simple, share, rel_tol=SAME_TURN):
+        simple = Fraction(share).limit_denominator(SIMPLEST)
+        if abs(simple) <= SIMPLEST and math.isclose(simple, share, rel_tol=SAME_TURN):
             return False
     return True
 
@@ -270,7 +275,7 @@ class StepSolver:
             return number
         miss, slope = self._slope(number)
         for _ in range(2):
-            if not miss or not slope or not math.isfinite(slope) or abs(miss) > 1e-6 * abs(slope * number):
+            if not (miss and slope and math.isfinite(slope) and abs(miss) <= DELICATE * abs(slope * number)):
                 return number
             corrected = number - miss / slope
             better, slope = self._slope(corrected)
@@ -369,7 +374,7 @@ class StepSolver:
         edge, is_open = (low, stage.low_open) if target <= low else (high, stage.high_open)
         off = abs(target - edge)
         self.delicate = self.delicate or off <= DELICATE * self._size()
-        if is_open or off > self._near(1e-9) * self._size():
+        if is_open or off > self._near(CLEAR) * self._size():
             kind = _NEEDS.get(stage.operation, f"{stage.operation} =")
             reading = f"{kind} {number_text(float(target))}"  # such as sqrt of -3.2, cosd = 1.08
             if off and float(target) == edge:  # which only more digits tell from it
@@ -455,9 +460,9 @@ class StepSolver:
         first = self._through(principal, rest)
         stride = self._through(principal + period, rest) - first
         size = abs(stride)
-        if self._near(EPS) * abs(first) > LOST * size:  # of one operation or two
+        if self._near(EPS) * abs(first) > LOST_TURN * size:  # of one operation or two
             self.uncounted()
-        if EPS * abs(first) > LOST * size:
+        if EPS * abs(first) > LOST_TURN * size:
             self.complete = False  # floats next to such answers may not be good enough to be told
         low, high = self.variable.low, self.variable.high
         turn = self.graph.turn(self.unknown)
@@ -479,7 +484,7 @@ class StepSolver:
             self.complete = False
             nearest = min(max(0, counts.start), counts.stop)
             counts = range(nearest - LISTED_TURNS, nearest + LISTED_TURNS)
-        slack = 1e-12 * size
+        slack = SAME_TURN * size
         return [k for k in counts if low - slack <= first + k * stride <= high + slack]
 
     def _nonaffine_turns(
@@ -491,12 +496,12 @@ class StepSolver:
         if math.isfinite(low) and math.isfinite(high):
             foot = self._through(principal, rest[:bent])
             stride = self._through(principal + period, rest[:bent]) - foot
-            slack = 1e-9 * max(abs(low), abs(high), abs(foot))
+            slack = CLEAR * max(abs(low), abs(high), abs(foot))
             ends = sorted(((low - slack - foot) / stride, (high + slack - foot) / stride)) if stride else []
             if ends and ends[1] - ends[0] <= MAX_TURNS:
                 return range(-_floor(-ends[0]), _floor(ends[1]) + 1)
         low, high = self.variable.low, self.variable.high
-        slack = 1e-9 * max(abs(low), abs(high))
+        slack = CLEAR * max(abs(low), abs(high))
 
         def leads_inside(count: int) -> bool:
             try:
@@ -546,7 +551,7 @@ class StepSolver:
         if discriminant < 0.0:
             size = max(square, abs(product))
             self.delicate = self.delicate or -discriminant <= DELICATE * size
-            if discriminant < -self._near(1e-9) * size:
+            if discriminant < -self._near(CLEAR) * size:
                 raise NoPreimage(
                     NoValue(self.index, self.unknown, f"sqrt of {number_text(float(discriminant))}")
                 )

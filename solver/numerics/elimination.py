@@ -145,8 +145,6 @@ EXACT_LIMIT = 30
 REFINEMENTS = 5
 FREE_PART = 1e-10
 """Part of a unit vector of the null space above which an unknown is free."""
-NAMED_PART = 1e-8
-"""Share of the largest part above which a row takes part in a contradiction."""
 
 
 def solve_linear(
@@ -269,6 +267,6 @@ def _contradiction(a: Array, b: Array, rank: int) -> LinearOutcome | None:
         return None
     direction = (left @ out) / rows
     direction = direction / np.abs(direction).max()
-    named = np.flatnonzero(np.abs(direction) * rows > NAMED_PART * np.abs(direction * rows).max())
+    named = np.flatnonzero(np.abs(direction) * rows > MOVES * np.abs(direction * rows).max())
     multipliers, miss = tuple(direction[named].tolist()), float(direction @ b)
     return LinearOutcome(None, (), tuple(named.tolist()), multipliers, miss)

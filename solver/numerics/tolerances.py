@@ -15,6 +15,9 @@ from typing import Any
 EPS = sys.float_info.epsilon
 """ε, the distance from 1 to the next float, 2⁻⁵²."""
 
+CUBE_ROOT = 6e-6
+"""That of ε: the relative step of central differences, which rounding and curvature harm alike."""
+
 UNIT_ROUNDOFF = EPS / 2
 """How far rounding to the nearest float may move a number."""
 
@@ -99,6 +102,12 @@ slopes come with the rounding of whole paths."""
 FLAT_TANGENT = 1e-11
 """Smallest singular value, over the largest, of a Jacobian whose null space is still a line; as above."""
 
+EXAMINED = 1e-9
+"""Share of the largest singular value below which one is examined, rows and columns scaled."""
+
+REGULAR = 1e-5
+"""Share of the largest singular value that all reach if a matrix has lost no rank: well above FREE."""
+
 NULL = 1e-8
 """Share of the largest singular value up to which others count as 0, on the way to a curve of answers."""
 
@@ -110,8 +119,8 @@ MEETING = 1e-5
 along the curve."""
 
 MOVES = 1e-8
-"""Share of a null vector above which an unknown takes part in it: the root of ε, to which a null vector of a
-pair of close singular values is known."""
+"""Share of a null vector above which an unknown, or a rule, takes part in it: the root of ε, to which a null
+vector of a pair of close singular values is known."""
 
 TURNING = 1e-9
 """Part of a unit tangent along the parameter at which a start counts as a turning point."""
@@ -177,6 +186,15 @@ NEIGHBOURS = 2 * EPS
 SAME_VALUE = 1e-9
 """Relative difference of a number computed in two ways: well above the rounding of either, if its condition
 is below some 1e6."""
+
+SAME_TURN = 1e-12
+"""Share of a turn that rounding may miss the beginning of a turn by: some thousand ε."""
+
+LOST_TURN = 1e-3
+"""Share of a turn that the rounding of the number it is added to must stay below, for turns to differ."""
+
+SMALL = 1e-3
+"""Share of its typical size by which an unknown is measured that is smaller: it may be 0."""
 
 SAME_END = 1e-6
 """Relative difference of two ends of starts on arrays that are one: ARRIVED, for condition up to 1e3."""
@@ -260,7 +278,8 @@ of CLOSE, as a fold is a parabola."""
 # --- polynomials with exact coefficients ---
 
 TOUCHING = Fraction(1, 10**9)
-"""An extremum this near to 0, relative to its terms, may be a double root split by rounding of inputs."""
+"""An extremum this near to 0, relative to its terms, may be a double root split by rounding of inputs; a
+coefficient may be nothing but this rounding."""
 
 POLISHED = 1e-2
 """Relative distance of an answer from the point that was refined to it."""

@@ -21,7 +21,7 @@ Points = NDArray[np.float64]
 
 STEADY = 2.0
 """Ratio of the steps of an input up to which rows count as a sweep."""
-CLEAR = 0.5
+CLEARLY_NEARER = 0.5
 """Share of the distance of the next answer, below which an answer continues a branch."""
 SPAN = 256
 """Rows that are decided at once."""
@@ -215,7 +215,7 @@ def continued(heading: Points, points: Points, turns: Points) -> tuple[Array, ND
     nearest = apart.argmin(axis=1)
     least = np.take_along_axis(apart, nearest[:, None], axis=1)[:, 0]
     np.put_along_axis(apart, nearest[:, None], np.inf, axis=1)
-    return nearest, least <= CLEAR * apart.min(axis=1)
+    return nearest, least <= CLEARLY_NEARER * apart.min(axis=1)
 
 
 def distances(heading: Points, points: Points, turns: Points) -> Points:
@@ -293,7 +293,7 @@ def far_apart(ends: Points, turns: Points) -> NDArray[np.bool_]:
     most, around = (apart + reach).max(axis=(0, 1)), least.max(axis=(0, 1))
     own = np.where(most > 0.0, np.minimum(2.0 * width / around, 1.0), 0.0).sum(axis=2)
     other = np.where(most > 0.0, least / most, 0.0).sum(axis=2)
-    clear: NDArray[np.bool_] = own <= CLEAR * other
+    clear: NDArray[np.bool_] = own <= CLEARLY_NEARER * other
     clear[np.arange(count), np.arange(count)] = True
     return np.asarray(clear.all(axis=(0, 1)))
 

@@ -54,9 +54,9 @@ UNLIKELY = 9.0
 """Decades from the suggested size beyond which a number is of unlikely size."""
 ZERO = 1e-12
 """A share of the largest value among the answers that counts as 0."""
-NOTHING = -12.0
+ROUNDED_AWAY = -12.0
 """Decades from the suggested size below which a number is 0 but for rounding."""
-CANCELLED = -1.0
+TAKEN_AWAY = -1.0
 """Decades from the suggested size below which a difference has all but cancelled: it may have either sign."""
 GRAIN = 1e6
 """Parts of a decade, or of the largest value among the answers, below which numbers count as alike."""
@@ -507,10 +507,10 @@ class Ranking:
                 turned = turned + abs(number)
                 wide = wide + 1.0 * (abs(number) > right + least)
                 continue
-            there = 1.0 * (abs(number) > least) * (apart[place] * sizes[1][place] > NOTHING)
+            there = 1.0 * (abs(number) > least) * (apart[place] * sizes[1][place] > ROUNDED_AWAY)
             below = (number < -least) * there
             if self._cancels[place]:
-                below = below * (apart[place] * sizes[1][place] > CANCELLED)
+                below = below * (apart[place] * sizes[1][place] > TAKEN_AWAY)
                 apart[place] = on.largest([apart[place], 0.0])
             negatives = negatives + weights[place] * below
             if floor > -np.inf:

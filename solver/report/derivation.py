@@ -7,7 +7,6 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from sys import float_info
 from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, plural
@@ -18,15 +17,13 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Condition, Expression, Name, Number, conjunction, names
 from rulesheets.units import shown
+from solver.numerics.tolerances import HALF
 from solver.path import Evaluate, Isolation, Select, Shown, SolveBlock, Step, equations_of, solved_by
 from solver.path.cases import outcomes
 from solver.path.isolate import isolate
 from solver.report import SCREEN, table
 from solver.report.path import Places, Plain, Tex
 from solver.solution.solving import Result
-
-CLOSE = math.sqrt(float_info.epsilon)
-"""A form may lose digits that the answer has (near a double root half of them), and still is the one."""
 
 
 def explicit_form(isolation: Isolation, values: Mapping[str, Value]) -> Expression | None:
@@ -47,7 +44,8 @@ def explicit_form(isolation: Isolation, values: Mapping[str, Value]) -> Expressi
     if not math.isfinite(off):
         return None
     numbers = (abs(v) for name in names(forms[place]) if not isinstance(v := known[name], str))
-    return forms[place] if off <= CLOSE * (max((abs(answer), *numbers)) or 1.0) else None
+    # a form may lose digits that the answer has: near a double root half of them
+    return forms[place] if off <= HALF * (max((abs(answer), *numbers)) or 1.0) else None
 
 
 def _turned(isolation: Isolation, known: Mapping[str, Value], answer: float) -> Iterator[Expression]:

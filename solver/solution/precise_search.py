@@ -42,7 +42,9 @@ from solver.numerics.tolerances import (
     COMMON,
     DRIFT,
     MAX_UNKNOWNS,
+    MOVES,
     PRECISIONS,
+    SMALL,
     SPARE,
     are_alike,
 )
@@ -367,7 +369,7 @@ class _RefinedBlock:
 
     def _folded(self, start: Sequence[float]) -> bool:
         """Whether a fold is near: then its roots are kept."""
-        if any(are_alike(root, start, CLOSE, repeat(1e-3 * max(map(abs, start)))) for root in self.folded):
+        if any(are_alike(root, start, CLOSE, repeat(SMALL * max(map(abs, start)))) for root in self.folded):
             return True
         fold = resolve_fold(self.system, start, self.problem.scale)
         if fold is None:
@@ -380,7 +382,7 @@ class _RefinedBlock:
             point = _floats(self.system.point(double))
             vectors = null_vectors(self.system, double)
             along = [1.0] * len(point) if vectors is None else vectors[0]
-            moving = {n: v for n, v in zip(point, along, strict=True) if abs(v) > 1e-6}
+            moving = {n: v for n, v in zip(point, along, strict=True) if abs(v) > MOVES}
             fact = DoubleRoot(self.problem.equations, tuple(moving), moving)
             self.double = [a for a in self.floats.answers if a.double] or [Answer(point, fact)]
         return True

@@ -170,8 +170,8 @@ class _Proving:
 
 # --- roots of a step ---
 
-INFLATIONS, TIGHTENINGS, WIDENINGS = 24, 12, 6
-TIGHT = 2.0**-110
+INFLATIONS, RELATIVELY_ZEROENINGS, WIDENINGS = 24, 12, 6
+RELATIVELY_ZERO = 2.0**-110
 """Relative radius that no float can tell from 0."""
 
 
@@ -217,9 +217,9 @@ def only_root(
             root = dict(zip(names, point, strict=True))
             if inside and all(r.is_exact() and r.is_zero() for r in square.residual({**known, **root})):
                 return root, wide
-        for _ in range(TIGHTENINGS):  # the image of the image, and so on: each holds the root
+        for _ in range(RELATIVELY_ZEROENINGS):  # the image of the image, and so on: each holds the root
             expect_time()
-            if all(float(x.rad()) <= TIGHT * float(x.abs_upper()) for x in inner):
+            if all(float(x.rad()) <= RELATIVELY_ZERO * float(x.abs_upper()) for x in inner):
                 break
             again = image([x.mid() for x in inner], inner)
             if again is None or not any(k.rad() < 0.5 * x.rad() for k, x in zip(again, inner, strict=True)):

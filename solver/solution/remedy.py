@@ -27,9 +27,9 @@ MAX_FILTER = 60
 MAX_TRIALS = 26
 ROUGH = 1e-6
 """How near to a number, relative to the given value, an edge is taken for that number."""
-CLOSE = 1e-7
+CLOSELY = 1e-7
 """How closely an edge is found, relative to it."""
-NEARLY = 1e-3
+LOOSELY = 1e-3
 """The same for an edge that nothing proves."""
 DEAR = 1_000
 """Work from which on a search without success is not repeated where many starts serve."""
@@ -285,7 +285,7 @@ def found_near(
     found = []
     for name in names:
         given, trials = asked.inputs[name], _Trials(asked, name, patience, miss)
-        edge = _edge(trials, given, NEARLY) if isinstance(given, float) else None
+        edge = _edge(trials, given, LOOSELY) if isinstance(given, float) else None
         if edge is not None:
             short = rounded(edge, 3)
             found.append((name, short if short != given and trials.beside(short) else edge))
@@ -347,7 +347,7 @@ def _bound(trials: _Trials, given: float) -> Bound | None:
     shown = 0.0 if abs(edge) <= ROUGH * size and given != 0.0 else rounded(edge)
     if shown != given and trials.beside(shown):
         return Bound(name, "≥" if inward > 0 else "≤", shown)
-    near = ROUGH if shown == rounded(edge, 4) else CLOSE
+    near = ROUGH if shown == rounded(edge, 4) else CLOSELY
     if abs(shown - edge) <= near * abs(edge) or trials.beside(shown + inward * NEAR * NEAR * size):
         return Bound(name, ">" if inward > 0 else "<", shown)
     unit = 10.0 ** (math.floor(math.log10(abs(edge))) - 5) if edge else 1.0
@@ -360,7 +360,7 @@ def rounded(value: float, digits: int = 6) -> float:
     return float(f"{value:.{digits}g}")
 
 
-def _edge(trials: _Trials, given: float, close: float = CLOSE) -> float | None:
+def _edge(trials: _Trials, given: float, close: float = CLOSELY) -> float | None:
     """The feasible value nearest to the given one along the line, found by a short search: of the same sign,
     if there is one."""
     size = abs(given) or 1.0

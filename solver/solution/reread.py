@@ -64,14 +64,14 @@ WEIGHTS = (1, -6, 8)
 step cancel on each side: the larger of two capacity flows has a kink where they are equal."""
 APART = 1e-2
 """Relative distance within which answers on both sides belong together."""
-NOTHING = 1e-12
+NO_LIMIT = 1e-12
 """Share of the answers beside it below which an extrapolated number is 0."""
 NEAR = 1e-4
 """Relative distance within which an answer near a known one is the same, moved."""
 PLACES = 6
 """Decimals and digits to which a nearest miss is rounded, to see whether a rule is 0/0 there, and to which
 rules must hold."""
-MOVED = 6
+MOST_MOVED = 6
 """Inputs that are moved, one after another, until answers are found."""
 TINY = 1e-30
 """The distance from an answer at which a rule is evaluated, relative to its values."""
@@ -129,7 +129,7 @@ def answers_between(asked: Asked, known: Sequence[Leaf] = ()) -> tuple[Leaf, ...
     rules = {name: (rule, number) for rule in model.equations for name, number in _told_by(rule)}
     given = {**{name: number for name, (_, number) in rules.items()}, **inputs}
     numbers = {name: number for name, number in given.items() if isinstance(number, float) and read[name]}
-    for name in sorted(numbers, key=lambda name: (numbers[name] != 1.0, -read[name]))[:MOVED]:
+    for name in sorted(numbers, key=lambda name: (numbers[name] != 1.0, -read[name]))[:MOST_MOVED]:
         number = numbers[name]
         size = 2.0 ** math.frexp(number)[1] if number else 1.0  # both results hold the step exactly
         moved = (number + sign * step * size for step in STEPS for sign in (1, -1))
@@ -186,7 +186,7 @@ def _between(leaf: Leaf, sides: Sequence[Sequence[Leaf]], inputs: Mapping[str, V
         numbers: list[Any] = [b.precise.get(name, b.values[name]) for b in (one.branch for one in nearest)]
         means = [(one + other) / 2 for one, other in zip(numbers[::2], numbers[1::2], strict=True)]
         limit = sum(weight * mean for weight, mean in zip(WEIGHTS, means, strict=True)) / sum(WEIGHTS)
-        branch.precise[name] = 0 * limit if abs(limit) <= NOTHING * max(map(abs, numbers)) else limit
+        branch.precise[name] = 0 * limit if abs(limit) <= NO_LIMIT * max(map(abs, numbers)) else limit
         branch.values[name] = float(branch.precise[name])
     branch.values = {**branch.values, **inputs}
     return replace(leaf, branch=branch)

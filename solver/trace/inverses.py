@@ -11,8 +11,8 @@ from rulesheets.model import Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name
 from solver.kernel.block import kernel_of
-from solver.kernel.step import SAME_TURN, is_affine, is_scaled
-from solver.numerics.tolerances import EPS
+from solver.kernel.step import is_affine, is_scaled
+from solver.numerics.tolerances import EPS, SAME_TURN
 from solver.path import (
     TARGET,
     Circle,
