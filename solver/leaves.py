@@ -170,6 +170,10 @@ class Leaf:
 
     underdetermined: bool = False
 
+    def but(self, **changes: Any) -> Leaf:
+        """The same with changes of its branch."""
+        return replace(self, branch=replace(self.branch, **changes))
+
     @property
     def solved(self) -> bool:
         return not self.missing and not self.conflicts

@@ -94,11 +94,11 @@ def with_limits(asked: Asked, found: Exploration) -> tuple[Model, Exploration]:
         filled |= {index: limit for index, (_, limit) in limits.items()}
         by = replace(by, equations=equations)
         found = explore_required(asked._replace(model=by))
-    for leaf in found.leaves:
-        leaf.branch.facts = (*leaf.branch.facts, *(Filled(*pair) for pair in filled.items()))
-    solved = tuple(leaf for leaf in found.leaves if leaf.solved)
+    limits_taken = tuple(Filled(*pair) for pair in filled.items())
+    leaves = tuple(leaf.but(facts=(*leaf.branch.facts, *limits_taken)) for leaf in found.leaves)
+    solved = tuple(leaf for leaf in leaves if leaf.solved)
     if (solved and found.complete) or not (more := answers_between(asked, solved)):
-        return by, found
+        return by, replace(found, leaves=leaves)
     return asked.model, replace(found, leaves=(*solved, *more), complete=False)
 
 
@@ -178,18 +178,16 @@ def _between(leaf: Leaf, sides: Sequence[Sequence[Leaf]], inputs: Mapping[str, V
     nearest = [min(side, key=lambda other: _distance(leaf, other)) for side in sides]
     if max(_distance(leaf, other) for other in nearest) > APART:
         return None
-    branch = leaf.branch.fork()
-    branch.precise = {}
+    precise = dict[str, Any]()
     for name, here in leaf.branch.values.items():
         if isinstance(here, str) or name in inputs:
             continue
         numbers: list[Any] = [b.precise.get(name, b.values[name]) for b in (one.branch for one in nearest)]
         means = [(one + other) / 2 for one, other in zip(numbers[::2], numbers[1::2], strict=True)]
         limit = sum(weight * mean for weight, mean in zip(WEIGHTS, means, strict=True)) / sum(WEIGHTS)
-        branch.precise[name] = 0 * limit if abs(limit) <= NO_LIMIT * max(map(abs, numbers)) else limit
-        branch.values[name] = float(branch.precise[name])
-    branch.values = {**branch.values, **inputs}
-    return replace(leaf, branch=branch)
+        precise[name] = 0 * limit if abs(limit) <= NO_LIMIT * max(map(abs, numbers)) else limit
+    floats = {name: float(limit) for name, limit in precise.items()}
+    return leaf.but(values={**leaf.branch.values, **floats, **inputs}, precise=precise)
 
 
 def _distance(one: Leaf, other: Leaf) -> float:
@@ -217,9 +215,8 @@ def _standing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Leaf | N
     admitted = all(v.admits(x) for n, v in model.variables.items() if isinstance(x := values.get(n), float))
     if not facts or not admitted or any(unmet(model, values, decided)):
         return None
-    branch = leaf.branch.fork()
-    branch.decided, branch.facts = {**branch.decided, **decided}, tuple(facts)
-    return replace(leaf, branch=branch, worst=0.0)
+    leaf = leaf.but(decided={**leaf.branch.decided, **decided}, facts=tuple(facts))
+    return replace(leaf, worst=0.0)
 
 
 def _holds_beside(equation: Equation, values: Mapping[str, Value]) -> bool:
@@ -389,8 +386,8 @@ def without_copies(asked: Asked, missed: Exploration, prove: bool) -> Exploratio
         if name in planner(asked.model).path(frozenset(others), {}).undetermined:
             continue
         found = explore_required(asked._replace(inputs=others, judged=(*asked.judged, name)), always=prove)
-        solved = filter(lambda leaf: leaf.solved, found.leaves)
-        if leaves := tuple(leaf for leaf in solved if _returns(asked.model, leaf, name, number)):
+        given_back = (_given_back(asked.model, leaf, name, number) for leaf in found.leaves if leaf.solved)
+        if leaves := tuple(leaf for leaf in given_back if leaf is not None):
             return replace(found, leaves=leaves)
     return None
 
@@ -401,16 +398,13 @@ def _is_slight(model: Model, conflict: Conflict) -> bool:
     return conflict.miss is not None and abs(conflict.miss) <= ROUGHLY * max(terms)
 
 
-def _returns(model: Model, leaf: Leaf, name: str, number: float) -> bool:
-    """Whether an answer has that number, up to a unit in its last place; then it takes it."""
+def _given_back(model: Model, leaf: Leaf, name: str, number: float) -> Leaf | None:
+    """An answer with that number, if it has it up to a unit in its last place."""
     found, values = leaf.branch.values[name], {**leaf.branch.values, name: number}
     near = isinstance(found, float) and abs(found - number) <= NEIGHBOURS * abs(number)
     active = (rule for rule in model.equations if activity(rule, leaf.branch.conditions))
     known = (rule for rule in active if values.keys() >= {*rule.names})
-    if not near or not all(check_rule(rule, values).holds for rule in known):
-        return False
-    leaf.branch.values[name] = number
-    return True
+    return leaf.but(values=values) if near and all(check_rule(r, values).holds for r in known) else None
 
 
 # --- rules that lose an unknown ---
