@@ -63,7 +63,7 @@ def diagnosis(model: Model, reason: Reason, group: Sequence[tuple[str, str]]) ->
 _APPROACHABLE = ("rough", "edges", "free")
 """Reasons that hold at a point, but perhaps not near it."""
 
-CANCELLED = 1e-50
+NO_SLOPE = 1e-50
 """Relative size of a derivative that is taken for 0."""
 
 SAME = 1e-12
@@ -196,7 +196,7 @@ def _one(
         slope = float(total.by[output].get(given, 0.0))
         # 0 where it is no more than what is left of terms that cancel at the digits computed with
         above, below = (abs(float(total.sharp.values[name])) or 1.0 for name in (output, given))
-        return slope if abs(slope) * below > CANCELLED * above else 0.0
+        return slope if abs(slope) * below > NO_SLOPE * above else 0.0
     rule = next((e for e, read in total.rough.items() if read & {output, *total.sharp.lost}), None)
     return Reason("free") if rule is None else Reason("rough", rule)
 
@@ -210,7 +210,7 @@ NODES = 8
 FARTHEST = 2.0**-10
 """Distance of the farthest node, in units of the input (or 1); each next one is half as far."""
 
-SETTLED = 1e-12
+ONE_LIMIT = 1e-12
 """Change of the limit by its farthest node, relative, at which it is one."""
 
 CONTINUOUS, NOUGHT = 1e-9, 1e-15
@@ -271,7 +271,7 @@ def _limit(nodes: Sequence[Extended], samples: Sequence[Extended]) -> Extended |
             far, near = nodes[i], nodes[i + step]
             row[i] = (far * row[i + 1] - near * row[i]) / (far - near)
     size = max(map(abs, samples))
-    if abs(row[0] - rest) > SETTLED * size:
+    if abs(row[0] - rest) > ONE_LIMIT * size:
         return None
     return row[0] if abs(row[0]) > NOUGHT * size else row[0] * 0
 

@@ -150,10 +150,8 @@ class _Steps:
         return wave, Polynomial({monomial: abs(c) for monomial, c in wave.items()})
 
 
-COSINE, SINE, HALF = "#cos", "#sin", "#half"
-
-
-TANGENT = generator(HALF)
+COSINE, SINE = "#cos", "#sin"
+TANGENT = generator("#half")
 CIRCLE = constant(1.0) + TANGENT * TANGENT
 
 

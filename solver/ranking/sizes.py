@@ -60,7 +60,7 @@ MANY = 200
 LARGE = 100
 """Columns of a matrix from which on QR with pivoting is much faster than singular values."""
 RANK = 1e-9
-FREE = 1e-6
+UNDECIDED = 1e-6
 """Share of an unknown that may move without any rule, below which it is determined."""
 
 _ALIKE = frozenset({"abs", "min", "max", "round", "int", "frac", "mod", "hypot"})
@@ -119,7 +119,7 @@ class Suggestions:
             decades = -found[places]
             return _sparse(decades[:, :-1]), decades[:, -1].tolist(), [True] * len(names)
         inverse = np.linalg.pinv(a, rcond=RANK)
-        determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - FREE
+        determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - UNDECIDED
         return _sparse(-(inverse[places] @ k)), (-(inverse[places] @ c)).tolist(), determined.tolist()
 
 
