@@ -5,9 +5,9 @@ range reaches below 0; a temperature, mass or pressure below its zero counts dou
 as one; fewest trivial zeros, factors among them; the smoothest, where rules of one form pass a quantity on
 from place to place; fewest angles beyond a right one; sizes near to those that the rules and the inputs
 suggest, within half a decade of the nearest; angles, and times and frequencies inside periodic functions,
-nearest to 0; the nearest sizes; and for what is still alike, the variables one by one, in the order of their
-names. Answers with a number of unlikely size come after all others, the farthest last. Nothing depends on the
-order of rules or variables.
+nearest to 0; the nearest sizes; and for what is still alike, fewest values below 0, angles too, and the
+variables one by one, in the order of their names. Answers with a number of unlikely size come after all
+others, the farthest last. Nothing depends on the order of rules or variables.
 
 The sign of an angle says nothing, nor that of what follows from one alone or swings, nor of a kind of
 quantity that has negative values anyhow, given or in every answer: where a crank turns clockwise, its pin has
@@ -58,6 +58,8 @@ ROUNDED_AWAY = -12.0
 """Decades from the suggested size below which a number is 0 but for rounding."""
 TAKEN_AWAY = -1.0
 """Decades from the suggested size below which a difference has all but cancelled: it may have either sign."""
+NEIGHBOURS = 3.0
+"""Decades by which neighbours are larger than their difference, beyond which it is a rest as any other."""
 GRAIN = 1e6
 """Parts of a decade, or of the largest value among the answers, below which numbers count as alike."""
 
@@ -524,7 +526,8 @@ class Ranking:
                 distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
         guessed, trivial = self._guessed(row, on) if self.guesses else 0.0, zeros + none
-        return [far, guessed, negatives + zeros, trivial, rough, wide, distance, angle, size, *signs]
+        below = sum(signs[::2])
+        return [far, guessed, negatives + zeros, trivial, rough, wide, distance, angle, size, below, *signs]
 
     def _factored(
         self, numbers: Sequence[Figure], counted: Sequence[Figure], on: Arithmetic
@@ -547,10 +550,10 @@ class Ranking:
             total, size = sum(terms), on.largest([sum(map(abs, terms)), LEAST])
             crossed = crossed + weight * (total < -ZERO * size)
             none = none + weight * (abs(total) <= ZERO * size)
-            if not plain:
-                alone = sum(abs(share) for share, over, under in factor if not (over or under))
-                rest = abs(total) if not alone else -on.largest([-abs(total), -alone])
-                lost = lost + weight * (on.decade(size) - on.decade(on.largest([rest, ZERO * size])))
+            alone = sum(abs(share) for share, over, under in factor if not (over or under))
+            rest = abs(total) if not alone else -on.largest([-abs(total), -alone])
+            decades = on.decade(size) - on.decade(on.largest([rest, ZERO * size]))
+            lost = lost + weight * decades * (decades > (NEIGHBOURS if plain else 0.0))
         return crossed, lost, none
 
     def _roughness(self, numbers: Sequence[Figure], on: Arithmetic) -> Figure:
@@ -589,7 +592,7 @@ def _numbers(values: Mapping[str, Value], names: Sequence[str]) -> tuple[float, 
 
 def is_measured(place: int) -> bool:
     """Whether a part of a key is a measure, not a count or a sign."""
-    return place in (1, 4, SIZE, 7, 8) or (place > 8 and place % 2 == 0)
+    return place in (1, 4, SIZE, 7, 8) or (place > 9 and place % 2 == 1)
 
 
 SPAN = 1e9

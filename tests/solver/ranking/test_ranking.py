@@ -518,3 +518,20 @@ def test_the_slowest_frequency_comes_first() -> None:
     text = "x = A*cos(w*t)\nv = -A*w*sin(w*t)"
     result = solver.solve(rulesheets.loads(text), {"A": 2.0, "t": 0.7, "x": 1.3})
     assert result["w"] == pytest.approx(math.acos(0.65) / 0.7, rel=1e-12)
+
+
+def test_a_vapour_is_lighter_than_its_liquid_by_more_than_a_rest() -> None:
+    """The heat flux at which boiling water burns out (N. Zuber, 1959): also at 957.8996 of 957.9 kg/m^3."""
+    model = rulesheets.loads("q = 0.149*h*rv*(s*9.81*(rl - rv)/rv^2)^0.25")
+    given = {"h": 2257000.0, "rl": 957.9, "s": 0.0589}
+    vapour = solver.solve(model, {**given, "q": 1.26e6})["rv"]
+    assert vapour == pytest.approx(0.59688, rel=1e-5)  # brentq between 0.1 and 10
+
+
+@pytest.mark.parametrize(("n1", "n2", "angle"), [(1.0, 1.5, 40.0165), (1.5, 1.0, 25.3833)])
+def test_of_mirrored_angles_the_positive_comes_first(n1: float, n2: float, angle: float) -> None:
+    """Light that is reflected by the same share at either side of the normal."""
+    rules = "n1*sind(t1) = n2*sind(t2)\nd = t1 - t2\n"
+    rules += "R = ((n1*cosd(t1) - n2*cosd(t2))/(n1*cosd(t1) + n2*cosd(t2)))^2"
+    result = solver.solve(rulesheets.loads(rules), {"n1": n1, "n2": n2, "R": 0.0772})
+    assert result["t1"] == pytest.approx(angle, abs=1e-4)  # brentq between 0 and 80, or 41
