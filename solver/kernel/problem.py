@@ -24,7 +24,7 @@ from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY, gross, size
 from solver.kernel.block import BlockKernel
 from solver.numerics.linear_algebra import Array, Factor, Triplets, factorise, sparse_matrix
-from solver.numerics.tolerances import BACKWARD, BESIDE, EPS
+from solver.numerics.tolerances import BACKWARD, BESIDE, EPS, SMALLEST_NORMAL
 from solver.path.graph import within_half_turns
 
 SOLVE = 60_000
@@ -146,8 +146,8 @@ class BlockProblem:
         return dict(zip(self.unknowns, map(float, x), strict=True))
 
     def holds(self, point: Mapping[str, float]) -> bool:
-        """Whether the rule check accepts every equation of the block at the point."""
-        if not all(math.isfinite(v) for v in point.values()):
+        """Whether the rule check accepts every equation of the block at the point, of numbers with digits."""
+        if not all(v == 0.0 or SMALLEST_NORMAL <= abs(v) < math.inf for v in point.values()):
             return False
         everything = {**self.here, **point}
         left: Sequence[Any] = self.kernel.equations

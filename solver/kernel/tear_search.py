@@ -89,6 +89,8 @@ SEARCH_BOXES = 12_000
 SEARCH_ALIVE = 2_000
 SEARCH_LEVELS = 220
 USUAL_LEVELS = 30
+BOXES = 5
+"""Boxes of a search that cost as much as a unit of work, where a search is of no more use than its time."""
 OPERATIONS = 4
 """Of one level of a search for each assignment of a chain: its range twice, sections, and the slope."""
 SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
@@ -149,6 +151,7 @@ class TearSearch:
             IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels, candidates.sensible is not None),
         )
         self.budget.spend(search.levels * enclosure.operations)
+        self.budget.used += search.evaluations // BOXES
         self.boxes += search.evaluations
         search = self._nearest(place, self._without_holes(place, search))
         self.stretches += [Stretch(self.kernel, place, *ends) for ends in search.unresolved]

@@ -5,8 +5,8 @@ range reaches below 0; a temperature, mass or pressure below its zero counts dou
 as one; fewest trivial zeros, factors among them; the smoothest, where rules of one form pass a quantity on
 from place to place; fewest angles beyond a right one; sizes near to those that the rules and the inputs
 suggest, within half a decade of the nearest; angles, and times and frequencies inside periodic functions,
-nearest to 0; the nearest sizes; and for what is still alike, fewest values below 0, angles too, and the
-variables one by one, in the order of their names. Answers with a number of unlikely size come after all
+nearest to 0; the nearest sizes; and for what is still alike, fewest negative angles, and the variables
+one by one, in the order of their names. Answers with a number of unlikely size come after all
 others, the farthest last. Nothing depends on the order of rules or variables.
 
 The sign of an angle says nothing, nor that of what follows from one alone or swings, nor of a kind of
@@ -496,7 +496,7 @@ class Ranking:
         sizes: _Suggested,
         on: Arithmetic,
     ) -> Key:
-        negatives, zeros, turned, far, (wide, distance, none) = 0.0, 0.0, 0.0, 0.0, factors
+        negatives, zeros, turned, minus, far, (wide, distance, none) = 0.0, 0.0, 0.0, 0.0, 0.0, factors
         signs: list[Figure] = []
         apart = self._apart(row, sizes, on)
         for place, (angle, floor, right) in enumerate(
@@ -506,7 +506,7 @@ class Ranking:
             share = on.rounded(GRAIN * (number / most[place]))
             signs += [1.0 * (share < 0.0), abs(share)]
             if angle:
-                turned = turned + abs(number)
+                turned, minus = turned + abs(number), minus + signs[-2]
                 wide = wide + 1.0 * (abs(number) > right + least)
                 continue
             there = 1.0 * (abs(number) > least) * (apart[place] * sizes[1][place] > ROUNDED_AWAY)
@@ -526,8 +526,7 @@ class Ranking:
                 distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
         guessed, trivial = self._guessed(row, on) if self.guesses else 0.0, zeros + none
-        below = sum(signs[::2])
-        return [far, guessed, negatives + zeros, trivial, rough, wide, distance, angle, size, below, *signs]
+        return [far, guessed, negatives + zeros, trivial, rough, wide, distance, angle, size, minus, *signs]
 
     def _factored(
         self, numbers: Sequence[Figure], counted: Sequence[Figure], on: Arithmetic
