@@ -224,7 +224,7 @@ FEWEST_STARTS, MOST_STARTS = 6, 32
 ENDS = 6
 """The most ends of a search that are examined."""
 AWAY = 0.02
-"""The distance along a direction, in units of the unknowns, at which rules must still hold."""
+"""The distance along a direction, in usual sizes of unknowns, at which rules must still hold."""
 CORRECTIONS = 4
 
 
@@ -282,7 +282,9 @@ class _FreeCurve:
         matrix, weight, _ = self._scaled(x)
         _, singular, right = np.linalg.svd(matrix)
         ways = [direction for s, direction in zip(singular, right, strict=True) if s <= FREE * singular[0]]
-        others = [there for way in ways if (there := self._along(x, way * weight)) is not None]
+        unit = np.maximum(abs(x), self.scale)  # of an unknown that is 0, too: a double root is flat for less
+        steps = (way * weight / max(abs(way * weight) / unit) for way in ways)
+        others = [there for step in steps if (there := self._along(x, step)) is not None]
         if not others:
             return None
         changes = np.max([abs(there - x) / weight for there in others], axis=0)

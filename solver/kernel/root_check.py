@@ -131,6 +131,8 @@ def check_root(
     bars = [*map(max, found.errors, uncertainty(problem, there).errors)]
     if not _within(start, root, bars, SAFETY):
         return RootCheck.NO_ROOT, there
+    if not settled:  # at a double root bars have no meaning
+        bars = [*map(min, bars, limits)]
     if not is_beside_pole(problem, there, Uncertainty(bars)):
         return RootCheck.STANDS, there
     return (RootCheck.BESIDE_POLE if settled else RootCheck.NO_ROOT), there

@@ -224,3 +224,12 @@ def combustion(R, R5, R6, R7, R8, R9, R10):
 
     y = [exp(found) for found in fsolve(misses, [log(0.003), log(35), log(0.065), log(0.86)], xtol=1e-12)]
     return {"y1": y[0], "y2": y[1], "y3": y[2], "y4": y[3], "y5": y[0] * (y[1] + 1) / 3}
+
+
+@sheet(OWN, "rec > W, rec > x, rec e1 > W x")
+def leaching(S, x, W, ret):
+    oil, Lu = x * S, ret * (1 - x) * S
+    left = Lu / (Lu + W)
+    e1, e2 = oil * (1 - left), oil * left * (1 - left)
+    x1 = oil / (Lu + W)
+    return {"oil": oil, "Lu": Lu, "x1": x1, "x2": x1 * left, "e1": e1, "e2": e2, "rec": 1 - left**2}

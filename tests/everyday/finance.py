@@ -133,3 +133,29 @@ def pay_with_caps(gross, cap, free):
         "cost": cost,
         "wedge": 100 * (cost - net) / cost,
     }
+
+
+@sheet(
+    "J. C. Hull, Options, Futures, and Other Derivatives, section 24.6",
+    "V > E0, s > sE",
+    V=(12.40, 1e-3),
+    s=(0.2123, 1e-3),
+    pd=(0.127, 5e-3),
+)
+def firm_value(E0, sE, D, r, T):
+    def told(V, s):
+        d1 = (log(V / D) + (r + s**2 / 2) * T) / (s * sqrt(T))
+        d2 = d1 - s * sqrt(T)
+        return d1, d2, (1 + erf(d1 / sqrt(2))) / 2, (1 + erf(d2 / sqrt(2))) / 2
+
+    def value(s):
+        def miss(V):
+            _, _, N1, N2 = told(V, s)
+            return V * N1 - D * exp(-r * T) * N2 - E0
+
+        return root(miss, E0, E0 + D)
+
+    s = root(lambda s: told(value(s), s)[2] * s * value(s) - sE * E0, 0.05, 1)
+    V = value(s)
+    d1, d2, N1, N2 = told(V, s)
+    return {"V": V, "s": s, "d1": d1, "d2": d2, "N1": N1, "N2": N2, "pd": 1 - N2}

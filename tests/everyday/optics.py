@@ -148,3 +148,12 @@ def achromat(f, V1, V2):
 def illuminance(I, h, x):  # noqa: E741
     d = hypot(h, x)
     return {"d": d, "th": degrees(atan(x / h)), "E": I * h / d**3}
+
+
+@sheet(OWN, "rs > t1, R > t1, dev > n2, dev rs > t1 n2")
+def reflection(n1, n2, t1):
+    t2 = degrees(asin(n1 * sind(t1) / n2))
+    a, b = cos(radians(t1)), cos(radians(t2))
+    rs, rp = (n1 * a - n2 * b) / (n1 * a + n2 * b), (n2 * a - n1 * b) / (n2 * a + n1 * b)
+    R = (rs**2 + rp**2) / 2
+    return {"t2": t2, "rs": rs, "rp": rp, "R": R, "T": 1 - R, "dev": t1 - t2}

@@ -248,3 +248,12 @@ def water_exchanger(Thi, Tho, Tci, Tco, U, mc, cp):
     LMTD, mh = (dT1 - dT2) / log(dT1 / dT2), q / (cp * 1000 * (Thi - Tho))
     eps = q / (min(mc, mh) * cp * 1000 * (Thi - Tci))
     return {"dT1": dT1, "dT2": dT2, "LMTD": LMTD, "q": q, "mh": mh, "A": q / (U * LMTD), "eps": eps}
+
+
+@sheet("W. M. Rohsenow (1952), N. Zuber (1959)", "q > Ts, qmax > rv, ratio mb > rv Ts, qmax mb > Csf rv")
+def pool_boiling(Ts, Tsat, D, mu, hfg, rl, rv, s, cp, Csf, Pr):
+    dT = Ts - Tsat
+    qs = mu * hfg * sqrt(9.81 * (rl - rv) / s) * (cp * dT / (Csf * hfg * Pr)) ** 3
+    qmax = 0.149 * hfg * rv * (s * 9.81 * (rl - rv) / rv**2) ** 0.25
+    q = qs * pi * D**2 / 4
+    return {"dT": dT, "qs": qs, "q": q, "mb": q / hfg, "qmax": qmax, "ratio": qs / qmax}

@@ -187,3 +187,18 @@ def test_answer_at_the_hole_of_a_mean_is_none_however_smooth_the_mean_is_there()
     assert str(result.status) != "solved"
     result = solved("m = (a - b)/ln(a/b)", {"a": 40.0, "m": 39.0})
     assert (40.0 - result["b"]) / math.log(40.0 / result["b"]) == pytest.approx(39.0, rel=1e-12)
+
+
+def test_a_double_root_at_exact_numbers_is_no_pole() -> None:
+    """Two washings get 1 - (Lu/(Lu + W))^2 of the oil: all of it where there is nothing else, x = 1."""
+    rules = """oil = x*100
+Lu = 0.6*(100 - oil)
+x1 = oil/(Lu + 80)
+u1 = Lu*x1
+x2 = u1/(Lu + 80)
+e1 = oil - u1
+e2 = u1 - Lu*x2
+1 = (e1 + e2)/oil"""
+    result = solver.solve(rulesheets.loads(rules))
+    assert result.status is solver.Status.SINGULAR
+    assert result.solutions[0]["x"] == pytest.approx(1.0, abs=1e-6)
