@@ -58,7 +58,7 @@ ROUNDED_AWAY = -12.0
 """Decades from the suggested size below which a number is 0 but for rounding."""
 TAKEN_AWAY = -1.0
 """Decades from the suggested size below which a difference has all but cancelled: it may have either sign."""
-NEIGHBOURS = 3.0
+DIFFERENCE = 3.0
 """Decades by which neighbours are larger than their difference, beyond which it is a rest as any other."""
 GRAIN = 1e6
 """Parts of a decade, or of the largest value among the answers, below which numbers count as alike."""
@@ -552,7 +552,7 @@ class Ranking:
             alone = sum(abs(share) for share, over, under in factor if not (over or under))
             rest = abs(total) if not alone else -on.largest([-abs(total), -alone])
             decades = on.decade(size) - on.decade(on.largest([rest, ZERO * size]))
-            lost = lost + weight * decades * (decades > (NEIGHBOURS if plain else 0.0))
+            lost = lost + weight * decades * (decades > (DIFFERENCE if plain else 0.0))
         return crossed, lost, none
 
     def _roughness(self, numbers: Sequence[Figure], on: Arithmetic) -> Figure:
