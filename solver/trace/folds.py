@@ -3,38 +3,54 @@
 Along a curve of roots their number changes where the slope of the residual is 0 or unknown, or at an end of
 the searched range. Boxes of the tear that may hold a root for known numbers in their ranges are split until
 the slope of each excludes 0: then there are as many roots for any numbers within as for one sample (implicit
-function theorem). From there the ranges are extended, each side by itself, as long as the proof succeeds;
-next to a fold it does not.
+function theorem). From there the ranges are extended along the way of the numbers, as long as the proof
+succeeds; next to a fold it does not. Of a block whose rules hold in one case alone, only the roots in this
+case count: the boxes of the tear end where the case does.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import compress
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rulesheets.evaluate import value
+from rulesheets.model import Value
+from rulesheets.syntax import nodes
+from rulesheets.syntax.nodes import Number, add, call, subtract
 from solver.kernel.block import BlockKernel
+from solver.kernel.chain import Assignment, Chain
 from solver.kernel.enclosure import Enclosure
 from solver.kernel.tear_search import reduced
 from solver.numerics.isolation import HORIZON, presplit
 from solver.numerics.one_unknown import split_point
+from solver.path.cases import EQUAL, GREATER, LESS, Pair, Sign
 
 Ends: TypeAlias = tuple[float, float]
+Ranges: TypeAlias = list[Ends]
+"""Those of the numbers known to a block."""
+Ways: TypeAlias = tuple[int, ...]
+"""For each varying number whether it is moved up (1), down (-1), or not at all."""
 Box: TypeAlias = tuple[float, ...]
 """The ends of the tear, then those of the known numbers that have ranges."""
-Proof: TypeAlias = Callable[[Sequence[Ends]], bool]
+Proof: TypeAlias = Callable[..., bool]
 
-BOXES, FINEST = 2500, 1.0 / 8.0
-"""Of one proof: boxes in all, and the least share of a known number's range that one has."""
+MANY, FEW = 2500, 500
+"""Boxes in all of the proof for a sample, and of others."""
 SHARES = 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7
 """How far all sides are moved first, relative to where they are: the farthest that is proved."""
-GROWTH, SHRINKING, NEXT, NARROWEST = 3.0, 8.0, 1e-2, 1e-3
-"""How much farther or less far a side is moved after that, how far next to a solve, and the least step."""
+FIRST, GROWTH, SHRINKING, NEXT, NARROWEST = 0.3, 3.0, 8.0, 1e-2, 1e-3
+"""The share of themselves that numbers are moved first, how much farther or less far after that, how far next
+to a solve, and the least step."""
+STEPS, MANY_STEPS = 12, 30
+"""Of one call, and of an extreme row of an array."""
+ROUNDED = 2e-9
+"""How far outside a case, relative to the compared numbers, a solve may take a root for one inside."""
 ORDINARY = 1e40
 """Numbers beyond this, or below 1 over it, have no ranges."""
 HOP, BEYOND = 0.1, 0.02
@@ -42,12 +58,52 @@ HOP, BEYOND = 0.1, 0.02
 beyond such solves if nothing is proved."""
 
 
-class ConstantRootCount:
-    """Whether a block has as many roots for some numbers as for a ``sample``, as far as is proved.
+class Case(NamedTuple):
+    """A part of the numbers of a block: the ``limits`` that they satisfy, and names ``known`` to these
+    alone."""
 
-    ``ends`` are those of the known numbers that are ``varying``, one range after the other; they are extended
-    when a number outside is given. ``proved`` tells whether there is a proof for the sample; if there is none
-    the ranges reach hardly beyond numbers with a solve of as many answers.
+    limits: tuple[Assignment, ...] = ()
+    known: tuple[str, ...] = ()
+
+    def of(self, chain: Chain) -> Chain:
+        """A chain without the values outside."""
+        *steps, residual = chain.assignments
+        return chain._replace(assignments=(*steps, *self.limits, residual))
+
+    def excludes(self, values: Mapping[str, Value]) -> bool:
+        """Whether numbers are outside."""
+        return any(not one.low <= value(one.expression, values) <= one.high for one in self.limits)
+
+
+NO_CASE = Case()
+
+
+def case_of(kernel: BlockKernel, signs: Mapping[Pair, Sign], known: Collection[str]) -> Case:
+    """The case of a block in which differences have the assumed ``signs``, or miss them by rounding, as far
+    as they depend on its unknowns, and else on ``known`` numbers."""
+    limits, read = list[Assignment](), dict[str, None]()
+    for pair, sign in signs.items():
+        names = dict.fromkeys(name for side in pair for name in nodes.names(side))
+        inside = not names.keys().isdisjoint(kernel.unknowns) and names.keys() <= {*kernel.unknowns, *known}
+        turning = any(kernel.graph.turn(name) is not None for name in names)
+        if inside and not turning and sign - EQUAL in (LESS, GREATER):
+            size = add(*(call("abs", side) for side in pair))
+            low, high = (0.0, math.inf) if sign >= GREATER else (-math.inf, 0.0)
+            moved = subtract(*pair) + (Number(ROUNDED) * size if sign >= GREATER else -Number(ROUNDED) * size)
+            limits.append(Assignment(f"#case{len(limits)}", moved, low, high))
+            read |= names
+    own = {*kernel.unknowns, *kernel.known}
+    return Case(tuple(limits), tuple(name for name in read if name not in own))
+
+
+class ConstantRootCount:
+    """Whether a block has as many roots for some numbers as for a ``sample``, as far as is proved: of those
+    in a ``case``, if there is one, whose numbers follow those known to the block.
+
+    The numbers that are ``varying`` lie in one of the ``boxes``, which touch one another; ``ends`` are those
+    of the one that was asked last. Boxes are added when numbers outside are given. ``proved`` tells whether
+    there is a proof for the sample; if there is none they reach hardly beyond numbers with a solve of as many
+    answers.
     """
 
     def __init__(
@@ -56,86 +112,125 @@ class ConstantRootCount:
         sample: Sequence[float],
         varying: Sequence[bool],
         margins: Sequence[float] = (),
+        case: Case = NO_CASE,
     ) -> None:
         self.places = [place for place, moves in enumerate(varying) if moves]
         self.weak = False
         """Whether numbers that are near are taken for proved: a solve has as many answers there."""
-        self.ranges = [(v, v) for v in sample]
-        self._shares = dict[tuple[int, bool], float]()
-        """How far each side is moved next."""
-        proofs = _proofs(kernel, sample, varying, margins or [0.0] * len(sample))
-        found = next((proves for proves in proofs if proves(self.ranges)), None)
+        self.boxes: list[Ranges] = [[(v, v) for v in sample]]
+        self._shares = dict[tuple[int, Ways], float]()
+        """How far numbers are moved next from a box, in each direction."""
+        proofs = _proofs(kernel, case, sample, varying, margins or [0.0] * len(sample))
+        found = next((proves for proves in proofs if proves(self.boxes[0], MANY)), None)
         self._proves, self.proved = found or (lambda _: False), found is not None
         if not self.proved:
-            self.ranges = [(_moved(v, -BEYOND), _moved(v, BEYOND)) if v else (v, v) for v in sample]
-        self.ends = self._ends()
+            self.boxes[0] = self._around(BEYOND)
+        self.ends = self._ends(self.boxes[0])
+        self._grown = not self.proved
 
-    def _ends(self) -> tuple[float, ...]:
-        return tuple(end for place in self.places for end in self.ranges[place])
+    def _ends(self, box: Ranges) -> tuple[float, ...]:
+        return tuple(end for place in self.places for end in box[place])
 
-    def _grow(self) -> None:
-        """Extend all sides from the sample, as far as that is proved."""
-        for share in SHARES:
-            wider = self.ranges.copy()
-            for place in self.places:
-                wider[place] = _moved(wider[place][0], -share), _moved(wider[place][1], share)
-            if self._proves(wider):
-                self.ranges = wider
-                break
-        self._shares = {(place, up): GROWTH * share for place in self.places for up in (False, True)}
+    def _around(self, share: float) -> Ranges:
+        """The box around the sample up to a share of its numbers."""
+        sizes = [share * (abs(v) or float(self.proved)) for v, _ in self.boxes[0]]
+        moving = [size * (place in self.places) for place, size in enumerate(sizes)]
+        return [(a - size, b + size) for (a, b), size in zip(self.boxes[0], moving, strict=True)]
 
     def __call__(self, *numbers: float) -> bool:
-        """Whether numbers lie within the ranges, extended if possible."""
-        held = all(map(self._reaches, self.places, numbers))
-        self.ends = self._ends()
-        return held
+        """Whether numbers lie in a box, also after some steps towards them."""
+        return self._reaches(numbers, STEPS)
 
     scalar = __call__
 
-    def _reaches(self, place: int, number: float) -> bool:
-        """Whether a number lies in its range, or the side next to it can be moved there: a successful
-        step is followed by a longer one, a failed one by a shorter one."""
-        while not self.ranges[place][0] <= number <= self.ranges[place][1]:
-            if not self._shares and self.proved and math.isfinite(number):
-                self._grow()
-                continue
-            (low, high), up = self.ranges[place], number > self.ranges[place][1]
-            end, share = high if up else low, self._shares.get((place, up), 0.0)
-            if self.weak and abs(number - end) <= HOP * abs(number):
-                self._shares[place, up] = NEXT
-                there = number if self.proved else _moved(number, BEYOND if up else -BEYOND)
-            elif not self.proved or share < NARROWEST or not abs(number) <= ORDINARY:
+    def _reaches(self, numbers: Sequence[float], steps: int) -> bool:
+        for _ in range(steps):
+            for ends in map(self._ends, self.boxes):
+                if all(a <= v <= b for v, a, b in zip(numbers, ends[::2], ends[1::2], strict=True)):
+                    self.ends = ends
+                    return True
+            if not self._extended(numbers):
                 return False
-            else:
-                size = None if number * end > 0.0 else abs(number) + abs(end)
-                there = _moved(end, share if up else -share, size)
-                passed = self.ranges.copy()
-                passed[place] = (end, there) if up else (there, end)
-                proved = self._proves(passed)
-                self._shares[place, up] = GROWTH * share if proved else share / SHRINKING
-                there = there if proved else end
-            self.ranges[place] = min(low, there), max(high, there)
+        return False
+
+    def _extended(self, numbers: Sequence[float]) -> bool:
+        """Whether another step towards numbers was made, or a shorter one may be: after a successful step
+        comes a longer one."""
+        at = min(range(len(self.boxes)), key=lambda at: max(self._ways(self.boxes[at], numbers)[1]))
+        ways, distances = self._ways(self.boxes[at], numbers)
+        share, distance = self._shares.get((at, ways), FIRST), max(distances)
+        near = self.weak and distance <= HOP
+        usual = self.proved and all(abs(v) <= ORDINARY for v in numbers)
+        if usual and not self._grown:
+            self.boxes[0] = next(filter(self._proves, map(self._around, SHARES)), self.boxes[0])
+            self._grown = True
+            return True
+        if not distance or not (near or (usual and share >= NARROWEST)):
+            return False
+        part = 1.0 + (not self.proved) * BEYOND / distance if near else share / distance
+        moved = self.boxes[at].copy()
+        for place, number, way in zip(self.places, numbers, ways, strict=True):
+            end = moved[place][way > 0]
+            if way:
+                there = _between(end, number, part)
+                moved[place] = min(end, there), max(end, there)
+        if not near and not self._proves(moved):
+            self._shares[at, ways] = share / SHRINKING
+        elif sum(map(abs, ways)) == 1:  # together they are one box
+            pairs = zip(self.boxes[at], moved, strict=True)
+            self.boxes[at] = [(min(a, c), max(b, d)) for (a, b), (c, d) in pairs]
+            self._shares[at, ways] = NEXT if near else GROWTH * share
+        else:
+            self.boxes.append(moved)
+            self._shares[len(self.boxes) - 1, ways] = NEXT if near else GROWTH * share
         return True
 
+    def _ways(self, box: Ranges, numbers: Sequence[float]) -> tuple[Ways, list[float]]:
+        """On which side of a box numbers lie, and how far from it."""
+        ends = [box[place] for place in self.places]
+        ways = tuple((v > b) - (v < a) for v, (a, b) in zip(numbers, ends, strict=True))
+        return ways, [_distance(min(max(v, a), b), v) for v, (a, b) in zip(numbers, ends, strict=True)]
+
     def array(self, *columns: Any) -> NDArray[np.bool_]:
-        """The same for rows (n,), as far as ranges that cover some of them extend."""
-        for end in (np.fmin, np.fmax):
-            self(*(float(end.reduce(column)) for column in columns))
-        pairs = zip(columns, self.ends[::2], self.ends[1::2], strict=True)
-        held: NDArray[np.bool_] = np.all([(a <= column) & (column <= b) for column, a, b in pairs], axis=0)
+        """The same for rows (n,), as far as boxes can be added."""
+        rows = np.broadcast_arrays(*columns)
+        held, usual = self.covers(rows, rows), np.isfinite(np.add.reduce(rows))
+        for extreme in (np.argmin, np.argmax):
+            if (left := np.flatnonzero(usual & ~held)).size:
+                row = left[extreme(rows[0][left])]
+                self._reaches([float(column[row]) for column in rows], MANY_STEPS)
+                held = self.covers(rows, rows)
         return held
 
+    def covers(self, lows: Sequence[Any], highs: Sequence[Any]) -> NDArray[np.bool_]:
+        """Whether the ranges (n,) of numbers each lie in one box."""
+        columns = list(zip(self.places, lows, highs, strict=True))
+        each = ([(box[k][0] <= low) & (high <= box[k][1]) for k, low, high in columns] for box in self.boxes)
+        found: NDArray[np.bool_] = np.logical_or.reduce([np.logical_and.reduce(some) for some in each])
+        return found
 
-def _moved(number: float, share: float, size: float | None = None) -> float:
-    """A number moved up or down by a share: of a ``size``, or of itself and so neither to 0 nor across."""
-    if size is None and number:
-        factor = 1.0 + abs(share)
-        return number * factor if share * number > 0.0 else number / factor
-    return number + share * (size or 1.0)
+
+def _distance(one: float, other: float) -> float:
+    """How far numbers are apart: in exponents, or by their sizes if they are on both sides of 0."""
+    if one * other > 0.0:
+        return abs(math.log(abs(other)) - math.log(abs(one)))
+    return abs(other - one) / (abs(one) + abs(other) or 1.0)
+
+
+def _between(one: float, other: float, part: float) -> float:
+    """The number a part of the way from one to another, in exponents if possible."""
+    if one * other > 0.0:
+        start, end = math.log(abs(one)), math.log(abs(other))
+        return math.copysign(math.exp(start + part * (end - start)), one)
+    return one + part * (other - one)
 
 
 def _proofs(
-    kernel: BlockKernel, sample: Sequence[float], varying: Sequence[bool], margins: Sequence[float]
+    kernel: BlockKernel,
+    case: Case,
+    sample: Sequence[float],
+    varying: Sequence[bool],
+    margins: Sequence[float],
 ) -> Iterator[Proof]:
     """For each tearing with a complete search, whether its number of roots is constant."""
     if not all(v == 0.0 or 1.0 / ORDINARY <= abs(v) <= ORDINARY for v in sample):
@@ -144,8 +239,9 @@ def _proofs(
     fixed = [not one for one in wide]
     for torn in (kernel, *kernel.others) if len(kernel.block.tears) == 1 else (reduced(kernel),):
         if torn is not None and torn.exhaustive:
-            names = list(compress(kernel.known, fixed)), list(compress(kernel.known, wide))
-            chains = [Enclosure(chain, *names) for chain in torn.chains]
+            known = *kernel.known, *case.known
+            names = list(compress(known, fixed)), list(compress(known, wide))
+            chains = [Enclosure(case.of(chain), *names) for chain in torn.chains]
             if all(chain.smooth for chain in chains):
                 numbers = list(compress(sample, fixed))
                 shares = [m / abs(v) if v else 0.0 for v, m in zip(sample, margins, strict=True)]
@@ -160,6 +256,7 @@ def _keeps_roots(
     margins: Sequence[tuple[float, float]],
     wide: Sequence[bool],
     ranges: Sequence[Ends],
+    most: int = FEW,
 ) -> bool:
     """Whether no root appears or vanishes within the ``wide`` ranges, widened by margins and shares."""
     ends = list[float]()
@@ -169,7 +266,7 @@ def _keeps_roots(
     edges = [(x, x) for x in (low, high) if math.isfinite(x) and high - low != turn]
     return all(
         not _open(chain, [(*edge, *ends) for edge in edges], numbers)
-        and _has_no_fold(chain, (low, high), numbers, ends)
+        and _has_no_fold(chain, (low, high), numbers, ends, most)
         for chain in chains
     )
 
@@ -181,46 +278,32 @@ def _open(chain: Enclosure, boxes: list[Box], numbers: Sequence[float]) -> list[
 
 
 def _flat(chain: Enclosure, boxes: list[Box], numbers: Sequence[float]) -> list[Box]:
-    """The boxes that may hold a root at which the slope is 0."""
+    """The boxes that may hold a root at which the slope is 0, of the sizes for which a search is complete."""
     boxes = _open(chain, boxes, numbers)
     slopes = zip(boxes, chain.slopes_over(boxes, numbers), strict=True)
-    return [b for b, (low, high) in slopes if low <= 0.0 <= high and min(map(abs, b[:2])) < HORIZON]
+    flat = [b for b, (low, high) in slopes if low <= 0.0 <= high and min(map(abs, b[:2])) < HORIZON]
+    return [b for b in flat if max(map(abs, b[:2])) > 1.0 / HORIZON or _has_root_at(chain, b, numbers)]
 
 
-def _has_no_fold(chain: Enclosure, domain: Ends, numbers: Sequence[float], ends: Sequence[float]) -> bool:
+def _has_root_at(chain: Enclosure, box: Box, numbers: Sequence[float]) -> bool:
+    """Whether there may be a root at an end of a box, or at 0 inside."""
+    points = {*box[:2], min(max(box[0], 0.0), box[1])}
+    return bool(_open(chain, [(x, x, *box[2:]) for x in points], numbers))
+
+
+def _has_no_fold(
+    chain: Enclosure, domain: Ends, numbers: Sequence[float], ends: Sequence[float], most: int
+) -> bool:
     """Whether the slope is nonzero wherever the residual may be 0, within the usual range of floats.
 
-    If both may be 0 at a single point of the tear, narrower boxes do not help: then the ranges of the
-    known numbers are split, down to ``FINEST`` of themselves.
+    If both may be 0 at a single point of the tear, narrower boxes do not help.
     """
-    finest = FINEST * max(_widths((*domain, *ends)), default=0.0)
-    waiting, left = [[(*box, *ends) for box in presplit(*domain)]], BOXES
-    while waiting:
-        boxes = waiting.pop()
-        left -= len(boxes)
-        cut = [(box, (split_point(*box[:2]),) * 2) for box in _flat(chain, boxes, numbers)]
-        stuck = {*_flat(chain, [(*x, *box[2:]) for box, x in cut], numbers)}
-        told, open_ = list[Box](), list[Box]()
-        for box, (x, _) in cut:
-            if (x, x, *box[2:]) not in stuck:
-                told += _halves(box, 0, x)
-                continue
-            widths = _widths(box)
-            if (widest := max(widths, default=0.0)) <= finest:
-                return False
-            place = 2 + 2 * widths.index(widest)
-            open_ += _halves(box, place, box[place] + (box[place + 1] - box[place]) / 2.0)
-        waiting += [some for some in (told, open_) if some]
-        if left < 0:
+    boxes: list[Box] = [(*box, *ends) for box in presplit(*domain)]
+    while boxes and (most := most - len(boxes)) >= 0:
+        flat = _flat(chain, boxes, numbers)
+        points = [split_point(*box[:2]) for box in flat]
+        if _flat(chain, [(x, x, *ends) for x in points], numbers):
             return False
-    return True
-
-
-def _widths(box: Box) -> list[float]:
-    """The widths of the ranges of known numbers, relative to their larger ends."""
-    return [(b - a) / (max(abs(a), abs(b)) or 1.0) for a, b in zip(box[2::2], box[3::2], strict=True)]
-
-
-def _halves(box: Box, place: int, x: float) -> list[Box]:
-    """A box cut where one of its numbers is x."""
-    return [(*box[: place + 1], x, *box[place + 2 :]), (*box[:place], x, *box[place + 1 :])]
+        halves = zip(flat, points, strict=True)
+        boxes = [half for box, x in halves for half in ((box[0], x, *ends), (x, box[1], *ends))]
+    return not boxes

@@ -49,9 +49,9 @@ class Nearby:
     """The boxes of a record, the first around its ``sample``; ``settles``: it covers a row."""
 
     def __init__(self, program: Program, sample: Numbers, settles: Callable[[Numbers], bool]) -> None:
-        assert program.ranked is not None and program.brief is not None
+        assert program.ranked is not None
         self.program, self.ranked, self.settles = program, program.ranked, settles
-        self.endings = program.brief.endings
+        self.endings = program.endings
         self.box: Box | None = None
         self.call: Callable[..., Any] | None = None
         """Computes the first answer of rows in the box."""

@@ -55,7 +55,6 @@ class Program(NamedTuple):
     symbols: tuple[tuple[int, str], ...] = ()
     order: Order = UNORDERED
     brief: Program | None = None
-    alone: bool = False
     ranked: Ranked | None = None
     box: Box | None = None
     watches: frozenset[int] = frozenset()

@@ -169,7 +169,7 @@ class _Writer:
         arguments = [f"a{i}" for i in range(program.inputs)]
         self.indent = " " * 12
         self._inputs()
-        self._conditions(() if program.alone else program.holds)
+        self._conditions(program.holds)
         if len(program.endings) > 1 or program.order.usual:
             self._sorted(program.endings)
         else:
@@ -238,7 +238,6 @@ class _Writer:
         self._line(f"first = min(({pairs}))[1]")
         for place, ending in enumerate(endings):
             with self._under(f"if first == {place}:"):
-                self._conditions(ending.holds if self.program.alone else ())
                 self._line(f"return {self._row(ending)}")
 
     def _conditions(self, conditions: Sequence[int]) -> None:

@@ -166,8 +166,12 @@ def _chosen(condition: Pair, a: Pair, b: Pair) -> Pair:
 
 def _within(finder: Any, *known: Pair) -> Pair:
     """Whether the known numbers of a block lie in ranges with a known number of roots."""
-    ends = finder.array(*(low for low, _ in known)) & finder.array(*(high for _, high in known))
-    return ends, np.zeros_like(ends)
+    ends = tuple(zip(*known, strict=True))
+    if not (held := finder.covers(*ends)).all():
+        for some in ends:
+            finder.array(*some)
+        held = finder.covers(*ends)
+    return held, np.zeros_like(held)
 
 
 def _near(a: Pair, b: Pair) -> Pair:

@@ -9,11 +9,13 @@ decides. The same holds if a branch without an answer may come to one, and if a 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from itertools import compress
 from typing import TypeAlias
 
+from rulesheets.evaluate import Undefined
 from rulesheets.functions import named
 from rulesheets.model import Model, Value, Variable
 from rulesheets.syntax.nodes import Comparison, Or, subtract
@@ -24,7 +26,7 @@ from solver.path import Decide, Evaluate, Select, SolveBlock, Step, activity
 from solver.path.cases import EQUAL, MEANING, value_of_equality
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
-from solver.trace.folds import ConstantRootCount
+from solver.trace.folds import NO_CASE, Case, ConstantRootCount, case_of
 from solver.trace.graph import Graph, NotCompilable, computed_from, operands
 from solver.trace.guards import Pattern, State
 from solver.trace.inverses import Inverses
@@ -44,6 +46,10 @@ REMOTE = 1e60
 """Records are not valid for larger numbers, or for smaller ones than 1 over it: products overflow."""
 MAX_DEAD = 8
 """The most branches without an answer that a record watches."""
+BEYOND = 1e-6
+"""How far outside of an image, relative to the numbers around, a target is refused without a second look."""
+ROUNDINGS = 2.0**10
+"""The least distance outside a range, in multiples of the rounding at the sample."""
 _DIRECTIONS = named(lambda row: row.angle) | {"direction", "directiond"}
 _BOUNDED = frozenset({"sind", "cosd", "sin", "cos", "lt", "le", "finite"})
 
@@ -76,7 +82,6 @@ class Recording(Inverses):
         self._watches = set[int]()
         """Those that only show that a branch outside its case still is."""
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
-        self._kept = set[tuple[object, ...]]()
         self._proofs: list[Proof] = [] if proofs is None else proofs
 
     def run(self, refused: Sequence[Leaf], ranking: Ranking) -> Program:
@@ -108,9 +113,7 @@ class Recording(Inverses):
         if any(double):  # the ranking alone does not tell which is the first
             return simplified(program)
         brief = None
-        if iterated:
-            brief = program._replace(alone=True)
-        elif order.first:
+        if order.first:
             brief = simplified(program._replace(endings=endings[:1], order=Order(usual=order.first)))
         return simplified(program)._replace(brief=brief, ranked=ranked if iterated else None)
 
@@ -429,7 +432,44 @@ class Recording(Inverses):
         self._guards.update(dict.fromkeys(node for node in checks if node != self.flow.true))
 
     def _watch(self, start: State, leaf: Leaf) -> None:
-        """Require that a branch without an answer still has none, for the same reason."""
+        """Require that a branch without an answer still has none, for the first reason that is known to hold.
+
+        Raises NotCompilable if there is none.
+        """
+        for reason in self._reasons:
+            with suppress(NotCompilable, KeyError, Undefined):
+                reason(start, leaf)
+                return
+        raise NotCompilable
+
+    @property
+    def _reasons(self) -> tuple[Callable[[State, Leaf], None], ...]:
+        return self._rootless, self._contradicted
+
+    def _case(self, state: State, kernel: BlockKernel) -> Case:
+        """The case that is assumed in a block."""
+        return case_of(kernel, self.branch.signs, state.values.keys())
+
+    def _rootless(self, start: State, leaf: Leaf) -> None:
+        """A block of the branch has roots outside the case alone."""
+        for place, step in enumerate(leaf.branch.steps if leaf.branch.signs else ()):
+            if not isinstance(step, SolveBlock) or (kernel := kernel_of(self.graph, step)).closed is not None:
+                continue
+            branch = leaf.branch.fork()
+            branch.steps, branch.inactive = branch.steps[:place], {}
+            state = self._steps(start.fork(), replace(leaf, branch=branch), within=False)
+            if (case := self._case(state, kernel)).excludes(branch.values):
+                self._use(state, step.equations)
+                self._hold(state, sorted(state.used - state.decided.keys()))
+                if not all(map(self._numbers, state.checks)):
+                    break
+                self._keep_roots(state, kernel, (case,), proved=True)
+                self._guard(*state.checks)
+                return
+        raise NotCompilable
+
+    def _contradicted(self, start: State, leaf: Leaf) -> None:
+        """The values of a branch contradict its case, or a rule."""
         state, flow = self._steps(start.fork(), leaf, within=bool(leaf.conflicts)), self.flow
         broken = flow.false
         for pair, sign in leaf.branch.signs.items():
@@ -443,10 +483,11 @@ class Recording(Inverses):
                 broken = flow.add("or", broken, flow.add("and", active, flow.add("not", meets)))
             elif isinstance(fact, Conflict) and len(fact.equations) == 1:
                 broken = flow.add("or", broken, self._broken(state, self.model.equations[fact.equations[0]]))
-        if all(map(self._numbers, (*state.checks, broken))):
-            known = {*self._guards, *(check for _, holds in self.endings for check in holds)}
-            self._guard(*state.checks, broken)
-            self._watches |= set() if leaf.conflicts else self._guards.keys() - known
+        if not all(map(self._numbers, (*state.checks, broken))):
+            raise NotCompilable
+        known = {*self._guards, *(check for _, holds in self.endings for check in holds)}
+        self._guard(*state.checks, broken)
+        self._watches |= set() if leaf.conflicts else self._guards.keys() - known
 
     def _keep_usual(self) -> None:
         """Require inputs of ordinary size, whose products do not over- or underflow."""
@@ -488,7 +529,7 @@ class Recording(Inverses):
             flow.finders.append(newton)
             root = flow.node("root", len(flow.finders) - 1, *compress(places, varying))
             self._blocks[key] = newton, [flow.node("item", k, root) for k in range(len(newton.start))]
-            self._keep_roots(kernel, known, varying, places)
+            self._keep_roots(state, kernel, (self._case(state, kernel), NO_CASE))
         newton, items = self._blocks[key]
         self._numbers.found.update(zip(items, newton.start, strict=True))
         self._distinct(key, places)
@@ -498,26 +539,39 @@ class Recording(Inverses):
         return state
 
     def _keep_roots(
-        self, kernel: BlockKernel, known: Sequence[float], varying: Sequence[bool], places: Sequence[int]
+        self, state: State, kernel: BlockKernel, cases: Iterable[Case], proved: bool = False
     ) -> None:
-        """Require that a block has as many roots as at the sample, as far as that is known."""
-        key = (kernel.block.equations, kernel.unknowns, *places)
-        if key in self._kept or not any(varying):
-            return
-        self._kept.add(key)
-        numbers = list(compress(known, varying))
-        about = (*key[:2], *(None if varies else v for v, varies in zip(known, varying, strict=True)))
-        found = next((one for asked, one in self._proofs if asked == about and one(*numbers)), None)
-        if found is None:
-            found = ConstantRootCount(kernel, known, varying)
-            self._proofs.append((about, found))
-        self._guard(self._within(found, compress(places, varying)))
+        """Require that a block has as many roots as at the sample, in the first of the cases for which that
+        is proved for ranges of the known numbers. Raises NotCompilable for none; unless it has to be
+        ``proved``, it is required without a case anyway."""
+        for case in dict.fromkeys(cases):
+            names = *kernel.known, *case.known
+            if not state.values.keys() >= set(names):
+                raise NotCompilable
+            places = [state.values[name] for name in names]
+            varying = [self.flow.value_of(place) is None for place in places]
+            if not any(varying):
+                return
+            sample = [float(self._numbers(place)) for place in places]
+            fixed = (None if varies else v for v, varies in zip(sample, varying, strict=True))
+            about = (kernel.block.equations, kernel.unknowns, case, proved, *fixed)
+            numbers = list(compress(sample, varying))
+            found = next((one for asked, one in self._proofs if asked == about and one(*numbers)), None)
+            if found is None:
+                margins = list(map(self._rounded, places)) if proved else ()
+                found = ConstantRootCount(kernel, sample, varying, margins, case)
+                self._proofs.append((about, found))
+            if found.proved or not (case.limits or proved):
+                finders = self.flow.finders
+                if found not in finders:
+                    finders.append(found)
+                self._guard(self.flow.node("unfolded", finders.index(found), *compress(places, varying)))
+                return
+        raise NotCompilable
 
-    def _within(self, found: ConstantRootCount, known: Iterable[int]) -> int:
-        """The condition that the known numbers of a block lie where its roots neither appear nor vanish."""
-        nodes = list(known)
-        self.flow.finders.append(found)
-        return self.flow.node("unfolded", len(self.flow.finders) - 1, *nodes) if nodes else self.flow.true
+    def _rounded(self, node: int) -> float:
+        """The change of a number that makes no difference to a solve."""
+        return BEYOND * abs(self._numbers(node)) + ROUNDINGS * self._numbers.error(node)
 
     def _floats(self, names: Sequence[str], usual: bool = True) -> list[float]:
         """Numbers of the sample. Raises NotCompilable if one is missing, or not of ``usual`` size."""

@@ -14,30 +14,26 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from itertools import chain, compress
+from itertools import chain
 from typing import Any
 
 from rulesheets.deadline import TimeIsUp
 from rulesheets.model import Model, Value
+from rulesheets.syntax.nodes import names
 from solver.facts import Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.block import kernel_of
 from solver.leaves import Exploration, Leaf
 from solver.path import SolveBlock, activity
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
-from solver.trace.folds import ConstantRootCount
+from solver.trace.folds import NO_CASE, ConstantRootCount
 from solver.trace.graph import NotCompilable, computed_from, copied
 from solver.trace.guards import Pattern, State
 from solver.trace.nearby import Nearby
 from solver.trace.newton import BlockNewton
 from solver.trace.program import Ending, Program
 from solver.trace.python import compile_scalar
-from solver.trace.record import MAX_DEAD, Proof, Recording
-
-BEYOND = 1e-6
-"""How far outside of an image, relative to the numbers around, a target is refused without a second look."""
-ROUNDINGS = 2.0**10
-"""The least distance outside a range, in multiples of the rounding at the sample."""
+from solver.trace.record import BEYOND, MAX_DEAD, ROUNDINGS, Proof, Recording
 
 
 class Refusal(Recording):
@@ -46,39 +42,39 @@ class Refusal(Recording):
     def refused(self) -> Program:
         """The program whose one ending holds if a row is refused as this one was.
 
-        Raises NotCompilable if more than one step without a value was the reason for a leaf.
+        Raises NotCompilable if more than one step without a value was the reason for a leaf, or if known
+        numbers may decide which cases are possible.
         """
+        start, symbols = self._start()
         for leaf in self.leaves:
             branch = leaf.branch
             known = [e for e in self.model.equations if branch.values.keys() >= set(e.names)]
             active = [e.index for e in known if activity(e, branch.conditions)]
-            if branch.assumed or not branch.checked.issuperset(active) or len(branch.reasons) != 1:
+            if branch.inactive and (not branch.checked.issuperset(active) or len(branch.reasons) != 1):
                 raise NotCompilable
-        start, symbols = self._start()
-        for leaf in self.leaves:
-            state, impossible = self._stopped(start, leaf)
-            self._guard(*state.checks, impossible)
+            if len(branch.signs) > 1 and any(all(any(names(side)) for side in pair) for pair in branch.signs):
+                raise NotCompilable
+            self._watch(start, leaf)
         if any(isinstance(finder, BlockNewton) for finder in self.flow.finders):
             raise NotCompilable  # of the roots of a block it follows those that the sample has
         self._keep_usual()
         return Program(self.flow, len(self.pattern.inputs), (Ending((), tuple(self._guards)),), symbols)
 
-    def _watch(self, start: State, leaf: Leaf) -> None:
-        """The same for a branch that came to a step without a value."""
-        if leaf.conflicts or not leaf.branch.inactive:
-            super()._watch(start, leaf)
-            return
-        state, impossible = self._stopped(start, leaf)
-        if self._numbers(impossible) is not True:
+    @property
+    def _reasons(self) -> tuple[Callable[[State, Leaf], None], ...]:
+        return *super()._reasons, self._stopped
+
+    def _stopped(self, start: State, leaf: Leaf) -> None:
+        """The branch came to a step without a value."""
+        branch = leaf.branch.fork()
+        if not branch.inactive:
+            raise NotCompilable
+        branch.inactive = {}
+        state = self._on(self._steps(start.fork(), replace(leaf, branch=branch), within=False))
+        impossible = self._impossible(state, leaf.branch.reasons[0], leaf)
+        if not all(map(self._numbers, (*state.checks, impossible))):
             raise NotCompilable
         self._guard(*state.checks, impossible)
-
-    def _stopped(self, start: State, leaf: Leaf) -> tuple[State, int]:
-        """The values of a leaf before the step without a value, and whether that still has none."""
-        branch = leaf.branch.fork()
-        branch.inactive = {}
-        state = self._on(self._steps(start.fork(), replace(leaf, branch=branch)))
-        return state, self._impossible(state, leaf.branch.reasons[0], leaf)
 
     def _impossible(self, state: State, fact: Fact, leaf: Leaf) -> int:
         match fact:
@@ -94,7 +90,11 @@ class Refusal(Recording):
                     return self.flow.over("and", self._every_out(state, step))
                 except NotCompilable:
                     state.checks[:] = before
-                    return self._excluded(self._on(state), step)
+                    kernel = kernel_of(self.graph, step)
+                    self._keep_roots(
+                        self._on(state), kernel, (self._case(state, kernel), NO_CASE), proved=True
+                    )
+                    return self.flow.true
             case OutOfRange(equation, unknown):
                 self._use(state, (equation,))
                 return self._out_of_range(state, equation, unknown)
@@ -149,11 +149,13 @@ class Refusal(Recording):
 
     def _margin(self, state: State, equation: int, node: int) -> int:
         """The distance by which a number must lie outside: its change, to first order, if every input
-        changes by ``BEYOND`` of itself. After an iterated block it is relative to the largest number of the
-        rule."""
+        changes by ``BEYOND`` of itself. After an iterated block it is relative to the squares of the
+        rule's numbers, or 1."""
         flow, read = self.flow, computed_from(self.flow, [node])
         if any(flow.nodes[one][0] == "root" for one in read):
-            return flow.add("mul", BEYOND, self._size(state, equation))
+            numbers = map(state.values.get, self.model.equations[equation].names)
+            squares = (flow.add("mul", node, node) for node in numbers if node is not None)
+            return flow.add("mul", BEYOND, flow.add("add", 1.0, flow.over("add", squares)))
         total = flow.constant(ROUNDINGS * self._numbers.error(node))
         inputs = list(map(flow.input, range(len(self.pattern.inputs))))
         for place, number in enumerate(inputs):
@@ -162,16 +164,6 @@ class Refusal(Recording):
                 (there,) = copied(flow, flow, [node], [*inputs[:place], moved, *inputs[place + 1 :]])
                 total = flow.add("add", total, flow.add("abs", flow.add("sub", there, node)))
         return total
-
-    def _size(self, state: State, equation: int) -> int:
-        """The square of the largest number of a rule, or 1: the scale of a target's rounding."""
-        flow = self.flow
-        largest = flow.constant(1.0)
-        for name in self.model.equations[equation].names:
-            if name in state.values:
-                size = flow.add("abs", state.values[name])
-                largest = flow.add("where", flow.add("lt", largest, size), size, largest)
-        return flow.add("mul", largest, largest)
 
     def _out_of_range(self, state: State, equation: int, unknown: str) -> int:
         """The only value is clearly beyond an end of the range."""
@@ -183,24 +175,6 @@ class Refusal(Recording):
             raise NotCompilable
         margin = self._margin(state, equation, node)
         return self._outside(node, variable.low, variable.high, margin)
-
-    def _excluded(self, state: State, step: SolveBlock) -> int:
-        """The condition that a block's known numbers lie in ranges in which it has no root."""
-        flow, kernel = self.flow, kernel_of(self.graph, step)
-        nodes = [state.values.get(name) for name in kernel.known]
-        known = [node for node in nodes if node is not None]
-        if len(known) < len(nodes):
-            raise NotCompilable
-        sample = [float(self._numbers(node)) for node in known]
-        varying = [flow.value_of(node) is None for node in known]
-        found = ConstantRootCount(kernel, sample, varying, list(map(self._rounded, known)))
-        if not found.proved:
-            raise NotCompilable
-        return self._within(found, compress(known, varying))
-
-    def _rounded(self, node: int) -> float:
-        """The change of a number that makes no difference to a solve."""
-        return BEYOND * abs(self._numbers(node)) + ROUNDINGS * self._numbers.error(node)
 
     def _every_out(self, state: State, step: SolveBlock) -> Iterator[int]:
         """For each candidate the first check that failed at the sample and clearly fails."""
@@ -277,11 +251,9 @@ class Records:
         for place in places:
             if place not in self._primary:
                 program = self.programs[place]
-                brief = () if program.brief is None else (program.brief,)
-                forms = brief if program.ranked else (*brief, program)
+                forms = (program,) if program.brief is None else (program.brief, program)
                 self._primary[place] = tuple(map(compile_scalar, forms))
-        alone = any(self.programs[place].ranked for place in places)
-        return tuple(chain.from_iterable(self._primary[at] for at in (places[:1] if alone else places)))
+        return tuple(chain.from_iterable(self._primary[place] for place in places))
 
     def near(self, numbers: tuple[Value, ...]) -> None:
         """Note that the useful record covered a row of which the first answer was wanted."""
@@ -362,7 +334,7 @@ class Records:
         """Add a refusal for rows that are refused as this one."""
         if len(self.refusals) >= MAX_RECORDS or self.vain >= MAX_VAIN:
             return
-        ends = (*found.leaves, *found.open_cases)
+        ends = (*found.leaves, *found.open_cases, *found.outside_case)
         with suppress(NotCompilable, TimeIsUp):
             if 1 <= len(ends) <= MAX_DEAD and not found.contradicted:
                 program = Refusal(self.model, self.planner, self.pattern, ends).refused()
@@ -377,11 +349,7 @@ class Records:
         """The present state of the records, for ``forget``."""
         programs = (*self.programs, *self.refusals)
         finders = (finder for program in programs for finder in program.flow.finders)
-        return [
-            (one, _copied(vars(one)))
-            for one in (self, *finders)
-            if isinstance(one, Records | ConstantRootCount)
-        ]
+        return [(one, _copied(vars(one))) for one in (self, *finders)]
 
     def forget(self, mark: list[tuple[Any, dict[str, Any]]]) -> None:
         """Go back to a marked state."""

@@ -356,6 +356,7 @@ class AnswerSweeper:
         parts = list[tuple[Array, Answers]]()
         left: Array = np.arange(count, dtype=np.int32 if count < 2**31 else np.int64)
         most = records = refusals = 0
+        best = self.records.useful
         alone: dict[int, list[tuple[Value, ...]]] = {}
         while len(left):
             if len(left) > WORTH:
@@ -363,7 +364,7 @@ class AnswerSweeper:
                     before, program = len(left), self.records.programs[place]
                     left = self._settled(program, columns, left, parts, steady)
                     if before - len(left) > most:
-                        most, self.records.useful = before - len(left), place
+                        most, best = before - len(left), place
                 for program in self.records.refusals[refusals:]:
                     left = self._not_refused(program, columns, left, keep)
             records, refusals = len(self.records.programs), len(self.records.refusals)
@@ -374,6 +375,7 @@ class AnswerSweeper:
                 if (records, refusals) != (len(self.records.programs), len(self.records.refusals)):
                     break  # the new records may cover the others
             left = np.setdiff1d(left, np.fromiter(alone, left.dtype, len(alone)), assume_unique=True)
+        self.records.useful = best
         if alone:
             parts.append(_one_by_one(alone))
         return together(parts, count)
