@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import chain, combinations, combinations_with_replacement
+from itertools import chain
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -136,8 +136,8 @@ NEXT, BESIDE = 0.05, 5e-3
 beside the record its roots are computed, to see how they bend."""
 MOST_STEPS = 4
 """Steps that are written one after the other."""
-MAX_BENT, POWERS = 3, 4
-"""Known numbers up to which the start of the iteration is of second order; of one its order."""
+POWERS = 4
+"""The order of the start of the iteration if a single number is known."""
 FINEST = 1.0 / 64.0
 """The least share of the distance from the numbers of the record that is taken at once."""
 FEWER = 32
@@ -167,7 +167,9 @@ class BlockNewton:
         self.fixed = {name: number for name, number, varies in given if not varies}
         self.tangent: Array = np.zeros((len(self.start), len(self.sample)))
         """The slopes of the root by each known number (unknowns, known)."""
-        self.bends: dict[tuple[int, ...], Array] = {}
+        self.bends: list[Array] = []
+        self._last: tuple[float, ...] | None = None
+        """The root of the last call, if the predicted start did not lead there."""
         try:
             self.start = self._settled()
             slopes = [[some.get(name, 0.0) for name in self.known] for some in self.gradients]
@@ -294,46 +296,31 @@ class BlockNewton:
             terms = min(shares, default=0.0)
             yield CANCELLED * terms if abs(x) <= ZERO * terms else 0.0
 
-    def _bends(self) -> dict[tuple[int, ...], Array]:
-        """The contributions of higher powers of moves of the known numbers, (unknowns,) each: (j, k) of d_j
-        d_k.
-
-        Powers of a single number up to ``POWERS``, squares and products of a few. Empty if the roots next to
-        the sample are not found.
-        """
-        count, moves = len(self.sample), [BESIDE * (abs(number) or 1.0) for number in self.sample]
-        if count > MAX_BENT:
-            return {}
-        unit: Array = np.eye(count)
-        ways = [*unit, *-unit, *(one + other for one, other in combinations(unit, 2))]
-        powers = [at for n in (1, 2) for at in combinations_with_replacement(range(count), n)]
-        if count == 1:
-            ways = [share * unit[0] for share in range(-POWERS // 2, POWERS // 2 + 1) if share]
-            powers = [(0,) * n for n in range(1, POWERS + 1)]
+    def _bends(self) -> list[Array]:
+        """The coefficients (unknowns,) of the second and higher powers of a move of the known number; none of
+        several, or if the roots next to the sample are not found."""
+        if len(self.sample) != 1:
+            return []
+        (number,) = self.sample
+        move, powers = BESIDE * (abs(number) or 1.0), range(1, POWERS + 1)
+        shares = [float(share) for share in range(-POWERS // 2, POWERS // 2 + 1) if share]
         try:
-            roots = [self.scalar(*(self.sample + way * moves).tolist()) for way in ways]
-            shares = [[math.prod(way[j] for j in places) for places in powers] for way in ways]
-            found = np.linalg.solve(shares, np.subtract(roots, self.start))
+            roots = [self.scalar(number + share * move) for share in shares]
+            matrix = [[share**power for power in powers] for share in shares]
+            found = np.linalg.solve(matrix, np.subtract(roots, self.start))
         except (ArithmeticError, ValueError):
-            return {}
+            return []
         found[abs(found) <= LAST * np.array(self.scale)] = 0.0
-        bends = zip(powers, found, strict=True)
-        return {at: c / math.prod(moves[j] for j in at) for at, c in bends if len(at) > 1}
+        return [row / move**power for power, row in zip(powers, found, strict=True)][1:]
 
     def _predicted(self, flow: Graph, known: Sequence[int]) -> list[int]:
         """The root as predicted by the tangent and the higher powers."""
         found, pairs = [], zip(known, self.sample, strict=True)
         moves = [flow.raw("sub", node, number) for node, number in pairs]
         for i, x in enumerate(self.start):
-            terms = [flow.constant(x)]
+            terms, bent = [flow.constant(x)], [float(row[i]) for row in self.bends[::-1]]
             for j, move in enumerate(moves):
-                slope = float(self.tangent[i, j])
-                bent = [(float(c[i]), at) for at, c in self.bends.items() if at[0] == j]
-                if len(moves) == 1:
-                    share = flow.horner([*(c for c, _ in bent[::-1]), slope], move)
-                else:
-                    curved = [flow.raw("mul", c, moves[at[1]]) for c, at in bent if c]
-                    share = flow.total([flow.constant(slope), *curved])
+                share = flow.horner([*bent, float(self.tangent[i, j])], move)
                 if flow.value_of(share) != 0.0:
                     terms.append(flow.raw("mul", share, move))
             found.append(flow.total(terms))
@@ -430,12 +417,24 @@ class BlockNewton:
     # --- one row ---
 
     def scalar(self, *known: float) -> tuple[float, ...]:
-        """The root at these numbers. Raises ValueError if the branch of the record is lost."""
+        """The root at these numbers. Raises ValueError if the branch of the record is lost.
+
+        The iteration starts as predicted, or at the root of the last call if that was not enough there.
+        """
+        last = self._last
         try:
-            found = self._newton(*self._start(*known))
+            found = self._newton(*(self._start(*known) if last is None else (*last, *known)))
         except (ArithmeticError, ValueError):
             found = None
-        return self._followed(known, self.sample, self.start, 0.5) if found is None else found
+        if found is None and last is not None:
+            self._last = None
+            return self.scalar(*known)
+        if found is None:
+            found = self._followed(known, self.sample, self.start, 0.5)
+        elif last is None:
+            return found
+        self._last = found
+        return found
 
     def _followed(
         self, known: Sequence[float], before: Sequence[float], root: tuple[float, ...], share: float = 1.0
@@ -481,9 +480,7 @@ class BlockNewton:
 
     def _reached(self, columns: Array) -> Array:
         """The roots (unknowns, n) at known numbers (m, n), each from the record."""
-        start = np.repeat(np.array(self.start)[:, None], columns.shape[1], axis=1)
-        sample = np.repeat(np.array(self.sample)[:, None], columns.shape[1], axis=1)
-        return self._rows(start, sample, columns, 1.0, self._run(0, columns))
+        return self._iterate(self._run(0, columns), columns)
 
     def _along(self, columns: Array) -> Array:
         """The roots (unknowns, n) along a line of known numbers (m, n): of some rows one after another, of
@@ -519,21 +516,6 @@ class BlockNewton:
                 except ValueError:
                     break
                 found[:, row], before = root, there
-        return found
-
-    def _rows(
-        self, start: Array, before: Array, known: Array, share: float, predicted: Array | None = None
-    ) -> Array:
-        """Roots (unknowns, n) for known numbers (m, n) from those at others, halving if needed."""
-        found = self._iterate(start if predicted is None else predicted, known)
-        lost = np.flatnonzero(~np.isfinite(found[0]))
-        if lost.size and share > FINEST:
-            middle = 0.5 * (before[:, lost] + known[:, lost])
-            between = self._rows(start[:, lost], before[:, lost], middle, 0.5 * share)
-            on = np.isfinite(between[0])
-            some = lost[on]
-            if some.size:
-                found[:, some] = self._rows(between[:, on], middle[:, on], known[:, some], 0.5 * share)
         return found
 
     def _iterate(self, x: Array, known: Array) -> Array:
