@@ -215,7 +215,7 @@ class StepSolver:
                     kept.append(number)
                     ordered.insert(place, number)
         if not kept:
-            return self._refused(numbers, outside, lost)
+            return self._why_none(numbers, outside, lost)
         double: DoubleRoot | None = None
         kinks = any(stage.operation == "abs" for stage in self.isolation.stages)
         if len(kept) == 1 < self.isolation.branches and not kinks and self._slope(kept[0])[1] == 0.0:
@@ -224,7 +224,7 @@ class StepSolver:
         complete, delicate = self.complete and not lost, self.delicate or double is not None
         return StepOutcome(tuple(kept), None, complete, double, delicate)
 
-    def _refused(self, numbers: list[float], outside: float | None, lost: bool) -> StepOutcome:
+    def _why_none(self, numbers: list[float], outside: float | None, lost: bool) -> StepOutcome:
         """Why none of these preimages is an answer."""
         delicate = self.delicate
         if outside is not None:

@@ -47,7 +47,7 @@ class Tearing(NamedTuple):
 
 
 def tearings(
-    incidence: Incidence, weights: Mapping[int, int] | None = None, limit: int = 10, effort: int = EFFORT
+    incidence: Incidence, weights: Mapping[int, int], limit: int, effort: int = EFFORT
 ) -> tuple[Tearing, ...]:
     """Up to ``limit`` tearings with equally many tears, at least one: least cost of the steps first, then
     least weight, then source order.
@@ -55,12 +55,11 @@ def tearings(
     The number of tears is the minimum if all sets can be tried with an ``effort`` of sets times unknowns;
     else it is a heuristic's. Unknowns without a weight weigh 0.
     """
-    weight = weights or {}
 
     def rank(judged: tuple[Tears, _Partial]) -> tuple[int, int, Tears]:
-        return judged[1].cost, sum(weight.get(u, 0) for u in judged[0]), judged[0]
+        return judged[1].cost, sum(weights.get(u, 0) for u in judged[0]), judged[0]
 
-    judged = sorted(_smallest_sets(incidence, weight, effort), key=rank)[: max(SHORT_LIST, limit)]
+    judged = sorted(_smallest_sets(incidence, weights, effort), key=rank)[: max(SHORT_LIST, limit)]
     judged = [
         (tears, _searched(incidence, tears) or order if order.cost else order) for tears, order in judged
     ]

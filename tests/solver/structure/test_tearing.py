@@ -26,7 +26,7 @@ def assert_valid(incidence: Incidence, tearing: Tearing) -> None:
 
 
 def tear(incidence: Incidence, weights: dict[int, int] | None = None) -> Tearing:
-    return tearings(incidence, weights, limit=1)[0]
+    return tearings(incidence, weights or {}, limit=1)[0]
 
 
 def cost(incidence: Incidence, tearing: Tearing) -> int:
@@ -68,7 +68,7 @@ def test_a_tearing_is_valid_smallest_and_cheapest(incidence: Incidence) -> None:
 @patient
 @given(incidences(square=True))
 def test_alternatives_are_all_the_others_best_first(incidence: Incidence) -> None:
-    found = tearings(incidence, limit=1000)
+    found = tearings(incidence, {}, limit=1000)
     assert sorted(t.tears for t in found) == sets_of_tears(incidence)
     keys = [(cost(incidence, t), t.tears) for t in found]
     assert keys == sorted(keys)
@@ -87,7 +87,7 @@ def test_shuffling_changes_neither_number_nor_cost(case: tuple[Incidence, list[i
 def test_the_heuristic_is_valid_and_leaves_no_idle_tear(incidence: Incidence) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "EFFORT", 20)
-        found = tearings(incidence, limit=5)
+        found = tearings(incidence, {}, limit=5)
     assert len({t.tears for t in found}) == len(found)
     for tearing in found:
         assert_valid(incidence, tearing)
@@ -135,7 +135,7 @@ def test_an_equation_that_gives_nothing_is_the_residual() -> None:
 def test_large_blocks(n: int, width: int) -> None:
     chance = random.Random(n)
     block = system(*({i, *(chance.randrange(n) for _ in range(width))} for i in range(n)))
-    found = tearings(block, limit=3)
+    found = tearings(block, {}, limit=3)
     for tearing in found:
         assert_valid(block, tearing)
     assert 0 < len(found[0].tears) < n
