@@ -143,8 +143,6 @@ class LinearOutcome(NamedTuple):
 
 EXACT_LIMIT = 30
 REFINEMENTS = 5
-FREE_PART = 1e-10
-"""Part of a unit vector of the null space above which an unknown is free."""
 
 
 def solve_linear(
@@ -249,7 +247,7 @@ def _solved(a: Array, b: Array) -> LinearOutcome:
     if factor.rank == n:
         return LinearOutcome(tuple(x.tolist()))
     null = np.linalg.svd(a)[2][factor.rank :]
-    basis = np.where(np.abs(null) > FREE_PART, null, 0.0)
+    basis = np.where(np.abs(null) > MOVES, null, 0.0)
     values = [None if part.any() else v for part, v in zip(basis.T, x.tolist(), strict=True)]
     return LinearOutcome(tuple(values), tuple(map(tuple, basis.tolist())))
 

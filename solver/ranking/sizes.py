@@ -38,6 +38,7 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.program import walk
 from solver.numerics.linear_algebra import least_squares
+from solver.numerics.tolerances import NULL
 from solver.path.graph import shape_of
 
 if TYPE_CHECKING:
@@ -59,7 +60,6 @@ MANY = 200
 """Unknowns of a model beyond which no sizes are suggested."""
 LARGE = 100
 """Columns of a matrix from which on QR with pivoting is much faster than singular values."""
-RANK = 1e-9
 UNDECIDED = 1e-6
 """Share of an unknown that may move without any rule, below which it is determined."""
 
@@ -115,10 +115,10 @@ class Suggestions:
             rows.read(equation)
         a, k, c = rows.parts(len(unknowns))
         places = [unknowns.index(name) for name in names]
-        if a.shape[1] > LARGE and (found := least_squares(a, np.column_stack([k, c]), RANK)) is not None:
+        if a.shape[1] > LARGE and (found := least_squares(a, np.column_stack([k, c]), NULL)) is not None:
             decades = -found[places]
             return _sparse(decades[:, :-1]), decades[:, -1].tolist(), [True] * len(names)
-        inverse = np.linalg.pinv(a, rcond=RANK)
+        inverse = np.linalg.pinv(a, rcond=NULL)
         determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - UNDECIDED
         return _sparse(-(inverse[places] @ k)), (-(inverse[places] @ c)).tolist(), determined.tolist()
 
@@ -449,13 +449,13 @@ class Scalings:
         self.exponents = np.eye(matrix.shape[1])  # an orthonormal basis of the null space
         if len(matrix):
             _, singular, right = np.linalg.svd(matrix)
-            rank = int((singular > RANK * max(singular[0], 1.0)).sum())
+            rank = int((singular > NULL * max(singular[0], 1.0)).sum())
             self.exponents = np.asarray(right[rank:].T, dtype=float)
 
     def sizes(self, known: Mapping[str, float]) -> Mapping[str, float]:
         """The size of every variable that fits the ``known`` numbers best (in the mean of logarithms)."""
         given = {name: math.log(abs(v)) for name, v in known.items() if v}
         rows = self.exponents[[self.places[name] for name in given]]
-        scaling = np.linalg.lstsq(rows, np.array(list(given.values())), rcond=RANK)[0]
+        scaling = np.linalg.lstsq(rows, np.array(list(given.values())), rcond=NULL)[0]
         exponents = np.clip(self.exponents @ scaling, -200.0, 200.0)
         return dict(zip(self.places, np.exp(exponents).tolist(), strict=True))

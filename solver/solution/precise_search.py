@@ -44,6 +44,7 @@ from solver.numerics.tolerances import (
     MAX_UNKNOWNS,
     MOVES,
     PRECISIONS,
+    ROUNDED,
     SMALL,
     SPARE,
     are_alike,
@@ -267,7 +268,7 @@ class _PreciseSearch(PathSearch):
 def _exact_turn(turn: float, mp: Any) -> Any:
     """A period in all digits: 360 is exact, the float nearest to 2π stands for 2π."""
     halves = round(turn / math.pi)
-    return halves * mp.pi if math.isclose(turn, halves * math.pi, rel_tol=1e-15) else mp.mpf(turn)
+    return halves * mp.pi if math.isclose(turn, halves * math.pi, rel_tol=ROUNDED) else mp.mpf(turn)
 
 
 class _PreciseStep(StepSolver):
