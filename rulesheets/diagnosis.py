@@ -96,10 +96,10 @@ def render(diagnosis: Diagnosis, color: bool = False, width: int | None = None) 
     of the source and carets under the place, then the notes. ``color`` adds ANSI colours; sentences are
     folded to ``width`` columns where there is one.
     """
-    return "\n".join(_Layout(color, width).lines(diagnosis))
+    return "\n".join(_Rendering(color, width).lines(diagnosis))
 
 
-class _Layout(NamedTuple):
+class _Rendering(NamedTuple):
     color: bool
     width: int | None = None
 

@@ -90,7 +90,7 @@ def eliminants(
     found, waiting = list[Eliminant](), [tuple[int, ...]()]
     try:
         while waiting:
-            one = _Elimination(unknown, known, waiting.pop())
+            one = _Eliminator(unknown, known, waiting.pop())
             found.append(one.run(left, right, forms))
             waiting += one.others
             if len(found) + len(waiting) > MAX_CHOICES:
@@ -100,7 +100,7 @@ def eliminants(
     return found
 
 
-class _Elimination(Arithmetic[Any]):
+class _Eliminator(Arithmetic[Any]):
     """Quotients of polynomials (sympy's ``FracElement``) in the unknown and the radicals.
 
     ``signs`` are those of the first absolute values; the ``others`` are left to further eliminations.

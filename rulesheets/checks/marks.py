@@ -14,7 +14,7 @@ from rulesheets.syntax.nodes import Call, Expression, Figure, Mark, Name, Symbol
 from rulesheets.syntax.program import Program, walk
 
 
-class Shape(Enum):
+class Arguments(Enum):
     """The arguments that a line of a figure takes."""
 
     COORDINATES = "two coordinates"
@@ -29,17 +29,17 @@ class Kind(NamedTuple):
     ``named``: a name before the parentheses is required; otherwise it is an optional label.
     """
 
-    shape: Shape
+    shape: Arguments
     example: str
     least: int = 2
     most: int | None = 2
     named: bool = False
 
 
-_place = partial(Kind, Shape.COORDINATES, named=True)
-_link = partial(Kind, Shape.POINTS, most=None)
-_arrow = partial(Kind, Shape.POINTS)
-_joint = partial(Kind, Shape.DIRECTED)
+_place = partial(Kind, Arguments.COORDINATES, named=True)
+_link = partial(Kind, Arguments.POINTS, most=None)
+_arrow = partial(Kind, Arguments.POINTS)
+_joint = partial(Kind, Arguments.DIRECTED)
 
 KINDS: dict[str, Kind] = {
     "point": _place("point A = (xA, yA)"),
@@ -59,7 +59,7 @@ KINDS: dict[str, Kind] = {
 }
 """A table, so that a new kind needs no new grammar."""
 
-PLACES = frozenset(kind for kind, row in KINDS.items() if row.shape is Shape.COORDINATES)
+PLACES = frozenset(kind for kind, row in KINDS.items() if row.shape is Arguments.COORDINATES)
 ARROWS = ("vector", "normal", "tangential", "sliding", "coriolis")
 
 
@@ -73,7 +73,7 @@ def marks_of(figure: Figure) -> tuple[Mark, ...]:
 
 def parts(mark: Mark) -> tuple[tuple[Name, ...], tuple[Expression, ...]]:
     """The points that a line names, and the expressions that it evaluates."""
-    named = {Shape.COORDINATES: 0, Shape.DIRECTED: 1}.get(KINDS[mark.kind].shape, len(mark.arguments))
+    named = {Arguments.COORDINATES: 0, Arguments.DIRECTED: 1}.get(KINDS[mark.kind].shape, len(mark.arguments))
     points = tuple(node for node in mark.arguments[:named] if isinstance(node, Name))
     return points, mark.arguments[named:]
 
@@ -146,15 +146,15 @@ def wrong_mark(mark: Mark) -> Diagnosis | None:
     count, message = len(mark.arguments), ""
     if kind.named and mark.name is None:
         message = f"this {mark.kind} has no name"
-    elif kind.shape is Shape.DIRECTED and mark.name is not None:
+    elif kind.shape is Arguments.DIRECTED and mark.name is not None:
         message = f"a {mark.kind} has no name of its own"
     elif count < kind.least or (kind.most is not None and count > kind.most):
         points = plural(kind.least, "point") + ("" if kind.most else " or more")
-        expected = points if kind.shape is Shape.POINTS else kind.shape.value
+        expected = points if kind.shape is Arguments.POINTS else kind.shape.value
         message = f"a {mark.kind} takes {expected}, not {count or 'none'}"
     if message:
         return error_at("E131", message, mark.span, f"write {kind.example}")
-    places = {Shape.POINTS: mark.arguments, Shape.DIRECTED: mark.arguments[:1]}.get(kind.shape, ())
+    places = {Arguments.POINTS: mark.arguments, Arguments.DIRECTED: mark.arguments[:1]}.get(kind.shape, ())
     for argument in places:
         if not isinstance(argument, Name) or "." in argument.name:
             note = f"name a point of the figure, as in {kind.example}"

@@ -232,13 +232,13 @@ class Builder(Transformer[Any, Any]):
         span = self._span(sign, size if percent is None else percent)
         return nodes.Tolerance(size, percent is not None, span)
 
-    def bound(self, sign: Token, expression: Expression) -> tuple[End, ...]:
+    def bound(self, sign: Token, expression: Expression) -> tuple[Edge, ...]:
         operator = _RELATIONS.get(sign, str(sign))
-        return (End(operator, expression, self._span(sign, expression)),)
+        return (Edge(operator, expression, self._span(sign, expression)),)
 
-    def interval(self, word: Token, low: Expression, high: Expression, closing: Token) -> tuple[End, ...]:
+    def interval(self, word: Token, low: Expression, high: Expression, closing: Token) -> tuple[Edge, ...]:
         span = self._span(word, closing)
-        return End(">=", low, span), End("<=", high, span)
+        return Edge(">=", low, span), Edge("<=", high, span)
 
     # --- section heads ---
 
@@ -261,7 +261,7 @@ class Builder(Transformer[Any, Any]):
         return nodes.Function(str(name), arguments, results or (), (), ())
 
 
-class End(NamedTuple):
+class Edge(NamedTuple):
     """A bound such as ``< 5`` after a name in the variables section."""
 
     operator: str
@@ -269,11 +269,11 @@ class End(NamedTuple):
     span: Span
 
 
-def _bounded(bounds: Sequence[End]) -> Range | None:
+def _bounded(bounds: Sequence[Edge]) -> Range | None:
     """All bounds of a row together, each end once; None if there are none."""
     if not bounds:
         return None
-    ends: dict[str, End] = {}
+    ends: dict[str, Edge] = {}
     for bound in bounds:
         if bound.operator == "<>":
             raise RuleSheetError(wrong_range("<> is not a bound", bound.span))

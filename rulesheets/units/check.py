@@ -37,8 +37,8 @@ from rulesheets.units.dimensions import (
     SIZE,
     Dimensions,
     Exponents,
-    Form,
     Mismatch,
+    Powers,
     Statement,
     exponents,
     in_other_unit,
@@ -190,7 +190,7 @@ def _constant(found: Mismatch, statement: Statement) -> list[str]:
     """The unit of a constant of the rule that would resolve the mismatch."""
     if found.right is None:
         return []
-    one, other = (Form(form.dimension) for form in found.forms)
+    one, other = (Powers(form.dimension) for form in found.forms)
     for side, missing in ((found.left, other.plus(one, -1)), (found.right, one.plus(other, -1))):
         for number, power in _factors_of(side):
             if number.unit is None and number.value in _constants(statement):

@@ -76,7 +76,7 @@ def exponents(unit: Unit) -> Exponents:
     return found
 
 
-class Form(NamedTuple):
+class Powers(NamedTuple):
     """The exponents of an expression: known ones, and multiples of those of open variables.
 
     ``any``: 0, or a bare number in a sum, fits any unit. ``numbers`` of the rules that it follows from may
@@ -89,13 +89,13 @@ class Form(NamedTuple):
     any: bool = False
     numbers: frozenset[float] = frozenset()
 
-    def plus(self, other: Form, times: Any = 1) -> Form:
+    def plus(self, other: Powers, times: Any = 1) -> Powers:
         why = self.why if len(self.why) > LONGEST_CHAIN or not other.why else self.why | other.why
         known, open_ = _sum(self.known, other.known, times), _sum(self.open, other.open, times)
-        return Form(known, open_, why, numbers=self.numbers | other.numbers)
+        return Powers(known, open_, why, numbers=self.numbers | other.numbers)
 
-    def times(self, exponent: Any) -> Form:
-        return Form().plus(self, exponent)
+    def times(self, exponent: Any) -> Powers:
+        return Powers().plus(self, exponent)
 
     @property
     def sure(self) -> Exponents:
@@ -139,7 +139,7 @@ class Mismatch(NamedTuple):
     statement: int
     left: Expression
     right: Expression | None
-    forms: tuple[Form, Form]
+    forms: tuple[Powers, Powers]
     why: frozenset[int] = frozenset()
     factor: float | None = None
     call: Call | None = None
@@ -150,7 +150,7 @@ class Dimensions:
 
     def __init__(self, declared: Mapping[str, Unit], values: Mapping[str, float], units: Library) -> None:
         self.values, self.units = values, units
-        self.forms = {name: Form(exponents(unit)) for name, unit in declared.items()}
+        self.forms = {name: Powers(exponents(unit)) for name, unit in declared.items()}
         self.statements: Sequence[Statement] = ()
         self.mismatches: list[Mismatch] = []
 
@@ -179,23 +179,23 @@ class Dimensions:
                         if len(free[user]) < 2:
                             ready.append(user)
 
-    def known(self, name: str) -> Form | None:
+    def known(self, name: str) -> Powers | None:
         """The exponents of a variable; None while they are open."""
         found = self._resolved(self.forms[name]) if name in self.forms else None
         return None if found is None or found.open else found
 
     # --- expressions ---
 
-    def form(self, node: Expression, index: int) -> Form:
+    def form(self, node: Expression, index: int) -> Powers:
         """The exponents of an expression of a statement; its parts must be consistent."""
         match node:
             case Name(name):
                 found = self.forms.get(name)
                 if found is None:
-                    found = self.forms[name] = Form(open={name: 1})
+                    found = self.forms[name] = Powers(open={name: 1})
                 return self._resolved(found) if found.open else found
             case Number(unit=str(unit)):
-                return Form(exponents(self.units.unit(unit)))
+                return Powers(exponents(self.units.unit(unit)))
             case Product(left, right) | Quotient(left, right):
                 one, other = self.form(left, index), self.form(right, index)
                 if one.any and other.any:
@@ -210,11 +210,11 @@ class Dimensions:
             case Call():
                 return self._call(node, index)
             case _:
-                return Form(any=True)
+                return Powers(any=True)
 
-    def _alike(self, terms: Iterable[Expression], index: int) -> Form:
+    def _alike(self, terms: Iterable[Expression], index: int) -> Powers:
         """Terms of the same unit: numbers adopt that of the others."""
-        first: tuple[Expression, Form] | None = None
+        first: tuple[Expression, Powers] | None = None
         for term in terms:
             form = self.form(term, index)
             if form.any or bare(term):
@@ -222,9 +222,9 @@ class Dimensions:
             if first is not None:
                 self._equate(index, first[0], term, first[1], form)
             first = first or (term, form)
-        return Form(any=True) if first is None else self._resolved(first[1])
+        return Powers(any=True) if first is None else self._resolved(first[1])
 
-    def _power(self, base: Expression, exponent: Expression, index: int) -> Form:
+    def _power(self, base: Expression, exponent: Expression, index: int) -> Powers:
         below = self.form(base, index)
         if type(exponent) is Number and exponent.unit is None and not below.any:
             return below.times(_rational(exponent.value))
@@ -232,26 +232,26 @@ class Dimensions:
             form = self.form(exponent, index)
             if form.dimension.keys() != {"s"} or form.open:  # but periods of time, as in (1 + i)^n
                 self._number(exponent, index)
-            return Form(any=below.any and bare(exponent))
+            return Powers(any=below.any and bare(exponent))
         self._number(exponent, index)
         try:
             constant = _rational(float(value(exponent, self.values)))
         except (Undefined, KeyError, ValueError, OverflowError):
             self._number(base, index)
-            return Form()
+            return Powers()
         return below.times(constant)
 
-    def _call(self, node: Call, index: int) -> Form:
+    def _call(self, node: Call, index: int) -> Powers:
         function, arguments = node.function, node.arguments
         if function == "sqrt":
             return self.form(arguments[0], index).times(Fraction(1, 2))
         row = TABLE[function]
-        shared = self._alike(arguments, index) if row.alike else Form()
+        shared = self._alike(arguments, index) if row.alike else Powers()
         for argument in () if row.alike else arguments:
             self._number(argument, index, node)
         if row.keeps_unit:
             return shared
-        return Form((row.angle and angle_of(function)) or {})
+        return Powers((row.angle and angle_of(function)) or {})
 
     def _number(self, node: Expression, index: int, call: Call | None = None) -> None:
         """An expression without a unit: an exponent, an argument of a logarithm; of a sine, an angle."""
@@ -259,19 +259,19 @@ class Dimensions:
         if form.any:
             return
         if form.open or form.dimension:
-            wanted = Form({**form.dimension, SIZE: math.nan}, form.open, form.why)
-            self._meet(wanted, Mismatch(index, node, None, (form, Form()), call=call))
+            wanted = Powers({**form.dimension, SIZE: math.nan}, form.open, form.why)
+            self._meet(wanted, Mismatch(index, node, None, (form, Powers()), call=call))
         elif call is not None and form.known.get(ANGLE) == 1 and (angle := angle_of(call.function)):
-            wanted = Form(angle)
+            wanted = Powers(angle)
             self._compare(form.plus(wanted, -1), Mismatch(index, node, None, (form, wanted), call=call))
 
     # --- equations between exponents ---
 
-    def _equate(self, index: int, left: Expression, right: Expression, one: Form, other: Form) -> None:
+    def _equate(self, index: int, left: Expression, right: Expression, one: Powers, other: Powers) -> None:
         if not (one.any or other.any or bare(left) or bare(right)):
             self._meet(one.plus(other, -1), Mismatch(index, left, right, (one, other)))
 
-    def _meet(self, form: Form, claim: Mismatch) -> None:
+    def _meet(self, form: Powers, claim: Mismatch) -> None:
         """Require ``form`` to be 0: this determines an open variable, or contradicts known ones."""
         index = claim.statement
         form = self._resolved(form)
@@ -282,13 +282,13 @@ class Dimensions:
         others = {n: e for n, e in form.open.items() if n != name}
         written = {abs(number.value) for number in self._numbers(index)}  # may be factors between units
         factors = frozenset(n for n in written if not n.is_integer() or n > LARGEST_COUNT)
-        rest = Form(form.known, others, form.why | {index}, numbers=form.numbers | factors)
+        rest = Powers(form.known, others, form.why | {index}, numbers=form.numbers | factors)
         found = rest.times(_rational(-1 / form.open[name]))
         if found.numbers and not (found.dimension or found.open):
             found = found._replace(known={**found.known, SIZE: math.nan})  # a share or its percents
         self.forms[name] = found
 
-    def _compare(self, form: Form, claim: Mismatch) -> None:
+    def _compare(self, form: Powers, claim: Mismatch) -> None:
         """Record the exponents of ``form``, which has no open variables, that are not 0."""
         if not form.known:
             return
@@ -304,11 +304,11 @@ class Dimensions:
         one, other = (self._resolved(side) for side in claim.forms)
         self.mismatches.append(claim._replace(forms=(one, other), why=form.why, factor=factor))
 
-    def _resolved(self, form: Form) -> Form:
+    def _resolved(self, form: Powers) -> Powers:
         """The form with variables filled in that have become known since it was made."""
         while ready := [n for n in form.open if n in self.forms and self.forms[n].open != {n: 1}]:
             others = {n: e for n, e in form.open.items() if n not in ready}
-            found = Form(form.known, others, form.why, numbers=form.numbers)
+            found = Powers(form.known, others, form.why, numbers=form.numbers)
             for name in ready:
                 found = found.plus(self.forms[name], form.open[name])
             form = found

@@ -12,7 +12,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
-from rulesheets.checks.marks import KINDS, Shape
+from rulesheets.checks.marks import KINDS, Arguments
 from rulesheets.functions import TABLE
 from rulesheets.parse.layout import logical_lines
 from rulesheets.parse.sections import head_word
@@ -98,8 +98,8 @@ def _kinds(code: str, section: str, head: str) -> Iterator[tuple[re.Match[str], 
         called, ranged = (following.match(code, match.end()) for following in (_CALLED, _RANGE))
         if mark:
             shape = KINDS[mark].shape
-            opened = word == "(" and shape is Shape.COORDINATES
-            reckoned |= opened or (word == "," and shape is Shape.DIRECTED)
+            opened = word == "(" and shape is Arguments.COORDINATES
+            reckoned |= opened or (word == "," and shape is Arguments.DIRECTED)
         if kind != "name":
             pass
         elif index == 0 and head:

@@ -366,7 +366,7 @@ def _within(one: Mapping[str, float], other: Mapping[str, float], errors: Sequen
     return all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), errors, strict=True))
 
 
-class Stretch(NamedTuple):
+class Undecided(NamedTuple):
     """A short interval of the tear that a search along the chain at ``place`` could not decide."""
 
     kernel: BlockKernel
@@ -395,7 +395,7 @@ class BlockOutcome(NamedTuple):
     attempts: tuple[Attempt, ...] = ()
     suspects: tuple[Mapping[str, float], ...] = ()
     holes: tuple[Mapping[str, float], ...] = ()
-    stretches: tuple[Stretch, ...] = ()
+    stretches: tuple[Undecided, ...] = ()
     unresolved: tuple[Mapping[str, float], ...] = ()
     whole: bool = False
     doubtful: bool = False

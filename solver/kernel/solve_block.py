@@ -21,7 +21,7 @@ from rulesheets.syntax.nodes import Call
 from rulesheets.syntax.program import walk
 from solver.facts import Attempt, Fact, Method, NoRoot
 from solver.kernel.block import DENSE, BlockKernel
-from solver.kernel.candidates import MOST_ANSWERS, MOST_REPEATED, BlockOutcome, Candidates, Stretch
+from solver.kernel.candidates import MOST_ANSWERS, MOST_REPEATED, BlockOutcome, Candidates, Undecided
 from solver.kernel.problem import BlockProblem, Budget, InputErrors
 from solver.numerics.tolerances import CLEAR, UNCANCELLED
 from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
@@ -165,7 +165,7 @@ class _Methods:
         self.off = off
         self.candidates = Candidates(problem)
         self.complete = self.whole = False
-        self.stretches: tuple[Stretch, ...] = ()
+        self.stretches: tuple[Undecided, ...] = ()
 
     def run(self, assumed: bool, given: Collection[str]) -> BlockOutcome:
         """Try one method after another until the answers are known to be all."""

@@ -45,14 +45,14 @@ class SparseSystem:
         self.n = len(unknowns)
         place = {name: place for place, name in enumerate((*unknowns, *known))}
         order = np.array([place[name] for name in rules.names], dtype=np.intp)
-        self._take([_Family(family, order[family.columns], self.n) for family in rules.families])
+        self._take([_Arrays(family, order[family.columns], self.n) for family in rules.families])
 
-    def _take(self, shapes: list[_Family]) -> None:
+    def _take(self, shapes: list[_Arrays]) -> None:
         self.shapes = shapes
         self.rows = np.concatenate([shape.slope_rows for shape in shapes])
         self.columns = np.concatenate([shape.slope_columns for shape in shapes])
 
-    def changed(self, shapes: list[_Family], n: int) -> SparseSystem:
+    def changed(self, shapes: list[_Arrays], n: int) -> SparseSystem:
         """A system of n rules of other shapes, with the same known names."""
         other = copy(self)
         other.__dict__.pop("_explicit", None)
@@ -137,7 +137,7 @@ class SparseSystem:
         return False
 
 
-class _Family:
+class _Arrays:
     """A family as one function of arrays; ``places`` (k, m) of its names among unknowns and known ones.
     ``explicit`` are its sides that are a single name (0: the left one), with the place of that name."""
 
@@ -166,7 +166,7 @@ class _Family:
         self.slope_rows = np.concatenate([self.rows[m] for _, m in self.moving])
         self.slope_columns = np.concatenate([places[k][m] for k, m in self.moving])
 
-    def changed(self, form: Expression, rows: NDArray[np.intp], places: NDArray[np.intp], n: int) -> _Family:
+    def changed(self, form: Expression, rows: NDArray[np.intp], places: NDArray[np.intp], n: int) -> _Arrays:
         """Another form with the same numbers, in other rows, of names at other places among n unknowns."""
         other = copy(self)
         other.__dict__.pop("divisors", None)

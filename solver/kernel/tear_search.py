@@ -32,7 +32,7 @@ from rulesheets.syntax.program import walk
 from solver.accuracy.rule_in_digits import absorbs
 from solver.accuracy.rule_sides import terms, with_named_numbers
 from solver.kernel.block import BlockKernel
-from solver.kernel.candidates import MOST_REPEATED, BlockOutcome, Candidates, Stretch
+from solver.kernel.candidates import MOST_REPEATED, BlockOutcome, Candidates, Undecided
 from solver.kernel.chain import RESIDUAL, Assignment, Chain, assigned, followed, through
 from solver.kernel.linear_block import left_free
 from solver.kernel.problem import BlockProblem
@@ -115,7 +115,7 @@ class TearSearch:
         self.kernel, self.budget = kernel, problem.budget
         self.tear = self.kernel.block.tears[0]
         self.flat: list[tuple[int, float, float]] = []
-        self.stretches: list[Stretch] = []
+        self.stretches: list[Undecided] = []
         self.doubts = False
         self.boxes = 0
         self._reach = defaultdict[tuple[int, float], tuple[list[Interval], list[Interval]]](lambda: ([], []))
@@ -154,7 +154,7 @@ class TearSearch:
         self.budget.used += search.evaluations // BOXES
         self.boxes += search.evaluations
         search = self._nearest(place, self._without_holes(place, search))
-        self.stretches += [Stretch(self.kernel, place, *ends) for ends in search.unresolved]
+        self.stretches += [Undecided(self.kernel, place, *ends) for ends in search.unresolved]
         for x in search.crossings:
             self._candidate(place, x)
         along = [self._along(place, x) for x in search.roots if x not in search.crossings]

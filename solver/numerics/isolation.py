@@ -108,7 +108,7 @@ def isolate_roots(
     """
     if not low <= high:
         return RootSearch((), True)
-    return _RootSearch(enclose, enclose_slope, value, float(low), float(high)).run(limits)
+    return _RootBoxes(enclose, enclose_slope, value, float(low), float(high)).run(limits)
 
 
 class Cluster(NamedTuple):
@@ -135,7 +135,7 @@ class Section(NamedTuple):
     smooth: bool
 
 
-class _RootSearch:
+class _RootBoxes:
     """f with its enclosures, the results so far, and the number of boxes evaluated."""
 
     def __init__(

@@ -27,7 +27,7 @@ from solver.accuracy.rule_in_digits import absorbs
 from solver.accuracy.rule_sides import gross, half_unit, sides
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
-from solver.kernel.candidates import Answer, BlockOutcome, Stretch
+from solver.kernel.candidates import Answer, BlockOutcome, Undecided
 from solver.kernel.chain import Chain, followed, slope_chain
 from solver.kernel.enclosure import Enclosure
 from solver.kernel.linear_block import undetermined
@@ -437,7 +437,7 @@ MARGIN = 8.0
 
 
 def _are_counted(
-    stretches: Sequence[Stretch],
+    stretches: Sequence[Undecided],
     floats: Mapping[str, Value],
     system: ManyDigits,
     roots: Sequence[Mapping[str, Any]],
@@ -465,7 +465,7 @@ def _are_counted(
     return bool(stretches)
 
 
-def _lies_on(stretch: Stretch, root: Mapping[str, Any], floats: Mapping[str, Value]) -> bool:
+def _lies_on(stretch: Undecided, root: Mapping[str, Any], floats: Mapping[str, Value]) -> bool:
     """Whether a root of the block is in or next to the stretch, by preimages of its chain."""
     pad = MARGIN * (stretch.high - stretch.low)
     chain = stretch.kernel.chains[stretch.place]
@@ -480,7 +480,7 @@ def _lies_on(stretch: Stretch, root: Mapping[str, Any], floats: Mapping[str, Val
     return are_alike(map(values.get, names), map(root.get, names), COMMON)
 
 
-def _excludes(stretch: Stretch, slope: Chain, curvature: float, system: ManyDigits) -> bool:
+def _excludes(stretch: Undecided, slope: Chain, curvature: float, system: ManyDigits) -> bool:
     """Whether f has no root on the stretch: tried at its middle, and at the root of f'."""
     x = 0.5 * (stretch.low + stretch.high)
     for _ in range(4):

@@ -6,7 +6,7 @@ import string
 
 from hypothesis import strategies as st
 
-from rulesheets.checks.marks import KINDS, Kind, Shape
+from rulesheets.checks.marks import KINDS, Arguments, Kind
 from rulesheets.syntax.nodes import (
     And,
     Call,
@@ -158,12 +158,12 @@ coordinates = st.one_of(expressions, full_names, st.builds(Sum, tuples(expressio
 def marks_of_kind(kind: str, row: Kind):
     points = identifiers.map(Name)
     arguments = {
-        Shape.COORDINATES: st.tuples(coordinates, coordinates),
-        Shape.POINTS: tuples(points, row.least, row.most or row.least + 2),
-        Shape.DIRECTED: st.tuples(points, coordinates),
+        Arguments.COORDINATES: st.tuples(coordinates, coordinates),
+        Arguments.POINTS: tuples(points, row.least, row.most or row.least + 2),
+        Arguments.DIRECTED: st.tuples(points, coordinates),
     }[row.shape]
     unnamed = st.none() if not row.named else st.nothing()
-    named = identifiers if row.shape is not Shape.DIRECTED else st.nothing()
+    named = identifiers if row.shape is not Arguments.DIRECTED else st.nothing()
     return st.builds(Mark, st.just(kind), unnamed | named, arguments, comments)
 
 
