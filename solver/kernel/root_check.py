@@ -190,7 +190,7 @@ def _solved_on(
 
     x = [mp.mpf(v) + (k + 1) * nudge * bar for k, (v, bar) in enumerate(zip(start, bars, strict=True))]
     rows, residual = at(x)
-    first, before = residual, mp.inf
+    first, before, lengths = residual, mp.inf, []
     for count in range(most):
         step = eliminate(rows, residual) if any(residual) else None
         if step is None and not any(residual) and _is_lost(problem, start, x, rows, bars):
@@ -214,7 +214,9 @@ def _solved_on(
             end = [float(v) for v in x]
             return (end, True) if _reached(problem, end, residual, first) else (None, False)
         before = length
-    return [float(v) for v in x], False
+        lengths.append(length)
+    leads_away = lengths[-1] > max(lengths) / 2  # towards a multiple root steps become shorter
+    return (None if leads_away else [float(v) for v in x]), False
 
 
 def _is_lost(

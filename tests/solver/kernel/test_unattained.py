@@ -57,6 +57,7 @@ def test_what_is_rounded_to_the_end_of_an_image_proves_nothing() -> None:
         "x^2/(1 + x^2)*tanh(x) = 1",
         "x*(sqrt(1 + 1/x^2) - 1) = 0",
         "y = 3*(1 + erf((x - 5)/2))/2\nq = y + 2\nq = 5",
+        "y = 4\nu = 4*x + 1\nw = erfc(u)\ny = 0.5*w + 4",
     ],
 )
 def test_a_limit_at_infinity_is_neither_an_answer_nor_leaves_the_unknown_free(rules: str) -> None:
