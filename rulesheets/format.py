@@ -1,9 +1,10 @@
-"""A sheet as text in the canonical layout, which ``parse`` reads back; rules in LaTeX."""
+"""A sheet as text in the canonical layout, which ``parse`` reads back; rules in LaTeX, tables in HTML."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from html import escape
 from typing import Any, ClassVar, TypeAlias
 
 from rulesheets.syntax import nodes
@@ -427,3 +428,29 @@ def _function(function: nodes.Function) -> Iterator[str]:
         yield from _commented([line], function.parameters_comment, 0)
     yield "rules"
     yield from _rules(function.rules)
+
+
+# --- tables in HTML ---
+
+ROWS = 60
+"""Rows of a table that are shown."""
+
+_CELL = "padding:2px 10px;vertical-align:top;text-align:"
+
+
+def html_table(heads: Sequence[str], rows: Iterable[Sequence[str]], numeric: Collection[int]) -> str:
+    """A table of texts; the columns ``numeric`` are aligned to the right."""
+    styles = [_CELL + ("right" if at in numeric else "left") for at in range(len(heads))]
+
+    def line(kind: str, texts: Sequence[str]) -> str:
+        cells = (f'<{kind} style="{s}">{escape(t)}</{kind}>' for t, s in zip(texts, styles, strict=False))
+        return f"<tr>{''.join(cells)}</tr>"
+
+    body = "".join(line("td", row) for row in rows)
+    whole = "border-collapse:collapse;font-variant-numeric:tabular-nums"
+    return f'<table style="{whole}"><thead>{line("th", heads)}</thead><tbody>{body}</tbody></table>'
+
+
+def more(count: int, noun: str = "rows") -> str:
+    """A note on the rows that are not shown."""
+    return f"<p>… {count - ROWS:,} more {noun}</p>" if count > ROWS else ""

@@ -300,15 +300,11 @@ class Method(Enum):
 
 
 class Attempt(NamedTuple):
-    """``found`` is the number of new answers. ``complete``: it proved that there are no others.
-
-    ``iterations`` are those of all starts together, 0 if the method counts none.
-    """
+    """``found`` is the number of new answers. ``complete``: it proved that there are no others."""
 
     method: Method
     found: int
     complete: bool = False
-    iterations: int = 0
 
 
 class ProvedRoots(NamedTuple):

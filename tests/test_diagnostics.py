@@ -1,7 +1,7 @@
 """Broken sheets and what is said about them, filed by the stage that must reject them.
 
 ``tests/diagnostics/<stage>/X.tk`` (or ``X/main.tk``, where a case has several files) stands
-beside ``X.expected`` (``X/expected``): the rendered diagnoses, parted by blank lines.
+beside ``X.expected`` (``X/expected``): the rendered diagnoses, separated by blank lines.
 """
 
 from __future__ import annotations

@@ -7,14 +7,14 @@ or LaTeX, and as tables in HTML.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from html import escape
 from math import isfinite
 from typing import Any, NamedTuple, TypeAlias
 
 import sympy
 
-from rulesheets.format import Latex, Notation
+from rulesheets.format import ROWS, Latex, Notation, html_table, more
 from rulesheets.functions import TABLE
 from rulesheets.functions.row import Forms, Function
 from rulesheets.model import Equation, Model, Requirement, Variable
@@ -171,30 +171,6 @@ def _not(condition: Condition) -> Condition:
             return term
         case _:
             return Not(condition)
-
-
-ROWS = 60
-"""Rows of a table that are shown."""
-
-_CELL = "padding:2px 10px;vertical-align:top;text-align:"
-
-
-def html_table(heads: Sequence[str], rows: Iterable[Sequence[str]], numeric: Collection[int]) -> str:
-    """A table of texts; the columns ``numeric`` are aligned to the right."""
-    styles = [_CELL + ("right" if at in numeric else "left") for at in range(len(heads))]
-
-    def line(kind: str, texts: Sequence[str]) -> str:
-        cells = (f'<{kind} style="{s}">{escape(t)}</{kind}>' for t, s in zip(texts, styles, strict=False))
-        return f"<tr>{''.join(cells)}</tr>"
-
-    body = "".join(line("td", row) for row in rows)
-    whole = "border-collapse:collapse;font-variant-numeric:tabular-nums"
-    return f'<table style="{whole}"><thead>{line("th", heads)}</thead><tbody>{body}</tbody></table>'
-
-
-def more(count: int, noun: str = "rows") -> str:
-    """A note on the rows that are not shown."""
-    return f"<p>… {count - ROWS:,} more {noun}</p>" if count > ROWS else ""
 
 
 def model_html(model: Model) -> str:

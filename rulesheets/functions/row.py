@@ -3,6 +3,7 @@
 A facet that is missing costs only the features that need it. Facets from a library are given by their
 name there, or as a function of the library and the arguments, so that no row imports it:
 ``digits="erfc"`` is ``mpmath``'s, ``sympy=lambda s, x: s.sin(s.pi * x / 180)`` is built from sympy's.
+A function given as ``array`` takes the arguments alone.
 """
 
 from __future__ import annotations

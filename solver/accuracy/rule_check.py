@@ -6,8 +6,8 @@ produced F (``cosd(x + 90)`` at a small x), or hidden it (``tanh(x) = 1`` at 20)
 evaluated again to as many digits as needed. If F changes a lot within so small a change, slopes alone are
 not sufficient (``cosd(x) = 2`` at 1e90): the other values must explain the residual, or F must change its
 sign there. They are not sufficient next to a jump either (``int(x) + x = 3`` below 2), as the values that
-they predict may lie beyond it. Every decision that a rule is satisfied is made by ``check_rule``, and nowhere
-else.
+they predict may lie beyond it. ``check_rule`` decides for one rule; ``alike.accepted`` tells of many rules
+at once which hold clearly, and compiled programs do so for rows.
 """
 
 from __future__ import annotations

@@ -66,10 +66,10 @@ class Candidates:
         self.attempts: list[Attempt] = []
         self.strays = self.dull = 0
 
-    def tried(self, method: Method, complete: bool = False, iterations: int = 0) -> None:
+    def tried(self, method: Method, complete: bool = False) -> None:
         """Record the new answers of a method."""
         before = sum(attempt.found for attempt in self.attempts)
-        self.attempts.append(Attempt(method, len(self.answers) - before, complete, iterations))
+        self.attempts.append(Attempt(method, len(self.answers) - before, complete))
 
     @property
     def is_empty(self) -> bool:

@@ -207,7 +207,7 @@ def fall_back(problem: BlockProblem, candidates: Candidates) -> None:
         candidates.refine(end.x)
         if not candidates.is_empty or evaluations * len(problem.unknowns) > TRUST_REGION_WORK:
             break
-    candidates.tried(Method.TRUST_REGION, iterations=evaluations)
+    candidates.tried(Method.TRUST_REGION)
 
 
 # --- a curve of answers: a block that leaves its unknowns free, however it is torn ---

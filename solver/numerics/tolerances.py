@@ -1,6 +1,6 @@
 """Tolerances, each with its reason; and whether numbers are alike, up to one of them.
 
-All are shares: of a value, of a row's terms, of a largest number.
+Most are shares: of a value, of a row's terms, of a largest number.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ as one; fewest trivial zeros, factors among them; the smoothest, where rules of 
 from place to place; fewest angles beyond a right one; sizes near to those that the rules and the inputs
 suggest, within half a decade of the nearest; angles, and times and frequencies inside periodic functions,
 nearest to 0; the nearest sizes; and for what is still alike, fewest negative angles, and the variables
-one by one, in the order of their names. Answers with a number of unlikely size come after all
-others, the farthest last. Nothing depends on the order of rules or variables.
+one by one, in the order of their names. Away from guesses, answers with a number of unlikely size come
+after all others, the farthest last. Nothing depends on the order of rules or variables.
 
 The sign of an angle says nothing, nor that of what follows from one alone or swings, nor of a kind of
 quantity that has negative values anyhow, given or in every answer: where a crank turns clockwise, its pin has
@@ -67,8 +67,22 @@ SLACK = 0.5
 """Decades by which sizes may be farther from the suggested ones than the best are, and count alike."""
 LINKS = 3
 """The least number of steps of a series."""
-SIZE = 6
-"""The place of the size in a key."""
+CRITERIA = (
+    "guessed",
+    "unlikely",
+    "negative",
+    "trivial",
+    "rough",
+    "wide",
+    "size",
+    "angle",
+    "exact size",
+    "negative angles",
+)
+"""The parts of a key in their order; whether each number is negative, and its size, follow, name by name."""
+MEASURED = frozenset({"guessed", "rough", "size", "angle", "exact size"})
+"""Those that are measures, not counts."""
+SIZE = CRITERIA.index("size")
 WAVES = frozenset({"sin", "cos", "sind", "cosd"})
 DIGITS = 6
 """Decimals of the exponents by which a kind of quantity is known."""
@@ -526,7 +540,7 @@ class Ranking:
                 distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
         guessed, trivial = self._guessed(row, on) if self.guesses else 0.0, zeros + none
-        return [far, guessed, negatives + zeros, trivial, rough, wide, distance, angle, size, minus, *signs]
+        return [guessed, far, negatives + zeros, trivial, rough, wide, distance, angle, size, minus, *signs]
 
     def _factored(
         self, numbers: Sequence[Figure], counted: Sequence[Figure], on: Arithmetic
@@ -591,7 +605,8 @@ def _numbers(values: Mapping[str, Value], names: Sequence[str]) -> tuple[float, 
 
 def is_measured(place: int) -> bool:
     """Whether a part of a key is a measure, not a count or a sign."""
-    return place in (1, 4, SIZE, 7, 8) or (place > 9 and place % 2 == 1)
+    own = place - len(CRITERIA)
+    return own % 2 == 1 if own >= 0 else CRITERIA[place] in MEASURED
 
 
 SPAN = 1e9

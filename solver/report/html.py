@@ -7,8 +7,8 @@ from functools import singledispatch
 from html import escape
 from typing import Any, NamedTuple
 
-from rulesheets.algebra import ROWS, html_table, more
 from rulesheets.diagnosis import Diagnosis, plural, render
+from rulesheets.format import ROWS, html_table, more
 from rulesheets.inputs import readable
 from rulesheets.units import shown
 from solver.derivatives import Band, Sensitivities, ToleranceBands

@@ -241,8 +241,6 @@ def attempts_text(result: Result) -> str:
         names = few(block.unknowns, NAMED)
         for place, attempt in enumerate(attempts):
             method = attempt.method.description.format(tear=", ".join(block.tears))
-            if attempt.iterations:
-                method += f", {plural(attempt.iterations, 'iteration')}"
             found = plural(attempt.found, "answer") if attempt.found else "nothing"
             found += ", proven to be all" * attempt.complete
             rows.append(("" if place else names, method, found))

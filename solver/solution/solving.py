@@ -362,5 +362,7 @@ def _path(model: Model, primary: Leaf | None, inputs: Mapping[str, Value]) -> Pa
         with suppress(TimeIsUp):
             return planner(model).path(frozenset(inputs), {})
         return Path((), tuple(name for name in model.variables if name not in inputs))
-    missing = tuple(name for name in model.variables if name not in primary.branch.values)
-    return Path(tuple(primary.branch.steps), missing)
+    branch = primary.branch
+    steps = dict.fromkeys((*branch.steps, *branch.attempts))  # and a block without answer
+    missing = tuple(name for name in model.variables if name not in branch.values)
+    return Path(tuple(steps), missing)

@@ -245,6 +245,14 @@ def test_a_saturation_current_suggests_no_size_of_the_others() -> None:
     assert solver.solve(model, {"FF": factor, "I0": 1e-9})["IL"] == pytest.approx(3.2, rel=1e-9)
 
 
+@pytest.mark.parametrize(("guess", "first"), [(2.1, 2.0), (-1.8, -2.0)])
+def test_a_guess_comes_before_what_is_likely(guess: float, first: float) -> None:
+    """At z = 2 the others are a billion times larger than the rules suggest, at -2 smaller."""
+    text = "k = 20\ny = exp(z*k)\nz^2 = 4\nx = 300*(1 + 0.001*x)\nw = y*x"
+    result = solver.solve(rulesheets.loads(text), guesses={"z": guess})
+    assert len(result.solutions) == 2 and result["z"] == first
+
+
 def test_guesses_come_before_all_else() -> None:
     model = rulesheets.loads(SHIELD)
     assert solver.solve(model, guesses={"T3": -800.0})["T3"] < 0  # type: ignore[operator]

@@ -7,8 +7,10 @@ from collections.abc import Callable
 import pytest
 
 import rulesheets
+import solver
 from rulesheets.model import Value
 from solver.__main__ import main
+from solver.path import SolveBlock
 from solver.path.planner import planner
 from solver.path.tree import MAX_ENDS, PathTree, path_tree
 from solver.report.path import reaches, tree_text
@@ -151,3 +153,11 @@ def test_a_pruned_explanation_says_what_was_needed(capsys: pytest.CaptureFixture
     out = capsys.readouterr().out
     assert "velocity.tk" not in out and "alphaAB" not in out
     assert "Used 4 of 38 rules." in out
+
+
+def test_a_block_without_an_answer_stands_in_the_path_of_the_result() -> None:
+    model = rulesheets.loads("jn(2, x)*x^0.5 + exp(-x*x) = 9 + exp(-x)*x")
+    result = solver.solve(model)
+    (block,) = result.path.steps
+    assert isinstance(block, SolveBlock) and block.unknowns == ("x",)
+    assert not result.solutions and list(result.attempts) == [block]
