@@ -95,31 +95,39 @@ def _alternatives(graph: ModelGraph, block: SolveBlock) -> Iterator[tuple[tuple[
     for number, step in enumerate(block.order):
         isolation = graph.isolation(step.equation, graph.number[step.unknown])
         assert isolation is not None
-        variable = graph.model.variables[step.unknown]
-        turn = graph.turn(step.unknown) if isolation.period else None
-        if turn is not None and variable.low == -inf and variable.high == inf:
-            variable = replace(variable, low=-turn * (0.5 + SAME_VALUE), high=turn * (0.5 + SAME_VALUE))
-        yield tuple(through(isolation, f"#{number}", variable))
+        yield alternatives(graph, isolation, f"#{number}")
+
+
+def alternatives(graph: ModelGraph, isolation: Isolation, prefix: str) -> tuple[tuple[Assignment, ...], ...]:
+    """The preimages of a step."""
+    variable = graph.model.variables[isolation.unknown]
+    turn = graph.turn(isolation.unknown) if isolation.period else None
+    if turn is not None and variable.low == -inf and variable.high == inf:
+        variable = replace(variable, low=-turn * (0.5 + SAME_VALUE), high=turn * (0.5 + SAME_VALUE))
+    return tuple(through(isolation, prefix, variable))
 
 
 def exhaustive(graph: ModelGraph, block: SolveBlock) -> bool:
     """Whether the chains cover every preimage: none was left out, and whole turns make no difference."""
-    for step in block.order:
-        isolation = graph.isolation(step.equation, graph.number[step.unknown])
-        assert isolation is not None
-        if not isolation.proven:
-            return False
-        if isolation.period:  # every whole turn is covered where the unknown, or its negative, is the angle
-            operations = [stage.operation for stage in isolation.stages]
-            periodic = [place for place, stage in enumerate(isolation.stages) if stage.period]
-            if len(periodic) > 1 or any(each != "negative" for each in operations[periodic[0] + 1 :]):
-                return False
-            variable = graph.model.variables[isolation.unknown]
-            reach = max(abs(variable.low), abs(variable.high))
-            free = variable.low == -inf and variable.high == inf
-            if reach > isolation.period and not (free and graph.turn(variable.name) is not None):
-                return False
+    isolations = (graph.isolation(step.equation, graph.number[step.unknown]) for step in block.order)
+    if not all(isolation is not None and is_exhaustive(graph, isolation) for isolation in isolations):
+        return False
     return math.prod(map(len, _alternatives(graph, block))) <= MAX_CHAINS
+
+
+def is_exhaustive(graph: ModelGraph, isolation: Isolation) -> bool:
+    """Whether the forms of an isolation cover every preimage."""
+    if isolation.proven and isolation.period:
+        # every whole turn is covered where the unknown, or its negative, is the angle
+        operations = [stage.operation for stage in isolation.stages]
+        periodic = [place for place, stage in enumerate(isolation.stages) if stage.period]
+        if len(periodic) > 1 or any(each != "negative" for each in operations[periodic[0] + 1 :]):
+            return False
+        variable = graph.model.variables[isolation.unknown]
+        reach = max(abs(variable.low), abs(variable.high))
+        free = variable.low == -inf and variable.high == inf
+        return reach <= isolation.period or (free and graph.turn(variable.name) is not None)
+    return isolation.proven
 
 
 def through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[tuple[Assignment, ...]]:

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 from rulesheets.functions.intervals import EMPTY, LINE, Interval, cut, divide, greatest
 from rulesheets.functions.intervals import least as smaller
-from rulesheets.syntax.nodes import Name, Number, Quotient
+from rulesheets.syntax.nodes import ONE, Name, Number, Quotient
 from solver.kernel.chain import Assignment, Chain, cleared, directions, reciprocal, sides, slope_chain
 from solver.kernel.interval_code import IntervalEmitter, Pair
 
@@ -28,14 +28,15 @@ def bounded(low: float, high: float, least: float, most: float) -> Interval:
 def quotient(
     a_low: float, a_high: float, b_low: float, b_high: float, not_negative: int, relational: int
 ) -> Interval:
-    """A product x*c = t does not bound x if both c and t may be 0."""
+    """A product x*c = t does not bound x if both c and t may be 0; a reciprocal (``relational`` 2), by which
+    some t is multiplied, if c may be 0."""
     if not_negative:
         least, most = b_low, b_high
         if a_low > 0.0 and least < 0.0:
             b_low = smaller(0.0, most)
         if a_high < 0.0 and most > 0.0:
             b_high = greatest(0.0, least)
-    if relational and a_low <= 0.0 <= a_high and b_low <= 0.0 <= b_high:
+    if relational and b_low <= 0.0 <= b_high and (relational == 2 or a_low <= 0.0 <= a_high):
         return -inf, inf
     return divide(a_low, a_high, b_low, b_high)
 
@@ -214,4 +215,5 @@ def _assigned(emitter: IntervalEmitter, item: Assignment) -> Pair:
     if not isinstance(expression, Quotient) or not (item.relational or item.low >= 0.0):
         return emitter.of(expression)
     above, below = emitter.of(expression.left), emitter.of(expression.right)
-    return emitter.apply("quotient", above, below, more=f", {item.low >= 0.0:d}, {item.relational:d}")
+    how = item.relational * (2 if expression.left == ONE else 1)
+    return emitter.apply("quotient", above, below, more=f", {item.low >= 0.0:d}, {how}")

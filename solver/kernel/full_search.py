@@ -19,7 +19,7 @@ import numpy as np
 
 from rulesheets.syntax.nodes import Expression
 from solver.facts import Attempt, Beside, Method, RankLoss
-from solver.kernel.candidates import BlockOutcome, Candidates
+from solver.kernel.candidates import Answer, BlockOutcome, Candidates
 from solver.kernel.interval_code import IntervalEmitter
 from solver.kernel.linear_block import left_free
 from solver.kernel.problem import FIRST_ROUND, BlockProblem
@@ -111,9 +111,10 @@ NEAR_ZERO = 1e-6
 
 
 def _in_batches(problem: BlockProblem, candidates: Candidates) -> None:
-    """Refine the ends of the starts, round after round, until a round finds nothing new."""
+    """Refine the ends of the starts, round after round, until a round leads to nothing new; or to no new
+    answer, if a search of a range has found some."""
     scale = problem.sizes
-    found: list[Array] = []
+    found, known = list[Array](), len(candidates.answers)
     problem.budget.used += FIRST_ROUND * len(scale)
     for turn, (first, last) in enumerate(ROUNDS):
         starts = starts_of(problem, first, last)
@@ -131,7 +132,7 @@ def _in_batches(problem: BlockProblem, candidates: Candidates) -> None:
                 misses = abs(problem.kernel.arrays.residual(problem.known, starts)).max(axis=1)
             if np.isfinite(misses).any():
                 candidates.note(problem.named(starts[np.nanargmin(misses)].tolist()))
-        if (turn and not new) or not problem.budget.another_round():
+        if known == len(candidates.answers) > 0 or (turn and not new) or not problem.budget.another_round():
             break
         found += new
 
@@ -320,12 +321,18 @@ def with_isolated(problem: BlockProblem, curve: BlockOutcome) -> BlockOutcome:
     known = curve.answers[0].values if curve.answers else {}
     if not known or len(problem.unknowns) > MOST_BESIDE or not problem.kernel.smooth:
         return curve
+    answers = _isolated(problem, ())
+    return BlockOutcome(answers, facts=(beside(curve),), attempts=curve.attempts) if answers else curve
+
+
+def _isolated(problem: BlockProblem, known: Sequence[Answer]) -> tuple[Answer, ...]:
+    """The ``known`` isolated answers, and those that a few starts find."""
     found = Candidates(problem)
+    found.answers += known
     for start in starts_of(problem, 0, ISOLATED_STARTS // 2).tolist():
         found.refine(start, START_LIMITS)
-    regular = [answer for answer in found.answers if answer.double is None]
-    answers = tuple(answer for answer in regular if free_curve(problem, answer.values) is None)
-    return BlockOutcome(answers, facts=(beside(curve),), attempts=curve.attempts) if answers else curve
+    regular = (answer for answer in found.answers[len(known) :] if answer.double is None)
+    return (*known, *(answer for answer in regular if free_curve(problem, answer.values) is None))
 
 
 def beside(curve: BlockOutcome) -> Beside:
@@ -356,5 +363,7 @@ def without_curves(problem: BlockProblem, outcome: BlockOutcome) -> BlockOutcome
     others = tuple(a for a in outcome.answers if not a.double or any(a is one for one in alone))
     if others:
         facts = (*outcome.facts, beside(curves[0]))
+        if len(problem.unknowns) <= MOST_BESIDE and problem.kernel.smooth:
+            others = _isolated(problem, others)
         return outcome._replace(answers=others, complete=False, whole=False, stretches=(), facts=facts)
     return curves[0]._replace(attempts=(*outcome.attempts, Attempt(Method.CURVE, 1)))

@@ -63,7 +63,7 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
         yield Method.SPARSE
     if len(tears) == 1:
         yield Method.RANGE
-    elif _substituted(kernel) is not None:
+    elif _nested(kernel):
         yield Method.SUBSTITUTION
     most = MAX_PROOF_UNKNOWNS if thorough else MAX_BOX_UNKNOWNS
     if (thorough or len(tears) > 1) and n <= most and kernel.finite:
@@ -72,11 +72,11 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
         yield Method.STARTS
 
 
-def _substituted(kernel: BlockKernel) -> BlockKernel | None:
-    """The block with a single tear, by substitution."""
-    from solver.kernel.tear_search import reduced
+def _nested(kernel: BlockKernel) -> tuple[BlockKernel, ...]:
+    """The block with a single tear and formulas for the others."""
+    from solver.kernel.nesting import nested
 
-    return reduced(kernel)
+    return nested(kernel)
 
 
 def is_large(kernel: BlockKernel) -> bool:
@@ -246,8 +246,8 @@ class _Methods:
                 solved = kernel.closed is not None and solve_by_formula(problem, candidates, kernel.closed)
             case Method.RANGE:
                 return self._over_tear(method, (kernel, *kernel.others))
-            case Method.SUBSTITUTION if (torn := _substituted(kernel)) is not None:
-                return self._over_tear(method, (torn,))
+            case Method.SUBSTITUTION if torn := _nested(kernel):
+                return self._over_tear(method, torn)
             case Method.BOXES if not self.whole:
                 from solver.kernel.full_search import search_boxes
 
@@ -285,7 +285,7 @@ class _Methods:
         problem, candidates = self.problem, self.candidates
         known = candidates.sensible is not None  # then others count only where they are proven to be all
         tried = kernels[: 1 if known else None]
-        every = [TearSearch(problem, candidates, kernel) for kernel in tried]
+        every = [TearSearch(problem, candidates, kernel, method is not Method.RANGE) for kernel in tried]
         if (freedom := every[0].freedom()) is not None:
             return freedom
         searches = [search for search in every if search.kernel.exhaustive]

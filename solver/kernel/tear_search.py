@@ -1,11 +1,5 @@
 """A block with one tear: the residual as a function of the tear, searched over its whole range.
 
-A block of several tears may have a single one after substitution. If a rule of the block gives one unknown
-explicitly (``y = K*x``), its right side replaces the unknown everywhere else. An unknown that then occurs
-more than once in a rule may still be isolated from it (``V*(K*x) + (1 - V)*x = z``), and a tear that gives
-all the others leaves one equation in one unknown, whose whole range can be searched. (Substitution before
-tearing: Elmqvist & Otter, ESM 1994, 326-332.)
-
 For a large tear floats cannot distinguish ``x + 2*(2 - x) + x - 3`` from 0. There the chain is followed in
 many digits, and its residual must be explained by the last places of its numbers.
 """
@@ -14,33 +8,29 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import partial
 from math import nan
-from typing import Any, TypeAlias
+from typing import Any
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context, extended
 from rulesheets.evaluate.exact import Inexact, exactly
 from rulesheets.functions.intervals import Interval
-from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Expression, Name, Number, substitute, subtract
+from rulesheets.syntax.nodes import Expression, Number
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_in_digits import absorbs
 from solver.accuracy.rule_sides import terms, with_named_numbers
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import MOST_REPEATED, BlockOutcome, Candidates, Undecided
-from solver.kernel.chain import RESIDUAL, Assignment, Chain, assigned, followed, through
+from solver.kernel.chain import Chain, followed
 from solver.kernel.linear_block import left_free
 from solver.kernel.problem import BlockProblem
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
 from solver.numerics.tolerances import BACKWARD, BESIDE_HOLE, NOTHING, ROUGHLY, SPARE
-from solver.path import Isolation, SolveBlock
-from solver.path.graph import ModelGraph
-from solver.path.isolate import isolate
 
 DIGITS = 60
 """Decimal digits of a number next to 1."""
@@ -85,7 +75,7 @@ def tends_to_zero(chain: Chain, points: Sequence[float], known: Mapping[str, flo
     return bool(max(misses) - min(misses) > max(map(abs, misses)) / 2)
 
 
-SEARCH_BOXES = 12_000
+SEARCH_BOXES, BRIEF_BOXES = 12_000, 600
 SEARCH_ALIVE = 2_000
 SEARCH_LEVELS = 220
 USUAL_LEVELS = 30
@@ -108,10 +98,13 @@ MOST_CHAINS = 64
 
 
 class TearSearch:
-    """The search over one tear; ``kernel`` is that of the block, or of another tearing of it."""
+    """The search over one tear; ``kernel`` is that of the block, or of another tearing of it. A ``brief`` one
+    looks into few boxes."""
 
-    def __init__(self, problem: BlockProblem, candidates: Candidates, kernel: BlockKernel) -> None:
-        self.problem, self.candidates = problem, candidates
+    def __init__(
+        self, problem: BlockProblem, candidates: Candidates, kernel: BlockKernel, brief: bool = False
+    ) -> None:
+        self.problem, self.candidates, self.brief = problem, candidates, brief
         self.kernel, self.budget = kernel, problem.budget
         self.tear = self.kernel.block.tears[0]
         self.flat: list[tuple[int, float, float]] = []
@@ -148,7 +141,12 @@ class TearSearch:
             partial(enclosure.slopes_over, known=known) if smooth else None,
             lambda x: function(x, *known)[-1],
             *self.problem.domain(self.tear),
-            IsolationLimits(SEARCH_BOXES, SEARCH_ALIVE, levels, candidates.sensible is not None),
+            IsolationLimits(
+                BRIEF_BOXES if self.brief else SEARCH_BOXES,
+                SEARCH_ALIVE,
+                levels,
+                candidates.sensible is not None,
+            ),
         )
         self.budget.spend(search.levels * enclosure.operations)
         self.budget.used += search.evaluations // BOXES
@@ -167,7 +165,8 @@ class TearSearch:
         for x in search.touching:
             self._candidate(place, x)
         doubtful = (*search.touching, *(0.5 * (a + b) for a, b in search.unresolved))
-        for x in doubtful[: MAX_SUSPECTS if candidates.sensible is None else 0]:
+        sole = candidates.sensible is None and not self.brief
+        for x in doubtful[: MAX_SUSPECTS if sole else 0]:
             if (point := self._along(place, x)) is not None:
                 candidates.suspect(point)
         self.flat += [(place, *interval) for interval in search.flat]
@@ -356,88 +355,3 @@ def _short(box: tuple[float, float]) -> float:
     reach = max(high - low, 1e-9 * max(1.0, abs(middle)))
     numbers = (round(middle, digits) for digits in range(10))
     return next((number for number in numbers if abs(number - middle) <= reach), middle)
-
-
-# --- one tear by substitution ---
-
-Equations: TypeAlias = dict[int, tuple[Expression, Expression]]
-Order: TypeAlias = list[tuple[int, str, Isolation]]
-
-MOST_UNKNOWNS = 40
-LONGEST = 12
-"""Nodes of a right side that is worth repeating wherever its unknown occurs."""
-
-
-def reduced(kernel: BlockKernel) -> BlockKernel | None:
-    """The same block with one tear, after substitution; None if there is none."""
-    kept = kernel.graph.kernels
-    key = "reduced", kernel.block
-    if key not in kept:
-        kept[key] = None
-        if (chain := _chain(kernel.graph, kernel.block)) is not None:
-            torn = kept[key] = BlockKernel(kernel.graph, kernel.block._replace(tears=chain.tears))
-            torn.chains = (chain,)
-            torn.exhaustive = True  # every isolation of the chain has one preimage
-    found: BlockKernel | None = kept[key]
-    return found
-
-
-def _chain(graph: ModelGraph, block: SolveBlock) -> Chain | None:
-    if len(block.unknowns) > MOST_UNKNOWNS:
-        return None
-    bodies = (graph.model.equations[number] for number in block.equations)
-    equations = {body.index: (body.left, body.right) for body in bodies}
-    unknowns, definitions = dict.fromkeys(block.unknowns), list[tuple[str, Expression]]()
-    while (definition := _definition(equations, unknowns)) is not None:
-        number, name, expression = definition
-        del equations[number], unknowns[name]
-        definitions.append((name, expression))
-        for other, (left, right) in equations.items():
-            if name in nodes.names(left) or name in nodes.names(right):
-                equations[other] = substitute(left, {name: expression}), substitute(right, {name: expression})
-    found = [(tear, order) for tear in unknowns if (order := _order(equations, unknowns, tear)) is not None]
-    if not definitions or not found:
-        return None
-    tear, order = min(found, key=lambda each: sum(isolation.cost for _, _, isolation in each[1]))
-    assignments: list[Assignment] = []
-    for number, (_, unknown, isolation) in enumerate(order):
-        (steps,) = through(isolation, f"#{number}", graph.model.variables[unknown])
-        assignments += steps
-    for name, expression in reversed(definitions):
-        assignments.append(assigned(graph.model.variables[name], expression))
-    (last,) = equations.keys() - {equation for equation, _, _ in order}
-    residual = Assignment(f"{RESIDUAL}{last}", subtract(*equations[last]))
-    return Chain((tear,), (*assignments, residual), (residual.name,))
-
-
-def _definition(equations: Equations, unknowns: Collection[str]) -> tuple[int, str, Expression] | None:
-    for number, (left, right) in equations.items():
-        for one, other in ((left, right), (right, left)):
-            if not isinstance(one, Name) or one.name not in unknowns:
-                continue
-            read = set(nodes.names(other)).intersection(unknowns)
-            if read and one.name not in read and sum(1 for _ in walk(other)) <= LONGEST:
-                return number, one.name, other
-    return None
-
-
-def _order(equations: Equations, unknowns: Collection[str], tear: str) -> Order | None:
-    """The order in which the other unknowns follow from a tear, one equation each, if they do."""
-    waiting, unsolved = dict(equations), set(unknowns) - {tear}
-    order: Order = []
-    moving = True
-    while moving and unsolved:
-        moving = False
-        for number, sides in list(waiting.items()):
-            open_ = {name for side in sides for name in nodes.names(side)} & unsolved
-            if len(open_) != 1:
-                continue
-            (unknown,) = open_
-            isolation = isolate(*sides, unknown)
-            if isolation is None or isolation.branches > 1 or isolation.period:
-                continue
-            order.append((number, unknown, isolation))
-            del waiting[number]
-            unsolved.discard(unknown)
-            moving = True
-    return order if not unsolved and len(waiting) == 1 else None

@@ -30,16 +30,17 @@ MAX_EQUATIONS = 16
 
 
 def closed_form(
-    equations: Sequence[Equation], unknowns: Collection[str], turning: Collection[str] = ()
+    equations: Sequence[Equation], unknowns: Collection[str], turning: Collection[str] = (), by: str = ""
 ) -> ClosedForm | None:
     """A closed form of as many equations as unknowns; None if elimination does not lead to one.
 
-    ``turning`` are the unknowns for which whole turns make no difference.
+    ``turning`` are the unknowns for which whole turns make no difference; terms are collected ``by`` a
+    known name.
     """
     if len(equations) > MAX_EQUATIONS:
         return None
     try:
-        system = _System(equations, Generators(frozenset(unknowns), turning))
+        system = _System(equations, Generators(frozenset(unknowns), turning), by)
         angles = system.generators.angles
         if any(name not in system.open and name not in angles for name in unknowns):
             return None
@@ -67,7 +68,8 @@ class _System:
     are found later, so the groups are evaluated last, in reverse.
     """
 
-    def __init__(self, equations: Sequence[Equation], generators: Generators) -> None:
+    def __init__(self, equations: Sequence[Equation], generators: Generators, by: str) -> None:
+        self.by = by
         self.generators, self.open, self.pairs = generators, generators.open, generators.pairs
         forms = [generators.polynomial(e.left) - generators.polynomial(e.right) for e in equations]
         self.equations = [form.reduced(self.pairs) for form in (*forms, *generators.extra)]
@@ -114,7 +116,7 @@ class _System:
     # --- the same as formulas ---
 
     def _expression(self, polynomial: Polynomial) -> Expression:
-        return polynomial.expression(self.generators.meaning)
+        return polynomial.expression(self.generators.meaning, self.by)
 
     def _coefficient(self, polynomial: Polynomial) -> Coefficient:
         terms = [self._expression(Polynomial({monomial: c})) for monomial, c in polynomial.items()]

@@ -127,8 +127,15 @@ class Polynomial(dict[Monomial, Fraction]):
                 reduced = total
         return reduced
 
-    def expression(self, meaning: Mapping[str, Expression]) -> Expression:
-        """As an expression; ``meaning`` gives the expression of every generator."""
+    def expression(self, meaning: Mapping[str, Expression], by: str = "") -> Expression:
+        """As an expression; ``meaning`` gives the expression of every generator. Terms are collected ``by``
+        one of them, so that it occurs once for each of its powers (W. G. Horner's form)."""
+        if by and (degree := self.degree(by)):
+            parts = self.coefficients(by)
+            found = parts[degree].expression(meaning)
+            for power in reversed(range(degree)):
+                found = found * meaning[by] + parts.get(power, Polynomial()).expression(meaning)
+            return found
         terms: list[Expression] = []
         for monomial, coefficient in self.items():
             product: Expression = ONE
@@ -196,7 +203,7 @@ def in_parts(
     return part(expression)
 
 
-_CIRCULAR = {"sind": "d", "cosd": "d", "sin": "", "cos": ""}
+CIRCULAR = {"sind": "d", "cosd": "d", "sin": "", "cos": ""}
 _QUARTER = {"d": 90.0, "": math.pi / 2}
 
 
@@ -242,7 +249,7 @@ class Generators:
                 for _ in range(int(value) - 1):
                     raised = (raised * inner).reduced(self.pairs)
                 return raised
-            case Call(function, (argument,)) if function in _CIRCULAR:
+            case Call(function, (argument,)) if function in CIRCULAR:
                 return self._circular(function, argument)
             case _ if known:
                 return generator(self._named(node))
@@ -278,7 +285,7 @@ class Generators:
 
     def _circular(self, function: str, argument: Expression) -> Polynomial:
         """By the sums of angles ``±name ± name + 90·quarters + rest`` of which the rest is known."""
-        unit, cosine = _CIRCULAR[function], function.startswith("cos")
+        unit, cosine = CIRCULAR[function], function.startswith("cos")
         turns = right_angles(argument, _QUARTER[unit])
         if turns is not None and unit:
             whole = (1.0, 0.0, -1.0, 0.0)

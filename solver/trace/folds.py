@@ -26,7 +26,7 @@ from rulesheets.syntax.nodes import Number, add, call, subtract
 from solver.kernel.block import BlockKernel
 from solver.kernel.chain import Assignment, Chain
 from solver.kernel.enclosure import Enclosure
-from solver.kernel.tear_search import reduced
+from solver.kernel.nesting import nested
 from solver.numerics.isolation import HORIZON, presplit
 from solver.numerics.one_unknown import split_point
 from solver.path.cases import EQUAL, GREATER, LESS, Pair, Sign
@@ -237,8 +237,8 @@ def _proofs(
         return
     wide = [moves or margin > 0.0 for moves, margin in zip(varying, margins, strict=True)]
     fixed = [not one for one in wide]
-    for torn in (kernel, *kernel.others) if len(kernel.block.tears) == 1 else (reduced(kernel),):
-        if torn is not None and torn.exhaustive:
+    for torn in (kernel, *kernel.others) if len(kernel.block.tears) == 1 else nested(kernel):
+        if torn.exhaustive:
             known = *kernel.known, *case.known
             names = list(compress(known, fixed)), list(compress(known, wide))
             chains = [Enclosure(case.of(chain), *names) for chain in torn.chains]

@@ -180,8 +180,6 @@ def test_a_given_number_may_determine_what_a_condition_says_but_for_its_rounding
     ("name", "inputs", "changed"),
     [
         ("oscillating_cylinder", {"xs": -0.3, "BO": None, "omegaBO": 3.0}, "omegaBO"),
-        ("trunnion", {"omegaCD": -12.5, "BC": None, "thetaBC": 600.0}, "thetaBC"),
-        ("whitworth_quick_return", {"vE": -0.9, "phi": None, "OC": 0.3}, "OC"),
     ],
 )
 def test_where_nothing_is_proven_a_value_at_which_there_is_an_answer_is_told(
@@ -200,12 +198,24 @@ def test_where_nothing_is_proven_a_value_at_which_there_is_an_answer_is_told(
 
 
 def test_failed_names_the_rule_at_which_what_was_tried_ends() -> None:
-    model = rulesheets.load(MODELS / "whitworth_quick_return" / "model.tk")
-    result = solver.solve(model, {"vE": solver.solve(model).solutions[0]["vE"], "phi": None, "OC": 0.3})
-    (diagnosis,) = result.diagnoses
+    text = "x*y^2 + sin(x*y)*y = 4\nx + cos(y*x)*y = 3\nsind(t) = 10 + x^2"
+    (diagnosis,) = solver.solve(rulesheets.loads(text)).diagnoses
     assert diagnosis.code == "S552"
-    assert "no value of theta1 satisfies this rule: it needs sind = -1.5" in diagnosis.message
+    assert "no value of t satisfies this rule: it needs sind = 1" in diagnosis.message
     assert len(diagnosis.labels) == 1
+
+
+@pytest.mark.parametrize(("share", "status"), [(0.999, "solved"), (1.001, "infeasible")])
+def test_a_speed_that_a_linkage_never_reaches_is_proven_to_be_none(share: float, status: str) -> None:
+    """The slide of a quick return, swept forward, has a largest speed."""
+    model = rulesheets.load(MODELS / "whitworth_quick_return" / "model.tk")
+    forward = solver.prepare(model, ["phi"], ["vE"], given={"OC": 0.3})
+    fastest = float(forward.sweep([float(phi) for phi in range(-180, 180)])["vE"].max())
+    result = solver.solve(model, {"vE": share * fastest, "phi": None, "OC": 0.3}, want=["phi"])
+    assert (str(result.status), result.complete) == (status, True)
+    if status == "infeasible":
+        (bound,) = re.findall(r"needs vE ≤ ([\d.]+)", " ".join(n for d in result.diagnoses for n in d.notes))
+        assert float(bound) == pytest.approx(fastest, rel=1e-4)
 
 
 def test_what_may_be_left_out_of_a_contradiction_has_the_value_of_its_own_solve() -> None:
