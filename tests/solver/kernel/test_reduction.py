@@ -1,4 +1,4 @@
-"""Blocks of several tears that substitution leaves one of: all their answers, proven to be all."""
+"""Blocks of several tears with one unknown from which the others follow by formulas: all their answers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from scipy.optimize import brentq
 import rulesheets
 import solver
 
-FLASH = rulesheets.load(str(Path(__file__).parents[3] / "models" / "rachford_rice" / "model.tk"))
+MODELS = Path(__file__).parents[3] / "models"
+FLASH = rulesheets.load(MODELS / "rachford_rice" / "model.tk")
 ANY_FEED = solver.prepare(FLASH, ["z1", "z2", "z3"], ["V", "x1", "y4"])
 K = np.array([4.2, 1.75, 0.74, 0.34])
 
@@ -74,3 +75,35 @@ def test_definitions_that_lead_to_one_another_are_put_in_one_after_the_other() -
     found = sorted(solution["r"] for solution in result.solutions)
     assert found == pytest.approx(expected, abs=1e-4)
     assert result.complete
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "unknown", "beside"),
+    [
+        ("whitworth_quick_return", "xe", "phi", "xE"),
+        ("piston_engine", "vP", "phi", "thetaBP"),
+        ("four_link_chain", "yr", "thetaPQ", "thetaQR"),
+        ("two_cylinder_engine", "ye1", "thetaOB", "thetaEF"),
+        ("two_cylinder_engine", "omegaEF", "thetaOB", "thetaEF"),
+    ],
+)
+def test_a_speed_is_met_at_every_angle_at_which_a_turn_passes_it(
+    name: str, given: str, unknown: str, beside: str
+) -> None:
+    """It is turned forward by quarters of a degree; its assemblies are told by ``beside``."""
+    model = rulesheets.load(MODELS / name / "model.tk")
+    target = solver.solve(model).solutions[0][given]
+    assert isinstance(target, float)
+    forward = solver.prepare(model, [unknown], [beside, given])
+    turn = np.linspace(-180.05, 179.95, 1441)
+    states = [sorted(forward.all(float(angle))) for angle in turn]
+    passed = [
+        angle
+        for angle, here, there in zip(turn, states, states[1:], strict=False)
+        for (_, one), (_, other) in zip(here, there, strict=True)
+        if (one - target) * (other - target) < 0.0 and abs(one - other) < 0.2 * max(1.0, abs(target))
+    ]
+    result = solver.solve(model, {given: target, unknown: None})
+    found = sorted(float(solution[unknown]) for solution in result.solutions)
+    assert found == pytest.approx(sorted(passed), abs=0.26)
+    assert result.complete or name == "two_cylinder_engine"
