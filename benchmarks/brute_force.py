@@ -1,6 +1,8 @@
-"""The roots of a sheet of one unknown by brute force: signs of its rules at many floats, then bisection.
+"""The roots of a sheet of one unknown by brute force: signs of its rules at many floats, then
+bisection.
 
-A witness of completeness that shares no code with the solver. What it finds are roots; it may miss some.
+A witness of completeness that shares no code with the solver. What it finds are roots; it may miss
+some.
 """
 
 from __future__ import annotations
@@ -21,9 +23,11 @@ DECADES = (*range(-20, 20), *range(-320, -20, 20), *range(20, 309, 20))
 SAME = 1e-6
 """Answers are roots if they are so near to them, relatively."""
 ROUNDING = 2.0**-50
-"""The change of the unknown, a few units of its last place, that may satisfy a rule which is a check."""
+"""The change of the unknown, a few units of its last place, that may satisfy a rule which is a
+check."""
 CONTINUOUS = 1e-4
-"""What is left, at most, of a continuous function between two floats where these are bisected further."""
+"""What is left, at most, of a continuous function between two floats where these are bisected
+further."""
 SMALLEST = 2.0**-1022
 LARGEST = 1.7976931348623157e308
 MANY = 27_720
@@ -31,8 +35,8 @@ MANY = 27_720
 
 
 def missing(made: Sheet, result: Result) -> Iterator[float]:
-    """The roots that an answer denies: of a sheet of one unknown without inputs, where the answers are called
-    all, or it is said that there are none."""
+    """The roots that an answer denies: of a sheet of one unknown without inputs, where the answers
+    are called all, or it is said that there are none."""
     names = names_of(" ".join(" ".join(rule) for rule in made.rules))
     denied = result.status in (Status.INFEASIBLE, Status.INCONSISTENT)
     if (
@@ -47,15 +51,17 @@ def missing(made: Sheet, result: Result) -> Iterator[float]:
         return
     (name,) = names
     low, high = made.ranges.get(name, (-math.inf, math.inf))
-    found = [solution[name] for solution in result.solutions if isinstance(solution.get(name), float)]
+    found = [
+        solution[name] for solution in result.solutions if isinstance(solution.get(name), float)
+    ]
     for root in roots(made, name):
         if low <= root <= high and not any(_same(made, name, root, number) for number in found):
             yield root
 
 
 def _same(made: Sheet, name: str, root: float, found: float) -> bool:
-    """Whether they are one answer; angles are listed within one turn, and of one that is read in parts, as
-    ``sin(y/3)``, no more."""
+    """Whether they are one answer; angles are listed within one turn, and of one that is read in
+    parts, as ``sin(y/3)``, no more."""
     if abs(root - found) <= SAME * abs(root):
         return True
     with mpmath.workdps(DIGITS):
@@ -71,7 +77,10 @@ def _same(made: Sheet, name: str, root: float, found: float) -> bool:
 def _root_too(made: Sheet, name: str, root: float, change: Any) -> bool:
     try:
         return all(
-            abs(evaluated(_miss(rule), {name: root + change}) - evaluated(_miss(rule), {name: root})) < SAME
+            abs(
+                evaluated(_miss(rule), {name: root + change}) - evaluated(_miss(rule), {name: root})
+            )
+            < SAME
             for rule in _asked(made, name, root)
         )
     except Undefined:
@@ -79,7 +88,8 @@ def _root_too(made: Sheet, name: str, root: float, change: Any) -> bool:
 
 
 def roots(made: Sheet, name: str) -> list[float]:
-    """Isolated roots of a rule that fulfil all the others, as the nearest floats; none that have no float."""
+    """Isolated roots of a rule that fulfil all the others, as the nearest floats; none that have no
+    float."""
     points = sorted(set(_points(made, name)))
     found: list[float] = []
     for rule in made.rules:
@@ -102,8 +112,18 @@ def _points(made: Sheet, name: str) -> Iterator[float]:
     own = [abs(low_or_high) for pair in made.ranges.values() for low_or_high in pair]
     own += [abs(made.planted[name])] if made.planted else []
     sizes = [*SPECIAL, *own, *(10.0**k for k in DECADES), 1.7e308]
-    near = [size * (1 + sign * 10.0**-k) for size in (*SPECIAL, *own) for sign in (1, -1) for k in (1, 6, 12)]
-    for size in (*sizes, *near, *(4.9 + 8.3 * k for k in range(50)), *(0.21 * k + 0.1 for k in range(30))):
+    near = [
+        size * (1 + sign * 10.0**-k)
+        for size in (*SPECIAL, *own)
+        for sign in (1, -1)
+        for k in (1, 6, 12)
+    ]
+    for size in (
+        *sizes,
+        *near,
+        *(4.9 + 8.3 * k for k in range(50)),
+        *(0.21 * k + 0.1 for k in range(30)),
+    ):
         if size < math.inf:
             yield size
             yield -size

@@ -1,9 +1,11 @@
-"""Sheets of many small blocks in a row, or of many equal cells: load and solve, beside a Newton by hand.
+"""Sheets of many small blocks in a row, or of many equal cells: load and solve, beside a Newton by
+hand.
 
     python -m benchmarks.chains [--small] [--only WORD]
 
-prints the columns of ``benchmarks.networks``, and holds a sheet to the same. By hand all cells are solved at
-once: Newton's method with a sparse matrix, whose entries are complex steps on the equations of a cell.
+prints the columns of ``benchmarks.networks``, and holds a sheet to the same. By hand all cells are
+solved at once: Newton's method with a sparse matrix, whose entries are complex steps on the
+equations of a cell.
 """
 
 from __future__ import annotations
@@ -22,13 +24,20 @@ TINY = 1e-30
 
 
 def chain(
-    title: str, n: int, fields: str, ends: tuple[Any, Any], start: Any, cell: Cell, rules: Sequence[str]
+    title: str,
+    n: int,
+    fields: str,
+    ends: tuple[Any, Any],
+    start: Any,
+    cell: Cell,
+    rules: Sequence[str],
 ) -> Network:
-    """n cells with the ``fields`` (names without their numbers), each beside the one before and the next.
+    """n cells with the ``fields`` (names without their numbers), each beside the one before and the
+    next.
 
-    ``cell(before, here, after)`` is what is 0, of each field; ``ends`` are the values of the fields before
-    the first and after the last cell. A rule with ``{i}`` stands for all cells, ``{h}`` is the one before
-    and ``{j}`` the next; rules without are written once.
+    ``cell(before, here, after)`` is what is 0, of each field; ``ends`` are the values of the fields
+    before the first and after the last cell. A rule with ``{i}`` stands for all cells, ``{h}`` is
+    the one before and ``{j}`` the next; rules without are written once.
     """
     names = fields.split()
     m = len(names)
@@ -50,7 +59,9 @@ def chain(
                 entries.append([part[:, there].ravel() for part in (slopes, places, columns)])
         data, rows, columns = (np.concatenate(part) for part in zip(*entries, strict=True))
         residual = np.array(np.broadcast_arrays(*cell(*parts))).ravel()
-        return residual, csr_array((data, (rows.astype(int), columns.astype(int))), shape=(m * n, m * n))
+        return residual, csr_array(
+            (data, (rows.astype(int), columns.astype(int))), shape=(m * n, m * n)
+        )
 
     text = [rule for rule in rules if "{" not in rule]
     for i in range(1, n + 1):
@@ -64,7 +75,8 @@ def chain(
 
 
 def backwater(n: int) -> Network:
-    """Water held up to 3 m by a weir: depths upstream by the standard step method, not the shooting ones."""
+    """Water held up to 3 m by a weir: depths upstream by the standard step method, not the shooting
+    ones."""
 
     def energy(y: Any) -> tuple[Any, Any]:
         area = 10.0 * y
@@ -135,7 +147,11 @@ def gas_line(n: int) -> Network:
         z = 1.0 - 0.002 * (here[0] + before[0]) / 2.0
         return [before[0] ** 2 - here[0] ** 2 - 2000.0 / n * z]
 
-    rules = ["p0 = 60", "z{i} = 1 - 0.002*(p{h} + p{i})/2", f"p{{h}}^2 - p{{i}}^2 = {2000.0 / n!r}*z{{i}}"]
+    rules = [
+        "p0 = 60",
+        "z{i} = 1 - 0.002*(p{h} + p{i})/2",
+        f"p{{h}}^2 - p{{i}}^2 = {2000.0 / n!r}*z{{i}}",
+    ]
     return chain("gas line", n, "p", (60.0, 0.0), 50.0, cell, rules)
 
 
@@ -171,7 +187,12 @@ def friction(n: int) -> Network:
         return [length(before[0]) - length(here[0]) - 0.5 / n]
 
     law = "(1 - M{i}^2)/(1.4*M{i}^2) + 1.2/1.4*ln(1.2*M{i}^2/(1 + 0.2*M{i}^2))"
-    rules = ["M0 = 0.4", "f0 = " + law.format(i=0), f"f{{i}} = f{{h}} - {0.5 / n!r}", "f{i} = " + law]
+    rules = [
+        "M0 = 0.4",
+        "f0 = " + law.format(i=0),
+        f"f{{i}} = f{{h}} - {0.5 / n!r}",
+        "f{i} = " + law,
+    ]
     return chain("friction", n, "M", (0.4, 0.0), 0.5, cell, rules)
 
 
@@ -192,11 +213,14 @@ def exchangers(n: int) -> Network:
     rules += ["d{i} = 95 - t{i}", "e{i} = u{i} - t{h}"]
     t = 95.0 - 80.0 * np.exp(-1.4 / n * np.arange(1, n + 1))
     q = 20.0 * np.diff(t, prepend=15.0)
-    return chain("exchangers", n, "t Q u", ((15.0, 0.0, 0.0), 0.0), [t, q, 95.0 - n / 60 * q], cell, rules)
+    return chain(
+        "exchangers", n, "t Q u", ((15.0, 0.0, 0.0), 0.0), [t, q, 95.0 - n / 60 * q], cell, rules
+    )
 
 
 def chemostats(n: int) -> Network:
-    """Cells that grow in tanks in a row by the law of Monod; in the first they could be washed out."""
+    """Cells that grow in tanks in a row by the law of Monod; in the first they could be washed
+    out."""
 
     def cell(before: Any, here: Any, after: Any) -> list[Any]:
         s, x = here
@@ -254,12 +278,17 @@ def cooling_tower(n: int) -> Network:
 
 
 def mosfets(n: int) -> Network:
-    """Stages with a resistor at the source: one of two roots for each current is below the threshold."""
+    """Stages with a resistor at the source: one of two roots for each current is below the
+    threshold."""
 
     def cell(before: Any, here: Any, after: Any) -> list[Any]:
         gate, over, current = here
         drawn = 0.001 * over**2
-        return [gate - 4.0 + 600.0 * before[2], over - gate + 1.0 + 1000.0 * current, current - drawn]
+        return [
+            gate - 4.0 + 600.0 * before[2],
+            over - gate + 1.0 + 1000.0 * current,
+            current - drawn,
+        ]
 
     rules = ["i0 = 0.001", "g{i} = 4 - 600*i{h}", "o{i} = g{i} - 1 - 1000*i{i}"]
     return chain(
@@ -273,9 +302,17 @@ def queues(n: int) -> Network:
 
     def cell(before: Any, here: Any, after: Any) -> list[Any]:
         rate, wait = here
-        return [rate - 0.999 * before[0] * (1.0 - 0.2 * before[0]) - 0.2 * rate**2, wait * (1.0 - rate) - 1.0]
+        return [
+            rate - 0.999 * before[0] * (1.0 - 0.2 * before[0]) - 0.2 * rate**2,
+            wait * (1.0 - rate) - 1.0,
+        ]
 
-    rules = ["a0 = 0.5", "a{i} = 0.999*s{h} + 0.2*a{i}*r{i}", "r{i} = a{i}/1", "s0 = a0*(1 - 0.2*a0)"]
+    rules = [
+        "a0 = 0.5",
+        "a{i} = 0.999*s{h} + 0.2*a{i}*r{i}",
+        "r{i} = a{i}/1",
+        "s0 = a0*(1 - 0.2*a0)",
+    ]
     rules += ["s{i} = a{i}*(1 - 0.2*r{i})", "w{i} = 1/(1 - a{i})"]
     return chain("queues", n, "a w", (0.5, 0.0), [[0.4], [1.6]], cell, rules)
 
@@ -355,7 +392,11 @@ def populations(n: int) -> Network:
     def cell(before: Any, here: Any, after: Any) -> list[Any]:
         return [here[0] * (growth - here[0] - 0.3 * before[0] - 0.2 * after[0])]
 
-    rules = ["x0 = 0", f"x{n + 1} = 0", *(f"g{i} = {1.0 + 0.1 * (i % 3)!r}" for i in range(1, n + 1))]
+    rules = [
+        "x0 = 0",
+        f"x{n + 1} = 0",
+        *(f"g{i} = {1.0 + 0.1 * (i % 3)!r}" for i in range(1, n + 1)),
+    ]
     rules += ["x{i}*(g{i} - x{i} - 0.3*x{h} - 0.2*x{j}) = 0"]
     return chain("populations", n, "x", (0.0, 0.0), 0.7, cell, rules)
 
@@ -380,13 +421,19 @@ def habitat(n: int) -> Network:
     def cell(before: Any, here: Any, after: Any) -> list[Any]:
         return [before[0] - 2.0 * here[0] + after[0] + step**2 * here[0] * (1.0 - here[0])]
 
-    rules = ["u0 = 0", f"u{n + 1} = 0", f"h = {step!r}", "u{h} - 2*u{i} + u{j} + h^2*u{i}*(1 - u{i}) = 0"]
+    rules = [
+        "u0 = 0",
+        f"u{n + 1} = 0",
+        f"h = {step!r}",
+        "u{h} - 2*u{i} + u{j} + h^2*u{i}*(1 - u{i}) = 0",
+    ]
     start = [0.9 * np.sin(np.pi / (n + 1) * np.arange(1, n + 1))]
     return chain("habitat", n, "u", (0.0, 0.0), start, cell, rules)
 
 
 def osmosis(n: int) -> Network:
-    """Membranes in series: the flux of each depends on the flow and the salt that the one before has left."""
+    """Membranes in series: the flux of each depends on the flow and the salt that the one before
+    has left."""
     area, lowers = 40.0 / n, 0.05 / n
 
     def cell(before: Any, here: Any, after: Any) -> list[Any]:
@@ -406,15 +453,28 @@ def osmosis(n: int) -> Network:
     rules = ["q0 = 10", "c0 = 35", "p0 = 60"]
     polarised = f"(c{{h}} + c{{i}})/2*exp({0.14 * n!r}*J{{i}}/q{{h}})"
     rules += [f"J{{i}} = 0.02*{area!r}*(p{{h}} - 0.75*{polarised} + 0.75*s{{i}})"]
-    rules += [f"s{{i}}*(J{{i}} + 0.01*{area!r}) = 0.01*{area!r}*(c{{h}} + c{{i}})/2", "q{i} = q{h} - J{i}"]
-    rules += ["q{i}*c{i} = q{h}*c{h} - J{i}*s{i}", f"p{{i}} = p{{h}} - {lowers!r}*((q{{h}} + q{{i}})/2)^1.7"]
+    rules += [
+        f"s{{i}}*(J{{i}} + 0.01*{area!r}) = 0.01*{area!r}*(c{{h}} + c{{i}})/2",
+        "q{i} = q{h} - J{i}",
+    ]
+    rules += [
+        "q{i}*c{i} = q{h}*c{h} - J{i}*s{i}",
+        f"p{{i}} = p{{h}} - {lowers!r}*((q{{h}} + q{{i}})/2)^1.7",
+    ]
     along = np.arange(1, n + 1) / n
-    start = [10 - 6 * along, 35 + 50 * along, 60 - along, (12 - 10 * along) / n, 0.5 + 15 * along**2]
+    start = [
+        10 - 6 * along,
+        35 + 50 * along,
+        60 - along,
+        (12 - 10 * along) / n,
+        0.5 + 15 * along**2,
+    ]
     return chain("osmosis", n, "q c p J s", ((10.0, 35.0, 60.0, 0.0, 0.0), 0.0), start, cell, rules)
 
 
 def feeder(n: int) -> Network:
-    """Three phases along a feeder with mutual impedances, constant power drawn from each at each node."""
+    """Three phases along a feeder with mutual impedances, constant power drawn from each at each
+    node."""
     own, mutual, p, q = (0.06 / n, 0.12 / n), (0.02 / n, 0.05 / n), 3e5 / n, 1e5 / n
     z = np.full((3, 3), complex(*mutual)) + np.eye(3) * (complex(*own) - complex(*mutual))
     source = 2400.0 * np.exp(-2j / 3 * np.pi * np.arange(3))
@@ -430,15 +490,25 @@ def feeder(n: int) -> Network:
 
     rules = [f"Rs = {own[0]!r}", f"Xs = {own[1]!r}", f"Rm = {mutual[0]!r}", f"Xm = {mutual[1]!r}"]
     for k, phase in enumerate("abc"):
-        rules += [f"v{phase}0 = {float(source[k].real)!r}", f"w{phase}0 = {float(source[k].imag)!r}"]
+        rules += [
+            f"v{phase}0 = {float(source[k].real)!r}",
+            f"w{phase}0 = {float(source[k].imag)!r}",
+        ]
         rules += [f"i{phase}{n + 1} = 0", f"j{phase}{n + 1} = 0"]
         of = {o: "s" if o == phase else "m" for o in "abc"}
         real = " + ".join(f"(R{of[o]}*i{o}{{i}} - X{of[o]}*j{o}{{i}})" for o in of)
         imag = " + ".join(f"(R{of[o]}*j{o}{{i}} + X{of[o]}*i{o}{{i}})" for o in of)
-        rules += [f"v{phase}{{h}} - v{phase}{{i}} = {real}", f"w{phase}{{h}} - w{phase}{{i}} = {imag}"]
+        rules += [
+            f"v{phase}{{h}} - v{phase}{{i}} = {real}",
+            f"w{phase}{{h}} - w{phase}{{i}} = {imag}",
+        ]
         size = f"(v{phase}{{i}}^2 + w{phase}{{i}}^2)"
-        rules.append(f"i{phase}{{i}} - i{phase}{{j}} = ({p!r}*v{phase}{{i}} + {q!r}*w{phase}{{i}})/{size}")
-        rules.append(f"j{phase}{{i}} - j{phase}{{j}} = ({p!r}*w{phase}{{i}} - {q!r}*v{phase}{{i}})/{size}")
+        rules.append(
+            f"i{phase}{{i}} - i{phase}{{j}} = ({p!r}*v{phase}{{i}} + {q!r}*w{phase}{{i}})/{size}"
+        )
+        rules.append(
+            f"j{phase}{{i}} - j{phase}{{j}} = ({p!r}*w{phase}{{i}} - {q!r}*v{phase}{{i}})/{size}"
+        )
     low = [*source.real, *source.imag, *([0.0] * 6)]
     start = np.array(low)[:, None]
     return chain("feeder", n, "va vb vc wa wb wc ia ib ic ja jb jc", (low, 0.0), start, cell, rules)

@@ -1,12 +1,14 @@
-"""False answers, and true ones refused: everyday sheets with planted roots, singularities and poles.
+"""False answers, and true ones refused: everyday sheets with planted roots, singularities and
+poles.
 
     python -m benchmarks.check_fuzz [--count 2000] [--seed 0] [--plans] [--show SEED]
 
-solves the sheets of ``check_sheets.py`` from a seed on and judges every answer by Newton's method in fifty
-digits on the rules as they are written: an answer from which that does not lead to a root next to it is
-*false*. A planted state that is not listed is *missed*; it is *refused* if it is listed where the second half
-of the check of an answer is left out, and *denied* if the list is called complete without it. ``--plans``:
-a prepared plan that has learned from inputs nearby is asked, too, for every answer.
+solves the sheets of ``check_sheets.py`` from a seed on and judges every answer by Newton's method
+in fifty digits on the rules as they are written: an answer from which that does not lead to a root
+next to it is *false*. A planted state that is not listed is *missed*; it is *refused* if it is
+listed where the second half of the check of an answer is left out, and *denied* if the list is
+called complete without it. ``--plans``: a prepared plan that has learned from inputs nearby is
+asked, too, for every answer.
 """
 
 from __future__ import annotations
@@ -35,7 +37,10 @@ def examine(seed: int, plans: bool = False) -> tuple[Counter[str], list[str]]:
     if made is None:
         return Counter(), []
     result = solver.solve(rulesheets.loads(made.text), made.inputs)
-    found, told = Counter({"sheets": 1, str(result.status): 1, "answers": len(result.solutions)}), []
+    found, told = (
+        Counter({"sheets": 1, str(result.status): 1, "answers": len(result.solutions)}),
+        [],
+    )
     for what, detail in (*_findings(made, result), *(_planned(made) if plans else ())):
         found[what] += 1
         told.append(f"{seed} {made.family}: {what} {detail}")
@@ -51,7 +56,9 @@ def _findings(made: EverydaySheet, result: solver.Result) -> Iterator[tuple[str,
         yield "missed", f"{result.status}, {_text(made)}"
         if result.complete or str(result.status) in ("infeasible", "inconsistent"):
             yield "denied", f"{result.status}, complete without {_text(made)}"
-        if any(is_near(made, solution, made.planted) for solution in _without_check(made).solutions):
+        if any(
+            is_near(made, solution, made.planted) for solution in _without_check(made).solutions
+        ):
             yield "refused", _text(made)
 
 
@@ -60,7 +67,9 @@ def _planned(made: EverydaySheet) -> Iterator[tuple[str, str]]:
     numbers = list(made.inputs.values())
     plan = solver.prepare(rulesheets.loads(made.text), list(made.inputs), made.unknowns)
     for share in (*SHARES, 0.0):
-        there = [x if x.is_integer() else x * (1.0 + (k + 1) * share) for k, x in enumerate(numbers)]
+        there = [
+            x if x.is_integer() else x * (1.0 + (k + 1) * share) for k, x in enumerate(numbers)
+        ]
         try:
             answers = plan.all(*there)
         except solver.Unsolved:
@@ -83,7 +92,11 @@ def is_near(
     made: EverydaySheet, solution: Mapping[str, Any], root: Mapping[str, Any], turns: bool = True
 ) -> bool:
     """Whether an answer stands for a root, angles but for whole ``turns``."""
-    apart = ((name, float(abs(solution[name] - root[name]))) for name in made.unknowns if name in solution)
+    apart = (
+        (name, float(abs(solution[name] - root[name])))
+        for name in made.unknowns
+        if name in solution
+    )
     return all(
         far <= NEAR * abs(root[name]) or (turns and min(far % TURN, -far % TURN) <= NEAR * TURN)
         for name, far in apart
@@ -108,7 +121,9 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=2000, help="seeds; some draw no sheet")
     parser.add_argument("--seed", type=int, default=0, help="the first")
     parser.add_argument("--plans", action="store_true", help="ask prepared plans, too")
-    parser.add_argument("--show", type=int, metavar="SEED", help="print one sheet, and what is found there")
+    parser.add_argument(
+        "--show", type=int, metavar="SEED", help="print one sheet, and what is found there"
+    )
     arguments = parser.parse_args()
     if arguments.show is not None:
         made = everyday(arguments.show)
@@ -125,7 +140,8 @@ def main() -> None:
         print(*told, sep="\n", end="\n" if told else "", flush=True)
     print(
         ", ".join(
-            f"{total[what]} {what}" for what in ("sheets", "answers", "false", "refused", "missed", "denied")
+            f"{total[what]} {what}"
+            for what in ("sheets", "answers", "false", "refused", "missed", "denied")
         )
     )
     print(dict(total))

@@ -1,8 +1,8 @@
 """Everyday sheets with a planted state, often close to where a rule is 0/0.
 
-Each family is a handful of rules as an engineer writes them, with a recipe for a state: sizes from 1e-3 to
-1e6, and at times two numbers so close that a quotient has a removable singularity next to them. Which
-variables are given is drawn, too, so that most sheets are solved backward.
+Each family is a handful of rules as an engineer writes them, with a recipe for a state: sizes from
+1e-3 to 1e6, and at times two numbers so close that a quotient has a removable singularity next to
+them. Which variables are given is drawn, too, so that most sheets are solved backward.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ CLEAR = 1e6
 
 @dataclass(frozen=True)
 class Family:
-    """``rules`` hold at the state that ``plant`` draws; it names some variables, the rules give the others in
-    their order. ``given``: whole numbers, which are no unknowns."""
+    """``rules`` hold at the state that ``plant`` draws; it names some variables, the rules give the
+    others in their order. ``given``: whole numbers, which are no unknowns."""
 
     name: str
     rules: tuple[str, ...]
@@ -100,7 +100,9 @@ def _parallel(random: Random) -> State:
 
 
 def _bridge(random: Random) -> State:
-    state = {name: size(random, 1, 1e4) for name in ("R1", "R2", "R3", "R5")} | {"U": size(random, 1, 100)}
+    state = {name: size(random, 1, 1e4) for name in ("R1", "R2", "R3", "R5")} | {
+        "U": size(random, 1, 100)
+    }
     state["R4"] = close(random, state["R3"] * state["R2"] / state["R1"])
     return state
 
@@ -135,7 +137,11 @@ def _lens(random: Random) -> State:
 
 
 def _effectiveness(random: Random) -> State:
-    return {"N": random.uniform(0.1, 6), "C": min(close(random, 1.0), 3.0), "Q": size(random, 1, 1e5)}
+    return {
+        "N": random.uniform(0.1, 6),
+        "C": min(close(random, 1.0), 3.0),
+        "Q": size(random, 1, 1e5),
+    }
 
 
 def _decay(random: Random) -> State:
@@ -343,7 +349,9 @@ def everyday(seed: int) -> EverydaySheet | None:
     drawn = family.plant(random)
     names = list(dict.fromkeys(word for rule in family.rules for word in variables(rule)))
     open_ = [name for name in names if name not in drawn]
-    states = (newton(family.rules, {**dict.fromkeys(open_, start), **drawn}, open_) for start in STARTS)
+    states = (
+        newton(family.rules, {**dict.fromkeys(open_, start), **drawn}, open_) for start in STARTS
+    )
     state = next((state for state in states if state is not None), None)
     if state is None:
         return None

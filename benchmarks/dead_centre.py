@@ -1,11 +1,13 @@
-"""The slider crank driven by its slider, ever nearer to the end of its stroke, against other solvers.
+"""The slider crank driven by its slider, ever nearer to the end of its stroke, against other
+solvers.
 
     python benchmarks/dead_centre.py [-o PICTURE.png] [--offset 2]
 
-puts the slider at a relative distance of 1e-1 … 1e-15 from dead centre and asks for the crank's angle, the
-rod's angle and velocity, and the slider's velocity. The position is a float, so the answer exists to any
-number of digits; in floats the equations lose half of theirs. Printed is the worst relative error of the four
-(nearest of the two modes, against 50 digits), or the word for what was said instead of an answer.
+puts the slider at a relative distance of 1e-1 … 1e-15 from dead centre and asks for the crank's
+angle, the rod's angle and velocity, and the slider's velocity. The position is a float, so the
+answer exists to any number of digits; in floats the equations lose half of theirs. Printed is the
+worst relative error of the four (nearest of the two modes, against 50 digits), or the word for what
+was said instead of an answer.
 """
 
 from __future__ import annotations
@@ -55,7 +57,8 @@ def truth(offset: float, x: float) -> list[dict[str, Any]]:
 
 
 def loop(offset: float, x: float) -> Equations:
-    """The vector loop and its velocities: crank angle, rod angle (radians), rod velocity, slider velocity."""
+    """The vector loop and its velocities: crank angle, rod angle (radians), rod velocity, slider
+    velocity."""
 
     def residuals(v: Sequence[Any], m: Any) -> list[Any]:
         crank, rod, omega, speed = v
@@ -109,10 +112,18 @@ def measure(offset: float) -> dict[str, list[tuple[str, float, float]]]:
 
 def _mark(name: str, end: End, modes: Sequence[Mapping[str, Any]]) -> tuple[str, float, float]:
     if end.x is None or not end.success:
-        said = end.said.rpartition(": ")[2] if name == "backsolve" else "raises" if end.said else "fails"
+        said = (
+            end.said.rpartition(": ")[2]
+            if name == "backsolve"
+            else "raises"
+            if end.said
+            else "fails"
+        )
         return said, math.nan, end.seconds
     x = list(end.x)
-    if name != "backsolve":  # radians, and the rod's angle from A to B where the sheet has it from B to A
+    if (
+        name != "backsolve"
+    ):  # radians, and the rod's angle from A to B where the sheet has it from B to A
         x[:2] = math.degrees(x[0]), math.degrees(x[1]) + 180.0
     return "", error(dict(zip(WANTED, x, strict=True)), modes), end.seconds
 
@@ -121,8 +132,12 @@ def table(found: Mapping[str, Sequence[tuple[str, float, float]]]) -> str:
     lines = [f"{'distance':<12}" + "".join(f"{name:>21}" for name in found)]
     for place, distance in enumerate(DISTANCES):
         cells = (marks[place] for marks in found.values())
-        lines.append(f"{distance:<12.0e}" + "".join(f"{said or f'{e:.0e}':>21}" for said, e, _ in cells))
-    times = (sorted(seconds for _, _, seconds in marks)[len(marks) // 2] for marks in found.values())
+        lines.append(
+            f"{distance:<12.0e}" + "".join(f"{said or f'{e:.0e}':>21}" for said, e, _ in cells)
+        )
+    times = (
+        sorted(seconds for _, _, seconds in marks)[len(marks) // 2] for marks in found.values()
+    )
     lines.append(f"{'median ms':<12}" + "".join(f"{1e3 * t:>21.2f}" for t in times))
     return "\n".join(lines)
 

@@ -1,7 +1,8 @@
 """Newton's method in fifty digits on rules as they are written, by mpmath alone.
 
-It shares no code with the solver: the rules are read by ``expressions.py``, and slopes are differences. Steps
-are computed in three times as many digits, so that an unknown of 1e-50 beside others has its slope.
+It shares no code with the solver: the rules are read by ``expressions.py``, and slopes are
+differences. Steps are computed in three times as many digits, so that an unknown of 1e-50 beside
+others has its slope.
 """
 
 from __future__ import annotations
@@ -19,8 +20,11 @@ SETTLED, STILL = mpmath.mpf(10) ** -30, mpmath.mpf(10) ** -40
 HALVINGS = 40
 
 
-def newton(rules: Sequence[str], start: Mapping[str, Any], unknowns: Sequence[str]) -> dict[str, Any] | None:
-    """The root that Newton's method reaches, halving steps that leave a domain; None if there is none."""
+def newton(
+    rules: Sequence[str], start: Mapping[str, Any], unknowns: Sequence[str]
+) -> dict[str, Any] | None:
+    """The root that Newton's method reaches, halving steps that leave a domain; None if there is
+    none."""
     at = {name: mpmath.mpf(value) for name, value in start.items()}
     try:
         with mpmath.workdps(3 * DIGITS):
@@ -41,14 +45,20 @@ def condition(rules: Sequence[str], at: Mapping[str, Any], unknowns: Sequence[st
     with mpmath.workdps(3 * DIGITS):
         try:
             _, rows = linearized(rules, at, unknowns)
-            sizes = [sum(abs(a * at[n]) for a, n in zip(row, unknowns, strict=True)) for row in rows]
+            sizes = [
+                sum(abs(a * at[n]) for a, n in zip(row, unknowns, strict=True)) for row in rows
+            ]
             inverse = mpmath.matrix(rows) ** -1
             return max(
                 float(abs(inverse[i, k]) * sizes[k] / abs(at[name]))
                 for i, name in enumerate(unknowns)
                 for k in range(len(rules))
             )
-        except (Undefined, ZeroDivisionError, TypeError):  # mpmath swaps no row of a singular matrix
+        except (
+            Undefined,
+            ZeroDivisionError,
+            TypeError,
+        ):  # mpmath swaps no row of a singular matrix
             return float("inf")
 
 
@@ -78,7 +88,8 @@ def _miss(rule: str, at: Mapping[str, Any]) -> Any:
 
 def _holds(rules: Sequence[str], at: Mapping[str, Any]) -> bool:
     return all(
-        abs(evaluated(left, at) - evaluated(right, at)) <= 1e-25 * (abs(evaluated(left, at)) + 1e-30)
+        abs(evaluated(left, at) - evaluated(right, at))
+        <= 1e-25 * (abs(evaluated(left, at)) + 1e-30)
         for left, right in (rule.split(" = ") for rule in rules)
     )
 
@@ -87,7 +98,9 @@ def _solve(rows: list[list[Any]], misses: list[Any]) -> list[Any]:
     return list(mpmath.lu_solve(mpmath.matrix(rows), mpmath.matrix(misses)))
 
 
-def _stepped(rules: Sequence[str], at: Mapping[str, Any], step: Mapping[str, Any]) -> dict[str, Any]:
+def _stepped(
+    rules: Sequence[str], at: Mapping[str, Any], step: Mapping[str, Any]
+) -> dict[str, Any]:
     for halving in range(HALVINGS):
         ahead = {**at, **{name: at[name] - d / 2**halving for name, d in step.items()}}
         try:

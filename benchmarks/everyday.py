@@ -2,11 +2,11 @@
 
     python -m benchmarks.everyday [--corpus] [--random N] [--seed S] [--each] [--limit SECONDS]
 
-``--corpus`` asks the questions of tests/everyday, by area; ``--random`` so many random sheets, by the number
-of inputs and outputs exchanged. The columns: the expected answer comes first; another answer without more
-negative values does (``rival``); it is listed behind a worse one; it is missed; the result claims what is
-false, judged in fifty digits; the limit was reached; seconds of the processor.
-``--each`` prints what is not right.
+``--corpus`` asks the questions of tests/everyday, by area; ``--random`` so many random sheets, by
+the number of inputs and outputs exchanged. The columns: the expected answer comes first; another
+answer without more negative values does (``rival``); it is listed behind a worse one; it is missed;
+the result claims what is false, judged in fifty digits; the limit was reached; seconds of the
+processor. ``--each`` prints what is not right.
 """
 
 from __future__ import annotations
@@ -53,7 +53,9 @@ def trial(
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
     text = f"{found}, first: {dict(found.result.solutions[0]) if found.result.solutions else None}"
-    return Trial(group, label, mark(found, planted), found.false, time.process_time() - started, text)
+    return Trial(
+        group, label, mark(found, planted), found.false, time.process_time() - started, text
+    )
 
 
 def mark(found: Verdict, planted: Mapping[str, Any]) -> str:

@@ -1,7 +1,9 @@
-"""Random ordinary sheets: chains of the relations that engineers write, with a planted positive state.
+"""Random ordinary sheets: chains of the relations that engineers write, with a planted positive
+state.
 
-Each relation takes some quantities of the sheet, or new ones of sizes from 1e-3 to 1e6, and plants others.
-Which quantities are inputs is then redrawn by exchanges that keep the sheet well posed at the planted state.
+Each relation takes some quantities of the sheet, or new ones of sizes from 1e-3 to 1e6, and plants
+others. Which quantities are inputs is then redrawn by exchanges that keep the sheet well posed at
+the planted state.
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ from tests.everyday import judge
 
 SIZES = (1e-3, 1e6)
 CONDITION = 1e4
-"""Largest condition of the logarithmic Jacobian: there a planted answer is known to eleven digits."""
+"""Largest condition of the logarithmic Jacobian: there a planted answer is known to eleven
+digits."""
 
 EXCHANGES = 9
 RELATIONS = 7
@@ -44,9 +47,12 @@ class RandomSheet:
     @property
     def text(self) -> str:
         rows = [
-            f"  {name} = {self.state[name]!r}" if name in self.inputs else f"  {name}" for name in self.state
+            f"  {name} = {self.state[name]!r}" if name in self.inputs else f"  {name}"
+            for name in self.state
         ]
-        return "\n".join(["variables", *rows, "rules", *(f"  {rule}" for rule in self.rules)]) + "\n"
+        return (
+            "\n".join(["variables", *rows, "rules", *(f"  {rule}" for rule in self.rules)]) + "\n"
+        )
 
 
 @dataclass
@@ -76,8 +82,14 @@ class Draft:
 
     def some(self, low: float = SIZES[0], high: float = SIZES[1]) -> str:
         """A quantity of the sheet between the two, or a new one."""
-        fit = [n for n, value in self.state.items() if low <= value <= high and n not in self.angles]
-        return self.draw.choice(fit) if fit and self.draw.random() < self.reuse else self.new(low, high)
+        fit = [
+            n for n, value in self.state.items() if low <= value <= high and n not in self.angles
+        ]
+        return (
+            self.draw.choice(fit)
+            if fit and self.draw.random() < self.reuse
+            else self.new(low, high)
+        )
 
     def others(self, count: int, low: float = SIZES[0], high: float = SIZES[1]) -> list[str]:
         """Distinct quantities between the two."""
@@ -240,7 +252,9 @@ def exchanger(d: Draft) -> None:
     lm = d.plant((one - other) / math.log(one / other))
     UA = d.plant(d[q] / d[lm])
     d.rules += [f"{q} = 4.18*{hot}*({Thi} - {Tho})", f"{q} = 4.18*{cold}*({Tco} - {Tci})"]
-    d.rules.append(f"{lm} = (({Thi} - {Tco}) - ({Tho} - {Tci}))/ln(({Thi} - {Tco})/({Tho} - {Tci}))")
+    d.rules.append(
+        f"{lm} = (({Thi} - {Tco}) - ({Tho} - {Tci}))/ln(({Thi} - {Tco})/({Tho} - {Tci}))"
+    )
     d.rules.append(f"{q} = {UA}*{lm}")
 
 
@@ -260,7 +274,10 @@ def ladder_network(d: Draft) -> None:
     g = [1 / d[name] for name in (R1, R2, R3, R4)]
     nodes = np.linalg.solve([[g[0] + g[1] + g[2], -g[2]], [-g[2], g[2] + g[3]]], [d[V] * g[0], 0])
     v1, v2 = (d.plant(float(v)) for v in nodes)
-    d.rules += [f"({V} - {v1})/{R1} = {v1}/{R2} + ({v1} - {v2})/{R3}", f"({v1} - {v2})/{R3} = {v2}/{R4}"]
+    d.rules += [
+        f"({V} - {v1})/{R1} = {v1}/{R2} + ({v1} - {v2})/{R3}",
+        f"({v1} - {v2})/{R3} = {v2}/{R4}",
+    ]
 
 
 @kind
@@ -386,7 +403,11 @@ def triangle(d: Draft) -> None:
     d.angles.add(C)
     sines = [math.sin(math.radians(d[name])) for name in (A, B, C)]
     b, c = d.plant(d[a] * sines[1] / sines[0]), d.plant(d[a] * sines[2] / sines[0])
-    d.rules += [f"{A} + {B} + {C} = 180", f"{a}/sind({A}) = {b}/sind({B})", f"{a}/sind({A}) = {c}/sind({C})"]
+    d.rules += [
+        f"{A} + {B} + {C} = 180",
+        f"{a}/sind({A}) = {b}/sind({B})",
+        f"{a}/sind({A}) = {c}/sind({C})",
+    ]
 
 
 @kind
@@ -394,7 +415,10 @@ def cylinder(d: Draft) -> None:
     D, L = d.some(0.01, 100), d.some(0.01, 100)
     if D == L:
         raise Unfit
-    A, V = d.plant(math.pi * d[D] * d[L] + math.pi * d[D] ** 2 / 2), d.plant(math.pi * d[D] ** 2 / 4 * d[L])
+    A, V = (
+        d.plant(math.pi * d[D] * d[L] + math.pi * d[D] ** 2 / 2),
+        d.plant(math.pi * d[D] ** 2 / 4 * d[L]),
+    )
     d.rules += [f"{A} = pi*{D}*{L} + pi*{D}^2/2", f"{V} = pi*{D}^2/4*{L}"]
 
 
@@ -404,13 +428,19 @@ def beam(d: Draft) -> None:
     M = d.plant(d[w] * d[L] ** 2 / 8)
     s = d.plant(d[M] * 6 / (d[b] * d[h] ** 2))
     y = d.plant(5 * d[w] * d[L] ** 4 / (384 * 2e7 * d[b] * d[h] ** 3 / 12))
-    d.rules += [f"{M} = {w}*{L}^2/8", f"{s} = 6*{M}/({b}*{h}^2)", f"{y} = 5*{w}*{L}^4/(384*2e7*{b}*{h}^3/12)"]
+    d.rules += [
+        f"{M} = {w}*{L}^2/8",
+        f"{s} = 6*{M}/({b}*{h}^2)",
+        f"{y} = 5*{w}*{L}^4/(384*2e7*{b}*{h}^3/12)",
+    ]
 
 
 def jacobian(rules: tuple[str, ...], state: dict[str, float]) -> np.ndarray:
     """Logarithmic derivatives of the rules by the variables, each row scaled to 1."""
     with mpmath.workdps(judge.DIGITS):
-        rows = np.array([[float(judge.slope(rule, state, name)) for name in state] for rule in rules])
+        rows = np.array(
+            [[float(judge.slope(rule, state, name)) for name in state] for rule in rules]
+        )
     return rows / np.abs(rows).max(axis=1, keepdims=True)
 
 
@@ -424,11 +454,15 @@ def random_sheet(seed: int) -> RandomSheet:
                 KINDS[name](draft)
         except (Unfit, OverflowError):
             continue
-        rules = tuple(draw.sample(draft.rules, len(draft.rules)) if draw.random() < 0.5 else draft.rules)
+        rules = tuple(
+            draw.sample(draft.rules, len(draft.rules)) if draw.random() < 0.5 else draft.rules
+        )
         slopes = jacobian(rules, draft.state)
         names, unknown, exchanged = list(draft.state), set(draft.unknown), 0
         for _ in range(draw.randint(0, EXCHANGES)):
-            one = unknown - {draw.choice(sorted(unknown))} | {draw.choice(sorted(set(names) - unknown))}
+            one = unknown - {draw.choice(sorted(unknown))} | {
+                draw.choice(sorted(set(names) - unknown))
+            }
             if np.linalg.cond(slopes[:, [names.index(name) for name in sorted(one)]]) < CONDITION:
                 unknown, exchanged = one, exchanged + 1
         if np.linalg.cond(slopes[:, [names.index(name) for name in sorted(unknown)]]) < CONDITION:

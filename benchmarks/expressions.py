@@ -1,4 +1,5 @@
-"""Expressions and conditions of the rule sheet language by mpmath alone: a witness that shares no code.
+"""Expressions and conditions of the rule sheet language by mpmath alone: a witness that shares no
+code.
 
 The text is turned into Python by rewriting ``^``, ``=`` and numbers, and evaluated with 50 digits.
 """
@@ -26,11 +27,13 @@ class Undefined(Exception):
 
 
 def evaluated(text: str, values: Mapping[str, Any], digits: int = DIGITS) -> Any:
-    """The value with 50 digits (more where numbers are large or small, for whole turns and cancellation);
-    floats are the exact numbers that they are. Raises Undefined."""
+    """The value with 50 digits (more where numbers are large or small, for whole turns and
+    cancellation); floats are the exact numbers that they are. Raises Undefined."""
     code = _code(text)
     read = {name: values[name] for name in code.co_names if name in values}
-    decades = max([_decades(text), *(abs(mpmath.mag(v)) * DECADES_A_BIT for v in read.values() if v)])
+    decades = max(
+        [_decades(text), *(abs(mpmath.mag(v)) * DECADES_A_BIT for v in read.values() if v)]
+    )
     with mpmath.workdps(digits + (4 * round(decades) if decades > 12 else 0)):
         numbers = {name: mpf(value) for name, value in read.items()}
         try:
@@ -61,7 +64,8 @@ def _code(text: str) -> CodeType:
 def _real(function: Callable[..., Any], known_at_0: bool) -> Callable[..., Any]:
     """The function over the reals: complex and infinite arguments and values are refused.
 
-    ``known_at_0``: nearer to 0 than digits show it is what it is at 0, or goes as its argument does.
+    ``known_at_0``: nearer to 0 than digits show it is what it is at 0, or goes as its argument
+    does.
     """
 
     def value(*arguments: Any) -> Any:

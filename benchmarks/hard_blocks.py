@@ -1,7 +1,8 @@
-"""Blocks that are hard for every method: many equations of exponentials and squares, solved from far away.
+"""Blocks that are hard for every method: many equations of exponentials and squares, solved from
+far away.
 
-``exp(c x_a + d x_b) + k x_i - x_(i+1)² = r`` for every i, with the numbers drawn at random and r chosen so
-that a planted point, drawn too, is a root. There may be others.
+``exp(c x_a + d x_b) + k x_i - x_(i+1)² = r`` for every i, with the numbers drawn at random and r
+chosen so that a planted point, drawn too, is a root. There may be others.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class HardBlock:
-    """A sheet in n unknowns x0 …, with guesses in it; ``root`` (n,) is one of its answers, to rounding."""
+    """A sheet in n unknowns x0 …, with guesses in it; ``root`` (n,) is one of its answers, to
+    rounding."""
 
     sheet: str
     guesses: dict[str, float]

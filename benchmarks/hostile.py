@@ -1,20 +1,22 @@
 """Random, ill-scaled, degenerate and hostile sheets: no crash, no hang, no false claim.
 
-    python benchmarks/hostile.py [--count 1000] [--seed 0] [--limit 60] [--jobs 1] [-o FILE] [--show SEED]
+python benchmarks/hostile.py [--count 1000] [--seed 0] [--limit 60] [--jobs 1] [-o FILE] [--show
+    SEED]
 
-solves the sheets of ``hostile_kinds.py`` from a seed on, in so many processes, and prints how they ended, by
-kind and status, and every one that is
+solves the sheets of ``hostile_kinds.py`` from a seed on, in so many processes, and prints how they
+ended, by kind and status, and every one that is
 
 - a *crash*: any exception but the refusal of a broken sheet, and any warning of Python;
 - a *hang*: longer than the limit, in seconds of the processor;
-- a *false success*: an answer with a rule that no change of 1e-9 of its values would satisfy, judged with 50
-  digits by a witness that shares no code with the solver;
-- a *false refusal*: called infeasible, contradictory, or completely solved without the planted state,
-  although that state is there, and determined well.
+- a *false success*: an answer with a rule that no change of 1e-9 of its values would satisfy,
+  judged with 50 digits by a witness that shares no code with the solver;
+- a *false refusal*: called infeasible, contradictory, or completely solved without the planted
+  state, although that state is there, and determined well.
 
-With ``--small`` the sheets are those of ``hostile_small.py``. With ``--plans`` they go through compiled plans
-instead (``hostile_plans.py``); with both these are small ones of two inputs (``hostile_inputs.py``). A long
-run writes every outcome to a file, goes on where the file ends, and prints the table of all in it.
+With ``--small`` the sheets are those of ``hostile_small.py``. With ``--plans`` they go through
+compiled plans instead (``hostile_plans.py``); with both these are small ones of two inputs
+(``hostile_inputs.py``). A long run writes every outcome to a file, goes on where the file ends, and
+prints the table of all in it.
 """
 
 from __future__ import annotations
@@ -37,7 +39,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the matrices are small, and the processes several
+os.environ.setdefault(
+    "OPENBLAS_NUM_THREADS", "1"
+)  # the matrices are small, and the processes several
 
 import mpmath
 
@@ -52,7 +56,11 @@ from solver import Result, Status
 
 CHANGE = 1e-9
 """The relative change of the values that may be needed to satisfy a rule exactly."""
-SHARES = (0.0, *(sign * 10.0**-k for sign in (1, -1) for k in range(7)), *(k / 10 for k in range(-9, 10)))
+SHARES = (
+    0.0,
+    *(sign * 10.0**-k for sign in (1, -1) for k in range(7)),
+    *(k / 10 for k in range(-9, 10)),
+)
 """Of the change, where a rule is tried."""
 CERTAIN = 1e-9
 """Planted states are looked for if rounding explains no larger change of them."""
@@ -64,7 +72,8 @@ MANY = 27_720
 LONGEST = 350
 """Digits in which a difference of floats leaves some beyond the point: each is below 1e309."""
 JUMPS = re.compile(r"\b(int|frac|round|mod|sgn|atan2d?)\(")
-"""Beside a jump a rule may be satisfied in a stretch far shorter than the changes that are tried."""
+"""Beside a jump a rule may be satisfied in a stretch far shorter than the changes that are
+tried."""
 SMALLEST = 2.0**-1022
 """The floats next to 0 are as far apart as those next to this number."""
 
@@ -100,7 +109,8 @@ def examine(
     make: Callable[[int, int], Sheet] = sheet,
     claims: Callable[[Sheet, Result], Iterator[tuple[str, str]]] | None = None,
 ) -> Outcome:
-    """Solve the sheet of a seed (``most`` unknowns) within so many seconds of the processor, and judge it."""
+    """Solve the sheet of a seed (``most`` unknowns) within so many seconds of the processor, and
+    judge it."""
     made = make(seed, most)
     began = time.process_time()
     warnings.simplefilter("error")
@@ -131,7 +141,9 @@ def _refused(seed: int, made: Sheet, error: Exception, seconds: float) -> Outcom
     """Only broken text, and numbers that no float holds, may be refused."""
     if made.raw is not None or made.kind == "nasty numbers":
         return Outcome(seed, made.kind, "refused", seconds)
-    return Outcome(seed, made.kind, "refused", seconds, Finding(seed, "refused", str(error).splitlines()[0]))
+    return Outcome(
+        seed, made.kind, "refused", seconds, Finding(seed, "refused", str(error).splitlines()[0])
+    )
 
 
 def false_claims(made: Sheet, result: Result) -> Iterator[tuple[str, str]]:
@@ -159,19 +171,22 @@ def false_claims(made: Sheet, result: Result) -> Iterator[tuple[str, str]]:
 def _with_result(
     made: Sheet, rule: tuple[str, str, str], known: Mapping[str, float]
 ) -> tuple[tuple[str, str, str], Mapping[str, float]]:
-    """The rule and what is known: what a call gives back is a value of its own, not a number of the rule."""
+    """The rule and what is known: what a call gives back is a value of its own, not a number of the
+    rule."""
     condition, left, right = rule
     return ((condition, left, "k"), {**known, "k": float(right)}) if made.head else (rule, known)
 
 
 def satisfied(rule: tuple[str, str, str], values: Mapping[str, float]) -> bool:
-    """Whether changes of 1e-9 of the values satisfy the rule; rules that do not apply, or that read what has
-    no value, ask nothing."""
+    """Whether changes of 1e-9 of the values satisfy the rule; rules that do not apply, or that read
+    what has no value, ask nothing."""
     names = set(re.findall(r"\b[a-z]\b", " ".join(rule)))
     if not names <= set(values):
         return True
     values = {name: values[name] for name in names}
-    more = (16 * DIGITS,) if JUMPS.search(" ".join(rule[1:])) else ()  # as the parts of exp(600) take
+    more = (
+        (16 * DIGITS,) if JUMPS.search(" ".join(rule[1:])) else ()
+    )  # as the parts of exp(600) take
     return any(_holds(rule, values, digits) for digits in (DIGITS, 4 * DIGITS, *more))
 
 
@@ -184,7 +199,9 @@ def _holds(rule: tuple[str, str, str], values: Mapping[str, float], digits: int)
         miss = evaluated(text, values, digits)
     except Undefined:
         return any(_reaches(rule, values, name, digits) for name in values)
-    if miss == 0 or abs(evaluated(text, values, 2 * digits)) <= abs(miss) * mpmath.mpf(10) ** (10 - digits):
+    if miss == 0 or abs(evaluated(text, values, 2 * digits)) <= abs(miss) * mpmath.mpf(10) ** (
+        10 - digits
+    ):
         return True  # as sin(pi), which is 0 but for the digits of pi
     with mpmath.workdps(digits):
         total = mpmath.mpf(0)
@@ -192,7 +209,10 @@ def _holds(rule: tuple[str, str, str], values: Mapping[str, float], digits: int)
         for name, value in values.items():
             step = mpmath.mpf(max(abs(value), SMALLEST)) * share
             try:
-                moved = [evaluated(text, {**values, name: value + sign * step}, digits) for sign in (1, -1)]
+                moved = [
+                    evaluated(text, {**values, name: value + sign * step}, digits)
+                    for sign in (1, -1)
+                ]
             except Undefined:
                 continue
             total += abs(moved[0] - moved[1]) / 2 / share
@@ -201,9 +221,12 @@ def _holds(rule: tuple[str, str, str], values: Mapping[str, float], digits: int)
     return any(_reaches(rule, values, name, digits) for name in values)
 
 
-def _reaches(rule: tuple[str, str, str], values: Mapping[str, float], name: str, digits: int) -> bool:
-    """Whether the miss changes its sign, or vanishes, as one value changes by up to 1e-9 of itself; beside a
-    jump, whether it comes next to 0; beside the end of a domain, whether it vanishes towards that."""
+def _reaches(
+    rule: tuple[str, str, str], values: Mapping[str, float], name: str, digits: int
+) -> bool:
+    """Whether the miss changes its sign, or vanishes, as one value changes by up to 1e-9 of itself;
+    beside a jump, whether it comes next to 0; beside the end of a domain, whether it vanishes
+    towards that."""
     _, left, right = rule
 
     def miss(number: Any) -> Any:
@@ -217,18 +240,22 @@ def _reaches(rule: tuple[str, str, str], values: Mapping[str, float], name: str,
 
     with mpmath.workdps(digits):
         size = mpmath.mpf(max(abs(values[name]), SMALLEST))
-        change = CHANGE * mpmath.pi / 3  # no float: a float times an angle of whole turns may be one again
+        change = (
+            CHANGE * mpmath.pi / 3
+        )  # no float: a float times an angle of whole turns may be one again
         tried = [values[name] + size * change * share for share in SHARES]
         short = {round(values[name], places) for places in range(12)}  # where a jump has its edge
         tried += [near for near in short if abs(near - values[name]) <= CHANGE * size]
         found = [(number, miss(number)) for number in sorted(set(tried))]
         signs = {int(mpmath.sign(there)) for _, there in found if there is not None}
-        return 0 in signs or len(signs) > 1 or any(_vanishes(miss, *pair) for pair in pairwise(found))
+        return (
+            0 in signs or len(signs) > 1 or any(_vanishes(miss, *pair) for pair in pairwise(found))
+        )
 
 
 def _vanishes(miss: Callable[[Any], Any], one: tuple[Any, Any], other: tuple[Any, Any]) -> bool:
-    """Whether a miss that has a value at one of two numbers alone goes to 0 towards the end of where it has,
-    as that of ``(3/y - x)^1.5 = 0`` does: the end may lie between two floats."""
+    """Whether a miss that has a value at one of two numbers alone goes to 0 towards the end of
+    where it has, as that of ``(3/y - x)^1.5 = 0`` does: the end may lie between two floats."""
     if (one[1] is None) == (other[1] is None):
         return False
     (inside, first), (outside, _) = (one, other) if other[1] is None else (other, one)
@@ -250,7 +277,8 @@ def _square(made: Sheet) -> bool:
 
 
 def _is_plant(made: Sheet, solution: Mapping[str, Any], spread: float) -> bool:
-    """Whether an answer is the planted state, which rounding leaves unsure by a relative ``spread``."""
+    """Whether an answer is the planted state, which rounding leaves unsure by a relative
+    ``spread``."""
     assert made.planted is not None
     used = {name for rule in made.rules for name in solution if name in "".join(rule)}
     return all(
@@ -262,12 +290,15 @@ def _is_plant(made: Sheet, solution: Mapping[str, Any], spread: float) -> bool:
 
 
 def _in_parts(made: Sheet, name: str) -> bool:
-    """Whether an unknown lies beyond one turn of an angle that the rules read in parts, as ``sin(y/3)``: no
-    more of its turns than one are listed. Some turns leave the rules as they are, one does not."""
+    """Whether an unknown lies beyond one turn of an angle that the rules read in parts, as
+    ``sin(y/3)``: no more of its turns than one are listed. Some turns leave the rules as they are,
+    one does not."""
     assert made.planted is not None
     value = made.planted[name]
     return name not in made.inputs and any(
-        abs(value) > turn / 2 and _indifferent(made, name, MANY * turn) and not _indifferent(made, name, turn)
+        abs(value) > turn / 2
+        and _indifferent(made, name, MANY * turn)
+        and not _indifferent(made, name, turn)
         for turn in (mpmath.mpf(360), 2 * mpmath.pi)
     )
 
@@ -278,28 +309,37 @@ def _indifferent(made: Sheet, name: str, change: Any) -> bool:
     with mpmath.workdps(LONGEST):
         changed = {**made.planted, name: mpmath.mpf(made.planted[name]) + change}
         try:
-            moves = [evaluated(left, changed) - evaluated(left, made.planted) for _, left, _ in active(made)]
+            moves = [
+                evaluated(left, changed) - evaluated(left, made.planted)
+                for _, left, _ in active(made)
+            ]
         except Undefined:
             return False
         return all(abs(move) < CERTAIN for move in moves)
 
 
 def _turns(planted: float, found: float, unsure: float) -> bool:
-    """Angles are reported within one turn: whole ones apart (degrees or radians), but for what is unsure."""
+    """Angles are reported within one turn: whole ones apart (degrees or radians), but for what is
+    unsure."""
     with mpmath.workdps(LONGEST):
         apart = mpmath.mpf(planted) - mpmath.mpf(found)
         return any(
-            abs(apart) > turn / 2 and abs(apart - turn * mpmath.nint(apart / turn)) < max(NEAR * turn, unsure)
+            abs(apart) > turn / 2
+            and abs(apart - turn * mpmath.nint(apart / turn)) < max(NEAR * turn, unsure)
             for turn in (mpmath.mpf(360), 2 * mpmath.pi)
         )
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Hostile sheets: no crash, no hang, no false claim.")
+    parser = argparse.ArgumentParser(
+        description="Hostile sheets: no crash, no hang, no false claim."
+    )
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0, help="the first of as many seeds")
     parser.add_argument("--most", type=int, default=5, help="unknowns of a sheet, at most")
-    parser.add_argument("--limit", type=float, default=60.0, help="seconds of the processor for each")
+    parser.add_argument(
+        "--limit", type=float, default=60.0, help="seconds of the processor for each"
+    )
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="CSV of the outcomes, to go on with"
@@ -311,7 +351,9 @@ def main() -> None:
         help="sheets of one to three rules at special points (hostile_small.py)",
     )
     parser.add_argument(
-        "--plans", action="store_true", help="hold compiled plans to what a solve says (hostile_plans.py)"
+        "--plans",
+        action="store_true",
+        help="hold compiled plans to what a solve says (hostile_plans.py)",
     )
     parser.add_argument(
         "--patience",
@@ -326,7 +368,9 @@ def main() -> None:
         return
     before = [] if arguments.output is None else recorded(arguments.output)
     done = {outcome.seed for outcome in before}
-    seeds = [seed for seed in range(arguments.seed, arguments.seed + arguments.count) if seed not in done]
+    seeds = [
+        seed for seed in range(arguments.seed, arguments.seed + arguments.count) if seed not in done
+    ]
     outcomes = before + list(_examined(seeds, arguments))
     report(outcomes)
     sys.exit(any(outcome.finding for outcome in outcomes))
@@ -338,7 +382,9 @@ def _trial(arguments: argparse.Namespace) -> partial[Outcome]:
         from benchmarks import hostile_plans
 
         patience = hostile_plans.PATIENCE if arguments.patience is None else arguments.patience
-        asked = partial(hostile_plans.examine, limit=arguments.limit, most=arguments.most, patience=patience)
+        asked = partial(
+            hostile_plans.examine, limit=arguments.limit, most=arguments.most, patience=patience
+        )
         if arguments.small:
             from benchmarks import hostile_inputs
 
@@ -348,7 +394,9 @@ def _trial(arguments: argparse.Namespace) -> partial[Outcome]:
         from benchmarks import hostile_small
 
         small, claims = hostile_small.sheet, hostile_small.false_claims
-        return partial(examine, limit=arguments.limit, most=arguments.most, make=small, claims=claims)
+        return partial(
+            examine, limit=arguments.limit, most=arguments.most, make=small, claims=claims
+        )
     return partial(examine, limit=arguments.limit, most=arguments.most)
 
 
@@ -378,7 +426,13 @@ def recorded(file: Path) -> list[Outcome]:
         return []
     with file.open(newline="", encoding="utf-8") as stream:
         return [
-            Outcome(int(seed), kind, status, float(seconds), Finding(int(seed), what, said) if what else None)
+            Outcome(
+                int(seed),
+                kind,
+                status,
+                float(seconds),
+                Finding(int(seed), what, said) if what else None,
+            )
             for seed, kind, status, seconds, what, said in csv.reader(stream)
         ]
 

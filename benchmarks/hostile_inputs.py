@@ -1,7 +1,9 @@
-"""Small sheets of two inputs, for compiled plans: one to three rules, asked where numbers are special.
+"""Small sheets of two inputs, for compiled plans: one to three rules, asked where numbers are
+special.
 
-A plan learns its ways at plain numbers; what it learned is asked at 0, right angles and near the ends of the
-floats, where products underflow, numbers drown in sums, and what was regular no longer is.
+A plan learns its ways at plain numbers; what it learned is asked at 0, right angles and near the
+ends of the floats, where products underflow, numbers drown in sums, and what was regular no longer
+is.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ PLAIN_POINTS, SPECIAL_POINTS = 4, 10
 
 
 def sheet(seed: int, most: int = 3) -> Sheet:
-    """The sheet of a seed, always the same: each rule has an unknown of its own and may read those before."""
+    """The sheet of a seed, always the same: each rule has an unknown of its own and may read those
+    before."""
     random = Random(seed)
     count = min(most, random.choice((1, 1, 2, 2, 3)))
     rules, lines = [], []
@@ -55,7 +58,10 @@ def points(made: Sheet, seed: int) -> list[tuple[float, ...]]:
     found = [tuple(made.inputs.values())]
     found += [tuple(_plain(random) for _ in range(count)) for _ in range(PLAIN_POINTS - 1)]
     for _ in range(SPECIAL_POINTS):
-        point = [random.choice(SPECIAL) if random.random() < 0.6 else _plain(random) for _ in range(count)]
+        point = [
+            random.choice(SPECIAL) if random.random() < 0.6 else _plain(random)
+            for _ in range(count)
+        ]
         found.append((point[0],) * count if random.random() < 0.15 else tuple(point))
     return list(dict.fromkeys(found))
 

@@ -1,7 +1,8 @@
-"""More hostile sheets: edges of functions, kinks and jumps, branches, subsheets, and numbers of any size.
+"""More hostile sheets: edges of functions, kinks and jumps, branches, subsheets, and numbers of any
+size.
 
-Where the text of a sheet says its rules another way (``if … else``, tuples, calls of rule functions), its
-``lines`` have the text, and its ``rules`` what it comes to.
+Where the text of a sheet says its rules another way (``if … else``, tuples, calls of rule
+functions), its ``lines`` have the text, and its ``rules`` what it comes to.
 """
 
 from __future__ import annotations
@@ -23,7 +24,20 @@ from benchmarks.hostile_sheets import (
     sides,
 )
 
-FOLDED = ("abs", "min", "max", "mod", "int", "round", "sgn", "frac", "atan2d", "abs", "max", "atan2")
+FOLDED = (
+    "abs",
+    "min",
+    "max",
+    "mod",
+    "int",
+    "round",
+    "sgn",
+    "frac",
+    "atan2d",
+    "abs",
+    "max",
+    "atan2",
+)
 SATURATING = ("tanh", "exp", "atan", "erf", "erfc", "cosh", "sinh", "asinh", "exp", "tanh")
 INVERSE = ("asin", "acos", "asind", "acosd", "acosh", "atanh", "sqrt", "ln", "acosd", "sqrt")
 
@@ -158,8 +172,8 @@ def huge(random: Dice) -> Sheet:
 
 
 def branched(random: Dice) -> Sheet:
-    """Planted, with some rules in one arm of an ``if … else`` that waits on what it determines, and others
-    that look at a symbol."""
+    """Planted, with some rules in one arm of an ``if … else`` that waits on what it determines, and
+    others that look at a symbol."""
     made = planted(random)
     assert made.planted is not None
     lines, rules = [], []
@@ -195,7 +209,8 @@ def _condition(random: Dice, made: Sheet) -> str:
 
 
 def called(random: Dice) -> Sheet:
-    """Planted, with rules in rule functions that are called forwards and backwards, and some in tuples."""
+    """Planted, with rules in rule functions that are called forwards and backwards, and some in
+    tuples."""
     made = planted(random)
     functions, calls, waiting = [], [], []
     for place, (_, left, right) in enumerate(made.rules):
@@ -208,7 +223,8 @@ def called(random: Dice) -> Sheet:
         elif way < 0.6:
             given = ", ".join(f"p{name}" for name in inside)
             functions.append(
-                f"function f{place}({given}; out)\nrules\n  inner = {_renamed(left, inside)}\n  out = 2*inner"
+                f"function f{place}({given}; out)\nrules\n  inner = {_renamed(left, inside)}\n  "
+                "out = 2*inner"
             )
             calls.append(f"f{place}({', '.join(inside)})/2 = {right}")
         else:
@@ -234,7 +250,9 @@ def jumpy(random: Dice) -> Sheet:
         left = left if names_of(left) else names[0]
         rules.append(("", left, expression(random, names, random.randint(0, 1), functions)))
     return Sheet(
-        "jumpy", tuple(rules), {name: magnitude(random, 1) for name in names if random.random() < 0.2}
+        "jumpy",
+        tuple(rules),
+        {name: magnitude(random, 1) for name in names if random.random() < 0.2},
     )
 
 

@@ -1,17 +1,18 @@
-"""Hostile sheets through compiled plans: what ``plan``, ``plan.all`` and sweeps say is what ``solve`` says.
+"""Hostile sheets through compiled plans: what ``plan``, ``plan.all`` and sweeps say is what
+``solve`` says.
 
-The inputs of a sheet are the inputs of its plan; of a sheet without inputs it is one number of its rules. The
-plan is taught by the numbers of the sheet, then asked at those, beside them, and at rough values (of the
-small sheets of ``hostile_inputs.py``: at plain numbers, then at special ones): by calls, by sweeps, and for
-one sheet in eight, where the extra ``jit`` is installed, in machine code. At each of these a fresh ``solve``
-has the word:
+The inputs of a sheet are the inputs of its plan; of a sheet without inputs it is one number of its
+rules. The plan is taught by the numbers of the sheet, then asked at those, beside them, and at
+rough values (of the small sheets of ``hostile_inputs.py``: at plain numbers, then at special ones):
+by calls, by sweeps, and for one sheet in eight, where the extra ``jit`` is installed, in machine
+code. At each of these a fresh ``solve`` has the word:
 
 - a *crash*: any exception but ``Unsolved``;
 - another *status*: ``Unsolved`` or solved where ``solve`` says something else;
 - other *answers*: more or fewer of them, or in another order;
 - a *false success*: values that the witness of ``hostile.py`` refutes;
-- other *values*: farther from those of ``solve`` than 4 ulp × conditioning (its error bars are those of one
-  rounding an operation) or than 1e-9 of them, though no rule refutes them.
+- other *values*: farther from those of ``solve`` than 4 ulp × conditioning (its error bars are
+  those of one rounding an operation) or than 1e-9 of them, though no rule refutes them.
 """
 
 from __future__ import annotations
@@ -51,14 +52,16 @@ ROUNDS = 2
 MACHINE_CODE = 8
 """Sheets of which one is compiled to machine code too, which takes longer than all else."""
 PATIENCE = 0.1
-"""Seconds of the processor for one solve of what is asked twenty times; what takes longer is not asked."""
+"""Seconds of the processor for one solve of what is asked twenty times; what takes longer is not
+asked."""
 
 Answers = list[tuple[Any, ...]]
 
 
 @dataclass(frozen=True)
 class Said:
-    """What one way says at a point: the answers, the primary first; ``bars`` are their error bars."""
+    """What one way says at a point: the answers, the primary first; ``bars`` are their error
+    bars."""
 
     status: Status
     answers: Answers
@@ -66,7 +69,8 @@ class Said:
 
 
 def parametrised(made: Sheet, seed: int) -> Sheet | None:
-    """The sheet with inputs: its own, or one number of its rules under a name; None where it has neither."""
+    """The sheet with inputs: its own, or one number of its rules under a name; None where it has
+    neither."""
     if made.raw is not None:
         return None
     if made.inputs:
@@ -101,7 +105,12 @@ def points(made: Sheet, seed: int) -> list[tuple[float, ...]]:
         place = dice.randrange(len(base))
         value = base[place]
         near = dice.choice(
-            (math.nextafter(value, math.inf), math.nextafter(value, -math.inf), value * 1.001, value * 0.7)
+            (
+                math.nextafter(value, math.inf),
+                math.nextafter(value, -math.inf),
+                value * 1.001,
+                value * 0.7,
+            )
         )
         found.append((*base[:place], near, *base[place + 1 :]))
     for value in dice.sample(ROUGH, 3):
@@ -161,7 +170,9 @@ def _compared(
     sweeps = ["sweep", "sweep_all"]
     if seed % MACHINE_CODE == 0 and available():
         sweeps += ["sweep jit", "sweep_all jit"]
-    return str(said[0].status), next(_differences(made, model, names, want, asked, said, sweeps), None)
+    return str(said[0].status), next(
+        _differences(made, model, names, want, asked, said, sweeps), None
+    )
 
 
 def _solved(text: str, names: Sequence[str], point: Sequence[float], want: Sequence[str]) -> Said:
@@ -235,7 +246,9 @@ def _called(plan: Plan, point: tuple[float, ...], kind: str) -> tuple[Status, An
         return refused.status, []
 
 
-def _swept(plan: Plan, asked: list[tuple[float, ...]], kind: str) -> Iterator[tuple[Status, Answers]]:
+def _swept(
+    plan: Plan, asked: list[tuple[float, ...]], kind: str
+) -> Iterator[tuple[Status, Answers]]:
     rows = asked * 3
     columns = [list(column) for column in zip(*rows, strict=True)]
     by_code = {CODES[status]: status for status in Status}
@@ -266,7 +279,9 @@ def _judged(
     at = f"{where} at {dict(zip(names, point, strict=True))}"
     for row in answers:
         known = dict(zip((*names, *want), (*point, *row), strict=True))
-        numbers = {n: float(v) for n, v in known.items() if not isinstance(v, str) and not math.isnan(v)}
+        numbers = {
+            n: float(v) for n, v in known.items() if not isinstance(v, str) and not math.isnan(v)
+        }
         for rule in made.rules:
             if not satisfied(rule, numbers):
                 yield "false success", f"{at}: {rule} at {numbers}"

@@ -1,8 +1,9 @@
 """Random, ill-scaled, degenerate and hostile sheets, each from a seed.
 
-Some are built around a planted state, of which every rule is a consequence; some are random rules that may
-have any number of solutions or none; some are made to break things: poles, overflow, 0/0, double roots, rules
-that say the same thing twice or contradict each other, guards that wait on what they guard, and broken text.
+Some are built around a planted state, of which every rule is a consequence; some are random rules
+that may have any number of solutions or none; some are made to break things: poles, overflow, 0/0,
+double roots, rules that say the same thing twice or contradict each other, guards that wait on what
+they guard, and broken text.
 """
 
 from __future__ import annotations
@@ -22,11 +23,12 @@ from benchmarks.expressions import DIGITS, Undefined, evaluated
 
 @dataclass(frozen=True)
 class Sheet:
-    """``rules`` are (condition or "", left, right). ``planted`` is a state that satisfies all of them to the
-    rounding of their constants, None where there is none that is known of.
+    """``rules`` are (condition or "", left, right). ``planted`` is a state that satisfies all of
+    them to the rounding of their constants, None where there is none that is known of.
 
-    ``lines``: the text of the rules, where it is not plain; ``head``: what comes before the sections;
-    ``symbols``: inputs that are no numbers; ``raw``: the whole text, of a sheet that may well be refused.
+    ``lines``: the text of the rules, where it is not plain; ``head``: what comes before the
+    sections; ``symbols``: inputs that are no numbers; ``raw``: the whole text, of a sheet that may
+    well be refused.
     """
 
     kind: str
@@ -49,7 +51,9 @@ class Sheet:
             return "\n".join([*lines, ""])
         rows = [f"{name} = {symbol}" for name, symbol in self.symbols.items()]
         rows += [f"{name} = {value!r}" for name, value in self.inputs.items()]
-        for name in sorted(names_of(" ".join(" ".join(rule) for rule in self.rules)) - {*self.inputs}):
+        for name in sorted(
+            names_of(" ".join(" ".join(rule) for rule in self.rules)) - {*self.inputs}
+        ):
             guess = f" ~ {self.guesses[name]!r}" if name in self.guesses else ""
             low, high = self.ranges.get(name, (-math.inf, math.inf))
             range_ = f" in [{low!r}, {high!r}]" if low > -math.inf and not guess else ""
@@ -64,7 +68,20 @@ def _line(rule: tuple[str, str, str]) -> str:
 
 NAMES = ("a", "b", "c", "d", "x", "y", "z", "w")
 SMOOTH = ("sin", "cos", "exp", "sqrt", "ln", "atan", "sind", "cosd", "abs", "tanh")
-ROUGH = (*SMOOTH, "tan", "asin", "acos", "int", "sgn", "tand", "cosh", "acosd", "round", "frac", "log")
+ROUGH = (
+    *SMOOTH,
+    "tan",
+    "asin",
+    "acos",
+    "int",
+    "sgn",
+    "tand",
+    "cosh",
+    "acosd",
+    "round",
+    "frac",
+    "log",
+)
 OF_TWO = frozenset({"min", "max", "mod", "atan2", "atan2d"})
 CONSTANTS = ("0", "1", "2", "3", "0.5", "10", "1e-3", "1e6", "7", "360", "90", "pi")
 NASTY = ("0", "1e-300", "1e300", "1e-16", "1e16", "1e-9", "4.9e-324", "1.7e308", "1e150", "1e-150")
@@ -81,7 +98,8 @@ class Dice(Random):
         return super().__new__(cls, seed)
 
 
-# -- planted ------------------------------------------------------------------------------------------------
+# -- planted
+# ------------------------------------------------------------------------------------------------
 
 
 def magnitude(random: Dice, decades: float) -> float:
@@ -96,7 +114,8 @@ def planted(
     functions: tuple[str, ...] = SMOOTH,
     limit: float = 1e12,
 ) -> Sheet:
-    """Rules of random expressions, none larger than the ``limit``, at a random state of so many decades."""
+    """Rules of random expressions, none larger than the ``limit``, at a random state of so many
+    decades."""
     n = random.randint(1, random.most)
     names = random.sample(NAMES, n + random.randint(0, 2))
     unknown = names[:n]
@@ -185,7 +204,8 @@ def _ranged(random: Dice) -> Sheet:
     return Sheet("ranged", made.rules, made.inputs, {}, ranges, made.planted)
 
 
-# -- whatever comes -----------------------------------------------------------------------------------------
+# -- whatever comes
+# -----------------------------------------------------------------------------------------
 
 
 def _random(random: Dice) -> Sheet:
@@ -211,7 +231,11 @@ def _nasty(random: Dice) -> Sheet:
         left = expression(random, names, random.randint(1, 2), ROUGH)
         left = left if names_of(left) else names[0]
         rules.append(
-            ("", f"{left}*{random.choice(NASTY)}" if random.random() < 0.5 else left, random.choice(NASTY))
+            (
+                "",
+                f"{left}*{random.choice(NASTY)}" if random.random() < 0.5 else left,
+                random.choice(NASTY),
+            )
         )
     inputs = {name: float(random.choice(NASTY)) for name in names if random.random() < 0.4}
     return Sheet("nasty numbers", tuple(rules), inputs)
@@ -320,12 +344,15 @@ def _guarded(random: Dice) -> Sheet:
 
 
 def _broken(random: Dice) -> Sheet:
-    """The text of another sheet with some characters changed: refused, or read as something else."""
+    """The text of another sheet with some characters changed: refused, or read as something
+    else."""
     text = planted(random).text
     for _ in range(random.randint(1, 4)):
         place = random.randrange(len(text) + 1)
         text = (
-            text[:place] + random.choice("()+-*/^=,;'\"[]~ \n\x00é1e.") + text[place + random.randint(0, 2) :]
+            text[:place]
+            + random.choice("()+-*/^=,;'\"[]~ \n\x00é1e.")
+            + text[place + random.randint(0, 2) :]
         )
     return Sheet("broken text", (), raw=text)
 
@@ -337,8 +364,9 @@ def active(made: Sheet) -> list[tuple[str, str, str]]:
 
 
 def uncertainty(made: Sheet) -> float:
-    """The relative change of the planted values that the rounding of the rules' constants and of their
-    evaluation in floats explains; infinite where the rules do not determine the unknowns there."""
+    """The relative change of the planted values that the rounding of the rules' constants and of
+    their evaluation in floats explains; infinite where the rules do not determine the unknowns
+    there."""
     if made.planted is None or not made.rules:
         return math.inf
     unknown = [name for name in made.planted if name not in made.inputs]
@@ -354,7 +382,8 @@ def uncertainty(made: Sheet) -> float:
 
 
 def _spread(matrix: Any, noise: Any) -> float:
-    """The largest change of the unknowns (n,) that ``noise`` (m,) in rules with slopes (m, n) explains."""
+    """The largest change of the unknowns (n,) that ``noise`` (m,) in rules with slopes (m, n)
+    explains."""
     sizes = abs(matrix).max(axis=1)
     matrix, noise = matrix[sizes > 0] / sizes[sizes > 0, None], noise[sizes > 0] / sizes[sizes > 0]
     singular = np.linalg.svd(matrix, compute_uv=False)
@@ -369,7 +398,9 @@ def _row(
 ) -> tuple[list[float], float]:
     """∂F/∂ln v of a rule by the unknowns, and how far it is off by rounding."""
     _, left, right = rule
-    decades = math.ceil(math.log10(max(1.0, *map(abs, state.values()))))  # no step may pass over whole turns
+    decades = math.ceil(
+        math.log10(max(1.0, *map(abs, state.values())))
+    )  # no step may pass over whole turns
     text, row = f"{left} - ({right})", []
     with mpmath.workdps(DIGITS + 2 * decades):
         step = mpmath.mpf(10) ** (-DIGITS // 2 - decades)

@@ -1,9 +1,10 @@
-"""Small sheets at special points: one to three rules whose numbers are where functions have their edges.
+"""Small sheets at special points: one to three rules whose numbers are where functions have their
+edges.
 
-States are planted at 0, ±1, right angles, whole turns, the ends of the floats and their neighbours, and the
-right sides computed with 50 digits. A sheet of one unknown is held to a search by brute force besides: an
-answer that is called complete without a root, or a root where there is said to be none, is a *false
-completeness*.
+States are planted at 0, ±1, right angles, whole turns, the ends of the floats and their neighbours,
+and the right sides computed with 50 digits. A sheet of one unknown is held to a search by brute
+force besides: an answer that is called complete without a root, or a root where there is said to be
+none, is a *false completeness*.
 """
 
 from __future__ import annotations
@@ -21,12 +22,30 @@ from solver import Result
 PLAIN = (0.0, 1.0, -1.0, 2.0, -2.0, 0.5, -0.5, 3.0)
 ANGLES = (30.0, 45.0, 60.0, 90.0, 180.0, 270.0, 360.0, -90.0, -180.0)
 FAR = (
-    *(sign * 10.0**k for sign in (1, -1) for k in (9, -9, 16, -16, 100, -100, 200, -200, 300, -300)),
+    *(
+        sign * 10.0**k
+        for sign in (1, -1)
+        for k in (9, -9, 16, -16, 100, -100, 200, -200, 300, -300)
+    ),
     1e308,
 )
 ENDS = (5e-324, 2.0**-1022, 1.7976931348623157e308)
 
-SMOOTH = ("sin", "cos", "tan", "exp", "sqrt", "ln", "log", "atan", "sind", "cosd", "tand", "tanh", "cosh")
+SMOOTH = (
+    "sin",
+    "cos",
+    "tan",
+    "exp",
+    "sqrt",
+    "ln",
+    "log",
+    "atan",
+    "sind",
+    "cosd",
+    "tand",
+    "tanh",
+    "cosh",
+)
 SMOOTH += ("sinh", "asinh", "atand", "erf", "erfc", "abs")
 ENDED = ("asin", "acos", "asind", "acosd", "acosh", "atanh", "sqrt", "ln")
 KINKED = ("abs", "int", "frac", "round", "sgn", "mod", "min", "max")
@@ -59,7 +78,9 @@ OF_TWO = ("{x}*{y}", "{x} + {y}", "{x}/{y}", "{x} - {y}", "{a}*{x}*{y}", "{x}^2*
 def special(random: Dice, wild: float = 0.3) -> float:
     """A number of the tables; ``wild``: the chance of one far from 1."""
     way = random.random()
-    value = random.choice(FAR if way < 0.9 * wild else ENDS if way < wild else random.choice((PLAIN, ANGLES)))
+    value = random.choice(
+        FAR if way < 0.9 * wild else ENDS if way < wild else random.choice((PLAIN, ANGLES))
+    )
     if random.random() < 0.12:
         value = math.nextafter(value, random.choice((-math.inf, math.inf)))
     return value if math.isfinite(value) else 1.0
@@ -89,14 +110,17 @@ Form = Callable[[Dice, list[str]], str]
 
 
 def _planted(random: Dice, form: Form, kind: str, most: int = 3) -> Sheet:
-    """A rule of the form for each unknown, at a special state; now and then with a right side of any kind."""
+    """A rule of the form for each unknown, at a special state; now and then with a right side of
+    any kind."""
     n = min(most, random.most, random.choice((1, 1, 1, 1, 2, 2, 3)))
     names = random.sample(("x", "y", "z", "a"), n)
     wild = random.choice((0.0, 0.0, 0.3, 1.0))
     state = {name: special(random, wild) for name in names}
     rules, fits = [], True
     for k, name in enumerate(names):
-        others = [other for other in names if other != name] if n > 1 and random.random() < 0.7 else []
+        others = (
+            [other for other in names if other != name] if n > 1 and random.random() < 0.7 else []
+        )
         for _ in range(20):
             left = form(random, [name, *others])
             right = value(left, state)
@@ -106,7 +130,9 @@ def _planted(random: Dice, form: Form, kind: str, most: int = 3) -> Sheet:
                 rules.append(("", left, repr(right)))
                 break
         fits &= len(rules) == k + 1
-    return Sheet(kind, tuple(rules) or (("", names[0], "1"),), planted=state if fits and rules else None)
+    return Sheet(
+        kind, tuple(rules) or (("", names[0], "1"),), planted=state if fits and rules else None
+    )
 
 
 def value(text: str, state: Mapping[str, float]) -> float | None:
@@ -187,7 +213,11 @@ def _checked(random: Dice) -> Sheet:
     left = random.choice(EVEN).format("x", k)
     check = random.choice(EVEN).format("x", k) if random.random() < 0.6 else argument(random, ["x"])
     state = {"x": x}
-    rules = [("", text, repr(right)) for text in (left, check) if (right := value(text, state)) is not None]
+    rules = [
+        ("", text, repr(right))
+        for text in (left, check)
+        if (right := value(text, state)) is not None
+    ]
     if random.random() < 0.3 and (right := value("2*x", state)) is not None:
         state["y"] = right
         rules.append(("", "y", "2*x"))
@@ -196,7 +226,8 @@ def _checked(random: Dice) -> Sheet:
 
 
 def _edged(random: Dice) -> Sheet:
-    """An ``if … then … else`` on the unknown, at its edge or by it; planted if no rounding decides."""
+    """An ``if … then … else`` on the unknown, at its edge or by it; planted if no rounding
+    decides."""
     x = special(random, random.choice((0.0, 0.0, 0.5)))
     edge = x if random.random() < 0.6 else special(random, 0.1)
     test, opposite = random.choice((("<", ">="), (">", "<="), ("<=", ">"), (">=", "<")))
@@ -219,7 +250,8 @@ def _edged(random: Dice) -> Sheet:
 
 
 def _given(random: Dice) -> Sheet:
-    """Some unknowns of another sheet become inputs at their special numbers, and an output hangs on them."""
+    """Some unknowns of another sheet become inputs at their special numbers, and an output hangs on
+    them."""
     form = random.choice((_one, _product, _power, _kinked, _directed, _cancelling))
     name, state = "x", {"x": special(random, random.choice((0.0, 0.3, 1.0)))}
     left = form(random, [name])
@@ -230,7 +262,10 @@ def _given(random: Dice) -> Sheet:
     right = value(left, state)
     plant = state if right is not None and "y" in names_of(left) else None
     return Sheet(
-        "given", (("", left, repr(1.0 if right is None else right)),), {"x": state["x"]}, planted=plant
+        "given",
+        (("", left, repr(1.0 if right is None else right)),),
+        {"x": state["x"]},
+        planted=plant,
     )
 
 
@@ -238,7 +273,9 @@ def _ended(random: Dice) -> Sheet:
     """A range of which the answer is an end, planted if no rounding decides."""
     form = random.choice((_one, _product, _power, _kinked, _cancelling))
     made = _planted(random, form, "ended", most=2)
-    state = made.planted or {name: special(random, 0.1) for name in names_of(" ".join(made.rules[0][1:]))}
+    state = made.planted or {
+        name: special(random, 0.1) for name in names_of(" ".join(made.rules[0][1:]))
+    }
     ranges = {}
     for name, x in state.items():
         size = random.choice((1.0, 360.0, abs(x), 1e-9))
@@ -273,7 +310,8 @@ def sheet(seed: int, most: int = 3) -> Sheet:
 
 
 def false_claims(made: Sheet, result: Result) -> Iterator[tuple[str, str]]:
-    """What the hostile sheets are judged by, and where there is one unknown, what brute force finds."""
+    """What the hostile sheets are judged by, and where there is one unknown, what brute force
+    finds."""
     yield from claims_of_any(made, result)
     for root in missing(made, result):
         yield "false completeness", f"{result.status} without {root!r}"

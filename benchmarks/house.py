@@ -2,11 +2,12 @@
 
     python -m benchmarks.house
 
-prints what ``docs/architecture.md`` quotes. A *room* is a folder, or a module that stands beside the folders.
-*Floors* are the rooms on the longest chain of imports, with rooms that import each other on one floor;
-*cycles* are groups of modules that import each other. Every import counts: those inside functions, and those
-that only annotations need. The *walk* runs a command in a process of its own and counts which of our files
-and functions it enters: first with an empty cache, as after a change of the source, and then again.
+prints what ``docs/architecture.md`` quotes. A *room* is a folder, or a module that stands beside
+the folders. *Floors* are the rooms on the longest chain of imports, with rooms that import each
+other on one floor; *cycles* are groups of modules that import each other. Every import counts:
+those inside functions, and those that only annotations need. The *walk* runs a command in a process
+of its own and counts which of our files and functions it enters: first with an empty cache, as
+after a change of the source, and then again.
 """
 
 from __future__ import annotations
@@ -81,7 +82,9 @@ def imports(file: Path) -> Iterator[str]:
 def graph() -> dict[str, set[str]]:
     """Module → the modules that it imports. A package may gather names of its own modules."""
     return {
-        module: {name for name in imports(file) if name != module and not name.startswith(module + ".")}
+        module: {
+            name for name in imports(file) if name != module and not name.startswith(module + ".")
+        }
         for module, file in modules().items()
     }
 
@@ -100,7 +103,8 @@ def cycles(edges: Mapping[str, set[str]]) -> list[list[str]]:
 
 
 def room_of(module: str) -> str:
-    """``solver.path`` for ``solver.path.graph``; a module beside the folders is a room of its own."""
+    """``solver.path`` for ``solver.path.graph``; a module beside the folders is a room of its
+    own."""
     return ".".join(module.split(".")[:2])
 
 

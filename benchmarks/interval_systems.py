@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class IntervalSystem:
-    """``rules`` in ``names``, each between ``low`` and ``high``: ``roots`` real roots, after ``source``."""
+    """``rules`` in ``names``, each between ``low`` and ``high``: ``roots`` real roots, after
+    ``source``."""
 
     name: str
     names: tuple[str, ...]
@@ -41,7 +42,9 @@ def broyden_banded(n: int = 5) -> IntervalSystem:
         rest = " + ".join(f"x{j}*(1 + x{j})" for j in band)
         rules.append(f"x{i}*(2 + 5*x{i}^2) + 1 - ({rest}) = 0")
     source = "Moré, Garbow & Hillstrom 1981, 31; one root: van Hentenryck, McAllester & Kapur 1997"
-    return IntervalSystem(_sized("Broyden banded", n), _numbered(n), -1.0, 1.0, tuple(rules), 1, source)
+    return IntervalSystem(
+        _sized("Broyden banded", n), _numbered(n), -1.0, 1.0, tuple(rules), 1, source
+    )
 
 
 def more_cosnard(n: int = 5) -> IntervalSystem:
@@ -50,10 +53,15 @@ def more_cosnard(n: int = 5) -> IntervalSystem:
     rules = []
     for i in range(1, n + 1):
         below = " + ".join(f"{at[j]!r}*(x{j} + {at[j] + 1!r})^3" for j in range(1, i + 1))
-        above = " + ".join(f"{1 - at[j]!r}*(x{j} + {at[j] + 1!r})^3" for j in range(i + 1, n + 1)) or "0"
+        above = (
+            " + ".join(f"{1 - at[j]!r}*(x{j} + {at[j] + 1!r})^3" for j in range(i + 1, n + 1))
+            or "0"
+        )
         rules.append(f"x{i} + {h / 2!r}*({1 - at[i]!r}*({below}) + {at[i]!r}*({above})) = 0")
     source = "Moré & Cosnard 1979; one root: van Hentenryck, McAllester & Kapur 1997"
-    return IntervalSystem(_sized("Moré–Cosnard", n), _numbered(n), -4.0, 5.0, tuple(rules), 1, source)
+    return IntervalSystem(
+        _sized("Moré–Cosnard", n), _numbered(n), -4.0, 5.0, tuple(rules), 1, source
+    )
 
 
 def brown_almost_linear(n: int = 5) -> IntervalSystem:
@@ -61,7 +69,9 @@ def brown_almost_linear(n: int = 5) -> IntervalSystem:
     rules = (*(f"x{i} + {total} = {n + 1}" for i in range(1, n)), "*".join(_numbered(n)) + " = 1")
     roots = {5: 3, 6: 2, 7: 2}[n]
     source = "Brown 1969; x_i = a, x_n = a^(1 - n) in the range, n a^n - (n + 1) a^(n - 1) + 1 = 0"
-    return IntervalSystem(_sized("Brown almost linear", n), _numbered(n), -10.0, 10.0, rules, roots, source)
+    return IntervalSystem(
+        _sized("Brown almost linear", n), _numbered(n), -10.0, 10.0, rules, roots, source
+    )
 
 
 def bronstein() -> IntervalSystem:
@@ -90,14 +100,18 @@ def moore_jones() -> IntervalSystem:
         (0.34504906, 0.19612740, 10, 6, 8),
         (0.42651102, 0.21466544, 4, 8, 1),
     )
-    rules = tuple(f"x{i} = {a!r} + {b!r}*x{p}*x{q}*x{r}" for i, (a, b, p, q, r) in enumerate(rows, 1))
+    rules = tuple(
+        f"x{i} = {a!r} + {b!r}*x{p}*x{q}*x{r}" for i, (a, b, p, q, r) in enumerate(rows, 1)
+    )
     source = "Moore & Jones 1977; one root: van Hentenryck, McAllester & Kapur 1997"
     return IntervalSystem("Moore–Jones", _numbered(10), -2.0, 2.0, rules, 1, source)
 
 
 def himmelblau() -> IntervalSystem:
     rules = ("x^2 + y = 11", "x + y^2 = 7")
-    return IntervalSystem("Himmelblau", ("x", "y"), -10.0, 10.0, rules, 4, "Himmelblau 1972: 4 real roots")
+    return IntervalSystem(
+        "Himmelblau", ("x", "y"), -10.0, 10.0, rules, 4, "Himmelblau 1972: 4 real roots"
+    )
 
 
 def robot_kinematics() -> IntervalSystem:
@@ -141,9 +155,14 @@ SYSTEMS = (
 def yamamura(n: int = 8) -> IntervalSystem:
     names = _numbered(n)
     total = " + ".join(names)
-    rules = tuple(f"2.5*{x}^3 - 10.5*{x}^2 + 11.8*{x} + {total} = {i}" for i, x in enumerate(names, 1))
+    rules = tuple(
+        f"2.5*{x}^3 - 10.5*{x}^2 + 11.8*{x} + {total} = {i}" for i, x in enumerate(names, 1)
+    )
     roots = {4: 3, 5: 5, 6: 5, 7: 7, 8: 7}[n]
-    source = "Yamamura, Kawata & Tokue 1998; counted over s = x1 + … + xn, of which each x_i is a cubic root"
+    source = (
+        "Yamamura, Kawata & Tokue 1998; counted over s = x1 + … + xn, of which each x_i is a "
+        "cubic root"
+    )
     return IntervalSystem(f"Yamamura {n}", names, -10.0, 10.0, rules, roots, source)
 
 
@@ -168,7 +187,8 @@ def neurophysiology() -> IntervalSystem:
         "x5*x1^2*x3 + x6*x2^2*x4 = 2",
     )
     source = (
-        "Verschelde, Verlinden & Cools 1994; a binary cubic is the sum of two cubes in one way, of either "
+        "Verschelde, Verlinden & Cools 1994; a binary cubic is the sum of two cubes in one way, "
+        "of either "
         "sign and order: 2 times 2 times 2 (Sylvester 1851; t^2 - 14 t + 8 has 2 real roots)"
     )
     return IntervalSystem("neurophysiology", _numbered(6), -100.0, 100.0, rules, 8, source)
@@ -183,7 +203,9 @@ def economics(n: int = 8) -> IntervalSystem:
         rules.append(f"(x{k}{pairs})*{last} = {k}")
     rules.append(" + ".join(names[:-1]) + " = -1")
     roots = {4: 2, 5: 4, 6: 4, 7: 8, 8: 8, 9: 16}[n]
-    return IntervalSystem(f"economics {n}", names, -100.0, 100.0, tuple(rules), roots, "Morgan 1987; COPRIN")
+    return IntervalSystem(
+        f"economics {n}", names, -100.0, 100.0, tuple(rules), roots, "Morgan 1987; COPRIN"
+    )
 
 
 def kinematics() -> IntervalSystem:

@@ -2,9 +2,10 @@
 
     python -m benchmarks.more_networks [--size N] [KIND…]
 
-prints lines as ``benchmarks.networks`` does. Rules are patterns, a line of the sheet for each row of their
-columns. The Newton by hand takes a pattern as one function of arrays, its slopes by complex steps (W. Squire
-& G. Trapp, SIAM Review 40 (1998) 110-112), from a start that somebody of the field would take.
+prints lines as ``benchmarks.networks`` does. Rules are patterns, a line of the sheet for each row
+of their columns. The Newton by hand takes a pattern as one function of arrays, its slopes by
+complex steps (W. Squire & G. Trapp, SIAM Review 40 (1998) 110-112), from a start that somebody of
+the field would take.
 """
 
 from __future__ import annotations
@@ -50,13 +51,19 @@ class Rules:
     def add(self, rule: str, **columns: Column) -> None:
         """A rule with ``{names}`` for each row of the columns that they stand for."""
         count = max(len(c) for c in columns.values() if not isinstance(c, str | int | float))
-        alike = [[c] * count if isinstance(c, str | int | float) else list(c) for c in columns.values()]
-        texts = [[v if isinstance(v, str) else f"({float(v)!r})" for v in column] for column in alike]
+        alike = [
+            [c] * count if isinstance(c, str | int | float) else list(c) for c in columns.values()
+        ]
+        texts = [
+            [v if isinstance(v, str) else f"({float(v)!r})" for v in column] for column in alike
+        ]
         self.lines += [
             rule.format(**dict(zip(columns, row, strict=True))) for row in zip(*texts, strict=True)
         ]
         left, right = re.sub(r"[{}]", "", rule).replace("^", "**").split("=")
-        function = eval(f"lambda {', '.join(columns)}: {left} - ({right})", FUNCTIONS | self.numbers)
+        function = eval(
+            f"lambda {', '.join(columns)}: {left} - ({right})", FUNCTIONS | self.numbers
+        )
         self.patterns.append((function, alike))
 
     def balance(
@@ -67,7 +74,8 @@ class Rules:
         but: Sequence[int] = (),
         **columns: Column,
     ) -> None:
-        """What flows into each node, ``but`` some, along its links is the ``rest``, of columns by node."""
+        """What flows into each node, ``but`` some, along its links is the ``rest``, of columns by
+        node."""
         near: dict[int, list[tuple[str, str]]] = defaultdict(list)
         for flow, (a, b) in zip(flows, links, strict=True):
             near[a].append(("-", flow))
@@ -78,7 +86,10 @@ class Rules:
         for signs, nodes in alike.items():
             into = " ".join(f"{sign} {{q{k}}}" for k, sign in enumerate(signs))
             mine = {f"q{k}": [near[node][k][1] for node in nodes] for k in range(len(signs))}
-            own = {n: c if isinstance(c, str | float) else [c[i] for i in nodes] for n, c in columns.items()}
+            own = {
+                n: c if isinstance(c, str | float) else [c[i] for i in nodes]
+                for n, c in columns.items()
+            }
             self.add(f"0 {into} = {rest}", **mine, **own)
 
     def network(self, title: str, **start: float | Sequence[float]) -> Network:
@@ -88,8 +99,13 @@ class Rules:
         place = {name: i for i, name in enumerate(names)}
         parts = [re.fullmatch(r"([A-Za-z]+)(\d*)", name) for name in names]
         begin = [start[part[1]] for part in parts if part]
-        at = [v[int(p[2])] if p and isinstance(v, Sequence) else v for v, p in zip(begin, parts, strict=True)]
-        return Network(title, "\n".join(self.lines) + "\n", names, np.array(at, float), self._system(place))
+        at = [
+            v[int(p[2])] if p and isinstance(v, Sequence) else v
+            for v, p in zip(begin, parts, strict=True)
+        ]
+        return Network(
+            title, "\n".join(self.lines) + "\n", names, np.array(at, float), self._system(place)
+        )
 
     def _system(self, place: Mapping[str, int]) -> Callable[[Any], tuple[Any, Any]]:
         n, patterns = len(place), []
@@ -135,7 +151,8 @@ def at(values: Sequence[Cell], links: Sequence[Link], side: int) -> list[Cell]:
 
 
 def around(n: int, letter: str, edge: Callable[[int, int], float]) -> dict[str, list[Cell]]:
-    """Columns of the inner points ``o`` of n x n, and of their neighbours ``w``, ``e``, ``s``, ``n``."""
+    """Columns of the inner points ``o`` of n x n, and of their neighbours ``w``, ``e``, ``s``,
+    ``n``."""
 
     def name(i: int, j: int) -> Cell:
         inner = 0 < i <= n and 0 < j <= n
@@ -150,7 +167,8 @@ def around(n: int, letter: str, edge: Callable[[int, int], float]) -> dict[str, 
 
 
 def water(n: int) -> Network:
-    """Pipes after Hazen and Williams, fed by a pump from a sump, with a tank at the opposite corner."""
+    """Pipes after Hazen and Williams, fed by a pump from a sump, with a tank at the opposite
+    corner."""
     rules, links, m = Rules(), lattice(n), n * n
     h, q = [*some("H", m - 1), 40.0], some("Q", len(links))
     rules.add("{a} - {b} = 30*{q}*abs({q})^0.852", a=at(h, links, 0), b=at(h, links, 1), q=q)
@@ -169,24 +187,36 @@ def manifold(n: int) -> Network:
 
 
 def compressors(n: int) -> Network:
-    """Two gas pipelines of n nodes with cross links, and compressors of given power in five places."""
+    """Two gas pipelines of n nodes with cross links, and compressors of given power in five
+    places."""
     rules, links, m = Rules(k=40.0 / n), lattice(2, n), 2 * n
     p, q = [60.0 if i in (0, n) else f"p{i}" for i in range(m)], some("q", len(links))
     driven = [a % n % (n // 5) == n // 5 - 1 and b == a + 1 for a, b in links]
-    for chosen, rule in ((False, "{a}^2 - {b}^2 = k*{q}*abs({q})"), (True, "0.2 = {q}*(({b}/{a})^0.28 - 1)")):
+    for chosen, rule in (
+        (False, "{a}^2 - {b}^2 = k*{q}*abs({q})"),
+        (True, "0.2 = {q}*(({b}/{a})^0.28 - 1)"),
+    ):
         there = [k for k, d in enumerate(driven) if d == chosen]
         mine = [links[k] for k in there]
         rules.add(rule, a=at(p, mine, 0), b=at(p, mine, 1), q=[q[k] for k in there])
     rules.balance(links, q, "{d}", [0, n], d=[10.0 / n] * m)
-    return rules.network(f"compressors {n}", p=60.0, q=[10.0 * (1 - a % n / n) + 0.1 for a, _ in links])
+    return rules.network(
+        f"compressors {n}", p=60.0, q=[10.0 * (1 - a % n / n) + 0.1 for a, _ in links]
+    )
 
 
 def ventilation(n: int) -> Network:
     """Leaks of a house of n floors with 4 rooms each, driven by wind and warm air."""
     rules, m = Rules(C=0.02), 4 * n
     p, links = some("p", m), lattice(n, 4)
-    q, inside, outside = some("q", len(links)), some("o", m), [3.0 - 2.0 * (i % 4) for i in range(m)]
-    rules.add("{q} = 5*C*sgn({a} - {b})*abs({a} - {b})^0.65", q=q, a=at(p, links, 0), b=at(p, links, 1))
+    q, inside, outside = (
+        some("q", len(links)),
+        some("o", m),
+        [3.0 - 2.0 * (i % 4) for i in range(m)],
+    )
+    rules.add(
+        "{q} = 5*C*sgn({a} - {b})*abs({a} - {b})^0.65", q=q, a=at(p, links, 0), b=at(p, links, 1)
+    )
     lift = [outside[i] - 0.4 * (i // 4) for i in range(m)]
     rules.add("{q} = C*sgn({w} - {p})*abs({w} - {p})^0.65", q=inside, w=lift, p=p)
     rules.balance(links, q, "0 - {o}", o=inside)
@@ -199,7 +229,8 @@ def ventilation(n: int) -> Network:
 
 
 def slab(n: int) -> Network:
-    """A field of n x n lumps that conduct the better the hotter they are and radiate; one is heated."""
+    """A field of n x n lumps that conduct the better the hotter they are and radiate; one is
+    heated."""
     rules, links, m = Rules(), lattice(n), n * n
     t, q = some("T", m), some("q", len(links))
     a, b = at(t, links, 0), at(t, links, 1)
@@ -210,10 +241,13 @@ def slab(n: int) -> Network:
 
 
 def wall(n: int) -> Network:
-    """n x n lumps that conduct by a power of their temperature, heated below and radiating above."""
+    """n x n lumps that conduct by a power of their temperature, heated below and radiating
+    above."""
     rules, links, m = Rules(), lattice(n), n * n
     t, q, s = some("T", m), some("q", len(links)), some("s", m)
-    rules.add("{q} = 2*(({a} + {b})/600)^1.5*({a} - {b})", q=q, a=at(t, links, 0), b=at(t, links, 1))
+    rules.add(
+        "{q} = 2*(({a} + {b})/600)^1.5*({a} - {b})", q=q, a=at(t, links, 0), b=at(t, links, 1)
+    )
     rules.add("{s} = 5e-8*({t}^4 - 290^4)", s=s[:n], t=t[:n])
     rules.add("{s} = 0.1*({t} - 300)", s=s[n:-n], t=t[n:-n])
     rules.add("{s} = 5*({t} - 800)", s=s[-n:], t=t[-n:])
@@ -248,15 +282,24 @@ def heating(n: int) -> Network:
         some("m", n, 1),
     )
     rules.add("{b} = 10 + ({a} - 10)*exp(0 - loss/{M})", a=t[:-1], b=t[1:], M=flow[:-1])
-    rules.add("{q} = 4.18*{m}*({t} - 40)", q=[20.0 / n * (5 + i % 3) for i in range(n)], m=m, t=t[1:])
+    rules.add(
+        "{q} = 4.18*{m}*({t} - 40)", q=[20.0 / n * (5 + i % 3) for i in range(n)], m=m, t=t[1:]
+    )
     rules.add("{a} = {b} + {m}", a=flow[:-1], b=flow[1:], m=m)
     start = [0.6 * (n + 1 - i) / n + 0.01 for i in range(n + 1)]
-    return rules.network(f"heating {n}", T=[90.0 - 15.0 * i / n for i in range(n + 1)], M=start, m=0.6 / n)
+    return rules.network(
+        f"heating {n}", T=[90.0 - 15.0 * i / n for i in range(n + 1)], M=start, m=0.6 / n
+    )
 
 
 def turbine(n: int) -> Network:
     """Stages after Stodola, steam drawn from each third one."""
-    rules, p, t, m = Rules(), [100.0, *some("p", n - 1, 1), 0.05], [800.0, *some("T", n, 1)], some("m", n, 1)
+    rules, p, t, m = (
+        Rules(),
+        [100.0, *some("p", n - 1, 1), 0.05],
+        [800.0, *some("T", n, 1)],
+        some("m", n, 1),
+    )
     k = [20.0 * (1 + i) ** 2 for i in range(n)]
     rules.add("{m}^2*{t} = {k}*({a}^2 - {b}^2)", m=m, t=t[:-1], a=p[:-1], b=p[1:], k=k)
     rules.add("{u} = {t}*(1 - 0.85*(1 - ({b}/{a})^0.23))", u=t[1:], t=t[:-1], a=p[:-1], b=p[1:])
@@ -283,7 +326,9 @@ def absorber(n: int) -> Network:
 def complexes(n: int) -> Network:
     """A metal with up to n ligands."""
     rules, m = Rules(), some("M", n + 1)
-    rules.add("{b} = {k}*{a}*{l}", a=m[:-1], b=m[1:], l="L", k=[10.0 ** (4 - 4 * k / n) for k in range(n)])
+    rules.add(
+        "{b} = {k}*{a}*{l}", a=m[:-1], b=m[1:], l="L", k=[10.0 ** (4 - 4 * k / n) for k in range(n)]
+    )
     rules.add(" + ".join(f"{{{name}}}" for name in m) + " = 0.01", **{name: [name] for name in m})
     bound = " + ".join(f"{k}*{{{name}}}" for k, name in enumerate(m) if k)
     rules.add("{L} + " + bound + " = 0.03", **{name: [name] for name in m}, L=["L"])
@@ -298,12 +343,19 @@ def cable(n: int) -> Network:
     rules = Rules(k=1e6)
     x, y = [0.0, *some("x", n - 1, 1), 100.0], [0.0, *some("y", n - 1, 1), 0.0]
     force, length = some("N", n), some("l", n)
-    rules.add("{l} = sqrt(({b} - {a})^2 + ({d} - {c})^2)", l=length, a=x[:-1], b=x[1:], c=y[:-1], d=y[1:])
+    rules.add(
+        "{l} = sqrt(({b} - {a})^2 + ({d} - {c})^2)", l=length, a=x[:-1], b=x[1:], c=y[:-1], d=y[1:]
+    )
     rules.add("{N} = k*({l} - {r})/{r}", N=force, l=length, r=110.0 / n)
     columns = {"N": force[:-1], "M": force[1:], "l": length[:-1], "m": length[1:]}
     for u, load in ((x, 0.0), (y, -2000.0 / n)):
         rules.add(
-            "{M}*({b} - {o})/{m} - {N}*({o} - {a})/{l} = {p}", a=u[:-2], o=u[1:-1], b=u[2:], p=load, **columns
+            "{M}*({b} - {o})/{m} - {N}*({o} - {a})/{l} = {p}",
+            a=u[:-2],
+            o=u[1:-1],
+            b=u[2:],
+            p=load,
+            **columns,
         )
     depth = [80.0 * i / n * (1 - i / n) for i in range(n + 1)]
     return rules.network(
@@ -329,10 +381,19 @@ def cable_net(n: int) -> Network:
     rules.add("{N} = k*({l} - 0.95)/0.95", N=forces, l=lengths)
     for c, load in (("x", 0.0), ("y", 0.0), ("z", -5.0)):
         pulls = some(f"p{c}", len(links))
-        rules.add("{p} = {N}*({b} - {a})/{l}", p=pulls, N=forces, l=lengths, a=ends[f"{c}0"], b=ends[f"{c}1"])
+        rules.add(
+            "{p} = {N}*({b} - {a})/{l}",
+            p=pulls,
+            N=forces,
+            l=lengths,
+            a=ends[f"{c}0"],
+            b=ends[f"{c}1"],
+        )
         rules.balance(links, pulls, "{w}", [k for k, here in enumerate(inner) if not here], w=-load)
     flat = {c: [float(p[c == "y"]) for p in place] for c in "xy"}
-    return rules.network(f"cable net {n} x {n}", z=0.0, l=1.0, N=50.0, px=0.0, py=0.0, pz=0.0, **flat)
+    return rules.network(
+        f"cable net {n} x {n}", z=0.0, l=1.0, N=50.0, px=0.0, py=0.0, pz=0.0, **flat
+    )
 
 
 def arch(n: int) -> Network:
@@ -340,7 +401,9 @@ def arch(n: int) -> Network:
     rules, h = Rules(D=1.0, A=100.0), 1.0 / n
     w = [0.0, *some("w", n - 1, 1), 0.0]
     m, s = [0.0, *some("m", n - 1, 1), 0.0], [0.0, *some("s", n)]
-    rules.add("{m} = ({a} - 2*{o} + {b})*{k}", m=m[1:-1], a=w[:-2], o=w[1:-1], b=w[2:], k=float(n * n))
+    rules.add(
+        "{m} = ({a} - 2*{o} + {b})*{k}", m=m[1:-1], a=w[:-2], o=w[1:-1], b=w[2:], k=float(n * n)
+    )
     slope = [0.2 * pi * cos(pi * (i + 0.5) / n) for i in range(n)]
     rules.add("{t} = {s} + (({b} - {a})*{z} + (({b} - {a})*{n})^2*{h}/2)", t=s[1:], s=s[:-1], a=w[:-1],
               b=w[1:], z=slope, n=float(n), h=h)  # fmt: skip
@@ -351,11 +414,15 @@ def arch(n: int) -> Network:
 
 
 def dome(n: int) -> Network:
-    """Bars between the crown and three rings of n nodes, the outermost held, under a load on each node."""
+    """Bars between the crown and three rings of n nodes, the outermost held, under a load on each
+    node."""
     rules, rings = Rules(E=1e7), [0, *(k for k in (1, 2, 3) for _ in range(n))]
     turn = [2 * pi * (k - 1) / n for k in range(3 * n + 1)]
     x, y = ([4.0 * r * f(t) for r, t in zip(rings, turn, strict=True)] for f in (cos, sin))
-    spots, held = {"u": x, "v": y, "w": [2.0 - 0.2 * r * r for r in rings]}, range(2 * n + 1, 3 * n + 1)
+    spots, held = (
+        {"u": x, "v": y, "w": [2.0 - 0.2 * r * r for r in rings]},
+        range(2 * n + 1, 3 * n + 1),
+    )
     links = [(0, k) for k in range(1, n + 1)]
     for inner in (1, n + 1):
         beside = [(inner + k, inner + (k + 1) % n) for k in range(n)]
@@ -392,7 +459,9 @@ def minimal_surface(n: int) -> Network:
     inner = [(i, j) for i in range(1, m) for j in range(1, m)]
     weights = {"V": ("v", 0, 0), "S": ("v", -1, 0), "T": ("v", 0, -1), "W": ("w", -1, -1), "X": ("w", 0, -1),
                "Y": ("w", -1, 0)}  # fmt: skip
-    columns = {k: [area[c][(i + di) * m + j + dj] for i, j in inner] for k, (c, di, dj) in weights.items()}
+    columns = {
+        k: [area[c][(i + di) * m + j + dj] for i, j in inner] for k, (c, di, dj) in weights.items()
+    }
     columns |= {k: [u[i + di][j + dj] for i, j in inner] for k, di, dj in (("o", 0, 0), ("e", 1, 0),
               ("n", 0, 1), ("b", -1, 0), ("a", 0, -1))}  # fmt: skip
     rules.add("({o} - {e})*(1/{V} + 1/{X}) + ({o} - {n})*(1/{V} + 1/{Y}) + "
@@ -427,7 +496,9 @@ def bearing(n: int) -> Network:
     """A gas film under a pad that tapers (Reynolds)."""
     rules, p, h = Rules(L=20.0), [1.0, *some("p", n), 1.0], 1.0 / (n + 1)
     gap = [2.0 - (i + 0.5) * h for i in range(n + 1)]
-    rules.add("{q} = ({a} + {b})/2*({g}^3*({a} - {b})/{h} + L*{g})", q="q", a=p[:-1], b=p[1:], g=gap, h=h)
+    rules.add(
+        "{q} = ({a} + {b})/2*({g}^3*({a} - {b})/{h} + L*{g})", q="q", a=p[:-1], b=p[1:], g=gap, h=h
+    )
     return rules.network(f"bearing {n}", p=[1.0 + 2.0 * i / n for i in range(n)], q=30.0)
 
 
@@ -438,7 +509,10 @@ def three_phases(n: int) -> Network:
     """A feeder of n nodes with three phases, coupled and loaded unequally."""
     rules, own, mutual = Rules(), complex(0.02, 0.04) * 20 / n, complex(0.005, 0.015) * 20 / n
     fed = [complex(1.0), complex(-0.5, -(0.75**0.5)), complex(-0.5, 0.75**0.5)]
-    v = [[[getattr(fed[p], k), *some(f"V{'abc'[p]}{k[0]}", n)] for k in ("real", "imag")] for p in range(3)]
+    v = [
+        [[getattr(fed[p], k), *some(f"V{'abc'[p]}{k[0]}", n)] for k in ("real", "imag")]
+        for p in range(3)
+    ]
     i = [[[*some(f"I{'abc'[p]}{k}", n), 0.0] for k in "ri"] for p in range(3)]
     for p in range(3):
         columns = {f"{c}{s}": i[s][k][:-1] for s in range(3) for k, c in enumerate("xy")}
@@ -455,7 +529,9 @@ def three_phases(n: int) -> Network:
     start: dict[str, float] = {
         f"V{'abc'[p]}{k[0]}": getattr(fed[p], k) for p in range(3) for k in ("real", "imag")
     }
-    return rules.network(f"three phases {n}", **start, **{f"I{c}{k}": 0.1 for c in "abc" for k in "ri"})
+    return rules.network(
+        f"three phases {n}", **start, **{f"I{c}{k}": 0.1 for c in "abc" for k in "ri"}
+    )
 
 
 def solar(n: int) -> Network:
@@ -476,7 +552,9 @@ def transistors(n: int) -> Network:
     b, c, e, f, r = (some(letter, n) for letter in "bceFR")
     rules.add("{f} = I*(exp(({b} - {e})/T) - 1)", f=f, b=b, e=e)
     rules.add("{r} = I*(exp(({b} - {c})/T) - 1)", r=r, b=b, c=c)
-    rules.add("(5 - {c})/2200 = {f} - {r}*1.5 + ({c} - {next})/100000", c=c, f=f, r=r, next=[*b[1:], 0.0])
+    rules.add(
+        "(5 - {c})/2200 = {f} - {r}*1.5 + ({c} - {next})/100000", c=c, f=f, r=r, next=[*b[1:], 0.0]
+    )
     rules.add("{e}/220 = {f}*1.01 - {r}", e=e, f=f, r=r)
     rules.add("({last} - {b})/100000 + (5 - {b})/{k} = {b}/10000 + {f}/100 + {r}/2", last=[0.0, *c[:-1]],
               b=b, f=f, r=r, k=[47e3 + 3e3 * (k % 3) for k in range(n)])  # fmt: skip
@@ -488,7 +566,9 @@ def magnets(n: int) -> Network:
     rules, links, m = Rules(), lattice(n), n * n
     u, q = [0.0, *some("u", m - 1, 1)], some("f", len(links))
     coil = [200.0 * (k == len(links) // 3) for k in range(len(links))]
-    rules.add("{a} - {b} + {w} = 20*{f} + 8*{f}^9", a=at(u, links, 0), b=at(u, links, 1), w=coil, f=q)
+    rules.add(
+        "{a} - {b} + {w} = 20*{f} + 8*{f}^9", a=at(u, links, 0), b=at(u, links, 1), w=coil, f=q
+    )
     rules.balance(links, q, "{z}", [0], z=0.0)
     return rules.network(f"magnets {n} x {n}", u=0.0, f=0.5)
 
@@ -497,13 +577,21 @@ def magnets(n: int) -> Network:
 
 
 def traffic(n: int) -> Network:
-    """n pairs of towns, each with a road of its own and one shared with the next; drivers weigh the times."""
+    """n pairs of towns, each with a road of its own and one shared with the next; drivers weigh the
+    times."""
     rules = Rules(W=0.5)
     x, v, s, t = some("x", n), some("v", n), some("s", n), some("t", n)
     demand = [8.0 + 3.0 * (k % 5) for k in range(n)]
     rules.add("{x} = {d}/(1 + exp(W*({t} - {s})))", x=x, d=demand, t=t, s=s)
     rules.add("{t} = 10*(1 + 0.15*(({x} + 0.3*{y})/6)^4)", t=t, x=x, y=[*x[1:], x[0]])
-    rules.add("{v} = {d} - {x} + {e} - {y}", v=v, d=demand, x=x, e=[*demand[1:], demand[0]], y=[*x[1:], x[0]])
+    rules.add(
+        "{v} = {d} - {x} + {e} - {y}",
+        v=v,
+        d=demand,
+        x=x,
+        e=[*demand[1:], demand[0]],
+        y=[*x[1:], x[0]],
+    )
     rules.add("{s} = 12*(1 + 0.15*({v}/12)^4)", s=s, v=v)
     return rules.network(f"traffic {n}", x=[d / 2 for d in demand], v=12.0, s=14.0, t=12.0)
 
@@ -513,14 +601,21 @@ def epidemic(n: int) -> Network:
     rules, x = Rules(), some("x", n)
     near = {"a": [x[i - 1] for i in range(n)], "b": [x[(i + 1) % n] for i in range(n)]}
     near["c"] = [x[(i + n // 3) % n] for i in range(n)]
-    rules.add("{k}*(1 - {x})*({a} + {b} + {c}) = {x}", x=x, k=[0.4 + 0.1 * (i % 4) for i in range(n)], **near)
+    rules.add(
+        "{k}*(1 - {x})*({a} + {b} + {c}) = {x}",
+        x=x,
+        k=[0.4 + 0.1 * (i % 4) for i in range(n)],
+        **near,
+    )
     return rules.network(f"epidemic {n}", x=0.5)
 
 
 def ages(n: int) -> Network:
     """Classes of a population whose births fall with its size; it could die out."""
     rules, m = Rules(), some("N", n)
-    rules.add("{b} = {s}*{a}", a=m[:-1], b=m[1:], s=[0.98 - 0.6 * (i / n) ** 4 for i in range(n - 1)])
+    rules.add(
+        "{b} = {s}*{a}", a=m[:-1], b=m[1:], s=[0.98 - 0.6 * (i / n) ** 4 for i in range(n - 1)]
+    )
     every = {name: [name] for name in m}
     rules.add("{t} = " + " + ".join(f"{{{name}}}" for name in m), t=["total"], **every)
     births = {name: [name] for name in m[n // 5 : n // 2]}

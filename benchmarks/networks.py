@@ -2,9 +2,10 @@
 
     python -m benchmarks.networks [--small] [--peers] [--write]
 
-prints a line a network: processor seconds of the Newton by hand, to load and to solve, the ratio of both
-together to the first, whether that is at most 30 (or half a second), the largest error beside the Newton's
-answer, and the peak of memory. Others get the same rules (krylov the residual by hand) and the same start.
+prints a line a network: processor seconds of the Newton by hand, to load and to solve, the ratio of
+both together to the first, whether that is at most 30 (or half a second), the largest error beside
+the Newton's answer, and the peak of memory. Others get the same rules (krylov the residual by hand)
+and the same start.
 """
 
 from __future__ import annotations
@@ -28,14 +29,25 @@ import rulesheets
 import solver
 from benchmarks.pages import ROOT, markdown_table, place
 from benchmarks.peers import Equations, run
-from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+)
 
 SIGMA = 5.67e-8
 
 
 @dataclass(frozen=True)
 class Network:
-    """A sheet, the ``names`` of unknowns, and their residual with its sparse Jacobian from a ``start``."""
+    """A sheet, the ``names`` of unknowns, and their residual with its sparse Jacobian from a
+    ``start``."""
 
     title: str
     sheet: str
@@ -59,10 +71,14 @@ def _second_difference(n: int) -> Any:
 
 
 def bratu(n: int, strength: float = 2.0) -> Network:
-    """u'' + strength exp(u) = 0 between ends at 0, on n inner points; the lower of its two answers."""
+    """u'' + strength exp(u) = 0 between ends at 0, on n inner points; the lower of its two
+    answers."""
     step2 = 1.0 / (n + 1) ** 2
     u = ["0", *(f"u{i}" for i in range(1, n + 1)), "0"]
-    rules = [f"({u[i - 1]} - 2*{u[i]} + {u[i + 1]})/{step2!r} + s*exp({u[i]}) = 0" for i in range(1, n + 1)]
+    rules = [
+        f"({u[i - 1]} - 2*{u[i]} + {u[i + 1]})/{step2!r} + s*exp({u[i]}) = 0"
+        for i in range(1, n + 1)
+    ]
     matrix = _second_difference(n) / step2
 
     def system(x: Any) -> tuple[Any, Any]:
@@ -87,7 +103,8 @@ def radiation(n: int) -> Network:
 
 
 def plate(n: int, loss: float = 0.0) -> Network:
-    """Conduction in a plate of n x n points, one edge at 400 K, the others at 300 K; ``loss``: radiation."""
+    """Conduction in a plate of n x n points, one edge at 400 K, the others at 300 K; ``loss``:
+    radiation."""
 
     def at(i: int, j: int) -> str:
         if i == 0:
@@ -95,12 +112,19 @@ def plate(n: int, loss: float = 0.0) -> Network:
         return f"T_{i}_{j}" if i <= n and 1 <= j <= n else "300"
 
     inner = [(i, j) for i in range(1, n + 1) for j in range(1, n + 1)]
-    around = [f"{at(i - 1, j)} + {at(i + 1, j)} + {at(i, j - 1)} + {at(i, j + 1)}" for i, j in inner]
+    around = [
+        f"{at(i - 1, j)} + {at(i + 1, j)} + {at(i, j - 1)} + {at(i, j + 1)}" for i, j in inner
+    ]
     lost = [f"{loss}*{SIGMA}*({at(i, j)}^4 - 300^4)" if loss else "0" for i, j in inner]
-    rules = [f"k*({near} - 4*{at(i, j)}) = {q}" for (i, j), near, q in zip(inner, around, lost, strict=True)]
+    rules = [
+        f"k*({near} - 4*{at(i, j)}) = {q}"
+        for (i, j), near, q in zip(inner, around, lost, strict=True)
+    ]
     one = _second_difference(n)
     matrix = 1.5 * csr_array(kron(one, eye_array(n)) + kron(eye_array(n), one))
-    edges = np.array([400.0 * (i == 1) + 300.0 * ((i == n) + (j == 1) + (j == n)) for i, j in inner])
+    edges = np.array(
+        [400.0 * (i == 1) + 300.0 * ((i == n) + (j == 1) + (j == n)) for i, j in inner]
+    )
 
     def system(x: Any) -> tuple[Any, Any]:
         radiated, slope = loss * SIGMA * (x**4 - 300.0**4), loss * SIGMA * 4 * x**3
@@ -112,7 +136,8 @@ def plate(n: int, loss: float = 0.0) -> Network:
 
 
 def pipes(n: int) -> Network:
-    """A grid of pipes, fed at one corner, with a demand at each other node and head losses as q|q|."""
+    """A grid of pipes, fed at one corner, with a demand at each other node and head losses as
+    q|q|."""
     nodes, ends, flows, balances, drop = _grid(n, "0.01")
     heads = [f"H_{i}_{j}" for i, j in nodes]
     place = {node: k for k, node in enumerate(nodes)}
@@ -130,7 +155,11 @@ def pipes(n: int) -> Network:
 
     start = np.concatenate([np.full(m, 90.0), np.full(len(ends), 0.05)])
     return Network(
-        f"pipes {n} x {n}", _sheet("H_0_0 = 100", *losses, *balances), [*heads[1:], *flows], start, system
+        f"pipes {n} x {n}",
+        _sheet("H_0_0 = 100", *losses, *balances),
+        [*heads[1:], *flows],
+        start,
+        system,
     )
 
 
@@ -148,7 +177,9 @@ def gas(n: int) -> Network:
 
     def system(x: Any) -> tuple[Any, Any]:
         p, q = x[:m], x[m:]
-        residual = np.concatenate([drop @ p**2 + fed - 0.7 * q * np.abs(q), -drop.T @ q - float(demand)])
+        residual = np.concatenate(
+            [drop @ p**2 + fed - 0.7 * q * np.abs(q), -drop.T @ q - float(demand)]
+        )
         slopes = drop @ diags_array(2 * p)
         return residual, block_array([[slopes, diags_array(-1.4 * np.abs(q))], [None, -drop.T]])
 
@@ -158,8 +189,8 @@ def gas(n: int) -> Network:
 
 
 def _grid(n: int, demand: str) -> tuple[list[Any], list[Any], list[str], list[str], Any]:
-    """Nodes of a grid, their links, the flows of these, balances of all nodes but the first, and the matrix
-    (links, nodes but the first) of differences along the links."""
+    """Nodes of a grid, their links, the flows of these, balances of all nodes but the first, and
+    the matrix (links, nodes but the first) of differences along the links."""
     nodes = [(i, j) for i in range(n) for j in range(n)]
     ends = [((i, j), (i + di, j + dj)) for i, j in nodes for di, dj in ((1, 0), (0, 1))]
     ends = [(a, b) for a, b in ends if max(b) < n]
@@ -178,8 +209,8 @@ def _grid(n: int, demand: str) -> tuple[list[Any], list[Any], list[str], list[st
 
 
 def direct_current(n: int) -> Network:
-    """n nodes in a ring with chords at 400 V, where each but the first draws constant power: near 400 V there
-    is one answer, and many where the voltage has broken down."""
+    """n nodes in a ring with chords at 400 V, where each but the first draws constant power: near
+    400 V there is one answer, and many where the voltage has broken down."""
     lines = [(i, (i + 1) % n) for i in range(n)] + [(i, (i + n // 3) % n) for i in range(0, n, 4)]
     conductance = 20.0 * n / 15
     matrix = np.zeros((n, n))
@@ -190,7 +221,9 @@ def direct_current(n: int) -> Network:
     power = 2000.0 + 100.0 * (np.arange(1, n) % 5)
     rules = ["V0 = 400", f"G = {conductance!r}"]
     for i in range(1, n):
-        total = " + ".join(f"{float(-matrix[i, j] / conductance)!r}*G*(V{j} - V{i})" for j in near[i])
+        total = " + ".join(
+            f"{float(-matrix[i, j] / conductance)!r}*G*(V{j} - V{i})" for j in near[i]
+        )
         rules += [f"I{i} = {total}", f"V{i}*I{i} = {float(power[i - 1])!r}"]
     inner, fed = csr_array(matrix[1:, 1:]), matrix[1:, 0] * 400.0
 
@@ -203,7 +236,8 @@ def direct_current(n: int) -> Network:
 
 
 def load_flow(n: int) -> Network:
-    """n buses in a ring with chords: bus 0 holds voltage and angle, each fifth its voltage; others draw."""
+    """n buses in a ring with chords: bus 0 holds voltage and angle, each fifth its voltage; others
+    draw."""
     lines = [(i, (i + 1) % n) for i in range(n)] + [(i, (i + n // 3) % n) for i in range(0, n, 4)]
     admittance = np.zeros((n, n), dtype=complex)
     for k, (a, b) in enumerate(lines):
@@ -221,7 +255,9 @@ def load_flow(n: int) -> Network:
         for j in map(int, np.flatnonzero(admittance[i])):
             g, b = float(admittance[i, j].real), float(admittance[i, j].imag)
             parts = {"cos": g if one == "cos" else -b, "sin": b if one == "cos" else g}
-            turned = f"{parts['cos']!r}*cos({a[i]} - {a[j]}) + {parts['sin']!r}*sin({a[i]} - {a[j]})"
+            turned = (
+                f"{parts['cos']!r}*cos({a[i]} - {a[j]}) + {parts['sin']!r}*sin({a[i]} - {a[j]})"
+            )
             terms.append(f"{v[i]}*{v[j]}*({turned})")
         return " + ".join(terms)
 
@@ -235,7 +271,9 @@ def load_flow(n: int) -> Network:
         angle[angles], size[draws] = x[: n - 1], x[n - 1 :]
         u = size * np.exp(1j * angle)
         current, unit = y @ u, u / size
-        by_size = diags_array(u) @ (y @ diags_array(unit)).conj() + diags_array(current.conj() * unit)
+        by_size = diags_array(u) @ (y @ diags_array(unit)).conj() + diags_array(
+            current.conj() * unit
+        )
         by_angle = 1j * diags_array(u) @ (diags_array(current) - y @ diags_array(u)).conj()
         sent = u * current.conj()
         residual = np.concatenate([(sent.real - power)[1:], (sent.imag - reactive)[draws]])
@@ -253,7 +291,12 @@ def truss(panels: int) -> Network:
     place = {(i, j): (float(i), float(j)) for i in range(panels + 1) for j in (0, 1)}
     bars = []
     for i in range(panels):
-        bars += [((i, 0), (i + 1, 0)), ((i, 1), (i + 1, 1)), ((i, 0), (i + 1, 1)), ((i, 1), (i + 1, 0))]
+        bars += [
+            ((i, 0), (i + 1, 0)),
+            ((i, 1), (i + 1, 1)),
+            ((i, 0), (i + 1, 1)),
+            ((i, 1), (i + 1, 0)),
+        ]
         bars.append(((i + 1, 0), (i + 1, 1)))
     free = [node for node in place if node[0] > 0]
     at = {node: 2 * k for k, node in enumerate(free)}
@@ -272,11 +315,16 @@ def truss(panels: int) -> Network:
                 pulls[node][0].append(f"{sign} N{k}*{dx}/l{k}")
                 pulls[node][1].append(f"{sign} N{k}*{dy}/l{k}")
     for node in free:
-        rules += [f"0 {' '.join(pulls[node][0])} = 0", f"0 {' '.join(pulls[node][1])} + {load!r} = 0"]
+        rules += [
+            f"0 {' '.join(pulls[node][0])} = 0",
+            f"0 {' '.join(pulls[node][1])} + {load!r} = 0",
+        ]
     ends = np.array([[at.get(one, -1), at.get(other, -1)] for one, other in bars])
     fixed = np.array([[place[one], place[other]] for one, other in bars])
     rest = np.hypot(*(fixed[:, 1] - fixed[:, 0]).T)
-    columns = np.concatenate([ends[:, 0], ends[:, 0] + 1, ends[:, 1], ends[:, 1] + 1]).reshape(4, -1)
+    columns = np.concatenate([ends[:, 0], ends[:, 0] + 1, ends[:, 1], ends[:, 1] + 1]).reshape(
+        4, -1
+    )
     moves = np.repeat(ends >= 0, 2, axis=1).T
 
     def system(x: Any) -> tuple[Any, Any]:
@@ -288,7 +336,11 @@ def truss(panels: int) -> Network:
         tangent = (stiffness / rest - pull / length)[:, None, None] * along
         tangent += (pull / length)[:, None, None] * np.eye(2)
         full = np.concatenate(
-            [np.concatenate([-tangent, tangent], axis=2), np.concatenate([tangent, -tangent], axis=2)], axis=1
+            [
+                np.concatenate([-tangent, tangent], axis=2),
+                np.concatenate([tangent, -tangent], axis=2),
+            ],
+            axis=1,
         )
         residual = np.tile([0.0, load], len(free))
         force = np.concatenate([pull[:, None] * e, -pull[:, None] * e], axis=1).T
@@ -304,7 +356,8 @@ def truss(panels: int) -> Network:
 
 
 def column(trays: int) -> Network:
-    """Distillation of three components at constant relative volatility, condenser and reboiler included."""
+    """Distillation of three components at constant relative volatility, condenser and reboiler
+    included."""
     volatility, feed, z = np.array([4.0, 2.0, 1.0]), 100.0, np.array([0.4, 0.3, 0.3])
     top, reflux, where, n = 40.0, 3.0, trays // 2, trays + 2
     liquid = np.where(np.arange(n) < where, reflux * top, reflux * top + feed)
@@ -319,7 +372,9 @@ def column(trays: int) -> Network:
             into = f"{vapour}*y{c}_{j + 1}" if j + 1 < n else "0"
             into += f" + {liquid[j - 1]}*{x[c][j - 1]}" if j else ""
             into += f" + {feed * z[c]}" if j == where else ""
-            out = f"{liquid[j] + (top if j == 0 else 0.0)}*{x[c][j]}" + (f" + {vapour}*y{c}_{j}" if j else "")
+            out = f"{liquid[j] + (top if j == 0 else 0.0)}*{x[c][j]}" + (
+                f" + {vapour}*y{c}_{j}" if j else ""
+            )
             rules.append(f"{into} = {out}")
     boils = np.ones(n)
     boils[0] = 0.0
@@ -338,7 +393,10 @@ def column(trays: int) -> Network:
         own = down @ diags_array(liquid) - diags_array(out)
         blocks = [
             [
-                flows @ diags_array(volatility[c] * ((c == d) / total - volatility[d] * share[c] / total**2))
+                flows
+                @ diags_array(
+                    volatility[c] * ((c == d) / total - volatility[d] * share[c] / total**2)
+                )
                 + (own if c == d else 0.0 * own)
                 for d in range(3)
             ]
@@ -405,10 +463,15 @@ def _value(node: Expression, values: Mapping[str, Any], module: Any) -> Any:
 
 
 def _rules(network: Network) -> tuple[Any, list[str], list[float]]:
-    """The model, its unknowns, and a start: that of the Newton by hand, and 1 for what it does not know."""
+    """The model, its unknowns, and a start: that of the Newton by hand, and 1 for what it does not
+    know."""
     model = rulesheets.loads(network.sheet)
     start = dict(zip(network.names, network.start.tolist(), strict=True))
-    given = {e.left.name for e in model.equations if isinstance(e.left, Name) and isinstance(e.right, Number)}
+    given = {
+        e.left.name
+        for e in model.equations
+        if isinstance(e.left, Name) and isinstance(e.right, Number)
+    }
     unknowns = [name for name in model.variables if name in start or name not in given]
     return model, unknowns, [start.get(name, 1.0) for name in unknowns]
 
@@ -460,7 +523,8 @@ LIMIT = 5.0
 
 
 def peer(network: Network, solve: Callable[[Network], tuple[bool, Any]], expected: Any) -> str:
-    """Seconds of a peer from the rules (krylov: from the residual) to the answer, or what came of it."""
+    """Seconds of a peer from the rules (krylov: from the residual) to the answer, or what came of
+    it."""
     end = run(lambda equations, start: solve(network), Equations(lambda x, m: [], 0), (), LIMIT)
     if not end.success or end.x is None:
         return end.said if end.said == "time limit" else "fails"
@@ -473,7 +537,8 @@ def peer(network: Network, solve: Callable[[Network], tuple[bool, Any]], expecte
 
 @dataclass(frozen=True)
 class Measured:
-    """Processor seconds of the Newton by hand, of loading and solving; error beside it; MB at the peak."""
+    """Processor seconds of the Newton by hand, of loading and solving; error beside it; MB at the
+    peak."""
 
     hand: float
     load: float
@@ -483,7 +548,11 @@ class Measured:
 
     @property
     def held(self) -> bool:
-        return self.load + self.solve <= max(30 * self.hand, 0.5) and self.error < 1e-6 and self.memory <= 1e3
+        return (
+            self.load + self.solve <= max(30 * self.hand, 0.5)
+            and self.error < 1e-6
+            and self.memory <= 1e3
+        )
 
 
 def measure(network: Network) -> Measured:
@@ -506,7 +575,9 @@ def measure(network: Network) -> Measured:
 def in_its_own_process(network: Network) -> Measured:
     """So that the peak of memory is that of one network."""
     receiver, sender = multiprocessing.get_context("fork").Pipe(duplex=False)
-    child = multiprocessing.get_context("fork").Process(target=lambda: sender.send(measure(network)))
+    child = multiprocessing.get_context("fork").Process(
+        target=lambda: sender.send(measure(network))
+    )
     child.start()
     sender.close()
     found: Measured = receiver.recv()
@@ -520,7 +591,13 @@ HEAD = ["network", "by hand", "load", "solve", "ratio", "held", "error", "MB"]
 def line(network: Network, peers: bool) -> list[str]:
     found = in_its_own_process(network)
     ratio = (found.load + found.solve) / found.hand
-    cells = [network.title, f"{found.hand:.3f}", f"{found.load:.3f}", f"{found.solve:.3f}", f"{ratio:.0f}"]
+    cells = [
+        network.title,
+        f"{found.hand:.3f}",
+        f"{found.load:.3f}",
+        f"{found.solve:.3f}",
+        f"{ratio:.0f}",
+    ]
     cells += ["yes" if found.held else "no", f"{found.error:.0e}", f"{found.memory:.0f}"]
     expected = network.by_hand() if peers else None
     return cells + [peer(network, solve, expected) for solve in PEERS.values() if peers]
@@ -536,7 +613,9 @@ def warm_up() -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--small", action="store_true")
-    parser.add_argument("--peers", action="store_true", help="casadi, gekko and scipy's krylov as well")
+    parser.add_argument(
+        "--peers", action="store_true", help="casadi, gekko and scipy's krylov as well"
+    )
     parser.add_argument("--write", action="store_true", help="put the table into docs/speed.md")
     options = parser.parse_args()
     warm_up()
@@ -553,7 +632,9 @@ def main() -> None:
 
 def aligned(cells: list[str]) -> str:
     widths = [8] * (len(HEAD) - 1) + [20] * len(PEERS)
-    return cells[0].ljust(28) + "".join(cell.rjust(w) for cell, w in zip(cells[1:], widths, strict=False))
+    return cells[0].ljust(28) + "".join(
+        cell.rjust(w) for cell, w in zip(cells[1:], widths, strict=False)
+    )
 
 
 if __name__ == "__main__":

@@ -2,11 +2,12 @@
 
     python benchmarks/nonlinear.py [-o PICTURE.png] [--only NUMBER,…] [--factors 1,10,100] [--write]
 
-solves every system of ``standard.py`` from its standard start and from ten and a hundred times that, and
-prints how many each solver solved. An end counts by its *scaled residual*, computed with 50 digits: the
-largest |F_i| / max(1, Σ_j |∂F_i/∂x_j · x_j|). *Solved* is a root reported with 1e-10 or less, *rough* one up
-to 1e-6, a *false success* one with more. (Backsolve may call an answer singular: it is a multiple root, or
-one of a continuum. It counts as solved if it is one.) ``--write`` puts the counts into ``docs/accuracy.md``.
+solves every system of ``standard.py`` from its standard start and from ten and a hundred times
+that, and prints how many each solver solved. An end counts by its *scaled residual*, computed with
+50 digits: the largest |F_i| / max(1, Σ_j |∂F_i/∂x_j · x_j|). *Solved* is a root reported with 1e-10
+or less, *rough* one up to 1e-6, a *false success* one with more. (Backsolve may call an answer
+singular: it is a multiple root, or one of a continuum. It counts as solved if it is one.)
+``--write`` puts the counts into ``docs/accuracy.md``.
 """
 
 from __future__ import annotations
@@ -27,7 +28,18 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 import rulesheets
 import solver
 from benchmarks.pages import ROOT, markdown_table, place
-from benchmarks.peers import NOT_TRIED, End, Equations, Solve, absent, compiled, digits, peers, run, symbolic
+from benchmarks.peers import (
+    NOT_TRIED,
+    End,
+    Equations,
+    Solve,
+    absent,
+    compiled,
+    digits,
+    peers,
+    run,
+    symbolic,
+)
 from benchmarks.standard import PROBLEMS, Problem
 from rulesheets.model import Model
 
@@ -78,7 +90,9 @@ def scaled_residual(problem: Problem, x: Sequence[float]) -> float:
             for j, v in enumerate(point):
                 ahead = [*point[:j], v + step, *point[j + 1 :]]
                 moved = problem.residuals(ahead, functions)
-                sizes = [s + abs((b - a) / step * v) for s, a, b in zip(sizes, here, moved, strict=True)]
+                sizes = [
+                    s + abs((b - a) / step * v) for s, a, b in zip(sizes, here, moved, strict=True)
+                ]
             return float(max(abs(r) / max(1, s) for r, s in zip(here, sizes, strict=True)))
         except (ArithmeticError, ValueError):
             return math.inf
@@ -87,7 +101,10 @@ def scaled_residual(problem: Problem, x: Sequence[float]) -> float:
 def mark(problem: Problem, end: End) -> Mark:
     if not end.success or end.x is None:
         return Mark(
-            NOT_TRIED if end.said.startswith(NOT_TRIED) else "failed", math.nan, end.seconds, end.said
+            NOT_TRIED if end.said.startswith(NOT_TRIED) else "failed",
+            math.nan,
+            end.seconds,
+            end.said,
         )
     residual = scaled_residual(problem, end.x)
     name = "solved" if residual <= SOLVED else "rough" if residual <= ROUGH else "false success"
@@ -130,7 +147,8 @@ def table(problems: Sequence[Problem], found: Mapping[str, Sequence[Mark]]) -> s
 
 
 def summary(measured: Mapping[float, Mapping[str, Sequence[Mark]]]) -> str:
-    """Counts by solver and distance of the start: solved, rough, falsely reported; the first median time."""
+    """Counts by solver and distance of the start: solved, rough, falsely reported; the first median
+    time."""
     first, *_ = measured
     rows = []
     for name in measured[first]:
@@ -164,7 +182,13 @@ def picture(path: str, measured: Mapping[float, Mapping[str, Sequence[Mark]]]) -
         for end in ENDS:
             counts = [sum(m.end == end for m in found[name]) for name in names]
             axis.barh(
-                names, counts, left=left, color=colours[end], edgecolor="#b0b0b0", linewidth=0.5, label=end
+                names,
+                counts,
+                left=left,
+                color=colours[end],
+                edgecolor="#b0b0b0",
+                linewidth=0.5,
+                label=end,
             )
             left = [a + b for a, b in zip(left, counts, strict=True)]
         axis.set_title(f"standard start × {factor:g}")
@@ -184,22 +208,29 @@ def main() -> None:
     )
     parser.add_argument("-o", "--output", metavar="PICTURE.png", help="also draw the table")
     parser.add_argument("--only", default="", help="numbers of problems, by commas")
-    parser.add_argument("--factors", default="1,10,100", help="multiples of the standard start, by commas")
+    parser.add_argument(
+        "--factors", default="1,10,100", help="multiples of the standard start, by commas"
+    )
     parser.add_argument("--write", action="store_true", help="put the counts into docs/accuracy.md")
     arguments = parser.parse_args()
-    chosen = [p for p in PROBLEMS if not arguments.only or str(p.number) in arguments.only.split(",")]
+    chosen = [
+        p for p in PROBLEMS if not arguments.only or str(p.number) in arguments.only.split(",")
+    ]
     if missing := absent():
         print(f"not installed, left out: {', '.join(missing)}")
     measured = {}
     for factor in map(float, arguments.factors.split(",")):
         measured[factor] = measure(chosen, factor)
         print(
-            f"\n{len(chosen)} systems, standard start × {factor:g}\n{table(chosen, measured[factor])}",
+            f"\n{len(chosen)} systems, standard start × "
+            f"{factor:g}\n{table(chosen, measured[factor])}",
             flush=True,
         )
     if arguments.output:
         picture(arguments.output, measured)
-    if arguments.write and not place(ROOT / "docs" / "accuracy.md", "standard systems", summary(measured)):
+    if arguments.write and not place(
+        ROOT / "docs" / "accuracy.md", "standard systems", summary(measured)
+    ):
         sys.exit("docs/accuracy.md has no place for the counts")
 
 

@@ -2,11 +2,11 @@
 
     python -m benchmarks.one_tear [--model NAME]… [--each] [--write]
 
-The blocks are those that single swaps of the shipped models lead to (``benchmarks.swaps``), each by itself:
-its rules as a sheet, one known number given anew, the others fixed. Ours is a prepared call, which returns
-the first answer checked against every rule. casadi's ``rootfinder`` gets the same rules and starts from the
-answer at the sheet's own numbers; it checks nothing. The ratio is that of processor times at numbers within
-1% of the sheet's, where casadi comes to the same answer.
+The blocks are those that single swaps of the shipped models lead to (``benchmarks.swaps``), each by
+itself: its rules as a sheet, one known number given anew, the others fixed. Ours is a prepared
+call, which returns the first answer checked against every rule. casadi's ``rootfinder`` gets the
+same rules and starts from the answer at the sheet's own numbers; it checks nothing. The ratio is
+that of processor times at numbers within 1% of the sheet's, where casadi comes to the same answer.
 """
 
 from __future__ import annotations
@@ -45,7 +45,8 @@ SAME = 1e-6
 
 @dataclass
 class Block:
-    """The rules of a block over ``state``: the numbers of its ``unknowns`` and of its ``known`` names."""
+    """The rules of a block over ``state``: the numbers of its ``unknowns`` and of its ``known``
+    names."""
 
     model: str
     rules: list[tuple[Any, Any]]
@@ -89,7 +90,9 @@ def blocks(name: str) -> Iterator[Block]:
             for step in leaf.branch.steps if leaf else ():
                 if not isinstance(step, SolveBlock) or len(step.tears) != 1:
                     continue
-                rules = [(e.left, e.right) for e in map(model.equations.__getitem__, step.equations)]
+                rules = [
+                    (e.left, e.right) for e in map(model.equations.__getitem__, step.equations)
+                ]
                 every = dict.fromkeys(n for rule in rules for side in rule for n in names(side))
                 known = [n for n in every if n not in step.unknowns]
                 key = (step.equations, step.unknowns)
@@ -106,12 +109,19 @@ class Degrees:
         turn = math.pi / 180.0
         alike = "sin cos tan asin acos atan sinh cosh tanh exp sqrt fabs"
         self.__dict__.update({name: getattr(casadi, name) for name in alike.split()})
-        self.ln, self.log, self.atan2, self.pi = casadi.log, casadi.log10, casadi.atan2, lambda: math.pi
+        self.ln, self.log, self.atan2, self.pi = (
+            casadi.log,
+            casadi.log10,
+            casadi.atan2,
+            lambda: math.pi,
+        )
         self.sind, self.cosd, self.tand = (
-            functools.partial(lambda f, x: f(x * turn), f) for f in (casadi.sin, casadi.cos, casadi.tan)
+            functools.partial(lambda f, x: f(x * turn), f)
+            for f in (casadi.sin, casadi.cos, casadi.tan)
         )
         self.asind, self.acosd, self.atand = (
-            functools.partial(lambda f, x: f(x) / turn, f) for f in (casadi.asin, casadi.acos, casadi.atan)
+            functools.partial(lambda f, x: f(x) / turn, f)
+            for f in (casadi.asin, casadi.acos, casadi.atan)
         )
         self.atan2d = lambda y, x: casadi.atan2(y, x) / turn
 
@@ -122,7 +132,9 @@ def measure(block: Block) -> bool:
 
     given = next((n for n in block.known if block.state[n]), block.known[0])
     flat = [_flat(n) for n in block.unknowns]
-    plan: Any = solver.prepare(rulesheets.loads(block.sheet()), [_flat(given)], flat, timeout=PATIENCE)
+    plan: Any = solver.prepare(
+        rulesheets.loads(block.sheet()), [_flat(given)], flat, timeout=PATIENCE
+    )
     x, p = casadi.SX.sym("x", len(block.unknowns)), casadi.SX.sym("p")
     values: dict[str, Any] = {**block.state, given: p}
     values |= dict(zip(block.unknowns, casadi.vertsplit(x), strict=True))
@@ -165,10 +177,13 @@ def section(found: list[Block], left: int) -> Section:
     ]
     ratios = np.array([b.ratio for b in found])
     remark = (
-        f"{left} more blocks, where casadi's Newton ends elsewhere or nowhere, or a rule has no formula in "
+        f"{left} more blocks, where casadi's Newton ends elsewhere or nowhere, or a rule has no "
+        "formula in "
         "casadi, are left out."
     )
-    claims = [Claim("blocks within 1 × casadi", 100, 100 * float((ratios <= 1.0).mean()), "%", more=True)]
+    claims = [
+        Claim("blocks within 1 × casadi", 100, 100 * float((ratios <= 1.0).mean()), "%", more=True)
+    ]
     head = (f"{len(found)} blocks of one tear", "median", "90 %", "97 %", "worst")
     return Section("one tear", "Blocks of one tear", head, table, [remark], claims)
 

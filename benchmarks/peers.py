@@ -1,7 +1,7 @@
 """Other solvers on the same equations: scipy, casadi, gekko and sympy, by name.
 
-Those that are not installed are left out, and named. scipy's and sympy's get the exact Jacobian. Every search
-runs in a process of its own, so that one that hangs or crashes is ended and counted.
+Those that are not installed are left out, and named. scipy's and sympy's get the exact Jacobian.
+Every search runs in a process of its own, so that one that hangs or crashes is ended and counted.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ Vector: TypeAlias = Sequence[float]
 
 @dataclass(frozen=True)
 class Equations:
-    """``residuals(x, m)`` in n unknowns, by the functions of a namespace m (see ``standard.Residuals``)."""
+    """``residuals(x, m)`` in n unknowns, by the functions of a namespace m (see
+    ``standard.Residuals``)."""
 
     residuals: Callable[[Sequence[Any], Any], list[Any]]
     n: int
@@ -32,7 +33,8 @@ class Equations:
 
 @dataclass(frozen=True)
 class End:
-    """What a solver returned: whether it calls that a root, and the processor time. No x: it raised."""
+    """What a solver returned: whether it calls that a root, and the processor time. No x: it
+    raised."""
 
     success: bool
     x: tuple[float, ...] | None
@@ -44,7 +46,8 @@ Solve: TypeAlias = Callable[[Equations, Vector], "tuple[bool, Sequence[float] | 
 
 NOT_TRIED = "not tried"
 MOST_FOR_SYMPY = 4
-"""Unknowns up to which ``sympy.nsolve`` is tried: it works in multiple precision and takes seconds beyond."""
+"""Unknowns up to which ``sympy.nsolve`` is tried: it works in multiple precision and takes seconds
+beyond."""
 
 
 def peers() -> dict[str, Solve]:
@@ -59,7 +62,9 @@ def peers() -> dict[str, Solve]:
         "gekko": ("gekko", _gekko),
         "sympy nsolve": ("sympy", _sympy),
     }
-    found = {name: solve for name, (package, solve) in everyone.items() if find_spec(package) is not None}
+    found = {
+        name: solve for name, (package, solve) in everyone.items() if find_spec(package) is not None
+    }
     for package in {everyone[name][0] for name in found} | {"scipy.optimize"}:
         importlib.import_module(package)  # once, so that no search pays for it
     return found
@@ -82,7 +87,11 @@ def run(solve: Solve, equations: Equations, start: Vector, limit: float = 120.0)
             success, x = solve(equations, start)
             found = None if x is None else tuple(float(v) for v in x)
             finite = found is not None and all(map(math.isfinite, found))
-            sender.send(End(bool(success) and finite, found if finite else None, time.process_time() - began))
+            sender.send(
+                End(
+                    bool(success) and finite, found if finite else None, time.process_time() - began
+                )
+            )
         except NotImplementedError as reason:
             sender.send(End(False, None, math.nan, f"{NOT_TRIED}: {reason}"))
         except Exception as error:
@@ -104,13 +113,16 @@ def run(solve: Solve, equations: Equations, start: Vector, limit: float = 120.0)
     return end
 
 
-# -- the functions that systems are made of, for each of them ------------------------------------------------
+# -- the functions that systems are made of, for each of them
+# ------------------------------------------------
 
 
 _SHARED = ("exp", "sin", "cos", "atan", "sqrt")
 
 
-def _functions(module: Any, pi: Any, where: Callable[..., Any], expm1_over: Callable[..., Any]) -> Any:
+def _functions(
+    module: Any, pi: Any, where: Callable[..., Any], expm1_over: Callable[..., Any]
+) -> Any:
     """The functions of a module under the names that the systems use."""
     shared = {name: getattr(module, name) for name in _SHARED}
     return SimpleNamespace(**shared, pi=pi, where=where, expm1_over=expm1_over)
@@ -129,7 +141,9 @@ def digits() -> Any:
     """For mpmath, at its working precision."""
     import mpmath
 
-    return _functions(mpmath, mpmath.pi, _chosen, lambda v: -mpmath.expm1(-v * v) / v if v else mpmath.mpf(0))
+    return _functions(
+        mpmath, mpmath.pi, _chosen, lambda v: -mpmath.expm1(-v * v) / v if v else mpmath.mpf(0)
+    )
 
 
 def _symbols() -> Any:
@@ -174,7 +188,8 @@ def compiled(equations: Equations) -> tuple[Callable[..., Any], Callable[..., An
     return values, slopes
 
 
-# -- the solvers -------------------------------------------------------------------------------------------
+# -- the solvers
+# -------------------------------------------------------------------------------------------
 
 
 def _scipy_root(equations: Equations, start: Vector, method: str) -> tuple[bool, Sequence[float]]:
@@ -190,7 +205,9 @@ def _scipy_least_squares(equations: Equations, start: Vector) -> tuple[bool, Seq
     from scipy.optimize import least_squares
 
     values, slopes = compiled(equations)
-    found = least_squares(values, start, jac=slopes, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=2000)
+    found = least_squares(
+        values, start, jac=slopes, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=2000
+    )
     return found.success, found.x
 
 

@@ -1,15 +1,19 @@
-"""Random small everyday questions with planted answers, by form: is any answer false, or the true one missed?
+"""Random small everyday questions with planted answers, by form: is any answer false, or the true
+one missed?
 
     python -m benchmarks.planted [--count 1000] [--seed 0] [--form NAME] [--plans 8] [--show SEED]
 
-A form is a few rules of one to six, with kinds of numbers to draw: engineers' numbers of two to four digits.
-What the rules define is computed in fifty digits and written with 15 to 17. Then as many names as there are
-rules become unknowns, some of the others literals in the rules, and some questions move into a function.
-The judges are those of ``hostile.py``, ``brute_force.py`` and ``check_fuzz.py``, in mpmath alone:
+A form is a few rules of one to six, with kinds of numbers to draw: engineers' numbers of two to
+four digits. What the rules define is computed in fifty digits and written with 15 to 17. Then as
+many names as there are rules become unknowns, some of the others literals in the rules, and some
+questions move into a function. The judges are those of ``hostile.py``, ``brute_force.py`` and
+``check_fuzz.py``, in mpmath alone:
 
-- *false*: an answer that is no root; infeasible, inconsistent or complete without the planted answer or
-  another root; a plan or sweep that differs from a solve (``hostile_plans.py``, one question in ``--plans``);
-- *missed*: the planted answer is not listed, and nothing false is said; *slow*: beyond five seconds.
+- *false*: an answer that is no root; infeasible, inconsistent or complete without the planted
+  answer or another root; a plan or sweep that differs from a solve (``hostile_plans.py``, one
+  question in ``--plans``);
+- *missed*: the planted answer is not listed, and nothing false is said; *slow*: beyond five
+  seconds.
 """
 
 from __future__ import annotations
@@ -33,13 +37,22 @@ from benchmarks.brute_force import missing
 from benchmarks.check_fuzz import is_root
 from benchmarks.check_sheets import EverydaySheet
 from benchmarks.digits import condition
-from benchmarks.hostile import CERTAIN, TooLong, _in_parts, _is_plant, alarm, false_claims, satisfied
+from benchmarks.hostile import (
+    CERTAIN,
+    TooLong,
+    _in_parts,
+    _is_plant,
+    alarm,
+    false_claims,
+    satisfied,
+)
 from benchmarks.hostile_sheets import Sheet, active, names_of, uncertainty
 from benchmarks.hostile_small import value
 from solver import Status
 
 SLOW, LIMIT = 5.0, 60.0
-"""Seconds of the processor: a question that takes more is slow; one that takes yet more is stopped."""
+"""Seconds of the processor: a question that takes more is slow; one that takes yet more is
+stopped."""
 CLEAR = 1e6
 """Condition of an answer up to which Newton's method is asked about it."""
 LARGE = 1e15
@@ -59,8 +72,12 @@ NUMBERS: Mapping[str, Callable[[Random], float]] = {
     "signed": lambda random: random.choice((-1, 1)) * 10.0 ** random.uniform(-1, 2),
     "base": lambda random: -(10.0 ** random.uniform(-0.7, 0.7)),
     "whole": lambda random: random.choice((-3, -2, -1, 2, 3, 4, 5)),
-    "broken": lambda random: random.choice((0.5, 1.5, 2.5, -0.5, -1.5, 0.4, 1.4, -0.286, 1.852, 0.1)),
-    "angle": lambda random: random.choice((random.uniform(-179, 179), 15.0 * random.randint(-11, 12))),
+    "broken": lambda random: random.choice(
+        (0.5, 1.5, 2.5, -0.5, -1.5, 0.4, 1.4, -0.286, 1.852, 0.1)
+    ),
+    "angle": lambda random: random.choice(
+        (random.uniform(-179, 179), 15.0 * random.randint(-11, 12))
+    ),
     "acute": lambda random: random.choice((random.uniform(5, 85), 15.0 * random.randint(1, 5))),
     "turn": lambda random: random.uniform(-3.1, 3.1),
     "kelvin": lambda random: random.uniform(260, 900),
@@ -90,7 +107,11 @@ def _forms() -> dict[str, list[Form]]:
         forms[head.replace("]", "")] = made = []
         for rules, draws, *unknown in (line.split(" | ") for line in lines):
             made.append(
-                Form(tuple(rules.split("; ")), tuple(draws.split("; ")), tuple(*map(str.split, unknown)))
+                Form(
+                    tuple(rules.split("; ")),
+                    tuple(draws.split("; ")),
+                    tuple(*map(str.split, unknown)),
+                )
             )
     return forms
 
@@ -102,7 +123,8 @@ SPECIAL = tuple(name for name in FORMS if name.endswith("*"))
 
 @dataclass(frozen=True)
 class Question(Sheet):
-    """``units``: of some inputs, as their rows give them; ``body``: the rules as the sheet has them."""
+    """``units``: of some inputs, as their rows give them; ``body``: the rules as the sheet has
+    them."""
 
     units: Mapping[str, tuple[str, str, float]] = field(default_factory=dict)
     body: tuple[str, ...] = ()
@@ -110,7 +132,9 @@ class Question(Sheet):
     @property
     def text(self) -> str:
         rows = [self._row(name, number) for name, number in self.inputs.items()]
-        return "\n".join(["variables", *rows, "rules", *self.body, ""] if rows else [*self.body, ""])
+        return "\n".join(
+            ["variables", *rows, "rules", *self.body, ""] if rows else [*self.body, ""]
+        )
 
     def _row(self, name: str, number: float) -> str:
         if name not in self.units:
@@ -150,7 +174,9 @@ def _drawn(random: Random, name: str, form: Form) -> Question | None:
     lines = tuple(_written(rule, {n: state[n] for n in written}) for rule in form.rules)
     if any(not names_of(line) for line in lines):
         return None
-    planted = {n: x for n, x in state.items() if n not in written and n in names_of(" ".join(lines))}
+    planted = {
+        n: x for n, x in state.items() if n not in written and n in names_of(" ".join(lines))
+    }
     inputs = {n: planted[n] for n in given if n in planted}
     units = {n: random.choice(UNITS) for n in inputs if random.random() < 0.1}
     units = {n: unit for n, unit in units.items() if inputs[n] * unit[2] / unit[2] == inputs[n]}
@@ -210,7 +236,10 @@ def findings(made: Question, result: solver.Result) -> Iterator[tuple[str, str]]
     false = list(_false(made, result))
     yield from (("false", detail) for detail in false)
     if not false and not _listed(made, result):
-        yield "missed", f"{result.status}, {len(result.solutions)} answers, {dict(made.planted or {})}"
+        yield (
+            "missed",
+            f"{result.status}, {len(result.solutions)} answers, {dict(made.planted or {})}",
+        )
 
 
 def _listed(made: Question, result: solver.Result) -> bool:
@@ -226,7 +255,9 @@ def _false(made: Question, result: solver.Result) -> Iterator[str]:
         denied or (result.status is Status.SOLVED and result.complete and not _listed(made, result))
     ):
         yield f"{result.status} without {dict(made.planted)}, which holds in decimals"
-    for solution in result.solutions if result.status is Status.SOLVED and made.kind not in SPECIAL else ():
+    for solution in (
+        result.solutions if result.status is Status.SOLVED and made.kind not in SPECIAL else ()
+    ):
         at = {n: x for n, x in solution.items() if isinstance(x, float) and abs(x) < LARGE}
         if not set(made.planted) <= set(at):
             continue
@@ -241,7 +272,9 @@ def _false(made: Question, result: solver.Result) -> Iterator[str]:
         yield from (f"{result.status} without {root!r}" for root in missing(made, result))
 
 
-def examine(seed: int, form: str = "", plans: bool = False) -> tuple[str, float, list[tuple[str, str]]]:
+def examine(
+    seed: int, form: str = "", plans: bool = False
+) -> tuple[str, float, list[tuple[str, str]]]:
     """The form of the question of a seed, seconds of a solve, and what was found."""
     made = question(seed, form=form)
     signal.signal(signal.SIGPROF, alarm)
@@ -269,7 +302,9 @@ def _of_plans(seed: int, form: str) -> list[tuple[str, str]]:
     ).finding
     if finding is None:
         return []
-    return [("crash" if finding.what == "crash" else "false", f"plan, {finding.what}: {finding.detail}")]
+    return [
+        ("crash" if finding.what == "crash" else "false", f"plan, {finding.what}: {finding.detail}")
+    ]
 
 
 def _asked(made: Sheet, seed: int) -> list[tuple[float, ...]]:
@@ -277,23 +312,39 @@ def _asked(made: Sheet, seed: int) -> list[tuple[float, ...]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Small everyday questions with planted answers, by form.")
+    parser = argparse.ArgumentParser(
+        description="Small everyday questions with planted answers, by form."
+    )
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0, help="the first of as many seeds")
-    parser.add_argument("--form", choices=sorted(FORMS), default="", help="questions of this form alone")
-    parser.add_argument("--plans", type=int, default=8, help="one question in so many goes through plans")
-    parser.add_argument("--show", type=int, metavar="SEED", help="print one question and its answers")
+    parser.add_argument(
+        "--form", choices=sorted(FORMS), default="", help="questions of this form alone"
+    )
+    parser.add_argument(
+        "--plans", type=int, default=8, help="one question in so many goes through plans"
+    )
+    parser.add_argument(
+        "--show", type=int, metavar="SEED", help="print one question and its answers"
+    )
     options = parser.parse_args()
     if options.show is not None:
         made = question(options.show, form=options.form)
         result = solver.solve(rulesheets.loads(made.text))
-        print(made.text, f"planted {made.planted}", result.status, f"complete {result.complete}", sep="\n")
+        print(
+            made.text,
+            f"planted {made.planted}",
+            result.status,
+            f"complete {result.complete}",
+            sep="\n",
+        )
         print(*map(dict, result.solutions), *examine(options.show, options.form, True)[2], sep="\n")
         return
     counts: dict[str, Counter[str]] = defaultdict(Counter)
     worst: dict[str, float] = defaultdict(float)
     for seed in range(options.seed, options.seed + options.count):
-        form, seconds, found = examine(seed, options.form, options.plans > 0 and seed % options.plans == 0)
+        form, seconds, found = examine(
+            seed, options.form, options.plans > 0 and seed % options.plans == 0
+        )
         worst[form] = max(worst[form], seconds)
         counts[form] += Counter({"questions": 1, **dict.fromkeys({what for what, _ in found}, 1)})
         for what, detail in found:
@@ -302,7 +353,9 @@ def main() -> None:
     print(f"{'':<18}" + "".join(f"{name:>10}" for name in COLUMNS) + "  worst s")
     counts["all"], worst["all"] = sum(counts.values(), Counter()), max(worst.values())
     for form, of in sorted(counts.items(), key=lambda item: (item[0] == "all", item[0])):
-        print(f"{form:<18}" + "".join(f"{of[name]:>10}" for name in COLUMNS) + f"{worst[form]:>9.2f}")
+        print(
+            f"{form:<18}" + "".join(f"{of[name]:>10}" for name in COLUMNS) + f"{worst[form]:>9.2f}"
+        )
     sys.exit(bool(counts["all"]["false"] or counts["all"]["crash"]))
 
 

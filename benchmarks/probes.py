@@ -1,9 +1,10 @@
-"""Small questions that tell solvers apart: a hard start, a redundant pair, a contradiction, too few inputs.
+"""Small questions that tell solvers apart: a hard start, a redundant pair, a contradiction, too few
+inputs.
 
     python benchmarks/probes.py
 
-prints what each solver makes of them: the answer with its residual (``!`` where it is no root, or one of a
-continuum given as if it were the only one), or that it failed.
+prints what each solver makes of them: the answer with its residual (``!`` where it is no root, or
+one of a continuum given as if it were the only one), or that it failed.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ Judge = Callable[[Sequence[float]], bool]
 
 @dataclass(frozen=True)
 class Probe:
-    """``right`` tells whether a point given as the answer is one; ``truth`` says what is to be said."""
+    """``right`` tells whether a point given as the answer is one; ``truth`` says what is to be
+    said."""
 
     title: str
     truth: str

@@ -1,4 +1,5 @@
-"""Classic systems of interval analysis, every root proved and the list proved complete: counts and times.
+"""Classic systems of interval analysis, every root proved and the list proved complete: counts and
+times.
 
     python -m benchmarks.proof [--hard] [NAME…]
 
@@ -29,10 +30,13 @@ def main() -> None:
         start = process_time()
         result = solver.solve(model, prove=True)
         seconds = process_time() - start
-        proved = sum(solution.proof is not None and solution.proof.proved for solution in result.solutions)
+        proved = sum(
+            solution.proof is not None and solution.proof.proved for solution in result.solutions
+        )
         whole = "yes" if result.complete else "no"
         print(
-            f"{system.name:22}{len(system.names):9}{system.roots:7}{proved:8}  {whole:5}{seconds:8.2f}",
+            f"{system.name:22}{len(system.names):9}{system.roots:7}{proved:8}  "
+            f"{whole:5}{seconds:8.2f}",
             flush=True,
         )
 

@@ -1,11 +1,12 @@
-"""How many random choices of the slider crank's inputs lead back to the state that they were taken from.
+"""How many random choices of the slider crank's inputs lead back to the state that they were taken
+from.
 
     python benchmarks/redistribution.py [--sheet NAME] [--pool posted|all] [--seeds FIRST:LAST]
         [--each] [--prepared]
 
-For each sheet and each pool of numbers it draws well-posed choices of six (and the branch) at random values,
-solves, and prints how many returned the state, how many called their list of answers complete, how many said
-something X
+For each sheet and each pool of numbers it draws well-posed choices of six (and the branch) at
+random values, solves, and prints how many returned the state, how many called their list of answers
+complete, how many said something X
 """
 
 from __future__ import annotations
@@ -34,9 +35,11 @@ from tests.oracles.redistribution import MODELS, SHEETS, Choice, Sheet, sheet, w
 WIDTHS = {"choices": 8, "back": 6, "all": 5, "false": 6, "median": 8, "p95": 7, "worst": 7}
 HEAD = f"{'sheet':<32}{'pool':<8}" + "".join(f"{name:>{width}}" for name, width in WIDTHS.items())
 PATIENCE, NEARBY, SPREAD, QUICK = 20.0, 4, 1e-3, 200.0
-"""Of prepared calls: seconds for a full solve, calls next to the state, how near, microseconds held to."""
+"""Of prepared calls: seconds for a full solve, calls next to the state, how near, microseconds held
+to."""
 NEAR, SINGULAR = 0.1, 1e-7
-"""Of states of linkages: how far inputs are moved, and the share of slopes that determines nothing."""
+"""Of states of linkages: how far inputs are moved, and the share of slopes that determines
+nothing."""
 LINKAGES = ("four_link_chain",)
 REFUSALS = ("infeasible", "inconsistent")
 
@@ -69,12 +72,16 @@ def trial(of: Sheet, choice: Choice) -> Trial:
 
 def trials(of: Sheet, pool: str, seeds: range, each: bool) -> Iterator[Trial]:
     for seed in seeds:
-        found = trial(of, well_posed_choice(of, of.posted if pool == "posted" else of.numbers, seed))
+        found = trial(
+            of, well_posed_choice(of, of.posted if pool == "posted" else of.numbers, seed)
+        )
         if each:
             mark = "singular" if found.choice.singular else "back" if found.back else "LOST"
             print(
-                f"{seed:>5} {mark:<9}{found.status:<13}{found.answers:>3}{'' if found.complete else '+':<2}"
-                f"{found.seconds:7.2f} {'FALSE ' if found.false else ''}{','.join(found.choice.inputs)}"
+                f"{seed:>5} "
+                f"{mark:<9}{found.status:<13}{found.answers:>3}{'' if found.complete else '+':<2}"
+                f"{found.seconds:7.2f} "
+                f"{'FALSE ' if found.false else ''}{','.join(found.choice.inputs)}"
                 f"  {found.choice.condition:.0e}",
                 flush=True,
             )
@@ -93,7 +100,8 @@ def summary(name: str, pool: str, found: list[Trial]) -> str:
 
 
 class Drawn(NamedTuple):
-    """A question next to a state of a sheet: the numbers given anew, what is fixed, what is wanted."""
+    """A question next to a state of a sheet: the numbers given anew, what is fixed, what is
+    wanted."""
 
     model: Any
     given: dict[str, float]
@@ -102,7 +110,8 @@ class Drawn(NamedTuple):
 
 
 def crank_question(name: str, pool: str, seed: int) -> Drawn | None:
-    """A random state of a slider crank and a well-posed choice of its numbers; None where it is singular."""
+    """A random state of a slider crank and a well-posed choice of its numbers; None where it is
+    singular."""
     of = sheet(name)
     choice = well_posed_choice(of, of.posted if pool == "posted" else of.numbers, seed)
     if choice.singular:
@@ -114,10 +123,13 @@ def crank_question(name: str, pool: str, seed: int) -> Drawn | None:
 
 
 def linkage_question(name: str, pool: str, seed: int) -> Drawn | None:
-    """The same of a sheet whose rules all hold at once: its own state with every input moved a little."""
+    """The same of a sheet whose rules all hold at once: its own state with every input moved a
+    little."""
     model, draw = rulesheets.load(MODELS / name / "model.tk"), random.Random(seed)
     stated = [n for n, v in model.variables.items() if isinstance(v.value, float)]
-    moved = {n: (model.variables[n].value or 1.0) * (1 + NEAR * draw.uniform(-1, 1)) for n in stated}
+    moved = {
+        n: (model.variables[n].value or 1.0) * (1 + NEAR * draw.uniform(-1, 1)) for n in stated
+    }
     found: Any = solver.solve(model, moved).solutions
     if not found:
         return None
@@ -132,7 +144,8 @@ def linkage_question(name: str, pool: str, seed: int) -> Drawn | None:
 
 
 def _is_well_posed(model: Any, state: Mapping[str, float], given: Collection[str]) -> bool:
-    """Whether the rules determine all other numbers next to a state: the rank of their scaled slopes."""
+    """Whether the rules determine all other numbers next to a state: the rank of their scaled
+    slopes."""
     unknowns = [name for name in state if name not in given]
     matrix = np.zeros((len(model.equations), len(unknowns)))
     for row, rule in enumerate(model.equations):
@@ -141,13 +154,18 @@ def _is_well_posed(model: Any, state: Mapping[str, float], given: Collection[str
             matrix[row, unknowns.index(name)] = slope * (abs(state[name]) or 1.0)
     matrix /= np.abs(matrix).max(axis=1, initial=1e-300)[:, None]
     singular = np.linalg.svd(matrix, compute_uv=False)
-    return len(matrix) >= len(unknowns) and bool(singular[len(unknowns) - 1] > SINGULAR * singular[0])
+    return len(matrix) >= len(unknowns) and bool(
+        singular[len(unknowns) - 1] > SINGULAR * singular[0]
+    )
 
 
 def prepared_call(asked: Drawn) -> float:
-    """Processor time (s) of a prepared call next to the numbers of a question; nan without an answer."""
+    """Processor time (s) of a prepared call next to the numbers of a question; nan without an
+    answer."""
     numbers = [*asked.given.values()]
-    plan: Any = solver.prepare(asked.model, [*asked.given], asked.want, asked.fixed, timeout=PATIENCE)
+    plan: Any = solver.prepare(
+        asked.model, [*asked.given], asked.want, asked.fixed, timeout=PATIENCE
+    )
     draw, times = random.Random(str((*asked.given,))), []
     try:
         plan(*numbers)
@@ -180,7 +198,8 @@ def prepared(name: str, pool: str, seeds: range, each: bool) -> str:
     within = sum(t <= QUICK for t in times) / len(times)
     middle, most = times[len(times) // 2], times[int(0.9 * (len(times) - 1))]
     return (
-        f"{name:<32}{pool:<8}{len(times):>4} answered of {len(seeds)}; within {QUICK:g} µs {within:.0%}, "
+        f"{name:<32}{pool:<8}{len(times):>4} answered of {len(seeds)}; within {QUICK:g} µs "
+        f"{within:.0%}, "
         f"median {middle:,.1f} µs, 90 % {most:,.1f} µs, worst {times[-1]:,.0f} µs"
     )
 
@@ -195,12 +214,16 @@ def main() -> None:
     options = parser.parse_args()
     seeds = range(*map(int, options.seeds.split(":")))
     lines = []
-    for name in [options.sheet] if options.sheet else (*SHEETS, *LINKAGES) if options.prepared else SHEETS:
+    for name in (
+        [options.sheet] if options.sheet else (*SHEETS, *LINKAGES) if options.prepared else SHEETS
+    ):
         for pool in [options.pool] if options.pool else ("posted", "all"):
             if options.prepared:
                 print(prepared(name, pool, seeds, options.each), flush=True)
             else:
-                lines.append(summary(name, pool, list(trials(sheet(name), pool, seeds, options.each))))
+                lines.append(
+                    summary(name, pool, list(trials(sheet(name), pool, seeds, options.each)))
+                )
     if lines:
         print(HEAD, *lines, sep="\n")
 

@@ -2,8 +2,8 @@
 
     python -m benchmarks.refusals
 
-The oscillating cylinder at speeds that no size of its link gives: each asked by itself, as rows of a sweep,
-and as calls of a plan, which search briefly after the first. Processor time, in one run.
+The oscillating cylinder at speeds that no size of its link gives: each asked by itself, as rows of
+a sweep, and as calls of a plan, which search briefly after the first. Processor time, in one run.
 """
 
 from __future__ import annotations
@@ -41,7 +41,9 @@ def main() -> None:
             with suppress(solver.Unsolved):
                 plan(speed)
 
-    alone = seconds(lambda: [solver.solve(model, {**given, "omegaBO": one}) for one in speeds.tolist()])
+    alone = seconds(
+        lambda: [solver.solve(model, {**given, "omegaBO": one}) for one in speeds.tolist()]
+    )
     rows = seconds(lambda: solver.prepare(model, ["omegaBO"], given=given).sweep(speeds))
     for what, taken in (("solves", alone), ("rows", rows), ("calls", seconds(calls))):
         held = "" if taken is alone else "held" if LEAST * taken <= alone else "not held"

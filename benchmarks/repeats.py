@@ -2,9 +2,9 @@
 
     python -m benchmarks.repeats [--model NAME]… [--each]
 
-Each shipped model is solved ten times at its own numbers, and twice at ten numbers of one input next to its
-own; a plan of that input is called at these twice as well. Printed are the tenth time beside the first, and
-the second round beside the first. Processor time.
+Each shipped model is solved ten times at its own numbers, and twice at ten numbers of one input
+next to its own; a plan of that input is called at these twice as well. Printed are the tenth time
+beside the first, and the second round beside the first. Processor time.
 """
 
 from __future__ import annotations
@@ -63,7 +63,10 @@ def main() -> None:
         for asked, first, last in series(name):
             ratios.setdefault(asked, []).append((last / first, name))
             if options.each:
-                print(f"{name:<32}{asked:<16}{1e3 * first:10.2f} ms, then{1e3 * last:10.2f} ms", flush=True)
+                print(
+                    f"{name:<32}{asked:<16}{1e3 * first:10.2f} ms, then{1e3 * last:10.2f} ms",
+                    flush=True,
+                )
     for asked, found in ratios.items():
         middle, (most, name) = statistics.median(ratio for ratio, _ in found), max(found)
         print(f"{asked:<16}last / first {middle:.3f} in the median, at most {most:.3f} ({name})")

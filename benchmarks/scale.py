@@ -2,9 +2,10 @@
 
     python benchmarks/scale.py [RULES…]
 
-prints seconds (of the processor) and peak memory, each size in a process of its own. ``growth`` is the total
-time over that of the smallest size, divided by the growth of n log n: 1 or less is as good as n log n.
-``reload`` and ``replan`` are the first two stages in a second process, which finds what the first has kept.
+prints seconds (of the processor) and peak memory, each size in a process of its own. ``growth`` is
+the total time over that of the smallest size, divided by the growth of n log n: 1 or less is as
+good as n log n. ``reload`` and ``replan`` are the first two stages in a second process, which finds
+what the first has kept.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 from benchmarks.sheets import SHAPES
 
 SIZES = (1_000, 4_000, 16_000, 32_000, 100_000)
-HEAD = f"{'shape':<16}{'rules':>8}{'load':>8}{'path':>8}{'solve':>8}{'total':>8}{'MB':>7}{'growth':>8}"
+HEAD = (
+    f"{'shape':<16}{'rules':>8}{'load':>8}{'path':>8}{'solve':>8}{'total':>8}{'MB':>7}{'growth':>8}"
+)
 AGAIN = f"{'reload':>8}{'replan':>8}"
 
 
@@ -46,7 +49,12 @@ def measure(shape: str, rules: int) -> dict[str, float]:
     if str(result.status) != "solved" or not all(_close(result[n], v) for n, v in expected.items()):
         raise SystemExit(f"{shape} of {rules} rules: {result.status}, or a wrong value")
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    return {"load": loaded - started, "path": planned - loaded, "solve": solved - planned, "MB": memory}
+    return {
+        "load": loaded - started,
+        "path": planned - loaded,
+        "solve": solved - planned,
+        "MB": memory,
+    }
 
 
 def _close(found: object, expected: float) -> bool:
@@ -72,10 +80,14 @@ def table(sizes: list[int]) -> None:
                 found, again = (in_its_own_process(shape, rules, store) for _ in range(2))
             total = found["load"] + found["path"] + found["solve"]
             first = first or (rules, total)
-            growth = (total / first[1]) / (rules * math.log(rules) / (first[0] * math.log(first[0])))
+            growth = (total / first[1]) / (
+                rules * math.log(rules) / (first[0] * math.log(first[0]))
+            )
             times = "".join(f"{seconds:8.2f}" for seconds in (*list(found.values())[:3], total))
             second = f"{again['load']:8.2f}{again['path']:8.2f}"
-            print(f"{shape:<16}{rules:>8}{times}{found['MB']:7.0f}{growth:8.2f}{second}", flush=True)
+            print(
+                f"{shape:<16}{rules:>8}{times}{found['MB']:7.0f}{growth:8.2f}{second}", flush=True
+            )
 
 
 if __name__ == "__main__":

@@ -1,12 +1,14 @@
-"""Derivatives of every model at random states and other choices of inputs, against differences at 50 digits.
+"""Derivatives of every model at random states and other choices of inputs, against differences at
+50 digits.
 
     python benchmarks/sensitivities.py [MODEL…] [--states 5]
 
-draws the inputs of a shipped model anew (numbers within 15 %, angles within 40°), solves it, and gives
-outputs back as inputs, one at a time. At each answer the derivatives by two inputs are compared with central
-differences at 50 digits, for which no path, block or derivative of the solver is used
-(``tests/oracles/differences.py``). It prints how many were compared, the worst relative difference, how many
-were not told, and at how many answers the differences themselves did not converge.
+draws the inputs of a shipped model anew (numbers within 15 %, angles within 40°), solves it, and
+gives outputs back as inputs, one at a time. At each answer the derivatives by two inputs are
+compared with central differences at 50 digits, for which no path, block or derivative of the solver
+is used (``tests/oracles/differences.py``). It prints how many were compared, the worst relative
+difference, how many were not told, and at how many answers the differences themselves did not
+converge.
 """
 
 from __future__ import annotations
@@ -42,7 +44,8 @@ class Comparison:
 
 
 def states(name: str, count: int) -> Iterator[solver.Result]:
-    """Solved states of a model: draws of the inputs that have one, and the same with outputs given back."""
+    """Solved states of a model: draws of the inputs that have one, and the same with outputs given
+    back."""
     model = rulesheets.load(name)
     draw = random.Random(name)
     shipped = {n: v for n, v in solver.solve(model).inputs.items() if isinstance(v, float)}
@@ -53,7 +56,11 @@ def states(name: str, count: int) -> Iterator[solver.Result]:
             continue
         yield result
         values = dict(result.solutions[0])
-        outputs = [n for n in model.variables if n not in result.inputs and isinstance(values.get(n), float)]
+        outputs = [
+            n
+            for n in model.variables
+            if n not in result.inputs and isinstance(values.get(n), float)
+        ]
         for _ in range(SWAPS if given and outputs else 0):
             taken, back = draw.choice(list(given)), draw.choice(outputs)
             swapped = solver.solve(
@@ -91,7 +98,9 @@ def main() -> None:
     parser.add_argument("models", nargs="*", default=NAMES)
     parser.add_argument("--states", type=int, default=5)
     arguments = parser.parse_args()
-    print(f"{'model':<32}{'states':>8}{'derivatives':>13}{'worst':>10}{'not told':>10}{'unchecked':>11}")
+    print(
+        f"{'model':<32}{'states':>8}{'derivatives':>13}{'worst':>10}{'not told':>10}{'unchecked':>11}"
+    )
     total, worst = 0, 0.0
     for name in arguments.models:
         draw, solved, unchecked = random.Random(name), list(states(name, arguments.states)), 0

@@ -65,7 +65,12 @@ def cubic_blocks(rules: int, seed: int = 1) -> Sheet:
         names = [f"{letter}{block}" for letter in "abcde"]
         values.update(zip(names, (a, b, c, d, e), strict=True))
         A, B, C, D, E = names
-        lines += [f"{A} + {B} = {a + b!r}", f"{C} = {A}^3", f"{D} = {C} + 2*{A}", f"{E} = {D} + k*{C}"]
+        lines += [
+            f"{A} + {B} = {a + b!r}",
+            f"{C} = {A}^3",
+            f"{D} = {C} + 2*{A}",
+            f"{E} = {D} + k*{C}",
+        ]
         lines.append(f"{E} - {B} = {e - b!r}")
     return _sheet(random, {"k": 2.0}, lines), values
 
@@ -81,4 +86,6 @@ SHAPES: Mapping[str, Callable[[int], Sheet]] = {
 def _sheet(random: Random, inputs: Mapping[str, float], rules: Iterable[str]) -> str:
     shuffled = list(rules)
     random.shuffle(shuffled)
-    return "\n".join(["variables", *(f"{n} = {v!r}" for n, v in inputs.items()), "rules", *shuffled, ""])
+    return "\n".join(
+        ["variables", *(f"{n} = {v!r}" for n, v in inputs.items()), "rules", *shuffled, ""]
+    )

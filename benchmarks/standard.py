@@ -1,12 +1,13 @@
 """Twenty-three standard systems of nonlinear equations, as rule sheets and as Python functions.
 
 The collection is that of J. Burkardt, *TEST_NONLIN* (people.sc.fsu.edu/~jburkardt), which
-NonlinearProblemLibrary.jl takes over; most of it comes from J. Moré, B. Garbow and K. Hillstrom, *Testing
-unconstrained optimization software*, ACM TOMS 7 (1981) 17–41, and J. Dennis and R. Schnabel, *Numerical
-Methods for Unconstrained Optimization and Nonlinear Equations* (1996). Sizes are those of the library.
+NonlinearProblemLibrary.jl takes over; most of it comes from J. Moré, B. Garbow and K. Hillstrom,
+*Testing unconstrained optimization software*, ACM TOMS 7 (1981) 17–41, and J. Dennis and R.
+Schnabel, *Numerical Methods for Unconstrained Optimization and Nonlinear Equations* (1996). Sizes
+are those of the library.
 
-Each system is stated twice, so that one statement checks the other: as the text of a sheet, which is
-solved here, and as a function of numbers, which the peers solve and answers are measured by.
+Each system is stated twice, so that one statement checks the other: as the text of a sheet, which
+is solved here, and as a function of numbers, which the peers solve and answers are measured by.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 Residuals: TypeAlias = Callable[[Sequence[Any], Any], list[Any]]
-"""``(x, m)``: the residuals at x (n,) by the functions ``exp sin cos atan sqrt where`` and ``pi`` of m."""
+"""``(x, m)``: the residuals at x (n,) by the functions ``exp sin cos atan sqrt where`` and ``pi``
+of m."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,12 @@ def rosenbrock(n: int = 10) -> Problem:
 
 
 def powell_singular() -> Problem:
-    rules = ("x1 + 10*x2 = 0", "sqrt(5)*(x3 - x4) = 0", "(x2 - 2*x3)^2 = 0", "sqrt(10)*(x1 - x4)^2 = 0")
+    rules = (
+        "x1 + 10*x2 = 0",
+        "sqrt(5)*(x3 - x4) = 0",
+        "(x2 - 2*x3)^2 = 0",
+        "sqrt(10)*(x1 - x4)^2 = 0",
+    )
     return Problem(
         2,
         "Powell singular",
@@ -125,7 +132,9 @@ def watson(n: int = 2) -> Problem:
         return f"{t}^{k - 1}*({slope} - ({total})^2 - 1)*({k} - 2*{t}*({total}))"
 
     tails = {0: " + 3*x1 - 2*x1*x2 + 2*x1^3", 1: " + x2 - x1^2 - 1"}
-    rules = tuple(" + ".join(share(i, k) for i in range(1, 30)) + tails.get(k, "") + " = 0" for k in range(n))
+    rules = tuple(
+        " + ".join(share(i, k) for i in range(1, 30)) + tails.get(k, "") + " = 0" for k in range(n)
+    )
 
     def residuals(x: Sequence[Any], m: Any) -> list[Any]:
         found: list[Any] = [
@@ -195,7 +204,8 @@ def boundary_value(n: int = 10) -> Problem:
     def residuals(x: Sequence[Any], m: Any) -> list[Any]:
         h, y = 1 / (n + 1), [0.0, *x, 0.0]
         return [
-            2 * y[k] + 0.5 * h**2 * (y[k] + k * h + 1) ** 3 - y[k - 1] - y[k + 1] for k in range(1, n + 1)
+            2 * y[k] + 0.5 * h**2 * (y[k] + k * h + 1) ** 3 - y[k - 1] - y[k + 1]
+            for k in range(1, n + 1)
         ]
 
     rules = tuple(rule(k) for k in range(1, n + 1))
@@ -248,7 +258,9 @@ def variably_dimensioned(n: int = 10) -> Problem:
         total = sum(j * (v - 1) for j, v in enumerate(x, 1))
         return [v - 1 + k * total * (1 + 2 * total**2) for k, v in enumerate(x, 1)]
 
-    return Problem(12, "variably dimensioned", rules, residuals, tuple(1 - k / n for k in range(1, n + 1)))
+    return Problem(
+        12, "variably dimensioned", rules, residuals, tuple(1 - k / n for k in range(1, n + 1))
+    )
 
 
 def broyden_tridiagonal(n: int = 10) -> Problem:
@@ -270,7 +282,9 @@ def broyden_banded(n: int = 10) -> Problem:
         return [j for j in range(max(1, k - 5), min(n, k + 1) + 1) if j != k]
 
     def rule(k: int) -> str:
-        return f"x{k}*(2 + 5*x{k}^2) + 1 - " + " - ".join(f"x{j}*(1 + x{j})" for j in near(k)) + " = 0"
+        return (
+            f"x{k}*(2 + 5*x{k}^2) + 1 - " + " - ".join(f"x{j}*(1 + x{j})" for j in near(k)) + " = 0"
+        )
 
     def residuals(x: Sequence[Any], m: Any) -> list[Any]:
         return [
@@ -293,12 +307,16 @@ def hammarling(order: int) -> Problem:
 
     every = [(i, j) for i in range(order) for j in range(order)]
     rules = tuple(
-        " + ".join(f"x{entry(i, k) + 1}*x{entry(k, j) + 1}" for k in range(order)) + f" - {goal(i, j)} = 0"
+        " + ".join(f"x{entry(i, k) + 1}*x{entry(k, j) + 1}" for k in range(order))
+        + f" - {goal(i, j)} = 0"
         for i, j in every
     )
 
     def residuals(x: Sequence[Any], m: Any) -> list[Any]:
-        return [sum(x[entry(i, k)] * x[entry(k, j)] for k in range(order)) - goal(i, j) for i, j in every]
+        return [
+            sum(x[entry(i, k)] * x[entry(k, j)] for k in range(order)) - goal(i, j)
+            for i, j in every
+        ]
 
     start = tuple(float(i == j) for i, j in every)
     return Problem(13 + order, f"Hammarling {order} by {order}", rules, residuals, start)
@@ -346,7 +364,11 @@ def sample_19() -> Problem:
 
 def scalar() -> Problem:
     return Problem(
-        20, "scalar x (x - 5)^2", ("x1*(x1 - 5)^2 = 0",), lambda x, m: [x[0] * (x[0] - 5) ** 2], (1.0,)
+        20,
+        "scalar x (x - 5)^2",
+        ("x1*(x1 - 5)^2 = 0",),
+        lambda x, m: [x[0] * (x[0] - 5) ** 2],
+        (1.0,),
     )
 
 

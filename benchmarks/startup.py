@@ -2,8 +2,8 @@
 
     python benchmarks/startup.py [REPETITIONS]
 
-prints medians of whole processes, taken in turn so that all meet the same machine, and their ratios.
-Bytecode is there for all of them, as it is after an installation.
+prints medians of whole processes, taken in turn so that all meet the same machine, and their
+ratios. Bytecode is there for all of them, as it is after an installation.
 """
 
 from __future__ import annotations
@@ -23,7 +23,15 @@ REPETITIONS = 15
 
 YARDSTICKS = {"pass": "pass", "import numpy": "import numpy", "import sympy": "import sympy"}
 
-SEARCHED = ("colebrook", "kepler", "loan", "projectile", "rachford_rice", "two_circles", "van_der_waals")
+SEARCHED = (
+    "colebrook",
+    "kepler",
+    "loan",
+    "projectile",
+    "rachford_rice",
+    "two_circles",
+    "van_der_waals",
+)
 """Models with a block that is searched."""
 
 MEASURED = (
@@ -43,7 +51,9 @@ def seconds(words: tuple[str, ...], store: Path) -> float:
     """Wall clock of one process."""
     environment = {**INSTALLED, "BACKSOLVE_CACHE": str(store), "PYTHONPATH": str(ROOT)}
     started = time.perf_counter()
-    ran = subprocess.run([sys.executable, "-c", *words], capture_output=True, env=environment, check=False)
+    ran = subprocess.run(
+        [sys.executable, "-c", *words], capture_output=True, env=environment, check=False
+    )
     took = time.perf_counter() - started
     if ran.returncode:
         raise SystemExit(ran.stderr.decode())

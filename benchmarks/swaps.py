@@ -3,13 +3,13 @@
     python -m benchmarks.swaps [--model NAME]… [--rows N] [--budget SECONDS] [--kept FILE]
         [--each] [--agree] [--wide] [--write]
 
-Each swap that leads back to the state of its sheet is prepared once; then it is called at numbers next to
-that state, and swept over rows of them. The figures are distributions over the swaps, in processor time. A
-swap gets ``--budget`` seconds: what it has not been asked by then is left out. ``--kept`` appends what was
-measured to a file and leaves out the swaps that stand there, so that a run can be stopped and taken up again.
-``--agree`` compares calls with full solves: statuses, number of answers, and values beside their error bars.
-``--wide`` sweeps a sample of the swaps over a wide range instead, with plans that know nothing before.
-``--write`` puts the tables into docs/speed.md.
+Each swap that leads back to the state of its sheet is prepared once; then it is called at numbers
+next to that state, and swept over rows of them. The figures are distributions over the swaps, in
+processor time. A swap gets ``--budget`` seconds: what it has not been asked by then is left out.
+``--kept`` appends what was measured to a file and leaves out the swaps that stand there, so that a
+run can be stopped and taken up again. ``--agree`` compares calls with full solves: statuses, number
+of answers, and values beside their error bars. ``--wide`` sweeps a sample of the swaps over a wide
+range instead, with plans that know nothing before. ``--write`` puts the tables into docs/speed.md.
 """
 
 from __future__ import annotations
@@ -39,14 +39,16 @@ SPREAD = 1e-2
 """How far from the state, relative to its number, a swap is asked."""
 POINTS = 12
 REPEATS, LEAST = 5, 3
-"""Readings of the clock, and how many there are when the time is over: the first one may say anything."""
+"""Readings of the clock, and how many there are when the time is over: the first one may say
+anything."""
 ENOUGH = 2e-4
 """Seconds over which a quick call is repeated for one reading of the clock."""
 RETURNED = 1e-6
 PATIENCE = 5.0
 """Seconds after which a choice that nothing is known of counts as no swap."""
 SAMPLE, WIDE, WIDE_ROWS = 0.05, (0.7, 1.4), 300
-"""Share of the swaps that are swept widely, the ends relative to the state, and in how many rows."""
+"""Share of the swaps that are swept widely, the ends relative to the state, and in how many
+rows."""
 WORST = 25
 """Swaps of which the page shows that they are too slow, one by one."""
 
@@ -57,12 +59,13 @@ CALL, MEDIAN_CALL, WORST_CALL, ROW, WORST_ROW = 100.0, 5.0, 5000.0, 2.0, 100.0
 
 @dataclass
 class Swap:
-    """One output given instead of one input. Times in microseconds; of the points only those with an answer.
+    """One output given instead of one input. Times in microseconds; of the points only those with
+    an answer.
 
-    ``call`` is the median over the points, ``worst`` the largest; ``first`` is the slowest call at a point
-    that no record settled yet (0: none), of which there were ``left`` among ``points``. ``without`` is the
-    median time at points without an answer, ``unanswered`` their number. ``learn`` is the time of a first
-    wide sweep, ``again`` that of a row of the next one.
+    ``call`` is the median over the points, ``worst`` the largest; ``first`` is the slowest call at
+    a point that no record settled yet (0: none), of which there were ``left`` among ``points``.
+    ``without`` is the median time at points without an answer, ``unanswered`` their number.
+    ``learn`` is the time of a first wide sweep, ``again`` that of a row of the next one.
     """
 
     model: str
@@ -88,15 +91,17 @@ class Swap:
         if self.learn == self.learn:
             return f"{self.model:<32}{self.name:<28}{self.learn * 1e-6:10.3f} s{self.again:12.3f}"
         times = f"{self.call:12.2f}{self.worst:14.2f}{self.row:12.3f}{self.first:14.0f}"
-        counts = f"  left {self.left}/{self.points}, unanswered {self.unanswered} ({self.without:.0f})"
+        counts = (
+            f"  left {self.left}/{self.points}, unanswered {self.unanswered} ({self.without:.0f})"
+        )
         return f"{self.model:<32}{self.name:<28}{times}{counts}"
 
 
 def swaps(
     name: str, known: set[tuple[str, str, str]], share: float = 1.0
 ) -> Iterator[tuple[Swap, Any, float]]:
-    """The swaps of a model that lead back to its state, or a share of them, with their plans and the number
-    given."""
+    """The swaps of a model that lead back to its state, or a share of them, with their plans and
+    the number given."""
     model = rulesheets.load(MODELS / name / "model.tk")
     state: Any = solver.solve(model).solutions[0]
     posted = [n for n, v in model.variables.items() if v.posted and isinstance(state.get(n), float)]
@@ -154,7 +159,9 @@ def widely(swap: Swap, plan: Any, number: float) -> Swap:
     """Time a sweep by a plan that knows nothing, and the same rows after."""
     low, high = WIDE
     column = np.linspace(low * number, high * number, WIDE_ROWS)
-    fresh: Any = solver.prepare(plan.model, plan.inputs, plan.want, {swap.wanted: None}, timeout=PATIENCE)
+    fresh: Any = solver.prepare(
+        plan.model, plan.inputs, plan.want, {swap.wanted: None}, timeout=PATIENCE
+    )
     started = time.process_time()
     fresh.sweep(column)
     swap.learn = (time.process_time() - started) * 1e6
@@ -206,7 +213,11 @@ def difference(plan: Any, point: float) -> str:
     try:
         rows = plan.all(point)
     except solver.Unsolved as error:
-        return "" if error.status == result.status else f"{point!r}: {error.status}, not {result.status}"
+        return (
+            ""
+            if error.status == result.status
+            else f"{point!r}: {error.status}, not {result.status}"
+        )
     if str(result.status) != "solved":
         return f"{point!r}: solved, not {result.status}"
     name = plan.want[0]
@@ -234,9 +245,12 @@ def sections(found: list[Swap]) -> tuple[Section, Section]:
     left, points = sum(s.left for s in found), sum(s.points for s in found)
     open_points = sum(s.unanswered for s in found)
     remark = (
-        f"Processor time at up to {POINTS + 1} numbers within {SPREAD:.0%} of the state of each sheet, "
-        f"{points:,} in all. {left / points:.1%} of them were solved step by step, and recorded, before they "
-        f"were timed; {open_points / points:.1%} have no answer, or none that was found, and are not timed."
+        f"Processor time at up to {POINTS + 1} numbers within {SPREAD:.0%} of the state of each "
+        "sheet, "
+        f"{points:,} in all. {left / points:.1%} of them were solved step by step, and recorded, "
+        "before they "
+        f"were timed; {open_points / points:.1%} have no answer, or none that was found, and are "
+        "not timed."
     )
     claims = [
         Claim("calls within 100 µs", 97, 100 * float((calls <= CALL).mean()), "%", more=True),
@@ -277,11 +291,15 @@ def wide_section(found: list[Swap]) -> Section:
     ]
     low, high = WIDE
     remark = (
-        f"Processor time of {WIDE_ROWS} rows over {low} to {high} times the state, for randomly drawn swaps. "
-        "The first sweep solves the rows that no record covers yet. Many of them cross a fold, beyond which "
+        f"Processor time of {WIDE_ROWS} rows over {low} to {high} times the state, for randomly "
+        "drawn swaps. "
+        "The first sweep solves the rows that no record covers yet. Many of them cross a fold, "
+        "beyond which "
         "the number of answers differs or is 0."
     )
-    return Section("wide sweeps", "Wide sweeps", (f"{len(found)} swaps", *QUANTILES), table, [remark])
+    return Section(
+        "wide sweeps", "Wide sweeps", (f"{len(found)} swaps", *QUANTILES), table, [remark]
+    )
 
 
 def _is_slow(swap: Swap) -> bool:

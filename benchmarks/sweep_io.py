@@ -2,19 +2,22 @@
 
     python benchmarks/sweep_io.py [ROWS…] [--csv] [--pipeline] [--times=N]
 
-For each number of rows (1e6 and 1e7; 1e8 takes 4.5 GB of disk), by numpy and by machine code (the extra
-``jit``), each measurement in a process of its own and the two sides of a ratio in turns, best of N (3):
+For each number of rows (1e6 and 1e7; 1e8 takes 4.5 GB of disk), by numpy and by machine code (the
+extra ``jit``), each measurement in a process of its own and the two sides of a ratio in turns, best
+of N (3):
 
 - ``memory``: 1e6 rows that stay in memory, in pieces as large as those of a file;
-- ``file``: the sweep to a Parquet file (with --csv to CSV), from its first lesson to the file in its place;
-- ``disk``: a write of as many bytes, through the memory of the system or past it, whichever is the quicker;
+- ``file``: the sweep to a Parquet file (with --csv to CSV), from its first lesson to the file in
+  its place;
+- ``disk``: a write of as many bytes, through the memory of the system or past it, whichever is the
+  quicker;
 - ``of memory``, ``of disk``: the rate to the file over each of these; 80 % of either is asked for;
 - ``synced``: ``of disk`` once more, where both wait until the bytes are on the disk (fsync);
-- ``CPU``: time of the processors, which other work on the machine does not stretch: that of the sweep
-  to the file, and its ratio to that of the other two together.
+- ``CPU``: time of the processors, which other work on the machine does not stretch: that of the
+  sweep to the file, and its ratio to that of the other two together.
 
-With --pipeline the closed form by hand, in blocked numpy, stands in for the solver: what is left is the
-way to the disk.
+With --pipeline the closed form by hand, in blocked numpy, stands in for the solver: what is left is
+the way to the disk.
 """
 
 from __future__ import annotations
@@ -58,7 +61,8 @@ HEAD = (
 
 
 def closed_form(theta: np.ndarray) -> dict[str, np.ndarray]:
-    """Position, velocity and acceleration of the slider crank of the paper, in blocks that fit the cache."""
+    """Position, velocity and acceleration of the slider crank of the paper, in blocks that fit the
+    cache."""
     found = {name: np.empty(len(theta)) for name in WANT}
     for start in range(0, len(theta), 4096):
         block = slice(start, start + 4096)
@@ -69,7 +73,13 @@ def closed_form(theta: np.ndarray) -> dict[str, np.ndarray]:
         omega = 15.0 * x / along
         ax, ay = 10.0 * y - 225.0 * x, -10.0 * x - 225.0 * y
         alpha = (omega * omega * down - ay) / along
-        values = (x + along, 15.0 * y - omega * down, omega, ax - alpha * down - omega * omega * along, alpha)
+        values = (
+            x + along,
+            15.0 * y - omega * down,
+            omega,
+            ax - alpha * down - omega * omega * along,
+            alpha,
+        )
         for name, value in zip(WANT, values, strict=True):
             found[name][block] = value
     return found
@@ -96,13 +106,18 @@ def by_hand(count: int) -> Iterator:
     from solver.sweeps.sweep import grid_chunks
 
     for (theta,) in grid_chunks(rows(count)):
-        values = {"thetaAO": theta, **closed_form(theta), "answers": np.ones(len(theta), dtype=np.int64)}
+        values = {
+            "thetaAO": theta,
+            **closed_form(theta),
+            "answers": np.ones(len(theta), dtype=np.int64),
+        }
         yield Table(values, np.zeros(len(theta), dtype=np.int8))
 
 
 @dataclass(frozen=True)
 class Took:
-    """Seconds of the clock and of the processors, and of the clock until everything is on the disk."""
+    """Seconds of the clock and of the processors, and of the clock until everything is on the
+    disk."""
 
     wall: float
     cpu: float
@@ -200,8 +215,9 @@ def of_disk(disk: dict[str, float], file: dict[str, float]) -> float:
 def measured(count: int, ending: str, ways: list[str], times: int) -> dict[str, dict[str, float]]:
     """The best of each way to the file, and of plain writes (``disk``), taken in turns.
 
-    A write before them that is not counted lets all find the memory of the system in the same state: where
-    the machine is a guest of another, memory not used for a while has to be had back from its host.
+    A write before them that is not counted lets all find the memory of the system in the same
+    state: where the machine is a guest of another, memory not used for a while has to be had back
+    from its host.
     """
     tries: dict[str, list[dict[str, float]]] = {}
     with tempfile.TemporaryDirectory(dir=".") as folder:
@@ -216,7 +232,10 @@ def measured(count: int, ending: str, ways: list[str], times: int) -> dict[str, 
                 with tempfile.TemporaryDirectory(dir=".") as folder:
                     plain = in_its_own_process("disk", os.path.join(folder, "plain"), size, disk)
                 tries.setdefault("disk", []).append(plain)
-    return {way: {key: min(one[key] for one in found) for key in found[0]} for way, found in tries.items()}
+    return {
+        way: {key: min(one[key] for one in found) for key in found[0]}
+        for way, found in tries.items()
+    }
 
 
 def table(sizes: list[int], ending: str, ways: list[str], times: int) -> None:
@@ -234,7 +253,10 @@ def table(sizes: list[int], ending: str, ways: list[str], times: int) -> None:
             shares += f"{disk['synced'] / file['synced']:8.0%}"
             cpu, both = file["cpu"] / count, memory["cpu"] / IN_MEMORY + disk["cpu"] / count
             room = f"{file['MB']:9.0f}{file['memory']:11.0f}"
-            print(f"{count:>12,}{way:>7}{rates}{shares}{room}{cpu * 1e9:12.0f}{cpu / both:9.2f}", flush=True)
+            print(
+                f"{count:>12,}{way:>7}{rates}{shares}{room}{cpu * 1e9:12.0f}{cpu / both:9.2f}",
+                flush=True,
+            )
 
 
 def one(kind: str, *words: str) -> dict[str, float]:

@@ -2,9 +2,9 @@
 
     python -m benchmarks.units
 
-Prints seconds of processor time to load and check sheets of 1,000 and 5,000 rules without units, and how many
-more it takes with them, pint's import for one rare unit included: the first time nothing is kept of earlier
-runs. Then calls of a prepared plan and rows of a sweep a second.
+Prints seconds of processor time to load and check sheets of 1,000 and 5,000 rules without units,
+and how many more it takes with them, pint's import for one rare unit included: the first time
+nothing is kept of earlier runs. Then calls of a prepared plan and rows of a sweep a second.
 """
 
 from __future__ import annotations
@@ -42,7 +42,9 @@ def sheet(rules: int, units: bool) -> str:
     groups = rules // len(RULES)
     rows = [f"  F{k} [N]\n  v{k} [m/s]\n  P{k} [W]\n" for k in range(0, groups, 2)]
     lines = [
-        "  " + rule.format(k=k, last=k - 1 if k else "_", next=k + 1) for k in range(groups) for rule in RULES
+        "  " + rule.format(k=k, last=k - 1 if k else "_", next=k + 1)
+        for k in range(groups)
+        for rule in RULES
     ]
     text = f"{DECLARED}{''.join(rows)}rules\n" + "\n".join(lines) + "\n"
     return text if units else re.sub(r"\[.*?\]", "", text)
@@ -59,11 +61,14 @@ def loaded(rules: int, units: bool) -> float:
 
 
 def fresh(rules: int, units: bool, kept: bool) -> float:
-    """The least of three runs, each in a process of its own; ``kept``: with what earlier ones have left."""
+    """The least of three runs, each in a process of its own; ``kept``: with what earlier ones have
+    left."""
     environment = os.environ if kept else {**os.environ, "BACKSOLVE_CACHE": ""}
     code = f"from benchmarks.units import loaded; print(loaded({rules}, {units}))"
     command = [sys.executable, "-c", code]
-    return min(float(subprocess.check_output(command, text=True, env=environment)) for _ in range(3))
+    return min(
+        float(subprocess.check_output(command, text=True, env=environment)) for _ in range(3)
+    )
 
 
 def speed(units: bool) -> tuple[float, float]:
@@ -89,11 +94,14 @@ def main() -> None:
             without, with_units = fresh(rules, False, kept), fresh(rules, True, kept)
             of = "later" if kept else "the first time"
             print(
-                f"{rules:,} rules {of}: {without:.2f} s without units, {with_units - without:.2f} s more with"
+                f"{rules:,} rules {of}: {without:.2f} s without units, {with_units - without:.2f} "
+                "s more with"
             )
     for units in (False, True):
         calls, rows = speed(units)
-        print(f"{'with' if units else 'without'} units: {calls:,.0f} calls, {rows:,.0f} rows a second")
+        print(
+            f"{'with' if units else 'without'} units: {calls:,.0f} calls, {rows:,.0f} rows a second"
+        )
 
 
 if __name__ == "__main__":

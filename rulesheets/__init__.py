@@ -25,7 +25,16 @@ if TYPE_CHECKING:
     from rulesheets.registered import function
     from rulesheets.syntax import Source, Span
 
-__all__ = ["Diagnosis", "Equation", "Label", "Model", "Premise", "RuleSheetError", "Severity", "Source"]
+__all__ = [
+    "Diagnosis",
+    "Equation",
+    "Label",
+    "Model",
+    "Premise",
+    "RuleSheetError",
+    "Severity",
+    "Source",
+]
 __all__ += ["Span", "Value", "Variable", "function", "in_unit", "load", "loads", "shipped_models"]
 __all__ += ["sympy_equations"]
 
@@ -33,7 +42,8 @@ __all__ += ["sympy_equations"]
 def fetched(
     package: str, names: Mapping[str, str]
 ) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
-    """``__getattr__`` and ``__dir__`` of a package, for names by the modules that they are fetched from."""
+    """``__getattr__`` and ``__dir__`` of a package, for names by the modules that they are fetched
+    from."""
     homes = {name: home for home, listed in names.items() for name in listed.split()}
 
     def fetch(name: str) -> object:

@@ -10,7 +10,16 @@ from typing import NamedTuple
 
 from rulesheets.checks import check, head_of
 from rulesheets.checks.marks import check_figures
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error, error_at, labels, refuse
+from rulesheets.diagnosis import (
+    Diagnosis,
+    Label,
+    RuleSheetError,
+    Severity,
+    error,
+    error_at,
+    labels,
+    refuse,
+)
 from rulesheets.expand import Expansion
 from rulesheets.files import confined, is_sheet, near_files, outside, parsed, read_source
 from rulesheets.inputs import declared, valued
@@ -22,7 +31,9 @@ from rulesheets.syntax.nodes import Number, children, leaves, names
 from rulesheets.syntax.program import Program, bodies, components, names_of, rules_of, walk
 from rulesheets.units import differences, library_of, unit_named
 
-_MEASURE = re.compile(r"\[(?<=[\d.]\[)")  # a pattern that begins with a certain character is found fast
+_MEASURE = re.compile(
+    r"\[(?<=[\d.]\[)"
+)  # a pattern that begins with a certain character is found fast
 
 
 class File(NamedTuple):
@@ -35,13 +46,17 @@ class File(NamedTuple):
 
 
 def gather(
-    source: Source, folder: str, path: str | None = None, within: str | None = None, python: bool = False
+    source: Source,
+    folder: str,
+    path: str | None = None,
+    within: str | None = None,
+    python: bool = False,
 ) -> Program:
     """Parse a sheet and, each once, the files that it uses directly or through others.
 
-    ``path`` is the file of the sheet itself, None for a text that is in no file; ``within`` the folder
-    that used files must lie in; ``python``: files of Python may be run. Raises RuleSheetError for what
-    cannot be read or parsed, circles and doubly defined functions.
+    ``path`` is the file of the sheet itself, None for a text that is in no file; ``within`` the
+    folder that used files must lie in; ``python``: files of Python may be run. Raises
+    RuleSheetError for what cannot be read or parsed, circles and doubly defined functions.
     """
     key = os.path.realpath(path) if path else source.name
     found = _Gathering(File(key, source.name, folder, parsed(source, path)), within, python)
@@ -67,7 +82,10 @@ class _Gathering:
             earlier = self.program.functions.setdefault(function.name.lower(), function)
             if earlier is not function:
                 message = f"the function {function.name} is defined twice"
-                places = (head_of(function), "defined again"), (head_of(earlier), "first defined here")
+                places = (
+                    (head_of(function), "defined again"),
+                    (head_of(earlier), "first defined here"),
+                )
                 note = "give one of the two another name (capitals do not count in function names)"
                 self.complaints.append(error("E206", message, *labels(*places), notes=(note,)))
         for use in file.sheet.uses:
@@ -109,10 +127,14 @@ class _Gathering:
         circle = [file.key for file in trail]
         if key in circle:
             names = [os.path.basename(file.shown) for file in trail[circle.index(key) :]]
-            message = "a file uses itself" if len(names) == 1 else "files use each other in a circle"
+            message = (
+                "a file uses itself" if len(names) == 1 else "files use each other in a circle"
+            )
             ring = " → ".join((*names, names[0]))
             note = f"the circle is {ring}; move what both need into a file of its own"
-            self.complaints.append(error_at("E307", message, place, note, label="closes the circle"))
+            self.complaints.append(
+                error_at("E307", message, place, note, label="closes the circle")
+            )
             return None
         if key in self.seen:
             return None
@@ -139,7 +161,9 @@ def place_of(path: str, use: nodes.Use) -> Span | None:
 
 def _missing(path: str, shown: str, place: Span | None) -> Diagnosis:
     notes = near_files(shown) or ("paths are relative to the file that names them",)
-    return error_at("E306", f"there is no file {path} to use", place, *notes, label=f"looked for {shown}")
+    return error_at(
+        "E306", f"there is no file {path} to use", place, *notes, label=f"looked for {shown}"
+    )
 
 
 def _only_functions(file: File, path: str, place: Span | None) -> Iterator[Diagnosis]:
@@ -164,7 +188,10 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
     refuse(_wrong_units(program, units))
     expansion = Expansion(program)
     passed = _passed(program)
-    for local in (False, True):  # rows of the sheet, then names of its rules, then locals of the calls
+    for local in (
+        False,
+        True,
+    ):  # rows of the sheet, then names of its rules, then locals of the calls
         for full in expansion.names:
             if ("." in full) is local and full not in variables:
                 variables[full] = Variable(full, posted=not local, passed=full in passed)
@@ -184,13 +211,18 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
     )
     if found := differences(model):  # of temperatures, which are converted as such
         rows = (row for row in program.rows if row.name in found)
-        changed = {row.name: valued(replace(model.variables[row.name], difference=True), row) for row in rows}
+        changed = {
+            row.name: valued(replace(model.variables[row.name], difference=True), row)
+            for row in rows
+        }
         model = replace(model, variables={**model.variables, **changed})
     refuse(check_figures(program, model.variables))
     return model
 
 
-def _rule_parts(program: Program, said: re.Pattern[str]) -> list[nodes.Expression | nodes.Condition]:
+def _rule_parts(
+    program: Program, said: re.Pattern[str]
+) -> list[nodes.Expression | nodes.Condition]:
     """The expressions of all rules, if a source of the program matches the pattern."""
     owners: list[nodes.RuleSheet | nodes.Function] = [program.sheet, *program.functions.values()]
     sources = dict.fromkeys(owner.span.source for owner in owners if owner.span is not None)
@@ -202,7 +234,9 @@ def _rule_parts(program: Program, said: re.Pattern[str]) -> list[nodes.Expressio
 
 def _wrong_units(program: Program, units: Library) -> Iterator[Diagnosis]:
     """Numbers of rules, and figures, whose units are unknown."""
-    figures = ((one.unit, one.span and one.span.part(0, len("figure"))) for one in program.sheet.figures)
+    figures = (
+        (one.unit, one.span and one.span.part(0, len("figure"))) for one in program.sheet.figures
+    )
     numbers = (one for part in _rule_parts(program, _MEASURE) for one in leaves(part, Number))
     for unit, place in (*figures, *((one.unit, one.span) for one in numbers)):
         try:
@@ -227,15 +261,21 @@ def _respelt(program: Program) -> Iterator[Diagnosis]:
 
 
 def _passed(program: Program) -> set[str]:
-    """Names that the sheet's own rules only pass from the results of one call to arguments of another."""
+    """Names that the sheet's own rules only pass from the results of one call to arguments of
+    another."""
     results, arguments, used = set[str](), set[str](), set[str]()
     every = (body for rule in rules_of(program.sheet) for body in bodies(rule.body))
     for body in every if program.functions else ():
         for part in components(body, program.functions):
-            if not isinstance(part, nodes.CallRule) or part.function.lower() not in program.functions:
+            if (
+                not isinstance(part, nodes.CallRule)
+                or part.function.lower() not in program.functions
+            ):
                 used.update(names_of(part))
                 continue
             for passed, side in ((results, part.results), (arguments, part.arguments)):
                 passed.update(node.name for node in side if isinstance(node, nodes.Name))
-                used.update(n for node in side if not isinstance(node, nodes.Name) for n in names(node))
+                used.update(
+                    n for node in side if not isinstance(node, nodes.Name) for n in names(node)
+                )
     return (results & arguments) - used

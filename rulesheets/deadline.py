@@ -1,6 +1,7 @@
 """Limits on long work: a time limit, an interrupt, which ends the time, and room for call frames.
 
-The limit belongs to the context (and so to a thread), and every loop can read it without an argument.
+The limit belongs to the context (and so to a thread), and every loop can read it without an
+argument.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ def setting(variable: ContextVar[T], value: T) -> Iterator[None]:
 
 
 def time_limit(seconds: float | None) -> AbstractContextManager[None]:
-    """Raise TimeIsUp from :func:`expect_time` after so many seconds; with None only outer limits apply.
+    """Raise TimeIsUp from :func:`expect_time` after so many seconds; with None only outer limits
+    apply.
 
     Raises ValueError for a limit that is not positive.
     """
@@ -84,10 +86,10 @@ SLOTS = 1 << 16
 def in_one_chunk(function: Callable[P, T]) -> Callable[P, T]:
     """The function, with its frame and those of the calls below it in one piece of memory.
 
-    CPython keeps frames in chunks of 16 KB, and up to 3.13 it gives a chunk back as soon as the last frame in
-    it returns. A loop whose calls lie across the end of a chunk takes ten times as long: which loop that is
-    depends on how deep the caller's stack happens to be. For a frame as large as this one, a chunk
-    of twice its size is made, and the calls below use the rest.
+    CPython keeps frames in chunks of 16 KB, and up to 3.13 it gives a chunk back as soon as the
+    last frame in it returns. A loop whose calls lie across the end of a chunk takes ten times as
+    long: which loop that is depends on how deep the caller's stack happens to be. For a frame as
+    large as this one, a chunk of twice its size is made, and the calls below use the rest.
     """
 
     def within(*args: P.args, **kwargs: P.kwargs) -> T:

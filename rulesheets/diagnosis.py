@@ -54,7 +54,8 @@ def labels(*places: tuple[Span | None, str]) -> tuple[Label, ...]:
 
 
 class RuleSheetError(Exception):
-    """A sheet, a variable sheet or a command that is wrong. ``diagnoses`` has at least one error."""
+    """A sheet, a variable sheet or a command that is wrong. ``diagnoses`` has at least one
+    error."""
 
     def __init__(self, *diagnoses: Diagnosis) -> None:
         super().__init__("\n".join(diagnosis.message for diagnosis in diagnoses))
@@ -71,14 +72,18 @@ def refuse(complaints: Iterable[Diagnosis]) -> None:
         raise RuleSheetError(*found)
 
 
-def error(code: str, message: str | None = None, *labels: Label, notes: tuple[str, ...] = ()) -> Diagnosis:
+def error(
+    code: str, message: str | None = None, *labels: Label, notes: tuple[str, ...] = ()
+) -> Diagnosis:
     """An error with a code of the catalogue, whose title is the message unless one is given."""
     if message is None:
         message = catalogue()[code].title
     return Diagnosis(code, Severity.ERROR, message, labels, notes)
 
 
-def error_at(code: str, message: str | None, place: Span | None, *notes: str, label: str = "") -> Diagnosis:
+def error_at(
+    code: str, message: str | None, place: Span | None, *notes: str, label: str = ""
+) -> Diagnosis:
     """An error at one place, if the place is known."""
     return error(code, message, *labels((place, label)), notes=notes)
 
@@ -92,9 +97,9 @@ _BLUE, _BOLD, _GREEN = "1;34", "1", "1;32"
 def render(diagnosis: Diagnosis, color: bool = False, width: int | None = None) -> str:
     """The diagnosis as lines of text, without a line end after the last.
 
-    ``error[E104]: message``, then each labelled place as `` --> file:line:column`` with the line
-    of the source and carets under the place, then the notes. ``color`` adds ANSI colours; sentences are
-    folded to ``width`` columns where there is one.
+    ``error[E104]: message``, then each labelled place as `` --> file:line:column`` with the line of
+    the source and carets under the place, then the notes. ``color`` adds ANSI colours; sentences
+    are folded to ``width`` columns where there is one.
     """
     return "\n".join(_Rendering(color, width).lines(diagnosis))
 
@@ -107,7 +112,9 @@ class _Rendering(NamedTuple):
         """A sentence from column ``before``, folded, with ``margin`` before its other lines."""
         if self.width is None or before + len(text) <= self.width:
             return text
-        first, *rest = textwrap.wrap(text, self.width - margin, initial_indent=" " * (before - margin))
+        first, *rest = textwrap.wrap(
+            text, self.width - margin, initial_indent=" " * (before - margin)
+        )
         return "\n".join((first[before - margin :], *(" " * margin + line for line in rest)))
 
     def paint(self, text: str, style: str) -> str:
@@ -190,8 +197,8 @@ class Entry(NamedTuple):
 
 @cache
 def catalogue() -> dict[str, Entry]:
-    """The entries of all codes: E1 syntax, E2 names and calls, E3 files, E4 variable sheets, command input
-    and units, W6 warnings about units, S5 outcomes of a solve."""
+    """The entries of all codes: E1 syntax, E2 names and calls, E3 files, E4 variable sheets,
+    command input and units, W6 warnings about units, S5 outcomes of a solve."""
     import tomllib  # neither help nor a sheet without mistakes asks for it
 
     with open(os.path.join(os.path.dirname(__file__), "catalogue.toml"), "rb") as file:
@@ -252,8 +259,9 @@ def listed(names: Sequence[str], last: str = "and") -> str:
 
 
 _PROPERTIES = """
-conductivity cp cv density dewpoint enthalpy entropy humrat intenergy molarmass p_sat prandtl pressure quality
-relhum soundspeed specheat surfacetension t_sat temperature viscosity volume wetbulb"""
+conductivity cp cv density dewpoint enthalpy entropy humrat intenergy molarmass p_sat prandtl
+pressure quality relhum soundspeed specheat surfacetension t_sat temperature viscosity volume
+wetbulb"""
 PROPERTIES = tuple(_PROPERTIES.split())
 """Functions of EES that give a property of a substance."""
 

@@ -43,7 +43,8 @@ class FullNames(NamedTuple):
 
 
 class Context(NamedTuple):
-    """The context of an expression: its scope, its premises, and the rule that messages refer to."""
+    """The context of an expression: its scope, its premises, and the rule that messages refer
+    to."""
 
     scope: FullNames
     guard: tuple[Premise, ...]
@@ -110,16 +111,25 @@ class Expansion:
                             self._call(function, arguments, results, context)
                         else:
                             result, value = results[0], nodes.Call(called.lower(), arguments, span)
-                            self._equate(self._bind(result, context), self._bind(value, context), context)
+                            self._equate(
+                                self._bind(result, context), self._bind(value, context), context
+                            )
                     case nodes.Inequality(comparisons):
-                        bound = (_exact(self._bind(comparison, context), rule) for comparison in comparisons)
-                        self.requirements += (Requirement(one, guard, rule, scope.prefix) for one in bound)
+                        bound = (
+                            _exact(self._bind(comparison, context), rule)
+                            for comparison in comparisons
+                        )
+                        self.requirements += (
+                            Requirement(one, guard, rule, scope.prefix) for one in bound
+                        )
                     case nodes.IfRule(condition, then, otherwise):
                         index = len(self.conditions)
                         self.conditions.append(_exact(self._bind(condition, context), rule))
                         for arm, holds in ((otherwise, False), (then, True)):
                             if arm is not None:
-                                stack.append((arm, Context(scope, (*guard, Premise(index, holds)), rule)))
+                                stack.append(
+                                    (arm, Context(scope, (*guard, Premise(index, holds)), rule))
+                                )
 
     def _call(
         self,
@@ -178,7 +188,8 @@ class Expansion:
 
 
 def _exact(part: Any, rule: Span) -> Any:
-    """A part of a rule with exact values of its constants put in; ``text`` tells whether it may have any."""
+    """A part of a rule with exact values of its constants put in; ``text`` tells whether it may
+    have any."""
     text = (rule.text or "sin pi").lower()
     if "pi" not in text or not any(function in text for function in ("sin", "cos", "tan")):
         return part

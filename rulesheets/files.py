@@ -17,7 +17,9 @@ MAIN_SHEET = "model.tk"
 
 _PACKAGE = os.path.dirname(os.path.abspath(__file__))
 _INSTALLED = os.path.join(_PACKAGE, "models")
-_MODELS = _INSTALLED if os.path.isdir(_INSTALLED) else os.path.join(os.path.dirname(_PACKAGE), "models")
+_MODELS = (
+    _INSTALLED if os.path.isdir(_INSTALLED) else os.path.join(os.path.dirname(_PACKAGE), "models")
+)
 """``rulesheets/models`` if installed, ``models`` next to the package in a checkout."""
 
 _LARGEST = 64 * 2**20
@@ -36,10 +38,14 @@ def read_source(path: str | os.PathLike[str]) -> Source:
         with open(name, "rb") as file:
             data = file.read(_LARGEST + 1)
     except FileNotFoundError:
-        raise RuleSheetError(error("E301", f"there is no file {name}", notes=near_files(name))) from None
+        raise RuleSheetError(
+            error("E301", f"there is no file {name}", notes=near_files(name))
+        ) from None
     except IsADirectoryError:
         notes = ("name a file in it; a folder is a sheet where it holds a model.tk",)
-        raise RuleSheetError(error("E302", f"{name} is a folder, not a file", notes=notes)) from None
+        raise RuleSheetError(
+            error("E302", f"{name} is a folder, not a file", notes=notes)
+        ) from None
     except (OSError, ValueError) as failure:
         reason = getattr(failure, "strerror", None) or str(failure)
         raise RuleSheetError(error("E304", f"{name} cannot be read: {reason}")) from None
@@ -49,7 +55,8 @@ def read_source(path: str | os.PathLike[str]) -> Source:
 def parsed(source: Source, path: str | None) -> RuleSheet:
     """The rule sheet of a text; ``path`` is its file.
 
-    Raises RuleSheetError with the mistakes, line by line, or (E312) for a file that is not a rule sheet.
+    Raises RuleSheetError with the mistakes, line by line, or (E312) for a file that is not a rule
+    sheet.
     """
     from rulesheets.parse.sections import parse  # with it comes lark
 
@@ -59,7 +66,9 @@ def parsed(source: Source, path: str | None) -> RuleSheet:
         if path is None or is_sheet(path):
             raise
         note = f"mistakes are shown only in files that end in {ENDING}"
-        raise RuleSheetError(error_at("E312", f"{source.name} is not a rule sheet", None, note)) from None
+        raise RuleSheetError(
+            error_at("E312", f"{source.name} is not a rule sheet", None, note)
+        ) from None
 
 
 def is_sheet(path: str) -> bool:
@@ -86,7 +95,9 @@ def near_files(path: str) -> tuple[str, ...]:
     if not os.path.isdir(folder or "."):
         return (f"there is no folder {folder} either",)
     ending = os.path.splitext(name)[1]
-    return suggestion(name, sorted(other for other in os.listdir(folder or ".") if other.endswith(ending)))
+    return suggestion(
+        name, sorted(other for other in os.listdir(folder or ".") if other.endswith(ending))
+    )
 
 
 def decoded(name: str, data: bytes) -> str:
@@ -113,7 +124,9 @@ def _not_text(name: str, data: bytes, place: int) -> Diagnosis:
         return error_at("E303", f"{name} is a binary file, not a rule sheet", None, note)
     label = f"byte 0x{data[place]:02x} is not valid in UTF-8"
     note = "save the sheet in the encoding UTF-8"
-    return error_at("E303", f"{name} is not UTF-8 text", here if is_sheet(name) else None, note, label=label)
+    return error_at(
+        "E303", f"{name} is not UTF-8 text", here if is_sheet(name) else None, note, label=label
+    )
 
 
 def find_sheet(path: str) -> str:
@@ -135,7 +148,9 @@ def find_sheet(path: str) -> str:
     notes = suggestion(bare, (*shipped_models(), *here)) or (
         "a sheet is named by its path, such as crank.tk; `backsolve models` lists the shipped ones",
     )
-    raise RuleSheetError(error("E309", f"there is no rule sheet and no shipped model {bare}", notes=notes))
+    raise RuleSheetError(
+        error("E309", f"there is no rule sheet and no shipped model {bare}", notes=notes)
+    )
 
 
 def find_variable_sheet(path: str, sheet: str) -> str:
@@ -149,7 +164,9 @@ def find_variable_sheet(path: str, sheet: str) -> str:
     if found is not None:
         return found
     there = sorted(name for name in os.listdir(folder or ".") if name.endswith(".csv"))
-    notes = suggestion(path, there) or ((f"beside {sheet} there are {', '.join(there)}",) if there else ())
+    notes = suggestion(path, there) or (
+        (f"beside {sheet} there are {', '.join(there)}",) if there else ()
+    )
     message = f"there is no variable sheet {path}, neither here nor beside {sheet}"
     raise RuleSheetError(error("E310", message, notes=notes))
 

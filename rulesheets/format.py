@@ -1,4 +1,5 @@
-"""A sheet as text in the canonical layout, which ``parse`` reads back; rules in LaTeX, tables in HTML."""
+"""A sheet as text in the canonical layout, which ``parse`` reads back; rules in LaTeX, tables in
+HTML."""
 
 from __future__ import annotations
 
@@ -89,7 +90,11 @@ class Notation:
         return f"'{name}"
 
     def call(self, function: str, arguments: tuple[nodes.Expression, ...]) -> str:
-        return function if function == "pi" else f"{function}({', '.join(map(self.written, arguments))})"
+        return (
+            function
+            if function == "pi"
+            else f"{function}({', '.join(map(self.written, arguments))})"
+        )
 
     def power(self, base: nodes.Expression, exponent: nodes.Expression) -> str:
         return f"{self.written(base, _ATOM)}^{self.written(exponent, _FACTOR)}"
@@ -109,8 +114,8 @@ format_condition: Callable[[nodes.Condition], str] = Notation().written
 # --- in LaTeX -------------------------------------------------------------------
 
 _GREEK = (
-    "alpha|beta|gamma|delta|epsilon|zeta|eta|theta|iota|kappa|lambda|mu|nu|xi|pi|rho|sigma|tau|upsilon|phi|chi|"
-    "psi|omega|Gamma|Delta|Theta|Lambda|Xi|Pi|Sigma|Phi|Psi|Omega"
+    "alpha|beta|gamma|delta|epsilon|zeta|eta|theta|iota|kappa|lambda|mu|nu|xi|pi|rho|sigma|tau|"
+    "upsilon|phi|chi|psi|omega|Gamma|Delta|Theta|Lambda|Xi|Pi|Sigma|Phi|Psi|Omega"
 )
 _GREEK_NAME = re.compile(rf"({_GREEK})_?(|[A-Z0-9_].*)")
 _LETTER_NAME = re.compile(r"([A-Za-z])_?([A-Z0-9][A-Za-z0-9_]*|_.+)", re.ASCII)
@@ -166,7 +171,9 @@ class Latex(Notation):
     relations: ClassVar[dict[str, str]] = {"<>": r"\neq", "<=": r"\leq", ">=": r"\geq"}
 
     def bound(self, node: Node) -> tuple[str, int]:
-        if isinstance(node, nodes.Negative) and isinstance(node.operand, nodes.Product | nodes.Quotient):
+        if isinstance(node, nodes.Negative) and isinstance(
+            node.operand, nodes.Product | nodes.Quotient
+        ):
             return self._added(node).lstrip(), _PRODUCT
         return super().bound(node)
 
@@ -222,7 +229,11 @@ class Latex(Notation):
             ones = [f for f in above if isinstance(f, nodes.Negative) and f.operand == nodes.ONE]
             negative ^= len(ones) % 2 == 1
             above = [f for f in above if f != nodes.ONE and f not in ones] or [nodes.ONE]
-        text = rf"\frac{{{self._times(above)}}}{{{self._times(below)}}}" if below else self._times(above)
+        text = (
+            rf"\frac{{{self._times(above)}}}{{{self._times(below)}}}"
+            if below
+            else self._times(above)
+        )
         return f"- {text}" if negative else text
 
     def _times(self, factors: Sequence[nodes.Expression]) -> str:
@@ -268,7 +279,8 @@ def format_rule(body: nodes.RuleBody) -> str:
 
 
 def rule_lines(body: nodes.RuleBody) -> list[str]:
-    """The rule as lines: one, or for a long conditional one for each arm, ``else`` below ``then``."""
+    """The rule as lines: one, or for a long conditional one for each arm, ``else`` below
+    ``then``."""
     whole = format_rule(body)
     if not isinstance(body, nodes.IfRule) or body.otherwise is None or len(whole) <= WIDTH:
         return [whole]
@@ -279,8 +291,8 @@ def rule_lines(body: nodes.RuleBody) -> list[str]:
 
 
 def _arms(rule: nodes.IfRule) -> list[str]:
-    """``if … then …``, ``else if … then …``, ``else …``. A conditional after ``then`` is put in parentheses,
-    so that an ``else`` is not read as its own."""
+    """``if … then …``, ``else if … then …``, ``else …``. A conditional after ``then`` is put in
+    parentheses, so that an ``else`` is not read as its own."""
     arms = []
     word = "if"
     rest: nodes.RuleBody | None = rule
@@ -323,7 +335,9 @@ def format_sheet(sheet: nodes.RuleSheet) -> str:
         *(list(_figure(figure)) for figure in sheet.figures),
         *(list(_function(function)) for function in sheet.functions),
     ]
-    return "\n\n".join("\n".join(lines) for lines in sections if lines) + ("\n" if any(sections) else "")
+    return "\n\n".join("\n".join(lines) for lines in sections if lines) + (
+        "\n" if any(sections) else ""
+    )
 
 
 def _comment(text: str) -> str:
@@ -342,7 +356,8 @@ def _commented(lines: list[str], comment: str, column: int) -> list[str]:
 
 
 def _lines(rows: Iterable[Any], written: Callable[[Any], list[str]], column: int) -> Iterator[str]:
-    """Rows as written, with comments in a column; comment lines and single blank lines between them."""
+    """Rows as written, with comments in a column; comment lines and single blank lines between
+    them."""
     for index, row in enumerate(rows):
         if row.gap and index:
             yield ""
@@ -353,7 +368,9 @@ def _lines(rows: Iterable[Any], written: Callable[[Any], list[str]], column: int
 
 
 def _units(rows: Sequence[nodes.UnitRow | nodes.CommentLine]) -> Iterator[str]:
-    return _lines(rows, lambda row: [" = ".join(filter(None, (", ".join(row.names), row.meaning)))], 0)
+    return _lines(
+        rows, lambda row: [" = ".join(filter(None, (", ".join(row.names), row.meaning)))], 0
+    )
 
 
 def _variables(rows: Sequence[nodes.VariableRow | nodes.CommentLine]) -> Iterator[str]:
@@ -373,7 +390,9 @@ def _cells(row: nodes.VariableRow) -> tuple[str, str, str, str]:
     if row.value is not None:
         value = f"= {format_expression(row.value)}"
         if row.tolerance is not None:
-            value += f" ± {format_expression(row.tolerance.size)}{'%' if row.tolerance.percent else ''}"
+            value += (
+                f" ± {format_expression(row.tolerance.size)}{'%' if row.tolerance.percent else ''}"
+            )
     elif row.guess is not None:
         value = f"~ {format_expression(row.guess)}"
     if row.display_unit is not None:
@@ -386,7 +405,9 @@ def _cells(row: nodes.VariableRow) -> tuple[str, str, str, str]:
 def _range(limits: nodes.Range | None) -> str:
     if limits is None:
         return ""
-    low, high = ("" if end is None else format_expression(end) for end in (limits.lower, limits.upper))
+    low, high = (
+        "" if end is None else format_expression(end) for end in (limits.lower, limits.upper)
+    )
     if low and high and not (limits.low_open or limits.high_open):
         return f"in [{low}, {high}]"
     lower = low and f">{'' if limits.low_open else '='} {low}"
@@ -422,7 +443,9 @@ def _figure(figure: nodes.Figure) -> Iterator[str]:
 
 def _function(function: nodes.Function) -> Iterator[str]:
     results = f"; {', '.join(function.results)}" if function.results else ""
-    yield from _head(function, f"function {function.name}({', '.join(function.arguments)}{results})")
+    yield from _head(
+        function, f"function {function.name}({', '.join(function.arguments)}{results})"
+    )
     if function.parameters:
         line = f"parameters {', '.join(function.parameters)}"
         yield from _commented([line], function.parameters_comment, 0)
@@ -438,12 +461,16 @@ ROWS = 60
 _CELL = "padding:2px 10px;vertical-align:top;text-align:"
 
 
-def html_table(heads: Sequence[str], rows: Iterable[Sequence[str]], numeric: Collection[int]) -> str:
+def html_table(
+    heads: Sequence[str], rows: Iterable[Sequence[str]], numeric: Collection[int]
+) -> str:
     """A table of texts; the columns ``numeric`` are aligned to the right."""
     styles = [_CELL + ("right" if at in numeric else "left") for at in range(len(heads))]
 
     def line(kind: str, texts: Sequence[str]) -> str:
-        cells = (f'<{kind} style="{s}">{escape(t)}</{kind}>' for t, s in zip(texts, styles, strict=False))
+        cells = (
+            f'<{kind} style="{s}">{escape(t)}</{kind}>' for t, s in zip(texts, styles, strict=False)
+        )
         return f"<tr>{''.join(cells)}</tr>"
 
     body = "".join(line("td", row) for row in rows)

@@ -24,7 +24,14 @@ from rulesheets.model import Model, Tolerance, Value, Variable, expect_model, on
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import measured, names, units_of
 from rulesheets.syntax.program import rules_of, walk
-from rulesheets.units import cannot_show, converted, displaying, unit_named, value_and_unit, with_display_unit
+from rulesheets.units import (
+    cannot_show,
+    converted,
+    displaying,
+    unit_named,
+    value_and_unit,
+    with_display_unit,
+)
 
 
 def constant(expression: nodes.Expression) -> Value:
@@ -41,8 +48,13 @@ def constant(expression: nodes.Expression) -> Value:
         label = "evaluated once, before anything is solved"
         raise RuleSheetError(error_at("E401", message, expression.span, *notes, label=label))
     if (unit := next(units_of(expression), None)) is not None:
-        message, note = f"{unit} stands inside an expression of numbers", "write one number with its unit"
-        raise RuleSheetError(error_at("E461", message, expression.span, f"{note}, as in x = 3[in] [mm]"))
+        message, note = (
+            f"{unit} stands inside an expression of numbers",
+            "write one number with its unit",
+        )
+        raise RuleSheetError(
+            error_at("E461", message, expression.span, f"{note}, as in x = 3[in] [mm]")
+        )
     from rulesheets.checks import check_constant  # a command with mere numbers starts without it
 
     refuse(check_constant(expression))
@@ -58,7 +70,8 @@ def constant(expression: nodes.Expression) -> Value:
 
 
 DIGITS = 10
-"""Significant digits that a person reads: all that a sheet is judged by, none of the rounding noise."""
+"""Significant digits that a person reads: all that a sheet is judged by, none of the rounding
+noise."""
 
 
 def readable(value: float | str | None) -> str:
@@ -159,7 +172,9 @@ def _end(written: nodes.Expression | None, endless: float, variable: Variable) -
         reason = wrong.diagnoses[0].message.replace("this input", "this bound")
         raise RuleSheetError(wrong_range(reason, written.span)) from None
     if isinstance(found, str):
-        raise RuleSheetError(wrong_range(f"a bound is a number, and '{found} is a symbol", written.span))
+        raise RuleSheetError(
+            wrong_range(f"a bound is a number, and '{found} is a symbol", written.span)
+        )
     return found
 
 
@@ -187,8 +202,8 @@ def symbolic(model: Model) -> frozenset[str]:
 def quantities(model: Model) -> frozenset[str]:
     """Variables that can only be numbers.
 
-    They have a unit or a range, or a rule computes with them or with variables set equal to them, and
-    nothing shows that they may be symbols.
+    They have a unit or a range, or a rule computes with them or with variables set equal to them,
+    and nothing shows that they may be symbols.
     """
     variables = model.variables.values()
     given = (v.name for v in variables if v.unit or math.isfinite(v.low) or math.isfinite(v.high))
@@ -257,7 +272,9 @@ def parse_value(text: str, place: Span | None = None) -> Value:
     try:
         return constant(rule.right[0])
     except RuleSheetError as wrong:
-        raise RuleSheetError(*(one._replace(labels=(Label(place),)) for one in wrong.diagnoses)) from None
+        raise RuleSheetError(
+            *(one._replace(labels=(Label(place),)) for one in wrong.diagnoses)
+        ) from None
 
 
 def _plain_number(text: str) -> float | None:
@@ -288,7 +305,11 @@ def parse_input(
     sign = next((sign for sign in _PLUS_MINUS if sign in text), "")
     written, _, size = text.rpartition(sign) if sign else (text, "", "")
     percent, unit = size.rstrip().endswith("%"), ""
-    if variable is not None and not percent and (measured := value_and_unit(size if sign else written)):
+    if (
+        variable is not None
+        and not percent
+        and (measured := value_and_unit(size if sign else written))
+    ):
         last, unit = measured
         written, size = (written, last) if sign else (last, "")
     value = parse_value(written, place)
@@ -310,7 +331,9 @@ def with_tolerances(model: Model, tolerances: Mapping[str, Tolerance]) -> Model:
     """The model with other tolerances of its variables (by full names)."""
     if not tolerances:
         return model
-    changed = {n: replace(model.variables[n], tolerance=tolerance) for n, tolerance in tolerances.items()}
+    changed = {
+        n: replace(model.variables[n], tolerance=tolerance) for n, tolerance in tolerances.items()
+    }
     return replace(model, variables={**model.variables, **changed})
 
 
@@ -327,8 +350,9 @@ def override(
 ) -> Inputs:
     """The sheet's inputs and guesses, overridden by the caller's; None clears an input.
 
-    Raises RuleSheetError with every name that the model does not have and every value that is not finite
-    or lies outside the range of its variable; TypeError for an argument that is not a model or a mapping.
+    Raises RuleSheetError with every name that the model does not have and every value that is not
+    finite or lies outside the range of its variable; TypeError for an argument that is not a model
+    or a mapping.
     """
     expect_model(model)
     for mapping, word in ((inputs, "inputs"), (guesses, "guesses")):
@@ -371,7 +395,9 @@ def variable_named(name: str, model: Model, place: Span | None = None) -> Variab
 
 def variables_named(names: Iterable[str], model: Model) -> tuple[str, ...]:
     """Full names of variables; a text alone is one name. Raises RuleSheetError (E407)."""
-    return tuple(variable_named(name, model).name for name in ((names,) if isinstance(names, str) else names))
+    return tuple(
+        variable_named(name, model).name for name in ((names,) if isinstance(names, str) else names)
+    )
 
 
 def in_unit(model: Model, name: str, values: Any, unit: str) -> Any:
@@ -402,9 +428,14 @@ def _checked(given: Value | SupportsFloat, variable: Variable, model: Model) -> 
 
 
 def _in_its_unit(given: Any, variable: Variable) -> Any:
-    """``"3 in"``, ``(3, "in")`` and pint quantities in the unit of the variable; others unchanged."""
+    """``"3 in"``, ``(3, "in")`` and pint quantities in the unit of the variable; others
+    unchanged."""
     if isinstance(given, str) and (measured := value_and_unit(given)):
-        return parse_input(given, None, variable)[0] if _plain_number(measured[0]) is not None else given
+        return (
+            parse_input(given, None, variable)[0]
+            if _plain_number(measured[0]) is not None
+            else given
+        )
     if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str):
         return converted([_number(given[0], variable)], given[1], variable)[0]
     if hasattr(given, "to_base_units"):
@@ -452,7 +483,8 @@ def delimiter(heading: str) -> str:
 
 
 def decimal_point(text: str) -> str:
-    """A number with a decimal comma (``3,5``, ``3,5 ± 0,1``) with a point; other cells unchanged."""
+    """A number with a decimal comma (``3,5``, ``3,5 ± 0,1``) with a point; other cells
+    unchanged."""
     if "," not in text or "." in text or not _TOLERATED.fullmatch(text.strip()):
         return text
     return text.replace(",", ".")
@@ -467,31 +499,44 @@ def not_finite(reason: str, place: Span | None) -> Diagnosis:
 
 
 def not_finite_number(number: float, variable: Variable) -> Diagnosis:
-    return error_at("E402", f"{variable.name} = {number} is not finite", None, "give a finite number")
+    return error_at(
+        "E402", f"{variable.name} = {number} is not finite", None, "give a finite number"
+    )
 
 
 def outside_range(number: float, variable: Variable, place: Span | None) -> Diagnosis:
     message = f"{variable.name} = {number:.10g} lies outside its range {range_text(variable)}"
-    return error_at("E403", message, place, "change the value, or the range in the variables section")
+    return error_at(
+        "E403", message, place, "change the value, or the range in the variables section"
+    )
 
 
-def symbol_for_number(symbol: str, variable: Variable, model: Model, place: Span | None = None) -> Diagnosis:
+def symbol_for_number(
+    symbol: str, variable: Variable, model: Model, place: Span | None = None
+) -> Diagnosis:
     ranged = math.isfinite(variable.low) or math.isfinite(variable.high)
     kind = f"that is {range_text(variable)}" if ranged else "that rules compute with"
     kind = f"in [{variable.unit}]" if variable.unit else kind
     message = f"{variable.name} is a number {kind}, and '{symbol} is a symbol"
     tied = ("to tie two variables together write a rule",) if symbol in model.variables else ()
-    return error_at("E406", message, place, "give a number, or clear the input to have it solved", *tied)
+    return error_at(
+        "E406", message, place, "give a number, or clear the input to have it solved", *tied
+    )
 
 
 def symbol_as_guess(symbol: str, place: Span | None) -> Diagnosis:
-    message, note = f"a guess is a number, and '{symbol} is a symbol", "to give the symbol as an input write"
+    message, note = (
+        f"a guess is a number, and '{symbol} is a symbol",
+        "to give the symbol as an input write",
+    )
     return error_at("E404", message, place, f"{note} = '{symbol}")
 
 
 def no_tolerance(symbol: bool, place: Span | None) -> Diagnosis:
     """A tolerance of a symbol, or one that is not a number from 0 on."""
-    message = "a symbol has no tolerance" if symbol else "a tolerance is a number that is not negative"
+    message = (
+        "a symbol has no tolerance" if symbol else "a tolerance is a number that is not negative"
+    )
     return error_at("E405", message, place, "write it as in = 3 ± 0.01, or = 3 ± 1%")
 
 
@@ -518,4 +563,6 @@ def not_a_value(text: str, place: Span, reason: str = "") -> Diagnosis:
 
 def unknown_variable(name: str, model: Model, place: Span | None) -> Diagnosis:
     """The complaint about a name that the model does not have, with a suggestion."""
-    return error_at("E407", f"{model.name} has no variable {name}", place, *meant(name, model.variables))
+    return error_at(
+        "E407", f"{model.name} has no variable {name}", place, *meant(name, model.variables)
+    )

@@ -14,15 +14,17 @@ from operator import mul
 from typing import Any
 
 ANGLE = "rad"
-"""The base unit that is a number of its own dimension: kept apart in conversions, ignored by dimensions."""
+"""The base unit that is a number of its own dimension: kept apart in conversions, ignored by
+dimensions."""
 
 
 @dataclass(frozen=True)
 class Unit:
-    """``reading · factor · π^pi + offset`` is the quantity in base units, whose exponents are ``bases``.
+    """``reading · factor · π^pi + offset`` is the quantity in base units, whose exponents are
+    ``bases``.
 
-    ``offset`` is not 0 for temperatures in °C and gauge pressures; inside a product such a unit is that of a
-    difference.
+    ``offset`` is not 0 for temperatures in °C and gauge pressures; inside a product such a unit is
+    that of a difference.
     """
 
     factor: Fraction = Fraction(1)
@@ -45,7 +47,9 @@ class Unit:
             raise ValueError("a root of an angle in turns or degrees")
         if self.decades * abs(exponent) > MOST:
             raise ValueError(BEYOND)
-        parts = [round(part ** (1 / exponent.denominator)) for part in self.factor.as_integer_ratio()]
+        parts = [
+            round(part ** (1 / exponent.denominator)) for part in self.factor.as_integer_ratio()
+        ]
         root = Fraction(*parts) if exponent.denominator > 1 else self.factor
         if root**exponent.denominator != self.factor:
             raise ValueError(f"no exact root of {self.factor}")
@@ -54,9 +58,9 @@ class Unit:
     @property
     def decades(self) -> float:
         """Its approximate size in base units, as a power of ten."""
-        return abs(self.factor.numerator.bit_length() - self.factor.denominator.bit_length()) * math.log10(
-            2.0
-        )
+        return abs(
+            self.factor.numerator.bit_length() - self.factor.denominator.bit_length()
+        ) * math.log10(2.0)
 
     @property
     def scale(self) -> float:
@@ -66,7 +70,9 @@ class Unit:
     @property
     def dimension(self) -> dict[str, Fraction]:
         """The exponents of base units; angles and decibels are numbers."""
-        return {base: exponent for base, exponent in self.bases.items() if base not in (ANGLE, "dB")}
+        return {
+            base: exponent for base, exponent in self.bases.items() if base not in (ANGLE, "dB")
+        }
 
 
 def affine(source: Unit, target: Unit, difference: bool = False) -> tuple[float, float]:
@@ -91,7 +97,8 @@ def convert(number: float, source: Unit, target: Unit, difference: bool = False)
 _COMMENT = re.compile(r"\{[^}]*\}|\\\w+")
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _WORD = re.compile(
-    r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?:/0*[1-9]\d*)?)|(?P<raise>\^|\*\*|(?=[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]))"
+    r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?:/0*[1-9]\d*)?)"
+    r"|(?P<raise>\^|\*\*|(?=[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]))"
     r"|(?P<sign>[-·⋅*/()])|(?P<name>(?:[^\W\d_]|[°%‰$€£¥'℃℉])(?:(?![⁰¹²³⁴⁵⁶⁷⁸⁹])[\w°%])*))"
 )
 _EXPONENT = re.compile(
@@ -101,7 +108,8 @@ _TRAILING = re.compile(r"(\D*[^\W\d])(\d+)")
 
 
 MOST = 150
-"""Powers of ten between a unit and its base units, at most: floats hold the ratio of any two units."""
+"""Powers of ten between a unit and its base units, at most: floats hold the ratio of any two
+units."""
 BEYOND = f"a unit is at most 1e{MOST} of its base units, and at least 1e-{MOST}"
 
 
@@ -121,7 +129,8 @@ def _in_range(unit: Unit) -> Unit:
 
 
 class UnitError(ValueError):
-    """A text is not a unit: ``place`` is where it goes wrong, ``name`` the unknown name if that is why."""
+    """A text is not a unit: ``place`` is where it goes wrong, ``name`` the unknown name if that is
+    why."""
 
     def __init__(self, message: str, place: int, name: str = "") -> None:
         super().__init__(message)
@@ -131,10 +140,10 @@ class UnitError(ValueError):
 def read(text: str, lookup: Callable[[str], Unit | None]) -> Unit:
     """The unit of a text, ``W/m^2-K``, ``m3`` or ``(m/s)^2``; ``lookup`` gives that of a name.
 
-    As in EES, a space, ``-`` and ``·`` multiply, and everything to the right of a ``/`` divides, up to a
-    ``*`` or a parenthesis: ``W/m^2-K`` is W/(m²·K), ``W/m^2*K`` is W·K/m². A digit after a name is its
-    exponent. ``-`` alone, and an empty text, are numbers without a unit; braces hold comments. Raises
-    UnitError.
+    As in EES, a space, ``-`` and ``·`` multiply, and everything to the right of a ``/`` divides, up
+    to a ``*`` or a parenthesis: ``W/m^2-K`` is W/(m²·K), ``W/m^2*K`` is W·K/m². A digit after a
+    name is its exponent. ``-`` alone, and an empty text, are numbers without a unit; braces hold
+    comments. Raises UnitError.
     """
     blanked = _COMMENT.sub(lambda found: " " * len(found.group()), text)
     if blanked.strip() in ("", "-", "–"):
@@ -228,14 +237,16 @@ _BASES = frozenset({"m", "kg", "s", "A", "K", "mol", "cd", ANGLE, "bit"})
 
 _FILE = os.path.join(os.path.dirname(__file__), "units", "units.txt")
 _NUMBER = r"\d+\.?\d*(?:[eE][+-]?\d+)?(?:/0*[1-9]\d*)?"
-_MEANING = re.compile(rf"({_NUMBER})?\s*\*?\s*(pi\b)?\s*(.*?)\s*(/pi)?(?:\s([+-])\s*({_NUMBER})\s*(.*))?")
+_MEANING = re.compile(
+    rf"({_NUMBER})?\s*\*?\s*(pi\b)?\s*(.*?)\s*(/pi)?(?:\s([+-])\s*({_NUMBER})\s*(.*))?"
+)
 
 
 class Library:
     """Units by name; a definition is read on first use.
 
-    ``own`` are definitions of a sheet, each ``name, other names = factor unit + offset``; a name without a
-    meaning is a unit with a dimension of its own.
+    ``own`` are definitions of a sheet, each ``name, other names = factor unit + offset``; a name
+    without a meaning is a unit with a dimension of its own.
     """
 
     def __init__(self, own: tuple[str, ...] = ()) -> None:
@@ -292,7 +303,8 @@ class Library:
         return None
 
     def meant(self, text: str) -> Unit:
-        """``1/180 pi rad``, ``5/9 K + 255.37``: a factor, perhaps π, a unit, and the zero of the scale.
+        """``1/180 pi rad``, ``5/9 K + 255.37``: a factor, perhaps π, a unit, and the zero of the
+        scale.
 
         Raises UnitError.
         """
@@ -318,7 +330,9 @@ def _from_pint(name: str) -> Unit | None:
         found = registry.Quantity(1, registry.parse_units(name, as_delta=True)).to_base_units()
     except Exception:  # pint raises errors of its own and of Python for a name that it cannot read
         return None
-    bases = {registry.get_symbol(base): Fraction(exponent) for base, exponent in found._units.items()}
+    bases = {
+        registry.get_symbol(base): Fraction(exponent) for base, exponent in found._units.items()
+    }
     if not bases.keys() <= _BASES or not isinstance(found.magnitude, int | Fraction):
         return None
     return Unit(Fraction(found.magnitude), 0, bases)

@@ -1,8 +1,8 @@
 """Models: read from files and texts, and kept on disk.
 
-A file that the same code has read before, with the same used files, is neither parsed nor checked again.
-Neither the grammar nor lark is then imported, which saves a fifth of the start of a command. Results about
-a kept model that do not depend on numbers can be kept, too.
+A file that the same code has read before, with the same used files, is neither parsed nor checked
+again. Neither the grammar nor lark is then imported, which saves a fifth of the start of a command.
+Results about a kept model that do not depend on numbers can be kept, too.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ def load(
     """The model of a rule sheet file.
 
     ``path`` is a file, a folder that holds ``model.tk``, or the bare name of a shipped model
-    (``offset_slider_crank``). For sheets that you do not trust ``within`` names a folder: the sheet and
-    every file that it uses must lie in it, links resolved. ``allow_python`` lets the Python files run that
-    the sheet names by ``use python``. Raises RuleSheetError with all mistakes.
+    (``offset_slider_crank``). For sheets that you do not trust ``within`` names a folder: the sheet
+    and every file that it uses must lie in it, links resolved. ``allow_python`` lets the Python
+    files run that the sheet names by ``use python``. Raises RuleSheetError with all mistakes.
     """
     file = find_sheet(os.fsdecode(path))
     folder = None if within is None else os.fsdecode(within)
@@ -65,10 +65,11 @@ def loads(
     within: str | os.PathLike[str] | None = None,
     allow_python: bool = False,
 ) -> Model:
-    """The model of a text. Messages call it ``name``; ``use`` paths are relative to the folder ``base``.
+    """The model of a text. Messages call it ``name``; ``use`` paths are relative to the folder
+    ``base``.
 
-    ``within`` confines used files to a folder, links resolved; ``allow_python`` lets Python files run.
-    Raises RuleSheetError with all mistakes, TypeError for an argument that is not a text.
+    ``within`` confines used files to a folder, links resolved; ``allow_python`` lets Python files
+    run. Raises RuleSheetError with all mistakes, TypeError for an argument that is not a text.
     """
     if not isinstance(text, str):
         raise TypeError(f"a text is needed, and this is of the type {type(text).__name__}")
@@ -82,13 +83,15 @@ def _model(
 ) -> Model:
     """The model, from the cache or built.
 
-    Garbage collection is off: a large sheet has a million nodes, which all stay in use, and searching them
-    for garbage takes longer than making them.
+    Garbage collection is off: a large sheet has a million nodes, which all stay in use, and
+    searching them for garbage takes longer than making them.
     """
     # registered functions affect a sheet, but are not a part of it
     own = next(reversed(TABLE.values())).source is not None
     keeps = file is not None and not own and len(source.text) <= LONGEST_KEPT
-    paths = (file, os.path.abspath(file)) if file is not None else ()  # by the first, messages call it
+    paths = (
+        (file, os.path.abspath(file)) if file is not None else ()
+    )  # by the first, messages call it
     key = stamp(_CODE) + repr((paths, name)).encode() + source.text.encode() if keeps else b""
     collecting = gc.isenabled()
     gc.disable()
@@ -166,7 +169,9 @@ def keep(model: Model, question: str, *once: Callable[[Model], object]) -> None:
 def stamp(code: str) -> bytes:
     """Identifies the code in a folder, and the units of pint, among all that make models."""
     folders = [code, *(entry.path for entry in os.scandir(code) if entry.is_dir())]
-    files = [file for folder in folders for file in os.scandir(folder) if file.name.endswith(_ENDINGS)]
+    files = [
+        file for folder in folders for file in os.scandir(folder) if file.name.endswith(_ENDINGS)
+    ]
     found = sorted((file.path, file.stat().st_mtime_ns, file.stat().st_size) for file in files)
     pint = PathFinder.find_spec("pint")
     about = pint and pint.origin and (pint.origin, os.stat(pint.origin).st_mtime_ns)
@@ -175,7 +180,9 @@ def stamp(code: str) -> bytes:
 
 def _current(texts: list[Source], links: dict[str, str], within: str | None) -> bool:
     """Whether the files of a model, and the links to them, are unchanged."""
-    if not all(os.path.realpath(path) == end and confined(path, within) for path, end in links.items()):
+    if not all(
+        os.path.realpath(path) == end and confined(path, within) for path, end in links.items()
+    ):
         return False
     with suppress(RuleSheetError):
         return all(read_source(text.name) == text for text in texts)

@@ -20,7 +20,8 @@ Value: TypeAlias = float | str
 
 
 class Tolerance(NamedTuple):
-    """How far an input may be from its value, either way; in percent of the value where ``percent``."""
+    """How far an input may be from its value, either way; in percent of the value where
+    ``percent``."""
 
     size: float
     percent: bool = False
@@ -34,11 +35,12 @@ class Tolerance(NamedTuple):
 class Variable:
     """A variable of a model, in calculation units.
 
-    Locals of a call have dotted names (``position.yB``, second call ``position#2.yB``).
-    ``posted``: the variable has a row, because the variables section or a rule of the sheet itself
-    names it. The status of a solve is judged by these. ``passed``: only calls use it, one as its result and
-    another as its argument: where it becomes infinite (the slope of a vertical line), it stays blank.
-    ``units`` tell what its units mean; a ``difference`` of temperatures is converted without their zero.
+    Locals of a call have dotted names (``position.yB``, second call ``position#2.yB``). ``posted``:
+    the variable has a row, because the variables section or a rule of the sheet itself names it.
+    The status of a solve is judged by these. ``passed``: only calls use it, one as its result and
+    another as its argument: where it becomes infinite (the slope of a vertical line), it stays
+    blank. ``units`` tell what its units mean; a ``difference`` of temperatures is converted without
+    their zero.
     """
 
     name: str
@@ -75,7 +77,8 @@ class Variable:
         return above and below
 
     def nearest(self, number: float) -> float:
-        """The number, or the end of the range that it lies beyond if that end belongs to the range."""
+        """The number, or the end of the range that it lies beyond if that end belongs to the
+        range."""
         if number < self.low and not self.low_open:
             return self.low
         return self.high if number > self.high and not self.high_open else number
@@ -185,7 +188,9 @@ class Model:
     @cached_property
     def unit_warnings(self) -> tuple[Diagnosis, ...]:
         """The certain mismatches of units in its rules (``check_units``)."""
-        found: tuple[Diagnosis, ...] = import_module("rulesheets.units.check").check_units(self, sure=True)
+        found: tuple[Diagnosis, ...] = import_module("rulesheets.units.check").check_units(
+            self, sure=True
+        )
         return found
 
     def __getstate__(self) -> dict[str, object]:
@@ -195,7 +200,8 @@ class Model:
 
 
 def once(make: Callable[[Owner], T]) -> Callable[[Owner], T]:
-    """A function of a model or equation that is computed once and stored on it by the function's name."""
+    """A function of a model or equation that is computed once and stored on it by the function's
+    name."""
 
     @wraps(make)
     def found(owner: Owner) -> T:
@@ -211,4 +217,6 @@ def expect_model(model: object) -> None:
     """Raises TypeError for an argument that is not a model, with the call that loads one."""
     if not isinstance(model, Model):
         kind = type(model).__name__
-        raise TypeError(f"a Model is needed, which rulesheets.load gives, and this is of the type {kind}")
+        raise TypeError(
+            f"a Model is needed, which rulesheets.load gives, and this is of the type {kind}"
+        )

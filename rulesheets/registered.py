@@ -45,34 +45,49 @@ def function(
     """Make ``name`` a function of the language for every sheet that is read from now on.
 
     ``value`` maps floats, one for each of its parameters, to a float. It raises ValueError or an
-    ArithmeticError, or returns nan, where it has none. ``ulps`` is by how many units in the last place it may
-    differ from what the rules mean: they mean what it returns, unless told otherwise. ``array`` does the same
-    for numpy arrays that broadcast; without it sweeps call ``value`` row by row. ``derivative`` is the slope,
-    for several parameters a sequence with one for each; those that are missing are taken by differences.
-    ``inverse`` maps t to the x with ``value(x) = t``; several are given as a sequence. They apply for t in
-    ``image``; without them the equation is solved by search. Answers of equations that are solved through
-    such a function are never called complete.
+    ArithmeticError, or returns nan, where it has none. ``ulps`` is by how many units in the last
+    place it may differ from what the rules mean: they mean what it returns, unless told otherwise.
+    ``array`` does the same for numpy arrays that broadcast; without it sweeps call ``value`` row by
+    row. ``derivative`` is the slope, for several parameters a sequence with one for each; those
+    that are missing are taken by differences. ``inverse`` maps t to the x with ``value(x) = t``;
+    several are given as a sequence. They apply for t in ``image``; without them the equation is
+    solved by search. Answers of equations that are solved through such a function are never called
+    complete.
 
-    A second registration replaces the first. Raises ValueError for a name that is no word or is taken by the
-    language or another file, and for an inverse or derivatives that do not fit the parameters.
+    A second registration replaces the first. Raises ValueError for a name that is no word or is
+    taken by the language or another file, and for an inverse or derivatives that do not fit the
+    parameters.
     """
     name = _checked_name(name)
     parameters = _parameters(value)
     slopes = _sequence(derivative)
     inverses = _sequence(inverse)
     if inverses and (len(parameters) != 1 or parameters[0].endswith("…")):
-        raise ValueError(f"an inverse is of a function of one parameter; {name} has {', '.join(parameters)}")
+        raise ValueError(
+            f"an inverse is of a function of one parameter; {name} has {', '.join(parameters)}"
+        )
     if len(slopes) > len(parameters):
         raise ValueError(f"{name} has {len(parameters)} parameters and {len(slopes)} derivatives")
     own = _row(name, value, parameters, ulps)
     count = 0 if parameters[-1:] and parameters[-1].endswith("…") else len(parameters)
     partials = [
-        _row(_nth(f"slope_of_{name}", place), _slope(own.value, slopes, place), parameters, 1 / EPSILON**0.5)
+        _row(
+            _nth(f"slope_of_{name}", place),
+            _slope(own.value, slopes, place),
+            parameters,
+            1 / EPSILON**0.5,
+        )
         for place in range(count)
     ]
     polished = [_polished(own.value, partials[0].value, one) for one in inverses]
-    backward = [_row(_nth(f"inverse_of_{name}", k), one, ["t"], ulps) for k, one in enumerate(polished)]
-    rows = [*partials, *backward, _row(name, value, parameters, ulps, array, partials, backward, image)]
+    backward = [
+        _row(_nth(f"inverse_of_{name}", k), one, ["t"], ulps) for k, one in enumerate(polished)
+    ]
+    rows = [
+        *partials,
+        *backward,
+        _row(name, value, parameters, ulps, array, partials, backward, image),
+    ]
     TABLE.update({row.name: row for row in rows})
 
 
@@ -155,7 +170,9 @@ def _in_floats(name: str, value: Value) -> Callable[..., float]:
         except Exception as wrong:
             called = f"{name}({', '.join(f'{argument:.6g}' for argument in arguments)})"
             notes = (f"it raised {type(wrong).__name__}: {wrong}", *_line_of(wrong))
-            raise RuleSheetError(error("E315", f"{called} failed in Python", notes=notes)) from wrong
+            raise RuleSheetError(
+                error("E315", f"{called} failed in Python", notes=notes)
+            ) from wrong
         if not math.isfinite(number):
             raise ValueError(f"{name} has no value there")
         return number
@@ -206,9 +223,9 @@ def slope_by_differences(
 ) -> tuple[float, float]:
     """The partial derivative by the argument at ``place``, and a bound of its error.
 
-    Central differences of two steps, extrapolated (L. F. Richardson 1911), one-sided ones at the end of
-    the domain; the error is what the extrapolation changes, and the rounding of ``value``. Raises ValueError
-    or an ArithmeticError where the function is not defined on either side.
+    Central differences of two steps, extrapolated (L. F. Richardson 1911), one-sided ones at the
+    end of the domain; the error is what the extrapolation changes, and the rounding of ``value``.
+    Raises ValueError or an ArithmeticError where the function is not defined on either side.
     """
     x = arguments[place]
     step = STEP * (abs(x) or 1.0)

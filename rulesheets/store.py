@@ -1,8 +1,8 @@
 """A cache on disk: entries identified by all that they depend on.
 
-An entry is read only if it is this user's own, complete, and written under the same key, which is stored in
-it. Anything else (a damaged entry, a file of another user) is ignored, and so is a folder that cannot be
-written. The cache therefore changes the speed of an answer, never the answer.
+An entry is read only if it is this user's own, complete, and written under the same key, which is
+stored in it. Anything else (a damaged entry, a file of another user) is ignored, and so is a folder
+that cannot be written. The cache therefore changes the speed of an answer, never the answer.
 
 ``BACKSOLVE_CACHE`` names the folder; if it is set and empty, nothing is kept.
 """
@@ -29,7 +29,9 @@ def load(kind: str, key: bytes) -> bytes | None:
     if path is None:
         return None
     try:
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0))
+        handle = os.open(
+            path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+        )
         with open(handle, "rb") as file:
             if not _own(os.fstat(handle)):
                 return None
@@ -105,7 +107,8 @@ def _name(kind: str, key: bytes) -> str:
 
 
 def _entry(kind: str, key: bytes, data: bytes) -> bytes:
-    """A whole entry: a checksum, which identifies damaged ones, everything it depends on, and the data."""
+    """A whole entry: a checksum, which identifies damaged ones, everything it depends on, and the
+    data."""
     content = b"%s %s\n%s" % (kind.encode(), key, data)
     return b"%08x%s" % (crc32(content), content)
 

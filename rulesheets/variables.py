@@ -75,13 +75,19 @@ def _take(row: dict[str, str], line: Span, model: Model, found: VariableSheet) -
     variable, place = variable_named(name, model, _cell(line, name)), _cell(line, given)
     value, tolerance = None, None
     if given:
-        unit = f" [{row['unit']}]" if row["unit"] and variable.unit and symbol_name(given) is None else ""
+        unit = (
+            f" [{row['unit']}]"
+            if row["unit"] and variable.unit and symbol_name(given) is None
+            else ""
+        )
         value, tolerance = parse_input(given + unit, place, variable)
     if tolerance is not None and guessed:
         raise RuleSheetError(guess_with_tolerance(place))
     if name in found.inputs:
         message, again = f"{name} has a row already", _cell(line, name)
-        raise RuleSheetError(error_at("E414", message, again, "keep one of the rows", label="again"))
+        raise RuleSheetError(
+            error_at("E414", message, again, "keep one of the rows", label="again")
+        )
     found.inputs[name] = None if guessed else value
     if guessed and value is not None:
         if isinstance(value, str):
@@ -92,7 +98,8 @@ def _take(row: dict[str, str], line: Span, model: Model, found: VariableSheet) -
 
 
 def _rows(source: Source) -> Iterator[tuple[dict[str, str], Span]]:
-    """The rows below the heading, by its columns in lower case, each with the place of its lines."""
+    """The rows below the heading, by its columns in lower case, each with the place of its
+    lines."""
     import csv  # which a solve without a variable sheet need not wait for
 
     separator = delimiter(source.text.lstrip("\r\n").partition("\n")[0])
@@ -134,7 +141,10 @@ def _heading(cells: list[str], line: Span) -> list[str]:
     every = f"the columns are {', '.join(COLUMNS)}"
     strange = [cell for cell in cells if cell.lower() not in known]
     message = "a variable sheet has no column "
-    refuse(error_at("E411", message + c, _cell(line, c), *suggestion(c, COLUMNS), every) for c in strange)
+    refuse(
+        error_at("E411", message + c, _cell(line, c), *suggestion(c, COLUMNS), every)
+        for c in strange
+    )
     return columns
 
 
@@ -151,5 +161,7 @@ def _speaks(row: dict[str, str], line: Span) -> bool:
         raise RuleSheetError(error_at("E412", message, _cell(line, row["st"]), note))
     if not row["name"]:
         note = "fill in the column Name, or mark a comment row by C in the column St"
-        raise RuleSheetError(error_at("E413", f"the input {row['input']} belongs to no variable", line, note))
+        raise RuleSheetError(
+            error_at("E413", f"the input {row['input']} belongs to no variable", line, note)
+        )
     return True

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from solver.commands.draw import draw as draw
     from solver.facts import Status as Status
     from solver.facts import Unsolved as Unsolved
+    from solver.files.tables import Samples as Samples
     from solver.files.tables import Table as Table
     from solver.page.serving import interact as interact
     from solver.report.derivation import Derivation as Derivation
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from solver.solution.solving import solve as solve
     from solver.sweeps import Plan as Plan
     from solver.sweeps import prepare as prepare
-    from solver.sweeps.sweep import Samples as Samples
     from solver.sweeps.sweep import monte_carlo as monte_carlo
     from solver.sweeps.sweep import sweep as sweep
 
@@ -38,9 +38,9 @@ __getattr__, __dir__ = fetched(
         "solver.page.serving": "interact",
         "solver.commands.draw": "draw",
         "solver.sweeps": "Plan prepare",
-        "solver.files.tables": "Table",
+        "solver.files.tables": "Samples Table",
         "solver.solution.solving": "Result Solution solve",
-        "solver.sweeps.sweep": "Samples monte_carlo sweep",
+        "solver.sweeps.sweep": "monte_carlo sweep",
     },
 )
 __all__ = [*__dir__()]

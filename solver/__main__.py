@@ -48,7 +48,8 @@ A sheet is a file, a folder with a model.tk, or a name from `backsolve models`."
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; the exit code is 0 for solved, 1 for not solved, 2 for a wrong sheet or command."""
+    """Run one command; the exit code is 0 for solved, 1 for not solved, 2 for a wrong sheet or
+    command."""
     words = list(sys.argv[1:] if argv is None else argv)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads would only wait
     _prepare_streams()
@@ -61,7 +62,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return BROKEN_PIPE
     except OSError as failure:
         _silence_stdout()
-        print(f"error: the output cannot be written: {failure.strerror or failure}", file=sys.stderr)
+        print(
+            f"error: the output cannot be written: {failure.strerror or failure}", file=sys.stderr
+        )
         return WRONG
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
@@ -71,7 +74,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return WRONG
     finally:
         if argv is None:
-            gc.freeze()  # the process ends: to look for garbage then takes a fifth of a short command
+            # the process ends: to look for garbage then takes a fifth of a short command
+            gc.freeze()
 
 
 def _dispatch(words: list[str]) -> int:

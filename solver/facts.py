@@ -32,7 +32,8 @@ class Status(Enum):
 
 
 class Unsolved(Exception):
-    """There is no answer. ``status`` names the reason, ``diagnoses`` explain it, computed on demand."""
+    """There is no answer. ``status`` names the reason, ``diagnoses`` explain it, computed on
+    demand."""
 
     def __init__(
         self, status: Status, diagnoses: tuple[Diagnosis, ...] | Callable[[], tuple[Diagnosis, ...]]
@@ -64,8 +65,8 @@ class UnknownName(KeyError):
 
 
 class NoValue(NamedTuple):
-    """Solving ``equation`` for ``unknown`` needs an impossible value: ``reading`` states it (``cosd =
-    1.08``).
+    """Solving ``equation`` for ``unknown`` needs an impossible value: ``reading`` states it (``cosd
+    = 1.08``).
 
     ``pole``: the unknown would have to be infinite (a product with 0 that is not 0).
     """
@@ -79,8 +80,8 @@ class NoValue(NamedTuple):
 class Indeterminacy(NamedTuple):
     """At ``values`` the rule of ``equation`` has the ``form`` 0/0, and no value.
 
-    ``limit`` is the two-sided limit of that part, None if there is none; ``is_open``: it depends on an
-    unknown without a value.
+    ``limit`` is the two-sided limit of that part, None if there is none; ``is_open``: it depends on
+    an unknown without a value.
     """
 
     equation: int
@@ -91,7 +92,8 @@ class Indeterminacy(NamedTuple):
 
 
 class Fixed(NamedTuple):
-    """``equations`` imply that ``name`` is ``value``, for every value of ``unknown``, and not ``given``."""
+    """``equations`` imply that ``name`` is ``value``, for every value of ``unknown``, and not
+    ``given``."""
 
     name: str
     value: float
@@ -144,10 +146,12 @@ class NoRoot(NamedTuple):
 
 
 class RankLoss(NamedTuple):
-    """A block whose equations do not determine ``free``, which moves along ``direction`` from ``point``.
+    """A block whose equations do not determine ``free``, which moves along ``direction`` from
+    ``point``.
 
-    ``everywhere``: linear equations that are dependent at any values (under-determined); otherwise a
-    singular point (dead centre, double root). ``dependent``: equations that follow from the others.
+    ``everywhere``: linear equations that are dependent at any values (under-determined); otherwise
+    a singular point (dead centre, double root). ``dependent``: equations that follow from the
+    others.
     """
 
     equations: tuple[int, ...]
@@ -159,7 +163,8 @@ class RankLoss(NamedTuple):
 
 
 class Beside(NamedTuple):
-    """A curve of ``equations`` besides isolated answers, on which ``free`` is open at ``values``."""
+    """A curve of ``equations`` besides isolated answers, on which ``free`` is open at
+    ``values``."""
 
     equations: tuple[int, ...]
     free: tuple[str, ...]
@@ -234,9 +239,9 @@ class OutOfTime(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """Why the answers may not be all: the ``unknowns``, the ``equations``, and the number of answers found,
-    or listed if the list is ``cut``. ``low`` and ``high`` are the ends of the first unknown. ``uncounted``: a
-    direct step has more values than it could count.
+    """Why the answers may not be all: the ``unknowns``, the ``equations``, and the number of
+    answers found, or listed if the list is ``cut``. ``low`` and ``high`` are the ends of the first
+    unknown. ``uncounted``: a direct step has more values than it could count.
 
     Without equations it is a limit on the answers, or the cases, of the whole.
     """
@@ -319,10 +324,10 @@ class ProvedRoots(NamedTuple):
 class Proof(NamedTuple):
     """``radius``: an upper bound of the error of every number of a ``proved`` answer.
 
-    ``nearest``: every number is the float nearest to the exact one. ``obstacle`` says why there is no proof.
-    ``double``: unknowns at an exact double root: in rational numbers the rules hold, and their Jacobian is
-    singular. (Such an answer is not ``proved``: an arbitrarily small change of an input removes it.)
-    ``beside``: the exact roots near an apparent double root.
+    ``nearest``: every number is the float nearest to the exact one. ``obstacle`` says why there is
+    no proof. ``double``: unknowns at an exact double root: in rational numbers the rules hold, and
+    their Jacobian is singular. (Such an answer is not ``proved``: an arbitrarily small change of an
+    input removes it.) ``beside``: the exact roots near an apparent double root.
     """
 
     proved: bool

@@ -1,4 +1,5 @@
-"""A worker process that answers questions one after another, each with a time limit; then it is replaced."""
+"""A worker process that answers questions one after another, each with a time limit; then it is
+replaced."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ _log = logging.getLogger("backsolve.page")
 
 
 class Lane:
-    """A queue of questions. The worker knows the sheet that was loaded last, also after a restart."""
+    """A queue of questions. The worker knows the sheet that was loaded last, also after a
+    restart."""
 
     def __init__(self, workers: Workers, timeout: float) -> None:
         self.workers, self.timeout = workers, timeout

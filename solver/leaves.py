@@ -28,7 +28,8 @@ from solver.facts import (
     OutOfRange,
     Unmet,
 )
-from solver.numerics.tolerances import COVERED, are_alike
+from solver.numerics.linear_algebra import are_alike
+from solver.numerics.tolerances import COVERED
 from solver.path import SolveBlock, Step, activity
 from solver.path.cases import (
     AT_LEAST,
@@ -53,8 +54,8 @@ def moved_into_one_turn(
 ) -> dict[str, Value]:
     """The values with every posted angle that lies outside one turn moved into it.
 
-    Angles that are tied to it by a sum (``beta = alpha + 90``) move along; a move that violates a rule is
-    not made.
+    Angles that are tied to it by a sum (``beta = alpha + 90``) move along; a move that violates a
+    rule is not made.
     """
     moved, groups, refused = dict(values), dict[str, set[str]](), set[tuple[int, float]]()
     for name, number, turn in _outside_one_turn(graph, moved, inputs, graph.turn):
@@ -64,10 +65,14 @@ def moved_into_one_turn(
         shift, group = -turn * math.ceil(number / turn - 0.5), groups[name]
         if (id(group), shift) in refused:
             continue
-        trial = {n: v + shift if n in group and isinstance(v, float) else v for n, v in moved.items()}
+        trial = {
+            n: v + shift if n in group and isinstance(v, float) else v for n, v in moved.items()
+        }
         touched = (graph.model.equations[index] for name in group for index in graph.users[name])
         known = {rule.index: rule for rule in touched if moved.keys() >= {*rule.names}}.values()
-        if all(check_rule(rule, trial).holds or not check_rule(rule, moved).holds for rule in known):
+        if all(
+            check_rule(rule, trial).holds or not check_rule(rule, moved).holds for rule in known
+        ):
             moved.update(trial)
             refused.clear()
         else:
@@ -75,7 +80,9 @@ def moved_into_one_turn(
     return moved
 
 
-def within_one_turn(graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[str]) -> bool:
+def within_one_turn(
+    graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[str]
+) -> bool:
     """Whether every posted angle that rules read in parts (``sind(theta/2)``) is in (-180, 180].
 
     Other angles are moved there; these have different answers in different turns.
@@ -90,7 +97,8 @@ def _outside_one_turn(
     inputs: Collection[str],
     turn_of: Callable[[str], float | None],
 ) -> Iterator[tuple[str, float, float]]:
-    """Posted angles without a range that lie outside (-180, 180], with their whole turns; not inputs."""
+    """Posted angles without a range that lie outside (-180, 180], with their whole turns; not
+    inputs."""
     for name, variable in graph.model.variables.items():
         number, free = values.get(name), variable.low == -math.inf and variable.high == math.inf
         if name in inputs or not isinstance(number, float) or not variable.posted or not free:
@@ -210,20 +218,23 @@ def infinite(model: Model, branch: Branch, name: str) -> bool:
     """Whether a variable that calls only pass on has no value because it is infinite."""
     blank = model.variables[name].passed and name not in branch.values
     return blank and any(
-        isinstance(fact, NoValue) and fact.pole and fact.unknown == name for fact in branch.inactive.values()
+        isinstance(fact, NoValue) and fact.pole and fact.unknown == name
+        for fact in branch.inactive.values()
     )
 
 
 def blocked(leaf: Leaf) -> bool:
     """Whether a leaf's missing values have a reason other than being free."""
     return any(
-        isinstance(fact, Conflict | NoRoot | OutOfRange) or (isinstance(fact, NoValue) and not fact.pole)
+        isinstance(fact, Conflict | NoRoot | OutOfRange)
+        or (isinstance(fact, NoValue) and not fact.pole)
         for fact in leaf.branch.inactive.values()
     )
 
 
 def excluded(leaf: Leaf) -> bool:
-    """Whether a case that the leaf assumes is proven to have no values, so that it hides no answer."""
+    """Whether a case that the leaf assumes is proven to have no values, so that it hides no
+    answer."""
     asked = {name for pair in leaf.branch.signs for side in pair for name in nodes.names(side)}
     return any(
         isinstance(fact, Conflict) or not asked.isdisjoint(without_value(fact)[1])
@@ -232,7 +243,8 @@ def excluded(leaf: Leaf) -> bool:
 
 
 def without_value(fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]]:
-    """The equations that no value satisfies according to a proven fact, and the unknowns in question."""
+    """The equations that no value satisfies according to a proven fact, and the unknowns in
+    question."""
     match fact:
         case NoValue(pole=False) | OutOfRange():
             return (fact.equation,), (fact.unknown,)
@@ -264,8 +276,8 @@ class Exploration:
     """Every leaf that was reached, in order of preference, and whether they are known to be all.
 
     ``contradicted`` leaves violate a rule; ``open_cases`` violate none, but leave their conditions
-    undetermined. ``delicate``: somewhere two roots, or a boundary, were closer than floats can tell;
-    ``outcomes`` are the results of the blocks; ``work`` is the work counted (see
+    undetermined. ``delicate``: somewhere two roots, or a boundary, were closer than floats can
+    tell; ``outcomes`` are the results of the blocks; ``work`` is the work counted (see
     ``kernel/problem.py``); ``gaps`` are the reasons why the leaves may not be all. The values of
     ``outside_case`` leaves contradict the case that was assumed.
     """
@@ -282,7 +294,8 @@ class Exploration:
 
 
 class CutOff(TimeIsUp):
-    """The time limit was reached: what was ``found`` until then, and the values ``known`` before any fork."""
+    """The time limit was reached: what was ``found`` until then, and the values ``known`` before
+    any fork."""
 
     def __init__(self, found: Exploration, known: Mapping[str, Value]) -> None:
         super().__init__()
@@ -310,12 +323,15 @@ class CaseAnalysis:
         """The assumptions on comparisons, in order."""
         if pair not in self._cases:
             conditions = self.model.conditions
-            guards = {(conditions[p.condition], p.holds) for e in self.model.equations for p in e.guard}
+            guards = {
+                (conditions[p.condition], p.holds) for e in self.model.equations for p in e.guard
+            }
             self._cases[pair] = cases_of(pair, conditions, guards)
         return self._cases[pair]
 
     def outcomes(self, conditions: Collection[int], branch: Branch) -> dict[int, bool]:
-        """The outcomes that the values decide; an ``and`` or ``or`` may be decided by a part of it."""
+        """The outcomes that the values decide; an ``and`` or ``or`` may be decided by a part of
+        it."""
         found = {}
         for index in conditions:
             known = self._settle(self.model.conditions[index], branch)
@@ -361,7 +377,10 @@ class CaseAnalysis:
         The ranges of the variables in them count.
         """
         signs: list[Signed] = list(branch.signs.items())
-        if any(self._settle(nodes.Comparison(MEANING[sign], *pair), branch) is False for pair, sign in signs):
+        if any(
+            self._settle(nodes.Comparison(MEANING[sign], *pair), branch) is False
+            for pair, sign in signs
+        ):
             return True
         for name in {name for pair in branch.signs for side in pair for name in nodes.names(side)}:
             variable = self.model.variables[name]
@@ -381,7 +400,9 @@ class CaseAnalysis:
         return tuple(nodes.Comparison(MEANING[sign], *pair) for pair, sign in left.items())
 
     def unverified(self, branch: Branch) -> bool:
-        return any(self._settle(nodes.Comparison("=", *pair), branch) is None for pair in branch.signs)
+        return any(
+            self._settle(nodes.Comparison("=", *pair), branch) is None for pair in branch.signs
+        )
 
 
 def indeterminacy(equation: Equation, values: Mapping[str, Value]) -> Indeterminacy | None:
@@ -396,7 +417,9 @@ def indeterminacy(equation: Equation, values: Mapping[str, Value]) -> Indetermin
     return None
 
 
-def unmet(model: Model, values: Mapping[str, Value], decided: Mapping[int, bool]) -> Iterator[Unmet]:
+def unmet(
+    model: Model, values: Mapping[str, Value], decided: Mapping[int, bool]
+) -> Iterator[Unmet]:
     """The requirements that these values violate; those with unknown values are skipped.
 
     Each with the distance of the smaller side from the larger one; None if a side is not a number.

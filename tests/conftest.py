@@ -17,10 +17,12 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Processes that tests start compile a module once, as they do for users.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
-# The same examples everywhere; the profile `random` draws others. Numbers of the product's source are none:
-# which of its modules are loaded depends on the tests that ran before.
+# The same examples everywhere; the profile `random` draws others. Numbers of the product's source
+# are none: which of its modules are loaded depends on the tests that ran before.
 with suppress(ImportError):
-    import_module("hypothesis.internal.conjecture.providers").is_local_module_file = lambda path: False
+    import_module("hypothesis.internal.conjecture.providers").is_local_module_file = lambda path: (
+        False
+    )
 # How long an example takes says more about the machine's other work than about the code.
 settings.register_profile("backsolve", deadline=None, derandomize=True, max_examples=50)
 settings.register_profile("random", deadline=None, derandomize=False)
@@ -42,8 +44,16 @@ QUICK = (
         "solver/kernel/test_whole_turns.py",
         "solver/numerics/test_newton.py",
     ),
-    *("solver/path/test_closed_form.py", "solver/ranking/test_homogeneity.py", "solver/report/test_table.py"),
-    *("solver/solution/test_turns.py", "solver/structure/test_matching.py", "solver/trace/test_record.py"),
+    *(
+        "solver/path/test_closed_form.py",
+        "solver/ranking/test_homogeneity.py",
+        "solver/report/test_table.py",
+    ),
+    *(
+        "solver/solution/test_turns.py",
+        "solver/structure/test_matching.py",
+        "solver/trace/test_record.py",
+    ),
     *("solver/solution/test_close_answers.py", "solver/kernel/test_unattained.py"),
 )
 """At least one of each room: what `pytest -m quick` runs, beside tests that say so themselves."""
@@ -56,7 +66,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.quick)
 
 
-# Workers of the test run have the width of its terminal; reports are compared as they are in a file.
+# Workers of the test run have the width of its terminal; reports are compared as they are in a
+# file.
 os.environ.pop("COLUMNS", None)
 
 

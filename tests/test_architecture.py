@@ -31,7 +31,8 @@ FLOORS = (
     ("solver.commands",),
     ("solver.page", "solver.__main__"),
 )
-"""Rooms of the solver, the lowest floor first. A module imports from its own room and from floors below."""
+"""Rooms of the solver, the lowest floor first. A module imports from its own room and from floors
+below."""
 
 ISLANDS = ("solver.structure", "solver.numerics")
 """Rooms that import nothing of ours but themselves."""
@@ -125,7 +126,9 @@ def test_every_module_of_the_solver_has_a_floor() -> None:
 
 
 def test_the_language_knows_nothing_of_solving() -> None:
-    wrong = [(m, n) for m in modules() if within(m, "rulesheets") for n in ours(m) if within(n, "solver")]
+    wrong = [
+        (m, n) for m in modules() if within(m, "rulesheets") for n in ours(m) if within(n, "solver")
+    ]
     assert wrong == []
 
 

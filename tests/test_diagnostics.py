@@ -23,7 +23,11 @@ def warned(path: str) -> None:
     raise RuleSheetError(*check_units(rulesheets.load(path)))
 
 
-STAGES = {"syntax": lambda path: parse(read_source(path)), "model": rulesheets.load, "units": warned}
+STAGES = {
+    "syntax": lambda path: parse(read_source(path)),
+    "model": rulesheets.load,
+    "units": warned,
+}
 
 
 def cases() -> list[str]:

@@ -14,7 +14,16 @@ import pytest
 ROOT = Path(__file__).parent.parent
 EXTRAS = (
     *("flint", "matplotlib", "PIL", "llvmlite", "pyarrow", "distributed", "dask", "rich", "pint"),
-    *("starlette", "uvicorn", "websockets", "pygls", "lsprotocol", "pygments", "anywidget", "traitlets"),
+    *(
+        "starlette",
+        "uvicorn",
+        "websockets",
+        "pygls",
+        "lsprotocol",
+        "pygments",
+        "anywidget",
+        "traitlets",
+    ),
 )
 
 GUARDS = {
@@ -27,13 +36,16 @@ GUARDS = {
     "solver.page.serving": "require_extra",
     "solver.files.tables": "require_extra",
 }
-"""Rooms whose functions import extras, and what whoever enters asks before; elsewhere the import itself is
-tried, and ImportError is caught."""
+"""Rooms whose functions import extras, and what whoever enters asks before; elsewhere the import
+itself is tried, and ImportError is caught."""
 
 
 def modules() -> dict[str, Path]:
     files = [file for room in ("rulesheets", "solver") for file in (ROOT / room).rglob("*.py")]
-    return {".".join(f.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): f for f in files}
+    return {
+        ".".join(f.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): f
+        for f in files
+    }
 
 
 MODULES = modules()
@@ -61,7 +73,9 @@ def statements(body: list[ast.stmt], tried: bool = False) -> Iterator[tuple[ast.
             if isinstance(node, ast.If | ast.For | ast.While | ast.With | ast.Try):
                 parts = getattr(node, name, [])
                 inner = [
-                    part for h in parts for part in (h.body if isinstance(h, ast.ExceptHandler) else [h])
+                    part
+                    for h in parts
+                    for part in (h.body if isinstance(h, ast.ExceptHandler) else [h])
                 ]
                 yield from statements(inner, tried or (catches and name == "body"))
 
@@ -91,7 +105,9 @@ def needing() -> set[str]:
     }
     found: set[str] = set()
     while True:
-        more = {m for m, names in needed.items() if any(extra(n) or n in found for n in names)} - found
+        more = {
+            m for m, names in needed.items() if any(extra(n) or n in found for n in names)
+        } - found
         if not more:
             return found
         found |= more
@@ -120,8 +136,15 @@ def test_extras_are_imported_in_guarded_places_alone() -> None:
 
 def test_each_guard_is_asked() -> None:
     """Somebody calls it, in the room or where the room is entered."""
-    calls = (node.func for tree in TREES.values() for node in ast.walk(tree) if isinstance(node, ast.Call))
-    called = {func.attr if isinstance(func, ast.Attribute) else getattr(func, "id", "") for func in calls}
+    calls = (
+        node.func
+        for tree in TREES.values()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call)
+    )
+    called = {
+        func.attr if isinstance(func, ast.Attribute) else getattr(func, "id", "") for func in calls
+    }
     assert set(GUARDS.values()) <= called
 
 
@@ -130,13 +153,19 @@ def without_extras(code: str, *words: str) -> subprocess.CompletedProcess[str]:
     blocked = f"import sys\nfor name in {EXTRAS!r}: sys.modules[name] = None\n"
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "BACKSOLVE_CACHE": ""}
     return subprocess.run(
-        [sys.executable, "-c", blocked + code, *words], capture_output=True, text=True, env=environment
+        [sys.executable, "-c", blocked + code, *words],
+        capture_output=True,
+        text=True,
+        env=environment,
     )
 
 
 def test_all_other_modules_are_imported_without_extras() -> None:
     names = sorted(set(MODULES) - NEEDING - {"solver.__main__"})
-    code = f"import importlib\nfor name in {names!r}: importlib.import_module(name)\nprint(len({names!r}))"
+    code = (
+        f"import importlib\nfor name in {names!r}: "
+        f"importlib.import_module(name)\nprint(len({names!r}))"
+    )
     done = without_extras(code)
     assert (done.returncode, done.stderr, done.stdout) == (0, "", f"{len(names)}\n")
 

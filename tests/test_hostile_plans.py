@@ -20,7 +20,8 @@ QUICK = 10
 
 
 @pytest.mark.parametrize(
-    "first", [pytest.param(k, marks=() if k < QUICK else pytest.mark.slow) for k in range(0, 200, 10)]
+    "first",
+    [pytest.param(k, marks=() if k < QUICK else pytest.mark.slow) for k in range(0, 200, 10)],
 )
 def test_hostile_plans(first: int) -> None:
     with warnings.catch_warnings():
@@ -33,7 +34,9 @@ def test_hostile_plans(first: int) -> None:
 def test_small_sheets_at_special_numbers(seed: int) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        outcome = examine(seed, UNLIMITED, 3, make=hostile_inputs.sheet, asked=hostile_inputs.points)
+        outcome = examine(
+            seed, UNLIMITED, 3, make=hostile_inputs.sheet, asked=hostile_inputs.points
+        )
     assert outcome.finding is None
     assert outcome.status not in ("refused", "slow", "hang", "crash")
 

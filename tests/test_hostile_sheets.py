@@ -36,12 +36,17 @@ def test_hostile_sheets(first: int) -> None:
 
 @pytest.mark.parametrize(
     "first",
-    [30070, *(pytest.param(k, marks=pytest.mark.slow) for k in (30020, 30120, 30170, 31370, 31420))],
+    [
+        30070,
+        *(pytest.param(k, marks=pytest.mark.slow) for k in (30020, 30120, 30170, 31370, 31420)),
+    ],
 )
 def test_small_sheets_at_special_points(first: int) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        outcomes = [examine(seed, UNLIMITED, 1, hostile_small.sheet) for seed in range(first, first + 50)]
+        outcomes = [
+            examine(seed, UNLIMITED, 1, hostile_small.sheet) for seed in range(first, first + 50)
+        ]
     assert [outcome.finding for outcome in outcomes if outcome.finding] == []
 
 
@@ -68,7 +73,9 @@ def test_brute_force_finds_roots_and_no_poles(
 
 
 def test_there_are_sheets_of_every_kind() -> None:
-    assert {sheet(seed, 2).kind for seed in range(300)} == {KINDS[name](Dice(1, 2)).kind for name in KINDS}
+    assert {sheet(seed, 2).kind for seed in range(300)} == {
+        KINDS[name](Dice(1, 2)).kind for name in KINDS
+    }
 
 
 def test_the_witness_sees_what_is_wrong() -> None:
@@ -80,7 +87,9 @@ def test_the_witness_sees_what_is_wrong() -> None:
     assert satisfied(("", "sind(x)", "z"), {"x": 180.0})
     assert not satisfied(("", "ln(x)", "1"), {"x": -2.0})
     assert satisfied(("", "(x - 2)^2", "tan(pi)"), {"x": 2.0})
-    assert satisfied(("", "(2/3 - x)^1.5", "0"), {"x": 2 / 3 + 2**-53})  # the end lies between two floats
+    assert satisfied(
+        ("", "(2/3 - x)^1.5", "0"), {"x": 2 / 3 + 2**-53}
+    )  # the end lies between two floats
     assert not satisfied(("", "(2/3 - x)^1.5", "1e-5"), {"x": 2 / 3 + 2**-53})
     assert not satisfied(("", "ln(2/3 - x)", "0"), {"x": 2 / 3 + 2**-53})
 
@@ -89,7 +98,9 @@ def test_the_witness_sees_what_is_wrong() -> None:
 def test_of_an_angle_that_is_read_in_parts_one_turn_is_listed(y: float, turns: bool) -> None:
     made = Sheet("planted", (("", "sin((y/3))", repr(sin(y / 3))),), planted={"y": y})
     assert _in_parts(made, "y") is turns
-    plain = Sheet("planted", (("", "sin(y)", repr(sin(y))), ("", "(y*y)", repr(y * y))), planted={"y": y})
+    plain = Sheet(
+        "planted", (("", "sin(y)", repr(sin(y))), ("", "(y*y)", repr(y * y))), planted={"y": y}
+    )
     assert not _in_parts(plain, "y")
 
 

@@ -1,4 +1,5 @@
-"""The mechanisms of the velocity-diagram unit against complex numbers at 50 digits, from every driver."""
+"""The mechanisms of the velocity-diagram unit against complex numbers at 50 digits, from every
+driver."""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ RATES = (7.0, -11.0)
 """Angular velocity and acceleration of the crank."""
 
 ENGINE_ANGLES = {-9.4: (38.922355258782, 120.2876343397), 9.4: (-120.2876343397, -38.92235525878)}
-"""Crank angles at which the piston has that velocity: 12 digits, by root finding on the closed form."""
+"""Crank angles at which the piston has that velocity: 12 digits, by root finding on the closed
+form."""
 
 
 @cache
@@ -46,21 +48,24 @@ def prepared(mechanism: Mechanism, mode: int) -> tuple[Any, list[str]]:
     state = mechanism.state(ANGLES[0], *RATES, mode)
     want = [name for name in state if name in known and name not in (*driver, *fixed)]
     cleared = {n: None for n, v in known.items() if v.value is not None and n not in fixed}
-    given = {name: value for name, value in cleared.items() if name not in driver} | mechanism.choices.get(
-        mode, {}
-    )
+    given = {
+        name: value for name, value in cleared.items() if name not in driver
+    } | mechanism.choices.get(mode, {})
     return solver.prepare(model(mechanism.model), inputs=driver, want=want, given=given), want
 
 
 def kind(name: str) -> str:
-    """What a name stands for: capitals are points of the position diagram, small letters velocities."""
+    """What a name stands for: capitals are points of the position diagram, small letters
+    velocities."""
     for prefix in ("theta", "omega", "alpha"):
         if name.startswith(prefix):
             return prefix
     if name.startswith("a") or name.endswith("1"):
         return "acceleration"
     return (
-        "velocity" if name.startswith("v") or name[:2] in {"xd", "yd", "xm", "ym", "xw", "yw"} else "length"
+        "velocity"
+        if name.startswith("v") or name[:2] in {"xd", "yd", "xm", "ym", "xw", "yw"}
+        else "length"
     )
 
 
@@ -73,7 +78,8 @@ def agrees(answer: dict[str, float], exact: dict[str, Any], rel: float) -> bool:
     for name in {*answer, *(rate for rate in exact if kind(rate) != "length")}:
         scale[kind(name)] = max(scale.get(kind(name), 1e-40), abs(float(exact[name])))
     return all(
-        apart(name, value, float(exact[name])) <= rel * max(abs(float(exact[name])), 0.01 * scale[kind(name)])
+        apart(name, value, float(exact[name]))
+        <= rel * max(abs(float(exact[name])), 0.01 * scale[kind(name)])
         for name, value in answer.items()
     )
 
@@ -85,7 +91,9 @@ def apart(name: str, value: float, exact: float) -> float:
 
 @pytest.mark.parametrize("mechanism", MECHANISMS, ids=lambda mechanism: mechanism.model)
 @pytest.mark.parametrize(
-    "angles", [ANGLES, pytest.param(EVERY_DEGREE, marks=pytest.mark.slow)], ids=["coarse", "every degree"]
+    "angles",
+    [ANGLES, pytest.param(EVERY_DEGREE, marks=pytest.mark.slow)],
+    ids=["coarse", "every degree"],
 )
 def test_full_turn_in_every_mode(mechanism: Mechanism, angles: list[float]) -> None:
     """A mode is an answer of the sheet, or where an input chooses it the only one."""
@@ -118,7 +126,8 @@ def test_any_driver_leads_to_states_of_the_crank(path: Path) -> None:
 
 @pytest.mark.parametrize("path", SHEETS, ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_any_driver_finds_the_shipped_state(path: Path) -> None:
-    """One answer is near the crank-driven sheet's state, from which the driver's numbers were rounded."""
+    """One answer is near the crank-driven sheet's state, from which the driver's numbers were
+    rounded."""
     _, result = drive_of(path)
     shipped = solver.solve(model(path.parent.name))
     mechanism = BY_NAME[path.parent.name]
@@ -128,7 +137,8 @@ def test_any_driver_finds_the_shipped_state(path: Path) -> None:
 
 @pytest.mark.parametrize("path", SHEETS, ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_any_driver_finds_all_positions(path: Path) -> None:
-    """As many as the driver's coordinate takes its value in a turn of the crank, and at those angles."""
+    """As many as the driver's coordinate takes its value in a turn of the crank, and at those
+    angles."""
     mechanism, result = drive_of(path)
     state = mechanism.state(ANGLES[0], *RATES, 1)
     (driver,) = (
@@ -138,14 +148,18 @@ def test_any_driver_finds_all_positions(path: Path) -> None:
     )
     modes = mechanism.modes[:1] if mechanism.choices else mechanism.modes
     brackets = [
-        bracket for mode in modes for bracket in crossings(mechanism, driver, result.inputs[driver], mode)
+        bracket
+        for mode in modes
+        for bracket in crossings(mechanism, driver, result.inputs[driver], mode)
     ]
     angles = [solution[f"theta{mechanism.crank}"] for solution in result.solutions]
     assert len(angles) == len(brackets) > 0
     assert all(any(low <= angle % 360.0 <= high for angle in angles) for low, high in brackets)
 
 
-def crossings(mechanism: Mechanism, driver: str, value: float, mode: int) -> list[tuple[float, float]]:
+def crossings(
+    mechanism: Mechanism, driver: str, value: float, mode: int
+) -> list[tuple[float, float]]:
     """The degrees of crank angle between which a coordinate passes a value."""
     differences = [
         apart_signed(driver, mechanism.coordinate(float(degree), driver, mode), value)
@@ -164,7 +178,9 @@ def apart_signed(name: str, value: float, target: float) -> float:
 
 @pytest.mark.parametrize(("velocity", "exact"), ENGINE_ANGLES.items())
 def test_crank_angles_for_a_piston_velocity(velocity: float, exact: tuple[float, float]) -> None:
-    result = solver.solve(model("piston_engine"), {"thetaOB": None, "vP": velocity}, want=["thetaOB"])
+    result = solver.solve(
+        model("piston_engine"), {"thetaOB": None, "vP": velocity}, want=["thetaOB"]
+    )
     assert str(result.status) == "solved"
     found = sorted(solution["thetaOB"] for solution in result.solutions)
     assert found == pytest.approx(exact, rel=1e-12)
@@ -242,7 +258,8 @@ SINGULAR = [
     ("oscillating_cylinder", {"OC": 0.25, "vSlide": 0}),
     ("oscillating_cylinder", {"BO": 1, "BC": 2, "thetaOC": -30, "omegaOC": 0}),
 ]
-"""Dead points at which all numbers are exact: triangles of 3, 4 and 5 or with 30°, links in line."""
+"""Dead points at which all numbers are exact: triangles of 3, 4 and 5 or with 30°, links in
+line."""
 
 
 @pytest.mark.parametrize(("name", "inputs"), SINGULAR, ids=str)

@@ -30,13 +30,16 @@ def model(name: str) -> Any:
 
 def solve_from(name: str, state: dict[str, Any], inputs: tuple[str, ...]) -> Any:
     """Solve the sheet with these inputs of the state and no others."""
-    cleared = {key: None for key, variable in model(name).variables.items() if variable.value is not None}
+    cleared = {
+        key: None for key, variable in model(name).variables.items() if variable.value is not None
+    }
     return solver.solve(model(name), {**cleared, **{key: float(state[key]) for key in inputs}})
 
 
 def matches(solution: Any, state: dict[str, Any], rel: float) -> bool:
     return all(
-        key in solution and solution[key] == pytest.approx(float(state[key]), rel=rel) for key in state
+        key in solution and solution[key] == pytest.approx(float(state[key]), rel=rel)
+        for key in state
     )
 
 
@@ -88,7 +91,9 @@ def test_swap(reference: Reference, swap: Swap) -> None:
     state = reference.exact
     result = solve_from(reference.model, state, swap.inputs)
     assert str(result.status) == "solved"
-    assert any(matches(solution, state, 1e-14 / swap.determinant + 1e-11) for solution in result.solutions)
+    assert any(
+        matches(solution, state, 1e-14 / swap.determinant + 1e-11) for solution in result.solutions
+    )
 
 
 @pytest.mark.parametrize("reference", REFERENCES, ids=lambda reference: reference.model)
@@ -112,11 +117,15 @@ def test_no_singular_choice_is_solved_or_called_impossible(reference: Reference)
             result = solve_from(at.model, at.exact, swap.inputs)
             assert str(result.status) in {"partial", "singular"}, (dict(at.parameters), swap)
             assert result.undetermined, (dict(at.parameters), swap)
-            assert any(diagnosis.variables for diagnosis in result.diagnoses), (dict(at.parameters), swap)
+            assert any(diagnosis.variables for diagnosis in result.diagnoses), (
+                dict(at.parameters),
+                swap,
+            )
 
 
 def test_curve_of_cones_that_have_the_same_mantles_is_named() -> None:
-    """Mantles of a frustum and both its cones: one follows from the others, and a curve of cones has them."""
+    """Mantles of a frustum and both its cones: one follows from the others, and a curve of cones
+    has them."""
     reference = next(r for r in REFERENCES if r.model == "cone_frustum")
     result = solve_from("cone_frustum", reference.exact, ("AC1", "AC2", "AC"))
     assert str(result.status) in {"partial", "singular"}
@@ -126,13 +135,16 @@ def test_curve_of_cones_that_have_the_same_mantles_is_named() -> None:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_flash_whose_vapour_drops_out_to_rounding(seed: int) -> None:
-    """At random states, twelve choices each: 1 minus the sum of x is rounding, whatever x is computed."""
+    """At random states, twelve choices each: 1 minus the sum of x is rounding, whatever x is
+    computed."""
     draw = random.Random(seed)
     reference = library.elsewhere(next(r for r in REFERENCES if r.model == "rachford_rice"), draw)
     pairs = [("K1", "x1", "y1"), ("K2", "x2", "y2"), ("K3", "x3", "y3"), ("K4", "x4", "y4")]
     for _ in range(12):
         alone = draw.randrange(4)
-        inputs = tuple(n for i, pair in enumerate(pairs) for n in draw.sample(pair, 1 if i == alone else 2))
+        inputs = tuple(
+            n for i, pair in enumerate(pairs) for n in draw.sample(pair, 1 if i == alone else 2)
+        )
         result = solve_from(reference.model, reference.exact, inputs)
         assert str(result.status) in {"partial", "singular"}, (dict(reference.parameters), inputs)
         assert "V" in result.undetermined
@@ -141,7 +153,9 @@ def test_flash_whose_vapour_drops_out_to_rounding(seed: int) -> None:
 def test_unknown_that_drops_out_to_rounding_is_never_solved() -> None:
     """Liquid and vapour both add up to 1 here, so that the balances hold for every V."""
     reference = next(r for r in REFERENCES if r.model == "rachford_rice")
-    result = solve_from("rachford_rice", reference.exact, ("K1", "x1", "K2", "y2", "y3", "K4", "y4"))
+    result = solve_from(
+        "rachford_rice", reference.exact, ("K1", "x1", "K2", "y2", "y3", "K4", "y4")
+    )
     assert str(result.status) in {"partial", "singular"}
 
 
@@ -160,7 +174,8 @@ def _overpaid(price: float, payment: float, term: int, rate: Any) -> Any:
 
 
 def test_rate_of_a_loan_is_one_simple_answer() -> None:
-    """At random loans: none next to 0, where rounding alone makes payment and price agree, and none twice."""
+    """At random loans: none next to 0, where rounding alone makes payment and price agree, and none
+    twice."""
     draw = random.Random(3)
     for _ in range(12):
         price, term = draw.uniform(1e3, 1e6), draw.choice([12, 36, 240, 360])
@@ -168,10 +183,18 @@ def test_rate_of_a_loan_is_one_simple_answer() -> None:
             rate = mpmath.mpf(10) ** draw.uniform(-4, -1)
             payment = float(price * rate / (1 - (1 + rate) ** -term))
             exact = mpmath.findroot(partial(_overpaid, price, payment, term), rate)
-        inputs = {"price": price, "downpay": 0.0, "payment": payment, "term": float(term), "rate": None}
+        inputs = {
+            "price": price,
+            "downpay": 0.0,
+            "payment": payment,
+            "term": float(term),
+            "rate": None,
+        }
         result = solver.solve(model("loan"), inputs)
         assert str(result.status) == "solved", inputs
-        assert [solution["rate"] for solution in result.solutions] == pytest.approx([float(exact)], rel=1e-12)
+        assert [solution["rate"] for solution in result.solutions] == pytest.approx(
+            [float(exact)], rel=1e-12
+        )
 
 
 def test_frustum_turned_inside_out_is_excluded_by_its_range() -> None:
@@ -195,7 +218,9 @@ def test_circles_that_do_not_meet(r2: float) -> None:
 
 
 def test_two_elevations_of_the_projectile() -> None:
-    elevations = sorted(solution["theta"] for solution in solver.solve(model("projectile")).solutions)
+    elevations = sorted(
+        solution["theta"] for solution in solver.solve(model("projectile")).solutions
+    )
     with mpmath.workdps(30):
         low = mpmath.asin(mpmath.mpf(9.8) * 560 / 82**2) * 90 / mpmath.pi
     assert elevations == pytest.approx([float(low), float(90 - low)], rel=1e-13)
@@ -205,7 +230,9 @@ def test_target_beyond_the_greatest_range() -> None:
     assert str(solver.solve(model("projectile"), {"R": 700.0}).status) == "infeasible"
 
 
-@pytest.mark.parametrize(("P", "T", "count"), [(100.0, 500.0, 1), (45.0, 280.0, 3), (50.0, 280.0, 3)])
+@pytest.mark.parametrize(
+    ("P", "T", "count"), [(100.0, 500.0, 1), (45.0, 280.0, 3), (50.0, 280.0, 3)]
+)
 def test_volumes_of_the_gas(P: float, T: float, count: int) -> None:
     exact = library.van_der_waals_volumes(P, T, 3.592, 0.04267, 0.0820573661)
     assert len(exact) == count
@@ -231,7 +258,9 @@ def test_side_side_angle_can_have_two_triangles() -> None:
 
 
 def test_triangle_inequality() -> None:
-    assert str(solver.solve(model("triangle"), {"a": 1.0, "b": 2.0, "c": 4.0}).status) == "infeasible"
+    assert (
+        str(solver.solve(model("triangle"), {"a": 1.0, "b": 2.0, "c": 4.0}).status) == "infeasible"
+    )
 
 
 def test_three_angles_leave_the_size_free() -> None:
@@ -241,12 +270,21 @@ def test_three_angles_leave_the_size_free() -> None:
     assert set(result.undetermined) == {"a", "b", "c"}
 
 
-BRACKET_TAXES = {11000: 1100, 44725: 5147, 95375: 16290, 182100: 37104, 231250: 52832, 578125: 174238.25}
+BRACKET_TAXES = {
+    11000: 1100,
+    44725: 5147,
+    95375: 16290,
+    182100: 37104,
+    231250: 52832,
+    578125: 174238.25,
+}
 
 
 @pytest.mark.parametrize(("income", "tax"), BRACKET_TAXES.items())
 def test_published_taxes_both_ways(income: float, tax: float) -> None:
-    assert solver.solve(model("tax_brackets"), {"income": income})["tax"] == pytest.approx(tax, rel=1e-14)
+    assert solver.solve(model("tax_brackets"), {"income": income})["tax"] == pytest.approx(
+        tax, rel=1e-14
+    )
     back = solver.solve(model("tax_brackets"), {"income": None, "tax": tax + 0.01})
     assert len(back.solutions) == 1
     assert income < back["income"] < income + 0.1
@@ -263,7 +301,10 @@ def test_kepler_has_one_root(e: float, M: float) -> None:
     result = solver.solve(model("kepler"), {"e": e, "M": M})
     assert len(result.solutions) == 1
     with mpmath.workdps(30):
-        residual = result["E"] - mpmath.mpf(e) * mpmath.sinpi(mpmath.mpf(result["E"]) / 180) * 180 / mpmath.pi
+        residual = (
+            result["E"]
+            - mpmath.mpf(e) * mpmath.sinpi(mpmath.mpf(result["E"]) / 180) * 180 / mpmath.pi
+        )
     assert float(residual) == pytest.approx(M, rel=1e-11)
 
 

@@ -2,7 +2,8 @@
 
 In a page, a block ``tk NAME`` is a file that the commands after it can read (or, where the
 repository has a file of that name, a copy of it); a ``console`` block is commands with their
-output, a line ``…`` standing for any lines; a ``python`` block is run, as a doctest where it has prompts.
+output, a line ``…`` standing for any lines; a ``python`` block is run, as a doctest where it has
+prompts.
 """
 
 from __future__ import annotations
@@ -57,7 +58,11 @@ def test_the_links_of_a_page_lead_somewhere(page: Path) -> None:
 def test_the_readme_has_a_sheet_its_answer_and_two_commands() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert len(re.findall(r"^python3 -m venv .*$", text, re.MULTILINE)) == 2
-    assert {language for language, _, _ in blocks(ROOT / "README.md")} >= {"tk", "console", "python"}
+    assert {language for language, _, _ in blocks(ROOT / "README.md")} >= {
+        "tk",
+        "console",
+        "python",
+    }
 
 
 def blocks(page: Path) -> Iterator[tuple[str, str, str]]:
@@ -67,7 +72,8 @@ def blocks(page: Path) -> Iterator[tuple[str, str, str]]:
 
 
 def provide(name: str, text: str) -> None:
-    """A copy of a file of the repository must be one, or of its beginning; any other file is written."""
+    """A copy of a file of the repository must be one, or of its beginning; any other file is
+    written."""
     original = ROOT / name
     if original.is_file():
         assert original.read_text(encoding="utf-8").startswith(text)
@@ -83,7 +89,8 @@ def commands(text: str) -> Iterator[tuple[str, str]]:
 
 
 def output(command: str, capsys: pytest.CaptureFixture[str]) -> str:
-    """What ``backsolve …`` prints, then its complaints; files of the repository by relative names."""
+    """What ``backsolve …`` prints, then its complaints; files of the repository by relative
+    names."""
     program, *words = shlex.split(command)
     assert program == "backsolve", command
     main(words)
@@ -92,8 +99,11 @@ def output(command: str, capsys: pytest.CaptureFixture[str]) -> str:
 
 
 def assert_alike(found: str, expected: str) -> None:
-    """Line by line; ``…`` stands for any lines. The size of rounding errors and last digits do not count."""
-    found, expected = (LAST.sub(r"\1", RESIDUAL.sub("worst residual #", text)) for text in (found, expected))
+    """Line by line; ``…`` stands for any lines. The size of rounding errors and last digits do not
+    count."""
+    found, expected = (
+        LAST.sub(r"\1", RESIDUAL.sub("worst residual #", text)) for text in (found, expected)
+    )
     if "…" not in expected.split("\n"):
         assert found == expected
     else:

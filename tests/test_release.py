@@ -13,7 +13,9 @@ VERSION = PROJECT["version"]
 
 def test_the_citation_names_this_version() -> None:
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
-    assert f"\nversion: {VERSION}\n" in citation and f"\nlicense: {PROJECT['license']}\n" in citation
+    assert (
+        f"\nversion: {VERSION}\n" in citation and f"\nlicense: {PROJECT['license']}\n" in citation
+    )
 
 
 def test_the_extension_for_vs_code_has_this_version() -> None:
@@ -22,7 +24,8 @@ def test_the_extension_for_vs_code_has_this_version() -> None:
 
 
 def test_the_changelog_keeps_its_form() -> None:
-    """Releases under ``## [x.y.z] - date`` or Unreleased; in them only the kinds of change of the format."""
+    """Releases under ``## [x.y.z] - date`` or Unreleased; in them only the kinds of change of the
+    format."""
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     heads = re.findall(r"^## (.+)$", text, re.MULTILINE)
     assert heads[0] == "Unreleased"
@@ -34,5 +37,7 @@ def test_the_changelog_keeps_its_form() -> None:
 def test_everything_extra_is_in_the_test_extra() -> None:
     """Except what is for the site, a cluster or a browser, which CI installs on its own."""
     extras = set(PROJECT["optional-dependencies"]) - {"test", "dev", "docs", "browser", "dask"}
-    (ours,) = [one for one in PROJECT["optional-dependencies"]["test"] if one.startswith("backsolve[")]
+    (ours,) = [
+        one for one in PROJECT["optional-dependencies"]["test"] if one.startswith("backsolve[")
+    ]
     assert set(ours.removeprefix("backsolve[").removesuffix("]").split(",")) == extras

@@ -32,7 +32,8 @@ def model(name: str) -> Any:
 
 @cache
 def full_names(name: str) -> dict[str, str]:
-    """Bare name of each quantity of the closed form -> its full name in the model, where it has it."""
+    """Bare name of each quantity of the closed form -> its full name in the model, where it has
+    it."""
     known = model(name).variables
     found = {bare: bare for bare in (*oracle.SHARED, "yA", "yB") if bare in known}
     for scope, names in oracle.LOCALS.items():
@@ -164,7 +165,9 @@ def test_nearly_horizontal_rod(exponent: int) -> None:
     for is_open in (True, False):
         turned = with_angle(crank, 180.0 - 10.0**-exponent, is_open)
         exact, sensitivity = oracle.forward(turned), oracle.sensitivity(turned)
-        result = solver.solve(model(AS_PRINTED), {**turned.inputs, "branch": "open" if is_open else 0.0})
+        result = solver.solve(
+            model(AS_PRINTED), {**turned.inputs, "branch": "open" if is_open else 0.0}
+        )
         assert str(result.status) == "solved"
         for quantity in FIGURE_4:
             error = float(abs(result[quantity] - exact[quantity]))
@@ -278,7 +281,8 @@ def test_variable_sheet_of_the_crank(name: str) -> None:
 
 @pytest.mark.parametrize("name", [AS_PRINTED, SLOPE_FREE])
 def test_variable_sheet_of_the_slider(name: str) -> None:
-    """Fig. 4's rounded answers given back: one of the two positions is near the crank angle of -30°."""
+    """Fig. 4's rounded answers given back: one of the two positions is near the crank angle of
+    -30°."""
     sheet = read_variable_sheet(MODELS / name / "slider_driven.csv", model(name))
     result = solver.solve(model(name), sheet.inputs, guesses=sheet.guesses)
     assert str(result.status) == "solved"
@@ -286,7 +290,9 @@ def test_variable_sheet_of_the_slider(name: str) -> None:
     assert angles(result) == pytest.approx([float(angle) for angle in exact], rel=1e-11)
     rates = oracle.crank_rates(3.0, 2.0, 9.79, exact[0], -41.46, -709.1)
     found = min(result.solutions, key=lambda solution: solution["thetaAO"])
-    assert (found["omegaAO"], found["alphaAO"]) == pytest.approx([float(rate) for rate in rates], rel=1e-9)
+    assert (found["omegaAO"], found["alphaAO"]) == pytest.approx(
+        [float(rate) for rate in rates], rel=1e-9
+    )
     assert found["omegaAO"] == pytest.approx(PAPER.omegaAO, rel=2e-3)
 
 
@@ -300,7 +306,9 @@ def test_variable_sheet_of_the_rod(name: str) -> None:
     first = math.degrees(math.asin(rise / 3.0))
     assert sorted(angles(result)) == pytest.approx([-180.0 - first, first], rel=1e-12)
     for solution in result.solutions:
-        crank = Crank(3.0, 8.0, 2.0, *(solution[f"{rate}AO"] for rate in ("omega", "alpha", "theta")))
+        crank = Crank(
+            3.0, 8.0, 2.0, *(solution[f"{rate}AO"] for rate in ("omega", "alpha", "theta"))
+        )
         exact = oracle.forward(crank)
         for quantity in ("thetaAB", "omegaAB", "alphaAB"):
             assert sheet.inputs[quantity] == pytest.approx(float(exact[quantity]), rel=1e-10)

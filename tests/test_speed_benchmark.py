@@ -53,7 +53,9 @@ def test_errors_are_seen() -> None:
 @pytest.mark.parametrize("direction", task.DIRECTIONS)
 def test_equations_hold_at_the_closed_form(direction: str) -> None:
     closed = closed_forms.forward(20.0)
-    number, unknowns = (20.0, closed) if direction == "forward" else (closed[0], (20.0, *closed[1:]))
+    number, unknowns = (
+        (20.0, closed) if direction == "forward" else (closed[0], (20.0, *closed[1:]))
+    )
     assert symbols.residuals(direction)(number, *unknowns) == pytest.approx([0.0] * 5, abs=1e-11)
 
 
@@ -85,6 +87,11 @@ def test_tables_go_where_the_page_has_a_place_for_them(tmp_path: Path) -> None:
     page.write_text("before\n<!-- speed: one -->\nold\n<!-- end -->\nafter\n")
     assert place(page, "speed: one", section.markdown()) and not place(page, "speed: two", "")
     text = page.read_text()
-    assert "old" not in text and text.startswith("before\n") and text.endswith("<!-- end -->\nafter\n")
+    assert (
+        "old" not in text and text.startswith("before\n") and text.endswith("<!-- end -->\nafter\n")
+    )
     assert "| longer | 20 |" in text
-    assert [line.split("|")[-2].strip() for line in text.splitlines() if "fast" in line] == ["yes", "**no**"]
+    assert [line.split("|")[-2].strip() for line in text.splitlines() if "fast" in line] == [
+        "yes",
+        "**no**",
+    ]

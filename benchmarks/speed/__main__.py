@@ -2,8 +2,8 @@
 
     python -m benchmarks.speed [PART…] [--rounds N] [--rows N] [--to-disk N] [--write]
 
-prints a table for each part (all where none is named) and says what it is held to. ``--write`` puts the
-tables into docs/speed.md and the bars into docs/pictures/speed.png. Peers that are not
+prints a table for each part (all where none is named) and says what it is held to. ``--write`` puts
+the tables into docs/speed.md and the bars into docs/pictures/speed.png. Peers that are not
 installed are left out, and named (``pip install numba cffi casadi jax``).
 """
 
@@ -27,12 +27,22 @@ PICTURE = ROOT / "docs" / "pictures" / "speed.png"
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.speed", description=__doc__.splitlines()[0])
-    parser.add_argument("parts", nargs="*", metavar="PART", help="one rows jit disk startup rules models")
-    parser.add_argument("--rounds", type=int, default=9, help="times that each is measured; the best counts")
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.speed", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument(
+        "parts", nargs="*", metavar="PART", help="one rows jit disk startup rules models"
+    )
+    parser.add_argument(
+        "--rounds", type=int, default=9, help="times that each is measured; the best counts"
+    )
     parser.add_argument("--rows", type=int, default=1_000_000, help="rows of the sweeps")
-    parser.add_argument("--to-disk", type=int, default=10_000_000, help="rows of the sweep to a file")
-    parser.add_argument("--write", action="store_true", help="put the tables and the picture into the pages")
+    parser.add_argument(
+        "--to-disk", type=int, default=10_000_000, help="rows of the sweep to a file"
+    )
+    parser.add_argument(
+        "--write", action="store_true", help="put the tables and the picture into the pages"
+    )
     options = parser.parse_args()
     parts: dict[str, Callable[[], Iterator[Section]]] = {
         "one": lambda: iter((one_solve.measure(options.rounds),)),
@@ -65,7 +75,9 @@ def machine() -> str:
 def write(sections: list[Section]) -> None:
     for section in sections:
         if not place(PAGE, f"speed: {section.name}", section.markdown()):
-            sys.exit(f"docs/speed.md has no place for {section.name}: <!-- speed: {section.name} -->")
+            sys.exit(
+                f"docs/speed.md has no place for {section.name}: <!-- speed: {section.name} -->"
+            )
     if {"one", "rows"} <= {section.name for section in sections}:  # the tables that peers stand in
         place(PAGE, "speed: machine", machine())
         draw(sections, PICTURE)

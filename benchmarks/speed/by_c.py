@@ -1,4 +1,5 @@
-"""The slider crank by hand in C, compiled here and now: ``crank.c`` through ctypes, and cffi where it is."""
+"""The slider crank by hand in C, compiled here and now: ``crank.c`` through ctypes, and cffi where
+it is."""
 
 from __future__ import annotations
 
@@ -39,7 +40,11 @@ class CCrank:
 
         ffi = cffi.FFI()
         ffi.cdef("void forward_one(double, double *); void backward_one(double, double *);")
-        functions, five, ten = ffi.dlopen(str(self.library)), ffi.new("double[5]"), ffi.new("double[10]")
+        functions, five, ten = (
+            ffi.dlopen(str(self.library)),
+            ffi.new("double[5]"),
+            ffi.new("double[10]"),
+        )
         ahead, back, unpack = functions.forward_one, functions.backward_one, ffi.unpack
 
         def forward(theta: float) -> Five:

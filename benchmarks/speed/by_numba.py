@@ -97,7 +97,8 @@ def _forward_library(theta: Any, a: Any, b: Any, c: Any, d: Any, e: Any) -> None
 
 @numba.njit(error_model="numpy", fastmath={"contract"})
 def _forward_block(theta: Any, a: Any, b: Any, c: Any, d: Any, e: Any) -> None:
-    """At most BLOCK rows, by way of an array whose parts are seen not to overlap: several rows go at once."""
+    """At most BLOCK rows, by way of an array whose parts are seen not to overlap: several rows go
+    at once."""
     room = np.empty(5 * BLOCK)
     n = len(theta)
     for i in range(n):
@@ -134,7 +135,8 @@ LOOPS = {
 
 
 def rows(name: str, parallel: bool = False) -> Callable[[Array], list[Array]]:
-    """A loop over rows. As in C a division by zero is infinite, and products may be added unrounded."""
+    """A loop over rows. As in C a division by zero is infinite, and products may be added
+    unrounded."""
     loop = numba.njit(parallel=parallel, error_model="numpy", fastmath={"contract"})(LOOPS[name])
 
     def run(column: Array) -> list[Array]:

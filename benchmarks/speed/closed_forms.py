@@ -1,7 +1,7 @@
 """The slider crank by hand: the reference kernels that compiled paths are measured against.
 
-Nothing here is generated and nothing here checks anything: these are the formulas that somebody would
-write who has solved the linkage on paper, for the five outputs of the paper's sheet.
+Nothing here is generated and nothing here checks anything: these are the formulas that somebody
+would write who has solved the linkage on paper, for the five outputs of the paper's sheet.
 """
 
 from __future__ import annotations

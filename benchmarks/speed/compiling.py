@@ -1,4 +1,5 @@
-"""What machine code costs before its first row: compiled for the first time, and found again on disk."""
+"""What machine code costs before its first row: compiled for the first time, and found again on
+disk."""
 
 from __future__ import annotations
 
@@ -38,9 +39,14 @@ def measure(rounds: int) -> Section:
                 for name, (wall, cpu) in _one(store).items():
                     before = best.get(name, (wall, cpu))
                     best[name] = min(before[0], wall), min(before[1], cpu)
-    names = {"import llvmlite": "importing llvmlite", "forward": "forward", "backward": "slider-driven"}
+    names = {
+        "import llvmlite": "importing llvmlite",
+        "forward": "forward",
+        "backward": "slider-driven",
+    }
     rows = [
-        (words, *(figures(1e3 * t) for t in (*first[name], *again[name]))) for name, words in names.items()
+        (words, *(figures(1e3 * t) for t in (*first[name], *again[name])))
+        for name, words in names.items()
     ]
     return Section(
         "jit",
@@ -59,7 +65,12 @@ def measure(rounds: int) -> Section:
 def _one(store: str) -> dict[str, tuple[float, float]]:
     environment = {**os.environ, "BACKSOLVE_CACHE": store, "PYTHONPATH": str(ROOT)}
     ran = subprocess.run(
-        [sys.executable, "-c", CODE], capture_output=True, text=True, env=environment, check=True, cwd=ROOT
+        [sys.executable, "-c", CODE],
+        capture_output=True,
+        text=True,
+        env=environment,
+        check=True,
+        cwd=ROOT,
     )
     found: dict[str, tuple[float, float]] = json.loads(ran.stdout)
     return found

@@ -1,4 +1,5 @@
-"""Every shipped model: compiled kernels, the step-by-step way, and fsolve on the rules that were used."""
+"""Every shipped model: compiled kernels, the step-by-step way, and fsolve on the rules that were
+used."""
 
 from __future__ import annotations
 
@@ -36,8 +37,8 @@ NUDGE = 2.0**-24
 
 @dataclass(frozen=True)
 class Difference:
-    """Rows of the same status as step by step and rows tried; the worst differences from what extended
-    precision gives."""
+    """Rows of the same status as step by step and rows tried; the worst differences from what
+    extended precision gives."""
 
     same: int
     tried: int
@@ -66,7 +67,9 @@ class Compared:
 def measure() -> Section:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # fsolve warns of what it then reports
-        compared = [c for path in sorted(ROOT.glob("*/model.tk")) if (c := compare(path)) is not None]
+        compared = [
+            c for path in sorted(ROOT.glob("*/model.tk")) if (c := compare(path)) is not None
+        ]
     rows = [
         (
             c.name,
@@ -78,7 +81,15 @@ def measure() -> Section:
         )
         for c in compared
     ]
-    head = ("model", "driver", "kernel, µs", "steps, µs", "fsolve, µs", "sweep, ns a row", "jit, ns a row")
+    head = (
+        "model",
+        "driver",
+        "kernel, µs",
+        "steps, µs",
+        "fsolve, µs",
+        "sweep, ns a row",
+        "jit, ns a row",
+    )
     found = [c.difference for c in compared if c.difference.tried]
     same = sum(d.same for d in found) / sum(d.tried for d in found)
     return Section(
@@ -87,17 +98,27 @@ def measure() -> Section:
         (*head, "statuses alike", "kernel, ulp × cond.", "kernel, relative", "fsolve, relative"),
         rows,
         (
-            f"One solve at the inputs of the sheet, driven by one of them; sweeps are {MANY:,} rows within "
-            f"1e-3 of it. Statuses and differences are of {ROWS} rows within 40 % (at any angle): statuses "
-            "against the step-by-step way, numbers against the same path in extended precision. fsolve gets "
-            "the rules that the path used, their exact Jacobian, and the answer 2 % away to start from. A "
+            f"One solve at the inputs of the sheet, driven by one of them; sweeps are {MANY:,} "
+            "rows within "
+            f"1e-3 of it. Statuses and differences are of {ROWS} rows within 40 % (at any angle): "
+            "statuses "
+            "against the step-by-step way, numbers against the same path in extended precision. "
+            "fsolve gets "
+            "the rules that the path used, their exact Jacobian, and the answer 2 % away to start "
+            "from. A "
             "dash: fsolve fails, or nothing is compiled.",
         ),
         [
             Claim(
-                "rows whose status is the same by kernel and step by step", 100, 100 * same, "%", more=True
+                "rows whose status is the same by kernel and step by step",
+                100,
+                100 * same,
+                "%",
+                more=True,
             ),
-            Claim("worst difference of kernels", 4, max(d.apart for d in found), "ulp × conditioning"),
+            Claim(
+                "worst difference of kernels", 4, max(d.apart for d in found), "ulp × conditioning"
+            ),
         ],
     )
 
@@ -115,7 +136,9 @@ def compare(path: Path) -> Compared | None:
     model = rulesheets.load(str(path))
     numbers = {n: v.value for n, v in model.variables.items() if isinstance(v.value, float)}
     want = [n for n, v in model.variables.items() if v.posted and v.value is None]
-    driver = next((n for n in numbers if model.variables[n].unit == "deg"), None) or next(iter(numbers), None)
+    driver = next((n for n in numbers if model.variables[n].unit == "deg"), None) or next(
+        iter(numbers), None
+    )
     if driver is None:
         return None
     value = numbers[driver]
@@ -127,7 +150,9 @@ def compare(path: Path) -> Compared | None:
     system = system_of(model, plan, verdict)
     difference = _differences(model, plan, driver, value)
     swept = _best(lambda: plan.sweep(near), 2) / MANY if sweeps else math.nan
-    native = _best(lambda: plan.sweep(near, jit=True), 2) / MANY if sweeps and available() else math.nan
+    native = (
+        _best(lambda: plan.sweep(near, jit=True), 2) / MANY if sweeps and available() else math.nan
+    )
     return Compared(
         path.parent.name,
         driver,
@@ -153,7 +178,10 @@ def _differences(model: Model, plan: Plan, driver: str, value: float) -> Differe
         return Difference(0, 0, math.nan, math.nan)
     rows = _rows(model, driver, value)
     plan.sweep(rows)
-    tables = [plan.sweep(np.repeat(rows, 2), jit=jit) for jit in ((False, True) if available() else (False,))]
+    tables = [
+        plan.sweep(np.repeat(rows, 2), jit=jit)
+        for jit in ((False, True) if available() else (False,))
+    ]
     same = tried = 0
     apart = relative = 0.0
     began = time.perf_counter()
@@ -168,9 +196,13 @@ def _differences(model: Model, plan: Plan, driver: str, value: float) -> Differe
             continue
         scales = _scales(model, plan, driver, float(number))
         inputs = {**plan.given, driver: float(number)}
-        exact = explore_refined(Asked(model, inputs, plan.want, plan.guesses, plan.want), always=True)
+        exact = explore_refined(
+            Asked(model, inputs, plan.want, plan.guesses, plan.want), always=True
+        )
         first = {name: float(tables[0][name][2 * place]) for name in scales}
-        answer = min((leaf.branch.values for leaf in exact.leaves), key=lambda v: _distance(first, v))
+        answer = min(
+            (leaf.branch.values for leaf in exact.leaves), key=lambda v: _distance(first, v)
+        )
         for name, scale in scales.items():
             expected = answer[name]
             if isinstance(expected, float):
@@ -198,10 +230,13 @@ def _scales(model: Model, plan: Plan, driver: str, number: float) -> dict[str, f
 
 
 def _fsolve_error(system: System, plan: Plan, value: float) -> float:
-    """The worst relative difference of a wanted number at the inputs of the sheet, nan where fsolve fails."""
+    """The worst relative difference of a wanted number at the inputs of the sheet, nan where fsolve
+    fails."""
     exact = plan.judged((value,))[0].leaves[0].branch.values
     try:
-        found = dict(zip(system.unknowns, system.fsolve()(value, _start(system, plan, value)), strict=True))
+        found = dict(
+            zip(system.unknowns, system.fsolve()(value, _start(system, plan, value)), strict=True)
+        )
     except (ArithmeticError, ValueError):
         return math.nan
     pairs = [(found[n], exact[n]) for n in plan.want if n in found]
@@ -211,7 +246,9 @@ def _fsolve_error(system: System, plan: Plan, value: float) -> float:
 def _start(system: System, plan: Plan, value: float) -> Any:
     """The unknowns of a row 2 % away, or of this one moved by 2 % where that has no such answer."""
     verdict, _ = plan.judged((value * 0.98 if value else 0.02,))
-    if verdict.status is Status.SOLVED and all(n in verdict.leaves[0].branch.values for n in system.unknowns):
+    if verdict.status is Status.SOLVED and all(
+        n in verdict.leaves[0].branch.values for n in system.unknowns
+    ):
         return system.start(verdict.leaves[0].branch.values)
     return 0.98 * system.start(plan.judged((value,))[0].leaves[0].branch.values)
 

@@ -1,4 +1,5 @@
-"""Sweeps: nanoseconds a row for five outputs, every row checked, beside peers that check nothing."""
+"""Sweeps: nanoseconds a row for five outputs, every row checked, beside peers that check
+nothing."""
 
 from __future__ import annotations
 
@@ -66,8 +67,10 @@ def measure(rounds: int, rows: int) -> tuple[Section, Section]:
         ("ns a row", *heads),
         table,
         (
-            "All allocate their outputs in each run, from memory that the system has to hand out anew. *cpu* "
-            "adds up the processors; *wall* is the clock, which others who use the machine slow down. casadi "
+            "All allocate their outputs in each run, from memory that the system has to hand out "
+            "anew. *cpu* "
+            "adds up the processors; *wall* is the clock, which others who use the machine slow "
+            "down. casadi "
             f"runs {SOME:,} rows; fsolve {FEW:,}, each from the answer of the row before.",
         ),
         claims(times),
@@ -86,7 +89,9 @@ def _cells(times: dict[str, dict[str, Time]], name: str) -> list[str]:
     cells = []
     for direction in DIRECTIONS:
         found = times[direction].get(name)
-        cells += ["–", "–"] if found is None else [figures(found.cpu * 1e9), figures(found.wall * 1e9)]
+        cells += (
+            ["–", "–"] if found is None else [figures(found.cpu * 1e9), figures(found.wall * 1e9)]
+        )
     return cells
 
 
@@ -117,7 +122,9 @@ def contestants(direction: str, rows: int, folder: Path) -> list[Contestant]:
         crank = CCrank(folder)
         runs["by hand, C, libm"] = crank.rows(f"{direction}_rows_library")
         runs["by hand, C, own functions"] = crank.rows(f"{direction}_rows_own")
-        runs["by hand, C, own functions, 2 threads"] = crank.rows(f"{direction}_rows_own", threads=2)
+        runs["by hand, C, own functions, 2 threads"] = crank.rows(
+            f"{direction}_rows_own", threads=2
+        )
     except OSError:
         pass
     if find_spec("jax"):
@@ -212,18 +219,28 @@ def claims(times: dict[str, dict[str, Time]]) -> list[Claim]:
         Claim("jit, forward, of numba with own sincos", 2, ratio("forward", JIT, OWN)),
         *(
             Claim(
-                f"jit, forward, of the same in parallel, {n}", 2, ratio("forward", JIT, f"{OWN}, parallel", c)
+                f"jit, forward, of the same in parallel, {n}",
+                2,
+                ratio("forward", JIT, f"{OWN}, parallel", c),
             )
             for c, n in both
         ),
-        Claim("jit, forward, of writing the outputs", 4, ratio("forward", JIT, "writing the outputs")),
+        Claim(
+            "jit, forward, of writing the outputs", 4, ratio("forward", JIT, "writing the outputs")
+        ),
         *(
-            Claim(f"jit, forward, faster than jax, {n}", 5, ratio("forward", "jax", JIT, c), more=True)
+            Claim(
+                f"jit, forward, faster than jax, {n}", 5, ratio("forward", "jax", JIT, c), more=True
+            )
             for c, n in both
         ),
         Claim("jit, forward, faster than lambdify", 12, ratio("forward", lambdify, JIT), more=True),
         *(
-            Claim(f"jit, slider-driven, of numba in parallel, {n}", 1.5, ratio("backward", JIT, PARALLEL, c))
+            Claim(
+                f"jit, slider-driven, of numba in parallel, {n}",
+                1.5,
+                ratio("backward", JIT, PARALLEL, c),
+            )
             for c, n in both
         ),
     ]
@@ -232,7 +249,9 @@ def claims(times: dict[str, dict[str, Time]]) -> list[Claim]:
 
 def accuracy(worst: dict[str, dict[str, float]]) -> Section:
     shown = [name for name in KINDS if any(name in found for found in worst.values())]
-    rows = [(n, *(f"{worst[d][n]:.2g}" if n in worst[d] else "–" for d in DIRECTIONS)) for n in shown]
+    rows = [
+        (n, *(f"{worst[d][n]:.2g}" if n in worst[d] else "–" for d in DIRECTIONS)) for n in shown
+    ]
     by_us = [(name, d) for name in (OURS, JIT) for d in DIRECTIONS if name in worst[d]]
     words = {"forward": "forward", "backward": "slider-driven"}
     return Section(
@@ -240,6 +259,9 @@ def accuracy(worst: dict[str, dict[str, float]]) -> Section:
         f"Worst errors in {SAMPLE} rows of the sweep, beside 50 digits",
         ("ulp × conditioning", "forward", "slider-driven"),
         rows,
-        ("The unit is 2⁻⁵² (|y| + |x dy/dx|) for an output y and the input x: a last digit of either.",),
+        (
+            "The unit is 2⁻⁵² (|y| + |x dy/dx|) for an output y and the input x: a last digit of "
+            "either.",
+        ),
         [Claim(f"{name}, {words[d]}", 4, worst[d][name], "ulp") for name, d in by_us],
     )

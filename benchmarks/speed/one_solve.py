@@ -1,4 +1,5 @@
-"""One solve, prepared: microseconds for five outputs, checked and judged, beside peers that check nothing."""
+"""One solve, prepared: microseconds for five outputs, checked and judged, beside peers that check
+nothing."""
 
 from __future__ import annotations
 
@@ -24,17 +25,32 @@ def measure(rounds: int) -> Section:
     return Section(
         "one",
         "One solve",
-        ("µs a solve", "forward", "slider-driven, both answers", "forward, ratio", "slider-driven, ratio"),
+        (
+            "µs a solve",
+            "forward",
+            "slider-driven, both answers",
+            "forward, ratio",
+            "slider-driven, ratio",
+        ),
         rows,
         (
-            "Ratios are to the closed form in Python. fsolve, casadi's Newton and nsolve start from the "
-            "values at a crank angle 10 degrees off, and return one answer. Theirs are five equations by "
+            "Ratios are to the closed form in Python. fsolve, casadi's Newton and nsolve start "
+            "from the "
+            "values at a crank angle 10 degrees off, and return one answer. Theirs are five "
+            "equations by "
             "hand; *the rules of the sheet* are all that the path uses, exact Jacobian included.",
         ),
         claims(found),
         tuple(
-            (title, "µs", [(n, found[d][n].cpu * 1e6, k) for n, k in kinds.items() if n in found[d]])
-            for d, title in (("forward", "One solve, forward"), ("backward", "One solve, slider-driven"))
+            (
+                title,
+                "µs",
+                [(n, found[d][n].cpu * 1e6, k) for n, k in kinds.items() if n in found[d]],
+            )
+            for d, title in (
+                ("forward", "One solve, forward"),
+                ("backward", "One solve, slider-driven"),
+            )
         ),
     )
 
@@ -125,7 +141,11 @@ def claims(found: dict[str, dict[str, Time]]) -> list[Claim]:
             ratio("forward", FIVE, OURS),
             more=True,
         ),
-        Claim("slider-driven, both answers, of the closed form by hand", 10, ratio("backward", OURS, HAND)),
+        Claim(
+            "slider-driven, both answers, of the closed form by hand",
+            10,
+            ratio("backward", OURS, HAND),
+        ),
         Claim(
             "slider-driven, both answers, faster than fsolve for one, the rules of the sheet",
             30,

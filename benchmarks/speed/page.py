@@ -30,8 +30,8 @@ class Claim:
 
 @dataclass(frozen=True)
 class Section:
-    """One part of the measurement: a table, remarks below it, and claims. ``bars`` go into the picture:
-    title, unit, and for each contestant its name, number and kind."""
+    """One part of the measurement: a table, remarks below it, and claims. ``bars`` go into the
+    picture: title, unit, and for each contestant its name, number and kind."""
 
     name: str
     title: str

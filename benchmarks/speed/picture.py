@@ -22,7 +22,9 @@ def draw(sections: Sequence[Section], path: Path) -> None:
 
     panels = [panel for section in sections for panel in section.bars]
     figure = Figure(figsize=(11, 4.4 * ((len(panels) + 1) // 2)), layout="constrained")
-    for axes, (title, unit, bars) in zip(figure.subplots(-(-len(panels) // 2), 2).flat, panels, strict=False):
+    for axes, (title, unit, bars) in zip(
+        figure.subplots(-(-len(panels) // 2), 2).flat, panels, strict=False
+    ):
         bars = sorted(bars, key=lambda bar: -bar[1])
         places = range(len(bars))
         numbers = [number for _, number, _ in bars]

@@ -1,4 +1,5 @@
-"""The slider crank with 50 digits, and errors beside it in units that no solver can be better than."""
+"""The slider crank with 50 digits, and errors beside it in units that no solver can be better
+than."""
 
 from __future__ import annotations
 
@@ -30,7 +31,11 @@ def _backward(x: Any, near: float | None) -> list[Any]:
     distance = mp.hypot(x, OFFSET)
     swing = mp.acos((AO**2 + distance**2 - AB**2) / (2 * AO * distance))
     angles = [mp.atan2(OFFSET, x) + sign * swing for sign in (-1, 1)]
-    t = angles[0] if near is None else min(angles, key=lambda a: abs(mp.sin((a - mp.radians(near)) / 2)))
+    t = (
+        angles[0]
+        if near is None
+        else min(angles, key=lambda a: abs(mp.sin((a - mp.radians(near)) / 2)))
+    )
     xA, yA = AO * mp.cos(t), AO * mp.sin(t)
     return [mp.degrees(t), *_rates(xA, yA, x - xA)]
 
@@ -44,7 +49,8 @@ def _rates(xA: Any, yA: Any, dx: Any) -> list[Any]:
 
 
 def errors(direction: str, number: float, found: Sequence[float]) -> list[float]:
-    """Errors of the five outputs in ulp × conditioning: |error| / eps (|y| + |x dy/dx|), x the input."""
+    """Errors of the five outputs in ulp × conditioning: |error| / eps (|y| + |x dy/dx|), x the
+    input."""
     near = found[0] if direction == "backward" else None
     with mp.workdps(DIGITS):
         step = mpf(10) ** -20 * max(1, abs(mpf(number)))

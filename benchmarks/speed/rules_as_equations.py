@@ -20,14 +20,16 @@ from solver.sweeps import Plan
 
 @dataclass(frozen=True)
 class System:
-    """``unknowns`` in order; ``residual(numbers, *unknowns)`` their equations, ``jacobian`` the slopes."""
+    """``unknowns`` in order; ``residual(numbers, *unknowns)`` their equations, ``jacobian`` the
+    slopes."""
 
     unknowns: tuple[str, ...]
     residual: Callable[..., Any]
     jacobian: Callable[..., Any] | None
 
     def fsolve(self, with_jacobian: bool = True) -> Callable[[float, Any], Any]:
-        """``f(number, start)`` gives the unknowns; raises ArithmeticError where fsolve says it has none."""
+        """``f(number, start)`` gives the unknowns; raises ArithmeticError where fsolve says it has
+        none."""
         flat, n = self.jacobian, len(self.unknowns)
         if flat is None or not with_jacobian:
             return fsolve_on(self.residual, None)
@@ -38,7 +40,8 @@ class System:
 
 
 def system_of(model: Model, plan: Plan, verdict: Verdict) -> System | None:
-    """The system of the primary answer of a row; None where it is not one of as many rules as numbers."""
+    """The system of the primary answer of a row; None where it is not one of as many rules as
+    numbers."""
     values = verdict.leaves[0].branch.values
     equations: list[int] = []
     unknowns: list[str] = []
@@ -58,7 +61,9 @@ def system_of(model: Model, plan: Plan, verdict: Verdict) -> System | None:
     fixed = tuple(values[n] for n in others)
     residual = compile_expressions(misses, names)
     try:
-        slopes = compile_expressions([differentiate(miss, n) for miss in misses for n in unknowns], names)
+        slopes = compile_expressions(
+            [differentiate(miss, n) for miss in misses for n in unknowns], names
+        )
     except NotDifferentiable:
         slopes = None
     return System(

@@ -30,8 +30,8 @@ def fsolve(direction: str, with_jacobian: bool) -> Callable[..., Any]:
 def fsolve_on(
     residual: Callable[..., Any], jacobian: Callable[..., Any] | None
 ) -> Callable[[float, Any], Any]:
-    """``f(number, start)`` gives the unknowns of ``residual(number, *unknowns)``, with its ``jacobian`` or
-    without; raises ArithmeticError where fsolve says that it has none."""
+    """``f(number, start)`` gives the unknowns of ``residual(number, *unknowns)``, with its
+    ``jacobian`` or without; raises ArithmeticError where fsolve says that it has none."""
     from scipy.optimize import fsolve
 
     def solve(number: float, start: Any) -> Any:
@@ -67,7 +67,9 @@ def _casadi(direction: str) -> tuple[Any, Any, Any, Any]:
     modules = [{name: getattr(casadi, name) for name in ("sin", "cos", "sqrt", "acos", "atan2")}]
     x, u = casadi.SX.sym("x"), casadi.SX.sym("u", 5)
     closed = sp.lambdify(symbols.INPUT, symbols.closed_form(direction), modules, cse=True)(x)
-    zeros = sp.lambdify((symbols.INPUT, *symbols.UNKNOWNS), symbols.equations(direction), modules, cse=True)
+    zeros = sp.lambdify(
+        (symbols.INPUT, *symbols.UNKNOWNS), symbols.equations(direction), modules, cse=True
+    )
     return x, casadi.vertcat(*closed), u, casadi.vertcat(*zeros(x, *casadi.vertsplit(u)))
 
 
@@ -100,5 +102,7 @@ def jax_function(direction: str) -> Callable[[Any], Any]:
     jax.config.update("jax_enable_x64", True)
     names = {"sin": "sin", "cos": "cos", "sqrt": "sqrt", "acos": "arccos", "atan2": "arctan2"}
     modules = [{name: getattr(jax.numpy, theirs) for name, theirs in names.items()}]
-    compiled = jax.jit(sp.lambdify(symbols.INPUT, symbols.closed_form(direction), modules, cse=True))
+    compiled = jax.jit(
+        sp.lambdify(symbols.INPUT, symbols.closed_form(direction), modules, cse=True)
+    )
     return lambda x: jax.block_until_ready(compiled(x))

@@ -1,6 +1,7 @@
 """Contestants run in turn, so that all meet the same machine; the best of each counts.
 
-Processor time for what runs on one core (others who use the machine don't count), wall clock beside it.
+Processor time for what runs on one core (others who use the machine don't count), wall clock beside
+it.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from itertools import repeat
 
 @dataclass(frozen=True)
 class Contestant:
-    """``run(argument)`` does ``units`` of work (rows, or 1). ``by_hand`` is what somebody writes who has
-    solved the linkage on paper; ``threads`` is more than one where it uses them."""
+    """``run(argument)`` does ``units`` of work (rows, or 1). ``by_hand`` is what somebody writes
+    who has solved the linkage on paper; ``threads`` is more than one where it uses them."""
 
     name: str
     run: Callable[..., object]
@@ -93,7 +94,8 @@ def _measure(contestant: Contestant, calls: int) -> Time:
 
 
 def _give_back() -> None:
-    """Free memory back to the system (where that is glibc's), so that every sweep writes to fresh pages."""
+    """Free memory back to the system (where that is glibc's), so that every sweep writes to fresh
+    pages."""
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim is not None:
         trim(0)

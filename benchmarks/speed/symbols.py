@@ -45,7 +45,8 @@ def _rates(xA: Any, yA: Any, dx: Any) -> list[Any]:
 
 
 def equations(direction: str) -> list[Any]:
-    """Five expressions of the input and the unknowns (in the order of the outputs) that must be zero."""
+    """Five expressions of the input and the unknowns (in the order of the outputs) that must be
+    zero."""
     first, v, omega, a, alpha = UNKNOWNS
     theta, x = (INPUT, first) if direction == "forward" else (first, INPUT)
     t = theta * sp.pi / 180

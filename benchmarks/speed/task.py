@@ -1,4 +1,5 @@
-"""What is measured: the paper's sheet with its five outputs wanted, driven by the crank and by the slider."""
+"""What is measured: the paper's sheet with its five outputs wanted, driven by the crank and by the
+slider."""
 
 from __future__ import annotations
 
@@ -45,4 +46,6 @@ def plan(direction: str) -> Plan:
 
 def column(direction: str, rows: int) -> Array:
     """Inputs of a sweep: a turn and a half of the crank, most of the outer stroke of the slider."""
-    return np.linspace(-180.0, 360.0, rows) if direction == "forward" else np.linspace(6.0, 10.6, rows)
+    return (
+        np.linspace(-180.0, 360.0, rows) if direction == "forward" else np.linspace(6.0, 10.6, rows)
+    )

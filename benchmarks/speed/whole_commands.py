@@ -1,4 +1,5 @@
-"""What other benchmarks measure, in the same run: starting up, reaching the disk, sheets of many rules."""
+"""What other benchmarks measure, in the same run: starting up, reaching the disk, sheets of many
+rules."""
 
 from __future__ import annotations
 
@@ -34,14 +35,19 @@ def to_disk(rows: int) -> Section:
     found = sweep_io.measured(rows, ".parquet", ways, 1 if rows > MANY else sweep_io.TIMES)
     disk = found["disk"]
     runs = [
-        (f"in memory, {sweep_io.IN_MEMORY:,} rows, {way}", alone[way], sweep_io.IN_MEMORY) for way in ways
+        (f"in memory, {sweep_io.IN_MEMORY:,} rows, {way}", alone[way], sweep_io.IN_MEMORY)
+        for way in ways
     ]
     runs += [(f"to a file of {found[way]['MB']:,.0f} MB, {way}", found[way], rows) for way in ways]
     runs.append(("writing as many bytes, the quicker way", disk, rows))
     claims: list[Claim] = []
     for way in ways:
-        share = max(sweep_io.of_memory(alone[way], found[way], rows), sweep_io.of_disk(disk, found[way]))
-        claims.append(Claim(f"{way}: rate, of the lower of memory and disk", 80, 100 * share, "%", True))
+        share = max(
+            sweep_io.of_memory(alone[way], found[way], rows), sweep_io.of_disk(disk, found[way])
+        )
+        claims.append(
+            Claim(f"{way}: rate, of the lower of memory and disk", 80, 100 * share, "%", True)
+        )
         claims.append(Claim(f"{way}: memory at its peak", GIGABYTE, found[way]["memory"], "MB"))
     return Section(
         "disk",

@@ -1,7 +1,7 @@
 """The only door to sympy: rules as sympy's equations, and as people read them.
 
-Every equation of a model can be had as ``Eq(left, right)`` with its guard, every model as a listing in text
-or LaTeX, and as tables in HTML.
+Every equation of a model can be had as ``Eq(left, right)`` with its guard, every model as a listing
+in text or LaTeX, and as tables in HTML.
 """
 
 from __future__ import annotations
@@ -105,14 +105,16 @@ def _condition(node: Condition) -> Any:
 
 
 def number(value: float) -> Any:
-    """A sympy integer for a whole value, else a float with the digits that the value prints with."""
+    """A sympy integer for a whole value, else a float with the digits that the value prints
+    with."""
     if value.is_integer() and abs(value) < 1e15:
         return sympy.Integer(int(value))
     return sympy.Float(repr(value), 17)
 
 
 class SympyEquation(NamedTuple):
-    """``equation`` holds if ``guard`` does (``true`` for a rule without ``if``); ``place`` is its rule."""
+    """``equation`` holds if ``guard`` does (``true`` for a rule without ``if``); ``place`` is its
+    rule."""
 
     equation: sympy.Eq
     guard: Any
@@ -120,11 +122,16 @@ class SympyEquation(NamedTuple):
 
 
 def sympy_equations(model: Model) -> tuple[SympyEquation, ...]:
-    """Every equation of a model in sympy with its guard and its place in the text, in the model's order."""
+    """Every equation of a model in sympy with its guard and its place in the text, in the model's
+    order."""
     found = []
     for equation in model.equations:
         sides = sympy.Eq(mathematics(equation.left), mathematics(equation.right), evaluate=False)
-        guard = _condition(conjunction(model.outcomes(equation.guard))) if equation.guard else sympy.true
+        guard = (
+            _condition(conjunction(model.outcomes(equation.guard)))
+            if equation.guard
+            else sympy.true
+        )
         found.append(SympyEquation(sides, guard, equation.rule))
     return tuple(found)
 
@@ -133,7 +140,8 @@ _NEGATED = {"=": "<>", "<>": "="}
 
 
 def listing(model: Model, latex: bool = False) -> str:
-    """Every equation on a line of its own with its place, then every requirement; guards after ``if``.
+    """Every equation on a line of its own with its place, then every requirement; guards after
+    ``if``.
 
     In LaTeX the lines are rows of an ``align*`` environment, the places in comments.
     """
@@ -152,7 +160,9 @@ def _row(rule: Equation | Requirement, model: Model, latex: bool) -> str:
     if isinstance(rule, Requirement):
         row = ("& " if latex else "") + notation.written(rule.comparison)
     else:
-        row = f"{notation.written(rule.left)} {'&=' if latex else '='} {notation.written(rule.right)}"
+        row = (
+            f"{notation.written(rule.left)} {'&=' if latex else '='} {notation.written(rule.right)}"
+        )
     if not rule.guard:
         return row
     guard = notation.written(conjunction(model.outcomes(rule.guard), _not))

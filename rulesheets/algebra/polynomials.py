@@ -1,11 +1,12 @@
-"""Polynomials with fractions for coefficients, by sympy, and the one that an algebraic equation leads to.
+"""Polynomials with fractions for coefficients, by sympy, and the one that an algebraic equation
+leads to.
 
-The roots of the *eliminants* of an equation with quotients, roots and absolute values include every solution.
-Quotients are multiplied away; a root s of degree q of an expression e is one more unknown with s^q = e. Those
-are eliminated one by one by resultants (J. J. Sylvester). An absolute value is its argument or the opposite:
-there is an eliminant for each choice of signs. The polynomials may have further roots, such as those of
-another sign, or poles. Where an explicit form is 0/0 its unknown is free, and a solution there may be none of
-their roots.
+The roots of the *eliminants* of an equation with quotients, roots and absolute values include every
+solution. Quotients are multiplied away; a root s of degree q of an expression e is one more unknown
+with s^q = e. Those are eliminated one by one by resultants (J. J. Sylvester). An absolute value is
+its argument or the opposite: there is an eliminant for each choice of signs. The polynomials may
+have further roots, such as those of another sign, or poles. Where an explicit form is 0/0 its
+unknown is free, and a solution there may be none of their roots.
 """
 
 from __future__ import annotations
@@ -53,7 +54,8 @@ def exact(number: float | Fraction) -> Any:
 
 
 def resultant_of(*polynomials: Mapping[tuple[int, ...], Fraction]) -> Coefficients:
-    """The resultant of two polynomials in y and x, by exponents of these: a polynomial in x; none of 0."""
+    """The resultant of two polynomials in y and x, by exponents of these: a polynomial in x; none
+    of 0."""
     made, *_ = ring(["y", "x"], QQ)
     p, q = (made.from_dict({m: exact(c) for m, c in p.items()}) for p in polynomials)
     dense = p.resultant(q).to_dense()
@@ -64,8 +66,9 @@ def resultant_of(*polynomials: Mapping[tuple[int, ...], Fraction]) -> Coefficien
 
 
 class Eliminant(NamedTuple):
-    """``polynomial``: its roots, and those of ``indeterminate``, at which forms may be 0/0, include every
-    solution at which the polynomials ``positive`` are not negative; empty if there is no solution."""
+    """``polynomial``: its roots, and those of ``indeterminate``, at which forms may be 0/0, include
+    every solution at which the polynomials ``positive`` are not negative; empty if there is no
+    solution."""
 
     polynomial: Coefficients
     indeterminate: tuple[Coefficients, ...]
@@ -83,9 +86,11 @@ def eliminants(
     forms: Sequence[tuple[str, Expression]],
     known: Mapping[str, float],
 ) -> list[Eliminant] | None:
-    """The eliminants, one for each choice of signs; None where the equation is not algebraic in the unknown.
+    """The eliminants, one for each choice of signs; None where the equation is not algebraic in the
+    unknown.
 
-    ``forms`` are further unknowns as expressions of those before them; ``known`` numbers are exact fractions.
+    ``forms`` are further unknowns as expressions of those before them; ``known`` numbers are exact
+    fractions.
     """
     found, waiting = list[Eliminant](), [tuple[int, ...]()]
     try:
@@ -103,18 +108,25 @@ def eliminants(
 class _Eliminator(Arithmetic[Any]):
     """Quotients of polynomials (sympy's ``FracElement``) in the unknown and the radicals.
 
-    ``signs`` are those of the first absolute values; the ``others`` are left to further eliminations.
+    ``signs`` are those of the first absolute values; the ``others`` are left to further
+    eliminations.
     """
 
     def __init__(self, unknown: str, known: Mapping[str, float], signs: tuple[int, ...]) -> None:
         self.signs, self.others = signs, list[tuple[int, ...]]()
         self.chosen: dict[Any, int] = {}
-        self.field, first, *self.radicals = field(["x", *(f"s{k}" for k in range(MAX_RADICALS))], QQ)
-        self.values = {name: self._exact(number) for name, number in known.items()} | {unknown: first}
+        self.field, first, *self.radicals = field(
+            ["x", *(f"s{k}" for k in range(MAX_RADICALS))], QQ
+        )
+        self.values = {name: self._exact(number) for name, number in known.items()} | {
+            unknown: first
+        }
         self.relations: dict[tuple[Any, int], Any] = {}
         self.common: list[Any] = []
 
-    def run(self, left: Expression, right: Expression, forms: Sequence[tuple[str, Expression]]) -> Eliminant:
+    def run(
+        self, left: Expression, right: Expression, forms: Sequence[tuple[str, Expression]]
+    ) -> Eliminant:
         for name, form in forms:
             self.values[name] = self.of(form)
         common = map(self._bare, self.common)
@@ -126,7 +138,9 @@ class _Eliminator(Arithmetic[Any]):
         chosen = [(a.numer * a.denom, sign) for a, sign in [*self.chosen.items()][::2]]
         within = tuple(self._coefficients(sign * a) for a, sign in chosen if not _has_radicals(a))
         if within and found and found.is_ground and all(map(self._is_constant, sides)):
-            one, other = map(self._constant, sides)  # a case without a solution, unless that is by rounding
+            one, other = map(
+                self._constant, sides
+            )  # a case without a solution, unless that is by rounding
             if abs(one - other) > CLEAR * max(abs(one), abs(other)):
                 return Eliminant([], indeterminate, within)
         return Eliminant(self._coefficients(found), indeterminate, within)
@@ -175,7 +189,8 @@ class _Eliminator(Arithmetic[Any]):
         return self._bounded(super().product(node))
 
     def divided(self, node: Quotient, above: Any, below: Any) -> Any:
-        """The quotient, with a note of where both may be 0. Radicals may be 0 without a common factor."""
+        """The quotient, with a note of where both may be 0. Radicals may be 0 without a common
+        factor."""
         if not below:
             raise NotAlgebraic
         one, other = above.numer, below.numer

@@ -32,7 +32,9 @@ def check(program: Program) -> None:
 def _complaints(program: Program, each: bool) -> Iterator[Diagnosis]:
     """Complaints about every rule, or about the first of rules of one form."""
     sheet = Scope(program, each)
-    functions = {name: Scope(program, each, function) for name, function in program.functions.items()}
+    functions = {
+        name: Scope(program, each, function) for name, function in program.functions.items()
+    }
     yield from check_rows(program)
     yield from check_ranges(sheet)
     for scope in (sheet, *functions.values()):
@@ -52,16 +54,18 @@ def _complaints(program: Program, each: bool) -> Iterator[Diagnosis]:
 class Scope:
     """The sheet itself, or one function of it: what its rules name and call.
 
-    ``parts`` are scalar equalities, calls, conditions … in source order: with ``each`` those of every rule,
-    else those of the first of rules of one form. ``every`` are all their nodes. ``declared`` are the names in
-    the variables section or in the head of the function, ``places`` those in the rules, each with the first
-    part that contains it, and ``names`` both.
+    ``parts`` are scalar equalities, calls, conditions … in source order: with ``each`` those of
+    every rule, else those of the first of rules of one form. ``every`` are all their nodes.
+    ``declared`` are the names in the variables section or in the head of the function, ``places``
+    those in the rules, each with the first part that contains it, and ``names`` both.
 
-    ``calls`` are those with results (``call f(a; x)``, ``x = f(a)``), then those in expressions, each with
-    its rule function, if it calls one.
+    ``calls`` are those with results (``call f(a; x)``, ``x = f(a)``), then those in expressions,
+    each with its rule function, if it calls one.
     """
 
-    def __init__(self, program: Program, each: bool, function: nodes.Function | None = None) -> None:
+    def __init__(
+        self, program: Program, each: bool, function: nodes.Function | None = None
+    ) -> None:
         self.program, self.function = program, function
         if function is None:
             self.title, self.declared = "this sheet", tuple(row.name for row in program.rows)
@@ -73,20 +77,28 @@ class Scope:
         for body in every:
             like = body.like if isinstance(body, nodes.Equality) and not each else None
             kept.setdefault(id(body) if like is None else like.form, body)
-        self.parts = [part for body in kept.values() for part in components(body, program.functions)]
+        self.parts = [
+            part for body in kept.values() for part in components(body, program.functions)
+        ]
         self.every = [*walk(*(one for part in self.parts for one in children(part)))]
         self.places: dict[str, nodes.RuleBody] = {}
         for part in self.parts if each else every:
             for name in names_of(part):
                 self.places.setdefault(name, part)
         self.names = dict.fromkeys((*self.declared, *self.places))
-        calls = (part for part in (*self.parts, *self.every) if isinstance(part, nodes.Call | nodes.CallRule))
+        calls = (
+            part
+            for part in (*self.parts, *self.every)
+            if isinstance(part, nodes.Call | nodes.CallRule)
+        )
         self.calls = [(call, program.functions.get(call.function.lower())) for call in calls]
 
     def place(self, name: str) -> Span | None:
         """The first place of a variable in the rules."""
         inside = (node for operand in children(self.places[name]) for node in walk(operand))
-        return next(node.span for node in inside if isinstance(node, nodes.Name) and node.name == name)
+        return next(
+            node.span for node in inside if isinstance(node, nodes.Name) and node.name == name
+        )
 
 
 # --- places ---------------------------------------------------------------------
@@ -103,7 +115,9 @@ def name_in(call: nodes.Call | nodes.CallRule) -> Span | None:
     span = call.span
     if span is None:
         return None
-    start = span.text.lower().find(call.function.lower(), 4 if isinstance(call, nodes.CallRule) else 0)
+    start = span.text.lower().find(
+        call.function.lower(), 4 if isinstance(call, nodes.CallRule) else 0
+    )
     return span if start < 0 else span.part(start, len(call.function))
 
 
@@ -153,7 +167,9 @@ def _check_rule_function(
         cure = f"add {parameter} to the parameters of {scope.title}"
         if scope.function is None:
             cure = f"name {parameter} in the variables section or in a rule of this sheet"
-        message = f"{name} has the parameter {parameter}, but {scope.title} has no variable {parameter}"
+        message = (
+            f"{name} has the parameter {parameter}, but {scope.title} has no variable {parameter}"
+        )
         notes = (*suggestion(parameter, scope.names), cure)
         places = labels((call.span, "called here"), (head, f"{parameter} is its parameter"))
         yield error("E205", message, *places, notes=notes)
@@ -181,7 +197,8 @@ def check_builtin(
     elif name not in TABLE:
         written = place.text if place is not None and place != call.span else call.function
         notes = suggestion(call.function, (*own, *TABLE)) or (
-            "a function of your own is defined with `function`, or comes from a file named by `use`",
+            "a function of your own is defined with `function`, or comes from a file named by "
+            "`use`",
         )
         if name in _ELSEWHERE:
             notes = (_ELSEWHERE[name],)
@@ -193,10 +210,14 @@ def check_builtin(
         if not row.accepts(len(call.arguments)):
             least, most = row.arity
             expected = f"{'' if most is not None else 'at least '}{plural(least, 'argument')}"
-            yield _argument_count(call, call.function, expected, f"{call.function}({row.arguments})", None)
+            yield _argument_count(
+                call, call.function, expected, f"{call.function}({row.arguments})", None
+            )
         if isinstance(call, nodes.CallRule) and len(call.results) != 1:
             message = f"{call.function} gives one result, not {len(call.results) or 'none'}"
-            yield error_at("E204", message, call.span, f"write it in a rule: y = {call.function}(…)")
+            yield error_at(
+                "E204", message, call.span, f"write it in a rule: y = {call.function}(…)"
+            )
 
 
 # --- size -----------------------------------------------------------------------
@@ -247,7 +268,20 @@ def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
 
 # --- names ----------------------------------------------------------------------
 
-FREE = frozenset(PLANNED) | {"e", "gamma", "beta", "step", "j0", "j1", "jn", "y0", "y1", "yn", "i0", "k0"}
+FREE = frozenset(PLANNED) | {
+    "e",
+    "gamma",
+    "beta",
+    "step",
+    "j0",
+    "j1",
+    "jn",
+    "y0",
+    "y1",
+    "yn",
+    "i0",
+    "k0",
+}
 """Functions whose names may also be variables, because sheets about angles, places and currents
 need them: a function is always followed by a parenthesis, so nothing is ambiguous."""
 
@@ -255,7 +289,9 @@ need them: a function is always followed by a parenthesis, so nothing is ambiguo
 def check_names(scope: Scope) -> Iterator[Diagnosis]:
     """Functions that are used as variables, in the section or the head and then in rules."""
     if scope.function is None:
-        declared = [(row.name, row.span and row.span.part(0, len(row.name))) for row in scope.program.rows]
+        declared = [
+            (row.name, row.span and row.span.part(0, len(row.name))) for row in scope.program.rows
+        ]
     else:
         declared = [(name, head_of(scope.function)) for name in scope.declared]
     own = {function.name: function for function in scope.program.functions.values()}
@@ -288,18 +324,22 @@ def check_rows(program: Program) -> Iterator[Diagnosis]:
 def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
     """Ends of ranges that name variables: the variables must exist, the functions be built in."""
     ranges = (row.range for row in scope.program.rows if row.range is not None)
-    for end in (end for limits in ranges for end in (limits.lower, limits.upper) if end is not None):
+    for end in (
+        end for limits in ranges for end in (limits.lower, limits.upper) if end is not None
+    ):
         yield from check_constant(end)
         for node in walk(end):
             if isinstance(node, nodes.Name) and node.name not in scope.names:
                 message = f"the end of a range names {node.name}, not a variable of this sheet"
-                notes = suggestion(node.name, scope.names) or (f"no rule and no other row names {node.name}",)
+                notes = suggestion(node.name, scope.names) or (
+                    f"no rule and no other row names {node.name}",
+                )
                 yield error_at("E218", message, node.span, *notes)
 
 
 def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
-    """Symbols in arithmetic (except those that a call passes on) or compared by order, and unknown names
-    in ``given``."""
+    """Symbols in arithmetic (except those that a call passes on) or compared by order, and unknown
+    names in ``given``."""
     own, every = scope.program.functions, scope.every
     kinds = set(map(type, every))
     for node in () if kinds.isdisjoint((nodes.Symbol, nodes.Given)) else every:
@@ -308,16 +348,22 @@ def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
         if isinstance(node, nodes.Given):
             if node.name not in scope.names:
                 message = f"given('{node.name}) asks for an unknown variable"
-                notes = suggestion(node.name, scope.names) or (f"no rule and no row names {node.name}",)
+                notes = suggestion(node.name, scope.names) or (
+                    f"no rule and no row names {node.name}",
+                )
                 yield error_at("E214", message, node.span, *notes)
         elif not isinstance(node, nodes.Comparison):
             yield from _symbols_in(node)
         elif node.operator not in ("=", "<>"):
-            symbol = next((side for side in (node.left, node.right) if isinstance(side, nodes.Symbol)), None)
+            symbol = next(
+                (side for side in (node.left, node.right) if isinstance(side, nodes.Symbol)), None
+            )
             if symbol is not None:
                 message = f"the symbol '{symbol.name} is neither greater nor smaller than anything"
                 note = "symbols are compared by = and <> only"
-                yield error_at("E212", message, node.span, note, label=f"compared by {node.operator}")
+                yield error_at(
+                    "E212", message, node.span, note, label=f"compared by {node.operator}"
+                )
 
 
 def _symbols_in(node: nodes.Expression | nodes.Condition) -> Iterator[Diagnosis]:
@@ -327,7 +373,8 @@ def _symbols_in(node: nodes.Expression | nodes.Condition) -> Iterator[Diagnosis]
                 "E211",
                 f"the symbol '{part.name} is not a number, so there is no arithmetic with it",
                 part.span,
-                f"a symbol can be given to a variable (x = '{part.name}) or be compared by = and <>",
+                f"a symbol can be given to a variable (x = '{part.name}) or be compared by = and "
+                "<>",
                 f"if the variable {part.name} is meant, leave out the apostrophe",
                 label="a symbol",
             )
@@ -345,7 +392,9 @@ def check_head(function: nodes.Function) -> Iterator[Diagnosis]:
     place = head_of(function)
     if function.name.lower() in TABLE or function.name.lower() in PLANNED:
         message = f"{function.name} is a built-in function and cannot be redefined"
-        yield error_at("E207", message, place, f"give it a name of its own, such as my_{function.name}")
+        yield error_at(
+            "E207", message, place, f"give it a name of its own, such as my_{function.name}"
+        )
     roles: dict[str, list[str]] = {}
     for role, names in (
         ("an argument", function.arguments),

@@ -8,7 +8,16 @@ from functools import partial
 from typing import NamedTuple
 
 from rulesheets.checks import check_builtin, name_in
-from rulesheets.diagnosis import Diagnosis, closest, error, error_at, labels, meant, plural, suggestion
+from rulesheets.diagnosis import (
+    Diagnosis,
+    closest,
+    error,
+    error_at,
+    labels,
+    meant,
+    plural,
+    suggestion,
+)
 from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import Call, Expression, Figure, Mark, Name, Symbol
 from rulesheets.syntax.program import Program, walk
@@ -73,7 +82,9 @@ def marks_of(figure: Figure) -> tuple[Mark, ...]:
 
 def parts(mark: Mark) -> tuple[tuple[Name, ...], tuple[Expression, ...]]:
     """The points that a line names, and the expressions that it evaluates."""
-    named = {Arguments.COORDINATES: 0, Arguments.DIRECTED: 1}.get(KINDS[mark.kind].shape, len(mark.arguments))
+    named = {Arguments.COORDINATES: 0, Arguments.DIRECTED: 1}.get(
+        KINDS[mark.kind].shape, len(mark.arguments)
+    )
     points = tuple(node for node in mark.arguments[:named] if isinstance(node, Name))
     return points, mark.arguments[named:]
 
@@ -118,7 +129,9 @@ def _check_expression(
             yield error_at("E230", f"there is no variable {node.name}", node.span, *notes)
         elif isinstance(node, Call) and node.function in functions:
             message = f"a figure cannot call {node.function}, which is a function of rules"
-            yield error_at("E201", message, name_in(node), "call it in a rule, and name its results here")
+            yield error_at(
+                "E201", message, name_in(node), "call it in a rule, and name its results here"
+            )
         elif isinstance(node, Call):
             yield from check_builtin(node, (), variables)
         elif isinstance(node, Symbol):
@@ -154,7 +167,9 @@ def wrong_mark(mark: Mark) -> Diagnosis | None:
         message = f"a {mark.kind} takes {expected}, not {count or 'none'}"
     if message:
         return error_at("E131", message, mark.span, f"write {kind.example}")
-    places = {Arguments.POINTS: mark.arguments, Arguments.DIRECTED: mark.arguments[:1]}.get(kind.shape, ())
+    places = {Arguments.POINTS: mark.arguments, Arguments.DIRECTED: mark.arguments[:1]}.get(
+        kind.shape, ()
+    )
     for argument in places:
         if not isinstance(argument, Name) or "." in argument.name:
             note = f"name a point of the figure, as in {kind.example}"

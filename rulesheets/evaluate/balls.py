@@ -1,7 +1,8 @@
-"""Expressions and functions on balls: rigorous enclosures to any precision, by Arb (imported only here).
+"""Expressions and functions on balls: rigorous enclosures to any precision, by Arb (imported only
+here).
 
-A ball is a middle and a radius that holds the exact value (F. Johansson, IEEE Trans. Computers 66 (2017)
-1281–1292). Outside its domain a function gives a ball that is not finite.
+A ball is a middle and a radius that holds the exact value (F. Johansson, IEEE Trans. Computers 66
+(2017) 1281–1292). Outside its domain a function gives a ball that is not finite.
 """
 
 from __future__ import annotations
@@ -55,7 +56,8 @@ def around(middle: Ball, radius: float) -> Ball:
 
 
 def whole_power(base: Ball, exponent: int) -> Ball:
-    """An integral power. (Arb takes logarithms of a ball whose middle is 0, unless it is multiplied out.)"""
+    """An integral power. (Arb takes logarithms of a ball whose middle is 0, unless it is multiplied
+    out.)"""
     if exponent < 1 or not base.mid().is_zero():
         return base**exponent
     reach = base.abs_upper() ** exponent
@@ -65,7 +67,8 @@ def whole_power(base: Ball, exponent: int) -> Ball:
 def preconditioned(
     jacobian: Sequence[Sequence[Ball]], centre: Sequence[Sequence[Ball]], residual: Sequence[Ball]
 ) -> tuple[list[list[Ball]], list[Ball]] | None:
-    """I − Y J and Y F, for Y close to the inverse of the middle of ``centre``; None if that is singular."""
+    """I − Y J and Y F, for Y close to the inverse of the middle of ``centre``; None if that is
+    singular."""
     try:
         rough = arb_mat(centre).mid().inv().mid()
     except ZeroDivisionError:
@@ -139,7 +142,9 @@ def _defined(result: Ball, operation: str, expression: Expression) -> Ball:
 def jumps(expressions: Iterable[Expression], unknowns: Collection[str]) -> tuple[Call, ...]:
     """The calls in expressions of functions with jumps, with an unknown in their arguments."""
     calls = (part for one in expressions for part in walk(one) if isinstance(part, Call))
-    found = (c for c in calls if TABLE[c.function].steady and not set(unknowns).isdisjoint(names(c)))
+    found = (
+        c for c in calls if TABLE[c.function].steady and not set(unknowns).isdisjoint(names(c))
+    )
     return tuple(dict.fromkeys(found))
 
 

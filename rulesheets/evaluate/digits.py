@@ -1,6 +1,8 @@
-"""Expressions and functions to any number of digits, by mpmath (imported here only): values, slopes, limits.
+"""Expressions and functions to any number of digits, by mpmath (imported here only): values,
+slopes, limits.
 
-Each precision has a context of its own (in each thread), so nothing here touches mpmath's global one."""
+Each precision has a context of its own (in each thread), so nothing here touches mpmath's global
+one."""
 
 from __future__ import annotations
 
@@ -15,7 +17,17 @@ from rulesheets.evaluate.number import Arithmetic, Undefined, value
 from rulesheets.functions import TABLE
 from rulesheets.functions.digits import Extended
 from rulesheets.functions.row import Forms, Function
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Quotient, children, names
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    children,
+    names,
+)
 from rulesheets.syntax.program import walk
 
 
@@ -78,7 +90,8 @@ LARGE_BITS = 40
 LARGEST_BITS = 4_000
 """The same from which on a power has no value here: floats end at 1,024."""
 MOST_BITS = 100_000
-"""Binary exponents of arguments beyond which a function may take all memory (``sin`` of e^1e300)."""
+"""Binary exponents of arguments beyond which a function may take all memory (``sin`` of
+e^1e300)."""
 
 
 def extended(expression: Expression, values: ExtendedValues, digits: int = 50) -> Extended:
@@ -91,13 +104,16 @@ def extended(expression: Expression, values: ExtendedValues, digits: int = 50) -
 
 
 def extended_derivatives(
-    expression: Expression, values: ExtendedValues, digits: int, along: Collection[str] | None = None
+    expression: Expression,
+    values: ExtendedValues,
+    digits: int,
+    along: Collection[str] | None = None,
 ) -> tuple[Extended, dict[str, Extended]]:
-    """Value and partial derivatives by every variable in the expression, or by those in ``along``, with
-    ``digits`` decimal digits.
+    """Value and partial derivatives by every variable in the expression, or by those in ``along``,
+    with ``digits`` decimal digits.
 
-    Raises Undefined if the expression or one of these slopes has no real value, KeyError for a variable
-    without one.
+    Raises Undefined if the expression or one of these slopes has no real value, KeyError for a
+    variable without one.
     """
     traced = TracedDigits(Digits(values, digits), along)
     part = traced.of(expression)
@@ -139,7 +155,9 @@ class Digits(Arithmetic[Extended]):
             raise Undefined("^", (float(base), float(exponent)), node)
         if size <= LARGE_BITS or exponent == int(exponent):
             return base**exponent
-        mp = context(self.digits + size // 3)  # a large exponent multiplies the rounding of the logarithm
+        mp = context(
+            self.digits + size // 3
+        )  # a large exponent multiplies the rounding of the logarithm
         return +context(self.digits).mpf(mp.mpf(base) ** mp.mpf(exponent))
 
     def applied(self, node: Call, arguments: list[Extended]) -> Extended:
@@ -164,9 +182,13 @@ class TracedDigits(Traced[Extended]):
 
     def name(self, node: Name) -> Part[Extended]:
         part = super().name(node)
-        return part if self.along is None or node.name in self.along else Part(part.value, exact=True)
+        return (
+            part if self.along is None or node.name in self.along else Part(part.value, exact=True)
+        )
 
-    def slope(self, template: Expression, arguments: Sequence[Part[Extended]], node: Expression) -> Extended:
+    def slope(
+        self, template: Expression, arguments: Sequence[Part[Extended]], node: Expression
+    ) -> Extended:
         values = {str(place): part.value for place, part in enumerate(arguments)}
         try:
             return Digits(values, self.numbers.digits).of(template)
@@ -190,8 +212,8 @@ _SHARES = ((1.0, 0.7, 1.3, 0.9, 1.1), (0.6, -1.2, 0.8, -0.7, 1.4), (-0.9, 1.1, 0
 class Indeterminate(NamedTuple):
     """A part of an expression that has the ``form`` 0/0 at a point, and no value.
 
-    ``limit`` is its two-sided limit, None if there is none; ``is_open``: it depends on an unknown without
-    a value.
+    ``limit`` is its two-sided limit, None if there is none; ``is_open``: it depends on an unknown
+    without a value.
     """
 
     part: Expression
@@ -200,7 +222,9 @@ class Indeterminate(NamedTuple):
     is_open: bool = False
 
 
-def indeterminate(expression: Expression, values: Mapping[str, float | str]) -> Indeterminate | None:
+def indeterminate(
+    expression: Expression, values: Mapping[str, float | str]
+) -> Indeterminate | None:
     """The innermost part of an expression that is indeterminate at the values, for any others."""
     found = _indeterminate(expression, values)
     unknown = [name for name in dict.fromkeys(names(expression)) if name not in values]
@@ -213,14 +237,18 @@ def indeterminate(expression: Expression, values: Mapping[str, float | str]) -> 
     return Indeterminate(first.part, first.form, None, is_open=True)
 
 
-def _indeterminate(expression: Expression, values: Mapping[str, float | str]) -> Indeterminate | None:
+def _indeterminate(
+    expression: Expression, values: Mapping[str, float | str]
+) -> Indeterminate | None:
     for chain in _undefined(expression, values):
         for part, above in zip(chain, (*chain[1:], None), strict=True):
             sides = (part.left, part.right) if isinstance(part, Quotient) else ()
             form = "0/0" if sides and all(vanishes(side, values) for side in sides) else ""
             found = limit(part, values) if form or part is not chain[0] else None
             if form or found is not None:
-                return Indeterminate(part, form or ("1^∞" if isinstance(part, Power) else "0·∞"), found)
+                return Indeterminate(
+                    part, form or ("1^∞" if isinstance(part, Power) else "0·∞"), found
+                )
             if isinstance(above, Product):  # a part that becomes infinite may have a limit in these
                 other = above.right if above.left is part else above.left
                 compensates = _read(other, values) and vanishes(other, values)
@@ -231,8 +259,11 @@ def _indeterminate(expression: Expression, values: Mapping[str, float | str]) ->
     return None
 
 
-def _undefined(expression: Expression, values: Mapping[str, float | str]) -> Iterator[tuple[Expression, ...]]:
-    """Parts without a value all of whose own parts have one, each with all parts around it, inside out."""
+def _undefined(
+    expression: Expression, values: Mapping[str, float | str]
+) -> Iterator[tuple[Expression, ...]]:
+    """Parts without a value all of whose own parts have one, each with all parts around it, inside
+    out."""
     stack: list[tuple[Expression, ...]] = [(expression,)]
     while stack:
         chain = stack.pop()
@@ -271,10 +302,13 @@ def vanishes(part: Expression, values: Mapping[str, float | str]) -> bool:
 def limit(expression: Expression, values: Mapping[str, float | str]) -> float | None:
     """The two-sided limit at a point, along every line through it; None if there is none.
 
-    The expression is evaluated in many digits on both sides of the point along several lines, at two
-    distances of which one is the square of the other. Only a value on which all agree is a limit.
+    The expression is evaluated in many digits on both sides of the point along several lines, at
+    two distances of which one is the square of the other. Only a value on which all agree is a
+    limit.
     """
-    moving = [name for name in dict.fromkeys(names(expression)) if not isinstance(values[name], str)]
+    moving = [
+        name for name in dict.fromkeys(names(expression)) if not isinstance(values[name], str)
+    ]
     lines = [{n: shares[k % 5] for k, n in enumerate(moving)} for shares in _SHARES]
     try:
         return _common(expression, values, lines)
@@ -288,7 +322,10 @@ def _common(
     """The common limit on both sides of all lines. Raises Undefined if one has no value."""
     sides = [(line, side) for line in lines for side in (1, -1)]
     far, near = (
-        [extended(expression, beside(values, line, side * distance), DIGITS) for line, side in sides]
+        [
+            extended(expression, beside(values, line, side * distance), DIGITS)
+            for line, side in sides
+        ]
         for distance in DISTANCES
     )
     if all(abs(b) <= AGREEMENT * abs(a) for a, b in zip(far, near, strict=True)):
@@ -298,7 +335,9 @@ def _common(
     return None
 
 
-def beside(values: Mapping[str, float | str], line: Mapping[str, float], distance: float) -> ExtendedValues:
+def beside(
+    values: Mapping[str, float | str], line: Mapping[str, float], distance: float
+) -> ExtendedValues:
     """A point at a distance, relative to each value, on a line through the values."""
     mp = context(DIGITS)
     moved: dict[str, object] = dict(values)

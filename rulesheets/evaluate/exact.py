@@ -31,11 +31,13 @@ class Inexact(Exception):
     """The value is not a rational number, or not known exactly."""
 
 
-def exactly(expression: Expression, numbers: Mapping[str, Fraction], pi: Fraction | None = None) -> Fraction:
+def exactly(
+    expression: Expression, numbers: Mapping[str, Fraction], pi: Fraction | None = None
+) -> Fraction:
     """The exact value; floats in the expression are exact binary numbers, ``pi`` stands for π.
 
-    Raises Inexact if an operation leaves the rational numbers or is undefined, and for a variable without a
-    number.
+    Raises Inexact if an operation leaves the rational numbers or is undefined, and for a variable
+    without a number.
     """
     return Rationals(numbers, pi).of(expression)
 
@@ -104,8 +106,8 @@ class Rationals(Arithmetic[Fraction]):
 
 
 def known(function: str, number: Fraction) -> Fraction:
-    """Values that are 0, 1 or -1 at 0 and 1, and those of the circular functions at whole degrees that are
-    rational (I. Niven, *Irrational Numbers*, 1956). Raises Inexact for any other."""
+    """Values that are 0, 1 or -1 at 0 and 1, and those of the circular functions at whole degrees
+    that are rational (I. Niven, *Irrational Numbers*, 1956). Raises Inexact for any other."""
     row = TABLE[function]
     degrees = function in ("sind", "cosd", "tand") and number.denominator == 1
     if row.source is not None or not row.smooth or not (degrees or number in (0, 1)):
@@ -127,13 +129,13 @@ def _root(number: int) -> int:
 
 # --- parts of π -------------------------------------------------------------------------
 #
-# Floats have no π, so that they make 1.2e-16 of sin(pi): a coefficient, where a rule has none. What is
-# exactly a float is put in for it as a sheet is expanded. Poles stay as they are written.
+# Floats have no π, so that they make 1.2e-16 of sin(pi): a coefficient, where a rule has none. What
+# is exactly a float is put in for it as a sheet is expanded. Poles stay as they are written.
 
 
 def with_round_values(expression: Any) -> Any:
-    """An expression or condition with sines, cosines and tangents of fractions of π replaced by 0, ±1/2 or
-    ±1 if that is their value."""
+    """An expression or condition with sines, cosines and tangents of fractions of π replaced by 0,
+    ±1/2 or ±1 if that is their value."""
     parts = children(expression)
     if not parts:
         return expression

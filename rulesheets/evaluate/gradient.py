@@ -1,8 +1,8 @@
 """Derivatives of expressions: as numbers with error bounds in one pass, or as expressions.
 
-Numbers come by reverse accumulation, over any arithmetic: the walk keeps the parts of an expression with the
-slope of each in its own parts, and the gradient is summed from the top. In floats a bound of the rounding
-error comes with it.
+Numbers come by reverse accumulation, over any arithmetic: the walk keeps the parts of an expression
+with the slope of each in its own parts, and the gradient is summed from the top. In floats a bound
+of the rounding error comes with it.
 """
 
 from __future__ import annotations
@@ -48,11 +48,11 @@ BY_EXPONENT = Product(Power(Name("0"), Name("1")), Call("ln", (Name("0"),)))
 
 @dataclass(slots=True)
 class Part(Generic[T]):
-    """A part of an expression at a point: its value, its name if it is a variable, and its slope by each of
-    its own parts that varies.
+    """A part of an expression at a point: its value, its name if it is a variable, and its slope by
+    each of its own parts that varies.
 
-    ``rounded``: the size of the numbers that its own operation has rounded; infinite if it has lost all
-    digits. ``exact``: a number of the sheet, which neither varies nor is rounded.
+    ``rounded``: the size of the numbers that its own operation has rounded; infinite if it has lost
+    all digits. ``exact``: a number of the sheet, which neither varies nor is rounded.
     """
 
     value: T
@@ -96,7 +96,8 @@ class Traced(Arithmetic[Part[T]]):
 
     def negative(self, node: Negative) -> Part[T]:
         part = self.of(node.operand)
-        return Part(-part.value, "", _varying((-1.0, part)), exact=part.exact)  # type: ignore[operator]
+        value: Any = -part.value  # type: ignore[operator]
+        return Part(value, "", _varying((-1.0, part)), exact=part.exact)
 
     def sum(self, node: Sum) -> Part[T]:
         return self.added([self.operations[type(term)](self, term) for term in node.terms])
@@ -117,7 +118,9 @@ class Traced(Arithmetic[Part[T]]):
         parts = one, other = self.of(node.left), self.of(node.right)
         result = one.value * other.value  # type: ignore[operator]
         slopes = _varying((other.value, one), (one.value, other))
-        return Part(result, "", slopes, self.rounded(node, result, parts), not (slopes or self.rounds))
+        return Part(
+            result, "", slopes, self.rounded(node, result, parts), not (slopes or self.rounds)
+        )
 
     def divided(self, node: Quotient, above: Part[T], below: Part[T]) -> Part[T]:
         result: Any = self.numbers.divided(node, above.value, below.value)
@@ -141,11 +144,16 @@ class Traced(Arithmetic[Part[T]]):
         result = self.numbers.applied(node, [part.value for part in arguments])
         templates = partials(TABLE[node.function], len(arguments))
         below = tuple(
-            (self.missing(node) if template is None else self.slope(template, arguments, node), part)
+            (
+                self.missing(node) if template is None else self.slope(template, arguments, node),
+                part,
+            )
             for template, part in zip(templates, arguments, strict=True)
             if not part.exact
         )
-        return Part(result, "", below, self.rounded(node, result, arguments), not (below or self.rounds))
+        return Part(
+            result, "", below, self.rounded(node, result, arguments), not (below or self.rounds)
+        )
 
     def missing(self, node: Call) -> Any:
         """The value for a slope without a formula."""
@@ -187,17 +195,19 @@ def partials(row: Function, count: int) -> tuple[Expression | None, ...]:
 def derivatives(expression: Expression, values: Values) -> tuple[float, dict[str, float]]:
     """Value and partial derivatives by every variable in the expression.
 
-    A derivative that does not exist at the point, or is unknown there (``sqrt`` at 0), is nan. Raises as
-    ``value`` does.
+    A derivative that does not exist at the point, or is unknown there (``sqrt`` at 0), is nan.
+    Raises as ``value`` does.
     """
     return rounded_derivatives(expression, values)[:2]
 
 
-def rounded_derivatives(expression: Expression, values: Values) -> tuple[float, dict[str, float], float]:
+def rounded_derivatives(
+    expression: Expression, values: Values
+) -> tuple[float, dict[str, float], float]:
     """As ``derivatives``, and a bound of the rounding error of the value, to first order.
 
-    That is eps times the result of every operation times the slope by it (F. L. Bauer, SIAM Review 16
-    (1974) 87–96): names and numbers are taken as exact. nan where a slope below an operation is.
+    That is eps times the result of every operation times the slope by it (F. L. Bauer, SIAM Review
+    16 (1974) 87–96): names and numbers are taken as exact. nan where a slope below an operation is.
     """
     traced = TracedFloats(Floats(values))
     part = traced.of(expression)
@@ -210,15 +220,20 @@ def rounded_derivatives(expression: Expression, values: Values) -> tuple[float, 
 class TracedFloats(Traced[float]):
     """Parts in floats with the rounding of their operations. A slope without a value is nan."""
 
-    def slope(self, template: Expression, arguments: Sequence[Part[float]], node: Expression) -> float:
+    def slope(
+        self, template: Expression, arguments: Sequence[Part[float]], node: Expression
+    ) -> float:
         try:
-            found = Floats({str(place): part.value for place, part in enumerate(arguments)}).of(template)
+            found = Floats({str(place): part.value for place, part in enumerate(arguments)}).of(
+                template
+            )
         except Undefined:
             return math.nan
         return found if math.isfinite(found) else math.nan
 
     def rounded(self, node: Expression, result: float, parts: Sequence[Part[float]]) -> float:
-        """Infinite for a result below SMALLEST that is not exactly 0: it has lost digits, perhaps all."""
+        """Infinite for a result below SMALLEST that is not exactly 0: it has lost digits, perhaps
+        all."""
         size = abs(result)
         if type(node) is Product:
             exact = parts[0].value == 0.0 or parts[1].value == 0.0
@@ -228,7 +243,10 @@ class TracedFloats(Traced[float]):
             row = TABLE[node.function]
             if node.function in CHOOSING and _tied(parts):
                 return math.inf
-            first, above = abs(parts[0].value) if parts else 0.0, math.inf if row.direction else SMALLEST
+            first, above = (
+                abs(parts[0].value) if parts else 0.0,
+                math.inf if row.direction else SMALLEST,
+            )
             exact = not (row.nonzero or 0.0 < first < above)
             size *= row.ulps
         else:
@@ -245,16 +263,24 @@ def _tied(parts: Sequence[Part[float]]) -> bool:
     )
 
 
-def less_one(terms: Sequence[Expression], is_one: Callable[[Expression], bool]) -> tuple[int, int] | None:
+def less_one(
+    terms: Sequence[Expression], is_one: Callable[[Expression], bool]
+) -> tuple[int, int] | None:
     """The places of ``exp(x)`` and 1 in a sum that contains their difference; None otherwise.
 
     Computed as one operation, they keep the digits that cancel at a small x.
     """
     away = [isinstance(term, Negative) for term in terms]
     parts = [term.operand if isinstance(term, Negative) else term for term in terms]
-    powers = [place for place, part in enumerate(parts) if isinstance(part, Call) and part.function == "exp"]
+    powers = [
+        place
+        for place, part in enumerate(parts)
+        if isinstance(part, Call) and part.function == "exp"
+    ]
     ones = [place for place, part in enumerate(parts) if is_one(part)] if powers else []
-    return next(((power, one) for power in powers for one in ones if away[power] != away[one]), None)
+    return next(
+        ((power, one) for power in powers for one in ones if away[power] != away[one]), None
+    )
 
 
 class NotDifferentiable(ValueError):
@@ -293,8 +319,8 @@ def differentiate(expression: Expression, name: str) -> Expression:
 
 
 def slopes_by_name(expression: Expression, of: Collection[str]) -> dict[str, Expression]:
-    """The partial derivatives by those of the names that occur, term by term: each term of a long sum is
-    differentiated by its own names alone. Raises NotDifferentiable."""
+    """The partial derivatives by those of the names that occur, term by term: each term of a long
+    sum is differentiated by its own names alone. Raises NotDifferentiable."""
     match expression:
         case Negative(operand):
             return {name: -slope for name, slope in slopes_by_name(operand, of).items()}
@@ -315,8 +341,12 @@ def signed_root(expression: Expression) -> Expression | None:
         case Product(Call("sgn", (x,)), Call("sqrt", (Call("abs", (size,)),))) if size == x:
             return x
         case Product(Call("sgn", (x,)), Power(Call("abs", (size,)), exponent)) if size == x:
-            parts = (exponent.left, exponent.right) if isinstance(exponent, Quotient) else (exponent,)
-            return x if all(isinstance(part, Number) and part.value > 0.0 for part in parts) else None
+            parts = (
+                (exponent.left, exponent.right) if isinstance(exponent, Quotient) else (exponent,)
+            )
+            return (
+                x if all(isinstance(part, Number) and part.value > 0.0 for part in parts) else None
+            )
         case _:
             return None
 

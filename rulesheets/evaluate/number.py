@@ -1,4 +1,5 @@
-"""Expressions and conditions in floats, intervals and rational numbers: values, or why there is none."""
+"""Expressions and conditions in floats, intervals and rational numbers: values, or why there is
+none."""
 
 from __future__ import annotations
 
@@ -41,12 +42,17 @@ def number_text(x: float) -> str:
 class Undefined(ArithmeticError):
     """An operation has no value at its arguments; the text reads ``sqrt of -3.2``.
 
-    ``operation`` is the name of a function, or ``/``, ``^``, ``overflow``, ``symbol``; ``expression`` is
-    the part of the tree that it stands for. ``overflow``: the value is outside the range of floats.
+    ``operation`` is the name of a function, or ``/``, ``^``, ``overflow``, ``symbol``;
+    ``expression`` is the part of the tree that it stands for. ``overflow``: the value is outside
+    the range of floats.
     """
 
     def __init__(
-        self, operation: str, arguments: tuple[float, ...], expression: Expression, overflow: bool = False
+        self,
+        operation: str,
+        arguments: tuple[float, ...],
+        expression: Expression,
+        overflow: bool = False,
     ) -> None:
         super().__init__(operation, arguments, expression)
         self.overflow = overflow or operation == "overflow"
@@ -69,7 +75,9 @@ class Undefined(ArithmeticError):
                 return "arithmetic with a symbol"
             case function:
                 return (
-                    f"{function} of {texts[0]}" if len(texts) == 1 else f"{function} of ({', '.join(texts)})"
+                    f"{function} of {texts[0]}"
+                    if len(texts) == 1
+                    else f"{function} of ({', '.join(texts)})"
                 )
 
     @property
@@ -88,9 +96,10 @@ T = TypeVar("T")
 class Arithmetic(Generic[T]):
     """The value of an expression in numbers of the type T; ``of`` raises Undefined if it has none.
 
-    A subclass defines constants, variables, and the operations that have no Python operator or may have no
-    value. Everything else is written once here, for any numbers with ``+ - *``. (As in
-    ``core/calculus.hpp`` of CasADi: J. Andersson et al., Math. Programming Computation 11 (2019) 1–36.)
+    A subclass defines constants, variables, and the operations that have no Python operator or may
+    have no value. Everything else is written once here, for any numbers with ``+ - *``. (As in
+    ``core/calculus.hpp`` of CasADi: J. Andersson et al., Math. Programming Computation 11 (2019)
+    1–36.)
     """
 
     __slots__ = ()
@@ -234,10 +243,11 @@ def holds(
 ) -> bool:
     """Whether ``condition`` is true; ``given`` are the names of the inputs.
 
-    ``=`` and ``<>`` of numbers use the comparison tolerance (or ``same``); the other comparisons are
-    exact. A symbol is equal only to itself; compared with anything else every relation but ``<>`` is
-    false. Terms of ``and`` and ``or`` that cannot be evaluated do not matter if another term decides.
-    Raises KeyError (a variable without a value) or Undefined if the condition is undecided.
+    ``=`` and ``<>`` of numbers use the comparison tolerance (or ``same``); the other comparisons
+    are exact. A symbol is equal only to itself; compared with anything else every relation but
+    ``<>`` is false. Terms of ``and`` and ``or`` that cannot be evaluated do not matter if another
+    term decides. Raises KeyError (a variable without a value) or Undefined if the condition is
+    undecided.
     """
     match condition:
         case Comparison():
@@ -265,7 +275,11 @@ def meets(comparison: Comparison, values: Values) -> bool:
 
 
 def _any(
-    terms: tuple[Condition, ...], wanted: bool, values: Values, given: Collection[str], same: Same | None
+    terms: tuple[Condition, ...],
+    wanted: bool,
+    values: Values,
+    given: Collection[str],
+    same: Same | None,
 ) -> bool:
     """Whether some term evaluates to ``wanted``."""
     obstacle: KeyError | Undefined | None = None
@@ -289,7 +303,10 @@ def _compare(comparison: Comparison, values: Values, same: Same | None = None) -
             sides.append(side.name if isinstance(side, Symbol) else value(side, values))
     left, right = sides
     if isinstance(left, str) or isinstance(right, str):
-        return (left == right) is (comparison.operator == "=") and comparison.operator in ("=", "<>")
+        return (left == right) is (comparison.operator == "=") and comparison.operator in (
+            "=",
+            "<>",
+        )
     if comparison.operator in ("=", "<>"):
         alike = equal(left, right) if same is None else same(comparison, left, right)
         return alike == (comparison.operator == "=")
@@ -331,7 +348,9 @@ class Intervals(Arithmetic[Interval]):
 
     def product(self, node: Product) -> Interval:
         factor = self.of(node.left)
-        return square(*factor) if node.left == node.right else multiply(*factor, *self.of(node.right))
+        return (
+            square(*factor) if node.left == node.right else multiply(*factor, *self.of(node.right))
+        )
 
     def divided(self, node: Quotient, above: Interval, below: Interval) -> Interval:
         return divide(*above, *below)

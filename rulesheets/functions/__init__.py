@@ -1,7 +1,8 @@
 """The table of functions: a row each, with its values, slopes, inverse, ranges and traits.
 
-A new function of the language is a new row. The table is cheap to import: the forms for arrays (``arrays``),
-for many digits and for balls (``evaluate``) are in modules of their own, because each needs a large library.
+A new function of the language is a new row. The table is cheap to import: the forms for arrays
+(``arrays``), for many digits and for balls (``evaluate``) are in modules of their own, because each
+needs a large library.
 """
 
 from __future__ import annotations
@@ -39,7 +40,9 @@ def _both_signs(name: str) -> Branches:
 def _row(name: str, meaning: str, example: str, **facets: Any) -> Function:
     """A row; its forms in the libraries have the same name unless given otherwise or defined."""
     named = ("array",) if "definition" in facets else ("array", "digits", "ball", "sympy")
-    return Function(name=name, meaning=meaning, example=example, **dict.fromkeys(named, name) | facets)
+    return Function(
+        name=name, meaning=meaning, example=example, **dict.fromkeys(named, name) | facets
+    )
 
 
 _special = partial(_row, ulps=16.0)
@@ -216,7 +219,8 @@ _EXPONENTIAL = (
 
 
 def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Function, ...]:
-    """The functions of angles in a unit, whose names have this ``end``; ``half`` is half a turn as text."""
+    """The functions of angles in a unit, whose names have this ``end``; ``half`` is half a turn as
+    text."""
     degrees = end == "d"
     radian, per_unit = (row.DEGREE, row.RADIAN) if degrees else (ONE, ONE)
     straight, right = ("180", "90") if degrees else ("pi", "pi/2")
@@ -244,7 +248,9 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
         takes(
             *("sin", "sine", "sind(30) = 0.5" if degrees else "sin(pi/6) = 0.5"),
             slopes=lambda x: per_unit * call(cos, x),
-            inverse=Inverse(lambda t: (call(asin, t), half - call(asin, t)), -1.0, 1.0, period=turn),
+            inverse=Inverse(
+                lambda t: (call(asin, t), half - call(asin, t)), -1.0, 1.0, period=turn
+            ),
             interval=Wave(getattr(floats, sin), turn, 0.25),
         ),
         takes(
@@ -457,7 +463,9 @@ _BESSEL = (
         slopes=lambda x: (call("j0", x) - call("jn", Number(2.0), x)) / 2.0,
     ),
     _bessel_n("j", "jn(2, 1) = 2*j1(1) - j0(1)"),
-    _bessel(*("y", 0, "y0(1) = 0.08825696421567696"), slopes=lambda x: -call("y1", x), domain=POSITIVE),
+    _bessel(
+        *("y", 0, "y0(1) = 0.08825696421567696"), slopes=lambda x: -call("y1", x), domain=POSITIVE
+    ),
     _bessel(
         *("y", 1, "y1(1) = -0.7812128213002887"),
         slopes=lambda x: (call("y0", x) - call("yn", Number(2.0), x)) / 2.0,
@@ -493,7 +501,16 @@ _BESSEL = (
 )
 """The modified Bessel functions of order 1 serve as derivatives."""
 
-_ROWS = (*_CONSTANTS, *_PARTS, *_EXPONENTIAL, *_RADIANS, *_DEGREES, *_HYPERBOLIC, *_SPECIAL, *_BESSEL)
+_ROWS = (
+    *_CONSTANTS,
+    *_PARTS,
+    *_EXPONENTIAL,
+    *_RADIANS,
+    *_DEGREES,
+    *_HYPERBOLIC,
+    *_SPECIAL,
+    *_BESSEL,
+)
 
 TABLE: dict[str, Function] = {row.name: row for row in _ROWS}
 """Every function by its name in lower case; functions registered from Python come at the end."""

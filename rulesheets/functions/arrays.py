@@ -1,8 +1,8 @@
 """The functions of the language on numpy arrays.
 
-Arguments broadcast; outside its domain a function gives nan or inf. Callers silence numpy's floating point
-warnings (``numpy.errstate``). This module has the functions that neither numpy nor scipy has; those in
-degrees follow the method of ``floats``, with the same exact results.
+Arguments broadcast; outside its domain a function gives nan or inf. Callers silence numpy's
+floating point warnings (``numpy.errstate``). This module has the functions that neither numpy nor
+scipy has; those in degrees follow the method of ``floats``, with the same exact results.
 """
 
 from __future__ import annotations
@@ -24,7 +24,9 @@ Array: TypeAlias = NDArray[np.float64]
 def _library(name: str) -> Callable[..., Any]:
     """The function of that name here or in numpy; ``special.…`` is scipy's, imported on demand."""
     if name.startswith("special."):
-        function: Callable[..., Any] = getattr(import_module("scipy.special"), name.removeprefix("special."))
+        function: Callable[..., Any] = getattr(
+            import_module("scipy.special"), name.removeprefix("special.")
+        )
     else:
         function = globals().get(name) or getattr(np, name)
     return function

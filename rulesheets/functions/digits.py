@@ -8,7 +8,8 @@ Extended: TypeAlias = Any
 """A number of mpmath (which has no types of its own)."""
 
 MOST_ORDER = 1_000
-"""The largest order of a Bessel function: beyond it, one value takes longer than an answer is worth."""
+"""The largest order of a Bessel function: beyond it, one value takes longer than an answer is
+worth."""
 
 
 def truncated(mp: Any, x: Extended) -> Extended:
@@ -82,7 +83,8 @@ def ball_step(arb: Any, x: Any, a: Any) -> Any:
 
 
 def ball_direction(arb: Any, y: Any, x: Any) -> Any:
-    """In degrees. A direction closer to -180 than any float counts as just beyond 180, as in floats."""
+    """In degrees. A direction closer to -180 than any float counts as just beyond 180, as in
+    floats."""
     direction = arb.atan2(y, x) / arb.pi() * 180
     behind = float(direction.lower()) == float(direction.upper()) == -180.0
     return direction + 360 if behind else direction
@@ -94,5 +96,6 @@ def same_whole(x: Any) -> bool:
 
 
 def on_one_side(y: Any, x: Any) -> bool:
-    """Whether a direction stays on one side of its cut, which belongs to the half plane above it."""
+    """Whether a direction stays on one side of its cut, which belongs to the half plane above
+    it."""
     return bool(x > 0 or y < 0 or y >= 0)

@@ -1,11 +1,11 @@
 """The functions of the language on floats.
 
-The special functions that ``math`` lacks come from scipy, which is imported at the first call. Trigonometry
-in degrees is exact wherever the exact answer is a float: reduction to the nearest right angle is exact for
-every float, so no accuracy is lost near the zeros or at huge angles. The step to radians is carried out in
-about 70 bits: the angle in radians is a sum ``high + low``, and ``low`` enters by the first term of the
-Taylor series (the scheme of Cody and Waite 1980, products split as in Dekker 1971). Errors stay near one
-unit in the last place."""
+The special functions that ``math`` lacks come from scipy, which is imported at the first call.
+Trigonometry in degrees is exact wherever the exact answer is a float: reduction to the nearest
+right angle is exact for every float, so no accuracy is lost near the zeros or at huge angles. The
+step to radians is carried out in about 70 bits: the angle in radians is a sum ``high + low``, and
+``low`` enters by the first term of the Taylor series (the scheme of Cody and Waite 1980, products
+split as in Dekker 1971). Errors stay near one unit in the last place."""
 
 from __future__ import annotations
 
@@ -93,7 +93,8 @@ i0, i1, k0, k1 = map(_of_scipy, ("i0", "i1", "k0", "k1"))
 
 _SPLITTER = 134217729.0  # 2**27 + 1, Veltkamp's constant for 53 bits
 
-# pi/180 and 180/pi as sums: 26 leading bits (so that products with 27 bits are exact), then the rest.
+# pi/180 and 180/pi as sums: 26 leading bits (so that products with 27 bits are exact), then the
+# rest.
 RADIAN = 0.01745329238474369, 1.3519960527851425e-10
 _DEGREE = 57.29577922821045, 2.8487187165804814e-07
 
@@ -109,7 +110,8 @@ def scaled(x: float, head: float, tail: float) -> tuple[float, float]:
 
 
 def _wave(degrees: float, ahead: int) -> float:
-    """The sine of an angle plus ``ahead`` right angles, reduced exactly to the nearest right angle."""
+    """The sine of an angle plus ``ahead`` right angles, reduced exactly to the nearest right
+    angle."""
     turn = fmod(degrees, 360.0)
     nearest = round(turn / 90.0)
     rest, quarters = turn - 90.0 * nearest, nearest + ahead
@@ -149,7 +151,9 @@ def in_degrees(radians: float) -> float:
     return high + low
 
 
-def _inverse(radians: Callable[[float], float], known: dict[float, float]) -> Callable[[float], float]:
+def _inverse(
+    radians: Callable[[float], float], known: dict[float, float]
+) -> Callable[[float], float]:
     """An inverse function in degrees; ``known`` has the arguments whose result is a float."""
 
     def degrees(x: float) -> float:

@@ -1,9 +1,9 @@
 """Intervals as pairs of floats, rounded outward.
 
-Infinite ends mean unbounded, two nan mean empty; a single nan is an unknown end. Every operation contains
-the exact result for every choice of real arguments from its intervals for which it is defined; if there is
-none it is empty, and an empty argument makes the result empty. (R. E. Moore, R. B. Kearfott, M. J. Cloud,
-*Introduction to Interval Analysis*, 2009.)
+Infinite ends mean unbounded, two nan mean empty; a single nan is an unknown end. Every operation
+contains the exact result for every choice of real arguments from its intervals for which it is
+defined; if there is none it is empty, and an empty argument makes the result empty. (R. E. Moore,
+R. B. Kearfott, M. J. Cloud, *Introduction to Interval Analysis*, 2009.)
 """
 
 from __future__ import annotations
@@ -58,8 +58,8 @@ def greatest(a: float, b: float) -> float:
 
 
 def add(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
-    """Sum. A float sum that is 0 is exact (it cannot underflow) and stays 0, and so do exact sums of numbers:
-    exponents may be whole ones."""
+    """Sum. A float sum that is 0 is exact (it cannot underflow) and stays 0, and so do exact sums
+    of numbers: exponents may be whole ones."""
     low, high = a_low + b_low, a_high + b_high
     if a_low == a_high and b_low == b_high and low - a_low == b_low and low - b_low == a_low:
         return low, low
@@ -90,7 +90,9 @@ def divide(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval
     if b_low < 0.0 < b_high and not a_low == a_high == 0.0:
         return -inf, inf
     b_low, b_high = b_low or 0.0, b_high or -0.0
-    first, second, third, fourth = (_quotient(a, b) for a in (a_low, a_high) for b in (b_low, b_high))
+    first, second, third, fourth = (
+        _quotient(a, b) for a in (a_low, a_high) for b in (b_low, b_high)
+    )
     return _hull(first, second, third, fourth, a_low, a_high, b_low, b_high)
 
 
@@ -118,8 +120,8 @@ def _hull(
     b_low: float,
     b_high: float,
 ) -> Interval:
-    """The least and the greatest of four corners, rounded outward, but not across 0 if the signs of a
-    and b exclude that; an indeterminate corner (0*inf, 0/0, inf/inf) counts as 0."""
+    """The least and the greatest of four corners, rounded outward, but not across 0 if the signs of
+    a and b exclude that; an indeterminate corner (0*inf, 0/0, inf/inf) counts as 0."""
     low, high = (first, second) if first < second else (second, first)
     low, high = (third, high) if third < low else (low, third if third > high else high)
     low, high = (fourth, high) if fourth < low else (low, fourth if fourth > high else high)
@@ -157,7 +159,10 @@ def scaled(factor: float, _: float, low: float, high: float) -> Interval:
     first, last = (low, high) if factor > 0.0 else (-high, -low)
     size = abs(factor)
     below, above = nextafter(size * first, -inf), nextafter(size * last, inf)
-    return (0.0 if first >= 0.0 and below < 0.0 else below, 0.0 if last <= 0.0 and above > 0.0 else above)
+    return (
+        0.0 if first >= 0.0 and below < 0.0 else below,
+        0.0 if last <= 0.0 and above > 0.0 else above,
+    )
 
 
 WHOLE = 2.0**53
@@ -189,7 +194,8 @@ def _whole_power(low: float, high: float, exponent: float) -> Interval:
 
 
 def _raised(base: float, exponent: float) -> float:
-    """The power as a float, infinite if it overflows or has a pole; a base below 0 has an odd exponent."""
+    """The power as a float, infinite if it overflows or has a pole; a base below 0 has an odd
+    exponent."""
     try:
         return float(base**exponent)
     except (OverflowError, ZeroDivisionError):
@@ -231,7 +237,8 @@ def unknown(*ends: float) -> Interval:
 class Monotone(NamedTuple):
     """The range of a monotone function; ``image`` has ends that are exact floats.
 
-    If ``value`` raises at an end of its domain, or overflows, its value is the nearer end of the image.
+    If ``value`` raises at an end of its domain, or overflows, its value is the nearer end of the
+    image.
     """
 
     value: Callable[[float], float]
@@ -288,7 +295,12 @@ class Wave(NamedTuple):
             return EMPTY
         if isinf(low) or isinf(high) or isnan(high):
             return -1.0, 1.0
-        first, last, at_low, at_high = low / self.turn, high / self.turn, self.value(low), self.value(high)
+        first, last, at_low, at_high = (
+            low / self.turn,
+            high / self.turn,
+            self.value(low),
+            self.value(high),
+        )
         below, above = down(min(at_low, at_high), ULPS), up(max(at_low, at_high), ULPS)
         if above > 1.0 or _may_contain(first, last, self.top):
             above = 1.0

@@ -1,9 +1,9 @@
 """A row of the table of functions: everything that is known about one function of the language.
 
-A facet that is missing costs only the features that need it. Facets from a library are given by their
-name there, or as a function of the library and the arguments, so that no row imports it:
-``digits="erfc"`` is ``mpmath``'s, ``sympy=lambda s, x: s.sin(s.pi * x / 180)`` is built from sympy's.
-A function given as ``array`` takes the arguments alone.
+A facet that is missing costs only the features that need it. Facets from a library are given by
+their name there, or as a function of the library and the arguments, so that no row imports it:
+``digits="erfc"`` is ``mpmath``'s, ``sympy=lambda s, x: s.sin(s.pi * x / 180)`` is built from
+sympy's. A function given as ``array`` takes the arguments alone.
 """
 
 from __future__ import annotations
@@ -41,34 +41,38 @@ class Inverse(NamedTuple):
 class Function:
     """What the language knows about a function.
 
-    ``arguments`` is how messages call them: ``"y, x"``, ``""`` for a constant, ``"a, b, …"`` for any number.
-    ``meaning`` says what it is, ``example`` is a rule that holds.
+    ``arguments`` is how messages call them: ``"y, x"``, ``""`` for a constant, ``"a, b, …"`` for
+    any number. ``meaning`` says what it is, ``example`` is a rule that holds.
 
     Forms, each of the same arguments in another kind of number:
 
     - ``value``: floats. Raises ValueError, ZeroDivisionError or OverflowError where there is none.
     - ``array``: numpy arrays that broadcast, nan or infinite outside the domain; a name is that of
-      :mod:`rulesheets.functions.arrays`, numpy or scipy.special. Missing: ``value``, number by number.
+      :mod:`rulesheets.functions.arrays`, numpy or scipy.special. Missing: ``value``, number by
+      number.
     - ``interval``: the two ends of every argument in turn to the two ends of the result, as
-      :mod:`rulesheets.functions.intervals` has it. Missing: nothing is known of the range, nothing proven.
+      :mod:`rulesheets.functions.intervals` has it. Missing: nothing is known of the range, nothing
+      proven.
     - ``digits``: a context of mpmath and its numbers. Missing: floats are all there is.
     - ``ball``: ``arb`` of python-flint and balls. Missing: nothing is proven in many digits.
     - ``sympy``: sympy and its expressions. Missing: an undefined function of this name.
-    - ``definition``: trees, by other functions; the form in digits, balls or sympy where that is missing.
+    - ``definition``: trees, by other functions; the form in digits, balls or sympy where that is
+      missing.
 
-    ``slopes(*arguments)`` are the partial derivatives as trees (one need not be a tuple), None for one
-    without a formula. At a jump or a kink they are those of one side. ``inverse`` is there for functions
-    of one argument that formulas undo.
+    ``slopes(*arguments)`` are the partial derivatives as trees (one need not be a tuple), None for
+    one without a formula. At a jump or a kink they are those of one side. ``inverse`` is there for
+    functions of one argument that formulas undo.
 
-    Traits: ``domain`` is the closed hull of where a function of one argument is defined; ``ulps`` by how many
-    units in the last place ``value`` may be off; ``smooth`` is False for a function with kinks or jumps;
-    ``jumps``: it jumps at points that depend on its arguments, and ``steady`` tells of balls whether it does
-    not there; ``image`` are the ends of its values that it never attains, where no inverse says so;
-    ``nonzero``: it is 0 only where floats lose it; ``turn``: the full turn of its argument, an angle,
-    ``half_turn``: half of that makes no difference to it; ``swings``: it goes through 0 again and again as
-    its last argument grows, though not periodically; ``angle``: the full turn of its result, an angle;
-    ``alike``: its arguments have one unit, whatever it is, ``keeps_unit``: which its result has, too;
-    ``source``: the file that registered it, None for a function of the language.
+    Traits: ``domain`` is the closed hull of where a function of one argument is defined; ``ulps``
+    by how many units in the last place ``value`` may be off; ``smooth`` is False for a function
+    with kinks or jumps; ``jumps``: it jumps at points that depend on its arguments, and ``steady``
+    tells of balls whether it does not there; ``image`` are the ends of its values that it never
+    attains, where no inverse says so; ``nonzero``: it is 0 only where floats lose it; ``turn``: the
+    full turn of its argument, an angle, ``half_turn``: half of that makes no difference to it;
+    ``swings``: it goes through 0 again and again as its last argument grows, though not
+    periodically; ``angle``: the full turn of its result, an angle; ``alike``: its arguments have
+    one unit, whatever it is, ``keeps_unit``: which its result has, too; ``source``: the file that
+    registered it, None for a function of the language.
     """
 
     name: str
@@ -135,8 +139,8 @@ class Function:
     def form(
         self, facet: str, library: Any, evaluate: Callable[[Expression, dict[str, Any]], Any]
     ) -> Callable[..., Any] | None:
-        """The form of a library, or the definition evaluated by ``evaluate`` over the arguments, which are
-        named by their places; None if there is neither."""
+        """The form of a library, or the definition evaluated by ``evaluate`` over the arguments,
+        which are named by their places; None if there is neither."""
 
         def defined(*arguments: Any) -> Any:
             assert self.definition is not None
@@ -161,7 +165,9 @@ class Function:
 class Forms(Mapping[str, Callable[..., Any]]):
     """One facet of every row of a table, by name; ``make`` turns a row into it on first use."""
 
-    def __init__(self, table: Mapping[str, Function], make: Callable[[Function], Callable[..., Any]]) -> None:
+    def __init__(
+        self, table: Mapping[str, Function], make: Callable[[Function], Callable[..., Any]]
+    ) -> None:
         self._table, self._made = table, cache(make)
 
     def __getitem__(self, name: str) -> Callable[..., Any]:
@@ -192,7 +198,8 @@ def arc_sine(x: Expression) -> Expression:
 
 
 def _extreme(name: str, beats: Callable[[Expression, Expression], Expression]) -> Slopes:
-    """Partials of min or max: 1 for the selected argument (the first of equals), 0 for the others."""
+    """Partials of min or max: 1 for the selected argument (the first of equals), 0 for the
+    others."""
 
     def partials(*arguments: Expression) -> tuple[Expression, ...]:
         slopes: list[Expression] = []

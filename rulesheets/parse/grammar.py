@@ -89,7 +89,9 @@ def _listed(kind: Callable[..., Any]) -> Callable[..., Any]:
 
     def made(self: Builder, *words: Any) -> nodes.Condition:
         terms, span = words[2:-1:2], self._span(words[0], words[-1])
-        condition: nodes.Condition = kind(terms, span) if len(terms) > 1 else terms[0].but(span=span)
+        condition: nodes.Condition = (
+            kind(terms, span) if len(terms) > 1 else terms[0].but(span=span)
+        )
         return condition
 
     return made
@@ -145,7 +147,9 @@ class Builder(Transformer[Any, Any]):
     def local(self, token: Any) -> nodes.Name:
         """``position.yB``: the figures of a sheet see the locals of its calls, its rules do not."""
         if self.kind != "mark":
-            raise Unparsed(token.start_pos + min(token.find(sign) for sign in ".#" if sign in token))
+            raise Unparsed(
+                token.start_pos + min(token.find(sign) for sign in ".#" if sign in token)
+            )
         return nodes.Name(str(token), self._span(token))
 
     def call(self, name: Token, arguments: tuple[Expression, ...], closing: Token) -> nodes.Call:
@@ -161,12 +165,17 @@ class Builder(Transformer[Any, Any]):
         return nodes.Negative(operand, self._span(minus, operand))
 
     subtracted = negative
-    sum, times, over, power = _of_many(nodes.Sum), *map(_of_two, (nodes.Product, nodes.Quotient, nodes.Power))
+    sum, times, over, power = (
+        _of_many(nodes.Sum),
+        *map(_of_two, (nodes.Product, nodes.Quotient, nodes.Power)),
+    )
 
     # --- conditions ---
 
     def comparison(self, left: Expression, sign: Token, right: Expression) -> nodes.Comparison:
-        return nodes.Comparison(_RELATIONS.get(sign, str(sign)), left, right, self._span(left, right))
+        return nodes.Comparison(
+            _RELATIONS.get(sign, str(sign)), left, right, self._span(left, right)
+        )
 
     def negation(self, word: Token, term: nodes.Condition) -> nodes.Not:
         return nodes.Not(term, self._span(word, term))
@@ -191,7 +200,9 @@ class Builder(Transformer[Any, Any]):
 
     def inequality(self, *parts: Any) -> nodes.Inequality:
         triples = zip(parts[::2], parts[1::2], parts[2::2], strict=False)
-        return nodes.Inequality(tuple(starmap(self.comparison, triples)), self._span(parts[0], parts[-1]))
+        return nodes.Inequality(
+            tuple(starmap(self.comparison, triples)), self._span(parts[0], parts[-1])
+        )
 
     def call_rule(
         self, word: Token, name: Token, arguments: Any, results: Any, closing: Token
@@ -236,7 +247,9 @@ class Builder(Transformer[Any, Any]):
         operator = _RELATIONS.get(sign, str(sign))
         return (Edge(operator, expression, self._span(sign, expression)),)
 
-    def interval(self, word: Token, low: Expression, high: Expression, closing: Token) -> tuple[Edge, ...]:
+    def interval(
+        self, word: Token, low: Expression, high: Expression, closing: Token
+    ) -> tuple[Edge, ...]:
         span = self._span(word, closing)
         return Edge(">=", low, span), Edge("<=", high, span)
 
@@ -281,7 +294,9 @@ def _bounded(bounds: Sequence[Edge]) -> Range | None:
             raise RuleSheetError(wrong_range("this end of the range is already set", bound.span))
     lower, upper = (ends[sign].limit if sign in ends else None for sign in "><")
     low_open, high_open = (sign in ends and ends[sign].operator == sign for sign in "><")
-    return Range(lower, upper, low_open, high_open, bounds[0].span._replace(end=bounds[-1].span.end))
+    return Range(
+        lower, upper, low_open, high_open, bounds[0].span._replace(end=bounds[-1].span.end)
+    )
 
 
 # --- lines ----------------------------------------------------------------------
@@ -356,7 +371,8 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
 
 
 def _read_alike(source: Source, line: Line) -> Any:
-    """A rule in a long text: from the third of its form on, that of the second with other leaves."""
+    """A rule in a long text: from the third of its form on, that of the second with other
+    leaves."""
     from rulesheets.syntax.forms import Like, form_of, leaves_of
 
     leaves, known = leaves_of(line.code), grammar().forms
@@ -403,7 +419,9 @@ def _trees(node: Any, kind: str) -> Iterable[Any]:
             return tuple(node.arguments)
         case "row":
             ends = (node.range.lower, node.range.upper) if node.range else ()
-            return filter(None, (node.value, node.guess, node.tolerance and node.tolerance.size, *ends))
+            return filter(
+                None, (node.value, node.guess, node.tolerance and node.tolerance.size, *ends)
+            )
         case _:
             return ()
 
@@ -430,7 +448,9 @@ def too_deep(tree: RuleBody | Condition | Expression) -> Diagnosis | None:
         if factors > FACTORS:
             message = f"this expression nests more than {FACTORS} levels deep"
             label = "every factor of a long product is a level"
-            return error_at("E217", message, here.part(0, 1), "split it over several rules", label=label)
+            return error_at(
+                "E217", message, here.part(0, 1), "split it over several rules", label=label
+            )
         if isinstance(node, IfRule):
             arms = filter(None, (node.condition, node.then, node.otherwise))
             stack += ((arm, level + 1, 0) for arm in arms)

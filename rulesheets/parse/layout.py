@@ -28,7 +28,8 @@ _CARRIES_ON = re.compile(r"[^\S\n]*(?:then|else)\b", re.IGNORECASE)
 _USE = re.compile(r"\s*use\b", re.IGNORECASE)
 _PATH = re.compile(r'"[^"\n]*"(?=\s*(?:[,";]|$))', re.MULTILINE)
 _HEAD = re.compile(
-    r"[^\S\n]*(?:(?:variables|rules|units)[^\S\n]*(?:[\";]|$)|(?:function|figure)\s+[^\W\d]|use\s*\")",
+    r"[^\S\n]*(?:(?:variables|rules|units)[^\S\n]*(?:[\";]|$)"
+    r"|(?:function|figure)\s+[^\W\d]|use\s*\")",
     re.IGNORECASE | re.MULTILINE,
 )
 
@@ -63,7 +64,8 @@ class Line:
         return Span(source, min(start, self.end), self.end)
 
     def follow(self, text: str, start: int, end: int) -> int:
-        """Follow the parentheses of the line of text ``[start, end)`` to where its comment begins."""
+        """Follow the parentheses of the line of text ``[start, end)`` to where its comment
+        begins."""
         position = start
         while found := _MARK.search(text, position, min(end, start + LONGEST)):
             place, position = found.start(), found.end()
@@ -145,7 +147,8 @@ def _gather(text: str, start: int, gap: bool, through_parentheses: bool) -> tupl
 
 
 def _carried_on(text: str, position: int) -> int:
-    """The start of the next line that is not blank, if it begins with ``then`` or ``else``; else -1."""
+    """The start of the next line that is not blank, if it begins with ``then`` or ``else``; else
+    -1."""
     while position < len(text):
         if _CARRIES_ON.match(text, position):
             return position
@@ -162,9 +165,13 @@ def wrong_shape(source: Source, line: Line) -> Diagnosis | None:
     if line.end - line.start > LONGEST:
         message = f"this line is too long to be a rule: {line.end - line.start:,} characters"
         note = f"a rule has at most {LONGEST:,} characters; give parts of it names of their own"
-        return error_at("E125", message, Span(source, line.start, line.start + 1), note, label="begins here")
+        return error_at(
+            "E125", message, Span(source, line.start, line.start + 1), note, label="begins here"
+        )
     if line.too_deep is not None:
-        return nested(Span(source, line.too_deep, line.too_deep + 1), f"more than {NESTING} are open here")
+        return nested(
+            Span(source, line.too_deep, line.too_deep + 1), f"more than {NESTING} are open here"
+        )
     if line.stray:
         place = Span(source, line.stray[0], line.stray[0] + 1)
         note = "remove it, or open a parenthesis before it"

@@ -1,4 +1,5 @@
-"""Explains lines that cannot be read: by a table of mistakes, and by checks that patterns cannot do."""
+"""Explains lines that cannot be read: by a table of mistakes, and by checks that patterns cannot
+do."""
 
 from __future__ import annotations
 
@@ -234,7 +235,10 @@ def _misshapen(stop: Stop) -> Diagnosis:
     word = (stop.line.code.split() or [""])[0].lower()
     if word in KINDS:
         return error_at(
-            "E130", "this line of a figure cannot be read", stop.here, f"write {KINDS[word].example}"
+            "E130",
+            "this line of a figure cannot be read",
+            stop.here,
+            f"write {KINDS[word].example}",
         )
     place = stop.line.place(stop.source)
     near = closest(word, KINDS)

@@ -88,7 +88,9 @@ class _Reading:
         """Add the next line; its mistakes join the complaints."""
         try:
             if line.blank:
-                self.waiting.append(nodes.CommentLine(line.comment or "", line.place(self.source), line.gap))
+                self.waiting.append(
+                    nodes.CommentLine(line.comment or "", line.place(self.source), line.gap)
+                )
             elif wrong := wrong_shape(self.source, line):
                 self.complaints.append(wrong)
             elif word := head_word(line.code):
@@ -103,7 +105,9 @@ class _Reading:
     def _add(self, line: Line) -> None:
         section, comment, span = self.section, line.comment or "", line.place(self.source)
         lone = _LONE.match(line.code)
-        if lone and (section not in ("variables", "units") or lone[2] or lone[1].lower() in _ALMOST):
+        if lone and (
+            section not in ("variables", "units") or lone[2] or lone[1].lower() in _ALMOST
+        ):
             word = lone[1].lower()
             if word in ("variable", "variables"):  # the section that most likely begins here
                 self.section = "variables"
@@ -128,7 +132,9 @@ class _Reading:
     def _lines(self) -> list[Any]:
         if self.section in ("function", "figure"):
             return self.blocks[-1].lines
-        return self.parts.setdefault(self.section if self.section in ("variables", "units") else "rules", [])
+        return self.parts.setdefault(
+            self.section if self.section in ("variables", "units") else "rules", []
+        )
 
     # --- comment lines ---
 
@@ -162,7 +168,9 @@ class _Reading:
             self._place_comments()
             self.section = _SKIPPED
             message = f"{planned['name']} not supported yet"
-            raise RuleSheetError(error_at("E190", message, line.place(self.source), planned["cure"]))
+            raise RuleSheetError(
+                error_at("E190", message, line.place(self.source), planned["cure"])
+            )
         elif word == "rules" and self.section == "function" and not self.blocks[-1].begun:
             self._place_comments()
             self.blocks[-1].begun = True
@@ -177,7 +185,11 @@ class _Reading:
         if word in ("function", "figure"):
             # it exists for the following lines, even if its head is wrong
             self.section, kind = word, "head" if word == "function" else word
-            empty = nodes.Function("", (), (), (), ()) if word == "function" else nodes.Figure("", None, ())
+            empty = (
+                nodes.Function("", (), (), (), ())
+                if word == "function"
+                else nodes.Figure("", None, ())
+            )
             about: dict[str, Any] = {"comment": line.comment or "", "span": span, "above": above}
             self.blocks.append(_Unfinished(empty.but(**about), line.end))
             self.blocks[-1].node = read_line(self.source, line, kind).but(**about)
@@ -247,7 +259,10 @@ class _Reading:
             message, note, label = f"the figure {node.name} is empty", MARK_SHAPE, "nothing to draw"
             if block in functions:
                 message, word = f"the function {node.name} has no rule", "function"
-                note, label = "write its rules below its head, under `rules`", "its rules are missing"
+                note, label = (
+                    "write its rules below its head, under `rules`",
+                    "its rules are missing",
+                )
             yield error_at("E126", message, node.span.part(0, len(word)), note, label=label)
 
 

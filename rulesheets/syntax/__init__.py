@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 
 def escaped(text: str) -> str:
-    """A text without control characters for a terminal: ``\\x1b`` stands for the escape character."""
+    """A text without control characters for a terminal: ``\\x1b`` stands for the escape
+    character."""
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
@@ -36,7 +37,9 @@ class Source:
     def variables_like_pi(self) -> frozenset[str]:
         """``Pi`` and ``PI``, if a row of variables or a rule begins with it, as in ``Pi = V*I``."""
         return frozenset(
-            re.findall(rf"^[ \t]*({LIKE_PI.pattern})[ \t]*(?:[=~\[\"]|in\b|$)", self.text, re.MULTILINE)
+            re.findall(
+                rf"^[ \t]*({LIKE_PI.pattern})[ \t]*(?:[=~\[\"]|in\b|$)", self.text, re.MULTILINE
+            )
         )
 
     def place(self, offset: int) -> tuple[int, int]:

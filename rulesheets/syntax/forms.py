@@ -1,9 +1,9 @@
 """Rules of one form, made like the first of them that was read: for sheets of thousands of rules.
 
-The rules of a network differ in names and numbers only. Where two lines are the same but for these, the
-grammar makes the same tree of both: the tree of the second is that of the first with its own leaves, and all
-of it stands where the rule does. Lines with anything but names, numbers, operators, parentheses and functions
-go through the grammar.
+The rules of a network differ in names and numbers only. Where two lines are the same but for these,
+the grammar makes the same tree of both: the tree of the second is that of the first with its own
+leaves, and all of it stands where the rule does. Lines with anything but names, numbers, operators,
+parentheses and functions go through the grammar.
 """
 
 from __future__ import annotations
@@ -15,14 +15,26 @@ from itertools import chain
 from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.syntax import Span
-from rulesheets.syntax.nodes import Call, Equality, Expression, Name, Number, Power, children, rebuilt
+from rulesheets.syntax.nodes import (
+    Call,
+    Equality,
+    Expression,
+    Name,
+    Number,
+    Power,
+    children,
+    rebuilt,
+)
 from rulesheets.syntax.program import walk
 
 LONGEST = 3_000
 """Characters of a rule that is compared: ten thousand forms of so many are remembered."""
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_NAME = r"(?!(?=[iteconapITECONAP])(?i:if|then|else|call|and|or|not|pi)\b)[a-zA-Z_][a-zA-Z_0-9]*+(?!\w|\s*\()"
+_NAME = (
+    r"(?!(?=[iteconapITECONAP])(?i:if|then|else|call|and|or|not|pi)\b)"
+    r"[a-zA-Z_][a-zA-Z_0-9]*+(?!\w|\s*\()"
+)
 _LEAF = re.compile(rf"(?<![\w.])(?:({_NAME})|({_NUMBER}))")
 
 Sides: TypeAlias = tuple[tuple[Expression, ...], tuple[Expression, ...]]
@@ -37,9 +49,9 @@ class Leaves(NamedTuple):
 
 
 class Form:
-    """The common part of rules of one form: the ``sides`` of the first, the ``called`` functions, and the
-    ``exponents``: which numbers, by their order, stand as such. ``kept`` holds further results about
-    them."""
+    """The common part of rules of one form: the ``sides`` of the first, the ``called`` functions,
+    and the ``exponents``: which numbers, by their order, stand as such. ``kept`` holds further
+    results about them."""
 
     def __init__(self, sides: Sides) -> None:
         self.sides = sides
@@ -55,8 +67,8 @@ class Form:
 
 
 class Like(NamedTuple):
-    """One of these rules: its ``names`` in order of first appearance, the ``pattern`` by which they repeat,
-    and its ``numbers``."""
+    """One of these rules: its ``names`` in order of first appearance, the ``pattern`` by which they
+    repeat, and its ``numbers``."""
 
     form: Form
     names: tuple[str, ...]
@@ -113,8 +125,8 @@ def leaves_of(code: str) -> Leaves | None:
 def form_of(first: object, leaves: Leaves) -> Form | None:
     """The common form of rules that differ from a line only in names and numbers, from its tree.
 
-    None for rules with arms, conditions, symbols or units, and for those whose sides are exchanged: the
-    form with the leaves of the line makes another tree of them.
+    None for rules with arms, conditions, symbols or units, and for those whose sides are exchanged:
+    the form with the leaves of the line makes another tree of them.
     """
     if not isinstance(first, Equality) or first.span is None or len(first.right) > 1:
         return None

@@ -28,7 +28,9 @@ class Fields(type):
         defaults = {one: space.pop(one) for one in fields if one in space}
         space["__slots__"] = space["__match_args__"] = fields
         if fields:
-            taken = ", ".join(f"{one}=defaults[{one!r}]" if one in defaults else one for one in fields)
+            taken = ", ".join(
+                f"{one}=defaults[{one!r}]" if one in defaults else one for one in fields
+            )
             kept = "; ".join(f"self.{one} = {one}" for one in fields)
             exec(f"def __init__(self, {taken}): {kept}", {"defaults": defaults}, space)
             space["_content"] = attrgetter(*(one for one in fields if one not in _PLACES))
@@ -38,7 +40,8 @@ class Fields(type):
 class Node(metaclass=Fields):
     """A value of its fields; ``span`` and ``gap`` are only its position in the text.
 
-    ``parts`` are its expressions and conditions from left to right. No node is changed once it is made.
+    ``parts`` are its expressions and conditions from left to right. No node is changed once it is
+    made.
     """
 
     parts: ClassVar[Any] = property(lambda node: ())
@@ -59,7 +62,9 @@ class Node(metaclass=Fields):
 
     def __repr__(self) -> str:
         shown = ((name, getattr(self, name)) for name in self.__match_args__ if name not in _PLACES)
-        return f"{type(self).__name__}({', '.join(f'{n}={v!r}' for n, v in shown if v is not None)})"
+        return (
+            f"{type(self).__name__}({', '.join(f'{n}={v!r}' for n, v in shown if v is not None)})"
+        )
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
         return type(self), tuple(getattr(self, name) for name in self.__match_args__)
@@ -122,7 +127,9 @@ def _tree(operand: Operand) -> Expression:
     return Number(operand) if isinstance(operand, float | int) else operand
 
 
-def _swapped(operation: Callable[[Operand, Operand], Expression]) -> Callable[[Any, float], Expression]:
+def _swapped(
+    operation: Callable[[Operand, Operand], Expression],
+) -> Callable[[Any, float], Expression]:
     return lambda right, left: operation(left, right)
 
 
@@ -140,7 +147,8 @@ class Operators(Node):
 
 
 class Number(Operators):
-    """A number as written; ``unit`` is the text in the brackets of ``9.81[m/s^2]``, ignored by a solve."""
+    """A number as written; ``unit`` is the text in the brackets of ``9.81[m/s^2]``, ignored by a
+    solve."""
 
     value: float
     span: Span | None = None
@@ -260,8 +268,8 @@ _Opposite: TypeAlias = Callable[[Condition], Condition]
 class Equality(Node):
     """``(a, b) = (c, d)``; a plain ``a = b`` has one expression a side.
 
-    ``(x, y) = f(a)`` has two on the left and the call alone on the right. Of a rule that is ``like`` others
-    the sides are made when they are first asked for.
+    ``(x, y) = f(a)`` has two on the left and the call alone on the right. Of a rule that is
+    ``like`` others the sides are made when they are first asked for.
     """
 
     left: tuple[Expression, ...]
@@ -301,7 +309,8 @@ class IfRule(Node):
 
 
 class Inequality(Node):
-    """``a < b`` as a rule; for a chain such as ``0 < x < 1``, a comparison of each two neighbours."""
+    """``a < b`` as a rule; for a chain such as ``0 < x < 1``, a comparison of each two
+    neighbours."""
 
     comparisons: tuple[Comparison, ...]
     span: Span | None = None
@@ -335,7 +344,8 @@ class CommentLine(Node):
 
 
 class Range(Node):
-    """The allowed values of a variable: ``in [a, b]``, ``> 0``, ``< b``; ends may have variables."""
+    """The allowed values of a variable: ``in [a, b]``, ``> 0``, ``< b``; ends may have
+    variables."""
 
     lower: Expression | None = None
     upper: Expression | None = None
@@ -387,7 +397,8 @@ class UnitRow(Node):
 
 
 class Use(Node):
-    """``use "a.tk", "b.tk"``: paths as written; ``python``: Python files, which register functions."""
+    """``use "a.tk", "b.tk"``: paths as written; ``python``: Python files, which register
+    functions."""
 
     paths: tuple[str, ...]
     comment: str = ""
@@ -413,7 +424,8 @@ class Function(Node):
 
 
 class Mark(Node):
-    """One line of a figure: ``point A = (x, y)``, ``line (O, A)``. ``kind`` is a row of ``marks.KINDS``."""
+    """One line of a figure: ``point A = (x, y)``, ``line (O, A)``. ``kind`` is a row of
+    ``marks.KINDS``."""
 
     kind: str
     name: str | None
@@ -514,7 +526,8 @@ def units_of(node: Expression | Condition) -> Iterator[str]:
 
 
 def chain(node: Expression) -> list[tuple[str, Expression]]:
-    """The factors of ``a*b/c`` with their signs, by a loop: a chain may exceed the recursion limit."""
+    """The factors of ``a*b/c`` with their signs, by a loop: a chain may exceed the recursion
+    limit."""
     parts: list[tuple[str, Expression]] = []
     while isinstance(node, Product | Quotient):
         parts.append(("*" if isinstance(node, Product) else "/", node.right))
@@ -534,7 +547,8 @@ ONE = Number(1.0)
 def substitute(expression: Expression, replacements: Mapping[str, Expression]) -> Expression:
     """The expression with variables replaced."""
     return map_leaves(
-        expression, lambda leaf: replacements.get(leaf.name, leaf) if isinstance(leaf, Name) else leaf
+        expression,
+        lambda leaf: replacements.get(leaf.name, leaf) if isinstance(leaf, Name) else leaf,
     )
 
 
@@ -545,7 +559,9 @@ def exchange(expression: Expression, old: Expression, new: Expression) -> Expres
     return rebuilt(expression, tuple(exchange(part, old, new) for part in children(expression)))
 
 
-def map_leaves(expression: Expression, change: Callable[[Name | Number | Symbol], Expression]) -> Expression:
+def map_leaves(
+    expression: Expression, change: Callable[[Name | Number | Symbol], Expression]
+) -> Expression:
     """The expression with ``change`` applied to every name, number and symbol."""
     if isinstance(expression, Name | Number | Symbol):
         return change(expression)

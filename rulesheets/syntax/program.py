@@ -14,9 +14,9 @@ from rulesheets.syntax.nodes import children, names
 class Program:
     """``functions`` are the rule functions of all files by their names in lower case.
 
-    ``units`` are the units that all files define, ``texts`` the texts of the files that it uses, ``links``
-    the paths by which they are used, each with where its links lead to, ``python`` the paths of the Python
-    files that have registered functions for it.
+    ``units`` are the units that all files define, ``texts`` the texts of the files that it uses,
+    ``links`` the paths by which they are used, each with where its links lead to, ``python`` the
+    paths of the Python files that have registered functions for it.
     """
 
     sheet: nodes.RuleSheet
@@ -37,7 +37,9 @@ class Program:
         """Whether the sheet has ``limits = yes``, in its variables section or among its rules."""
         rows = (row for row in self.sheet.variables or () if isinstance(row, nodes.VariableRow))
         settings = [_setting(row.name, row.value) for row in rows]
-        settings += [_setting_value(rule) for rule in self.sheet.rules if isinstance(rule, nodes.Rule)]
+        settings += [
+            _setting_value(rule) for rule in self.sheet.rules if isinstance(rule, nodes.Rule)
+        ]
         return next((setting for setting in reversed(settings) if setting is not None), False)
 
 
@@ -60,7 +62,11 @@ def _setting_value(rule: nodes.Rule) -> bool | None:
 
 def rules_of(owner: nodes.RuleSheet | nodes.Function) -> Iterator[nodes.Rule]:
     """The rules of a sheet or a function, without settings and the comment lines between them."""
-    return (rule for rule in owner.rules if isinstance(rule, nodes.Rule) and _setting_value(rule) is None)
+    return (
+        rule
+        for rule in owner.rules
+        if isinstance(rule, nodes.Rule) and _setting_value(rule) is None
+    )
 
 
 def bodies(body: nodes.RuleBody) -> Iterator[nodes.RuleBody]:
@@ -81,7 +87,9 @@ def names_of(body: nodes.RuleBody) -> Iterable[str]:
     return (name for operand in children(body) for name in names(operand))
 
 
-def walk(*roots: nodes.Expression | nodes.Condition) -> Iterator[nodes.Expression | nodes.Condition]:
+def walk(
+    *roots: nodes.Expression | nodes.Condition,
+) -> Iterator[nodes.Expression | nodes.Condition]:
     """Nodes and all their parts, left to right, each before its own parts."""
     stack = [*reversed(roots)]
     while stack:
@@ -90,7 +98,9 @@ def walk(*roots: nodes.Expression | nodes.Condition) -> Iterator[nodes.Expressio
         stack.extend(reversed(children(item)))
 
 
-def components(rule: nodes.RuleBody, functions: Mapping[str, nodes.Function]) -> tuple[nodes.RuleBody, ...]:
+def components(
+    rule: nodes.RuleBody, functions: Mapping[str, nodes.Function]
+) -> tuple[nodes.RuleBody, ...]:
     """An equality as scalar equalities and calls, in order; any other rule alone.
 
     ``(x, y) = f(a)`` and ``x = f(a)`` are calls of f with these results. Sides of different length
@@ -128,8 +138,8 @@ def _as_call(
 
 
 def degree(expression: nodes.Expression, unknowns: Collection[str]) -> float:
-    """The degree in the unknowns of a polynomial as written, with any coefficients, or after multiplying by
-    divisors that are products, which count as one more; infinite for others."""
+    """The degree in the unknowns of a polynomial as written, with any coefficients, or after
+    multiplying by divisors that are products, which count as one more; infinite for others."""
     match expression:
         case nodes.Name(name):
             return float(name in unknowns)
@@ -141,7 +151,9 @@ def degree(expression: nodes.Expression, unknowns: Collection[str]) -> float:
             return degree(left, unknowns) + degree(right, unknowns)
         case nodes.Quotient(left, right) if degree(right, unknowns) == 0.0:
             return degree(left, unknowns)
-        case nodes.Quotient(left, right) if not any(isinstance(node, nodes.Sum) for node in walk(right)):
+        case nodes.Quotient(left, right) if not any(
+            isinstance(node, nodes.Sum) for node in walk(right)
+        ):
             return 1.0 + degree(left, unknowns) + degree(right, unknowns)
         case nodes.Power(base, nodes.Number(power)) if power.is_integer() and power > 0.0:
             return power * degree(base, unknowns)

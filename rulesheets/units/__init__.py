@@ -27,7 +27,8 @@ _BARE = re.compile(r"[\d./]+(?:[eE][-+]?\d+)?")
 
 
 def value_and_unit(text: str) -> tuple[str, str] | None:
-    """The value and the unit of ``50 [mm]``, ``50mm``, ``50 mm`` or ``5 1/s``; None without a unit."""
+    """The value and the unit of ``50 [mm]``, ``50mm``, ``50 mm`` or ``5 1/s``; None without a
+    unit."""
     found = _BRACKETED.fullmatch(text) or _PLAIN.fullmatch(text)
     return (found[1], found[2].strip()) if found else None
 
@@ -39,18 +40,23 @@ def converted(
     place: Span | None = None,
     difference: bool = False,
 ) -> list[float]:
-    """Numbers in ``unit`` converted to the unit of the variable; a ``difference`` has no zero point.
+    """Numbers in ``unit`` converted to the unit of the variable; a ``difference`` has no zero
+    point.
 
-    Raises RuleSheetError for an unknown unit, one of another kind, and for a variable without a unit.
+    Raises RuleSheetError for an unknown unit, one of another kind, and for a variable without a
+    unit.
     """
     if unit == variable.unit:
         return list(numbers)
     source, target = _units(unit, variable, place)
-    return [convert(number, source, target, difference or variable.difference) for number in numbers]
+    return [
+        convert(number, source, target, difference or variable.difference) for number in numbers
+    ]
 
 
 def scaling(unit: str, variable: Variable) -> tuple[float, float]:
-    """Factor and shift from ``unit`` to that of the variable. Raises RuleSheetError as ``converted`` does."""
+    """Factor and shift from ``unit`` to that of the variable. Raises RuleSheetError as
+    ``converted`` does."""
     return affine(*_units(unit, variable, None), variable.difference)
 
 
@@ -88,12 +94,14 @@ def library_of(rows: Sequence[UnitRow]) -> Library:
     for row in rows:
         known = [name for name in row.names if name in library().names()]
         if len(row.names) > 1 and known and _BARE.fullmatch(row.meaning):
-            # ct, EUR = 0.01 in the order of TK, from, to = factor, which would call both of them 0.01
+            # ct, EUR = 0.01 in the order of TK, from, to = factor, which would call both of them
+            # 0.01
             names = f"{', '.join(row.names[:-1])} and {row.names[-1]}"
             message = f"this line calls {names} {row.meaning}, a number without a unit"
             notes = (
                 f"write {row.names[0]} = {row.meaning} {row.names[1]}",
-                f"names before the equals sign are names of one unit, and {known[-1]} is one already",
+                f"names before the equals sign are names of one unit, and {known[-1]} is one "
+                "already",
             )
             complaints.append(error_at("E462", message, row.span, *notes))
             continue
@@ -154,7 +162,9 @@ def displays(model: Model, names: Iterable[str]) -> dict[str, tuple[float, float
 
 def differences(model: Model) -> frozenset[str]:
     """The variables of a model that are differences of temperatures."""
-    if not any(v.unit and v.measure and v.measure.bases == {"K": 1} for v in model.variables.values()):
+    if not any(
+        v.unit and v.measure and v.measure.bases == {"K": 1} for v in model.variables.values()
+    ):
         return frozenset()
     from rulesheets.units.temperatures import Weights
 
@@ -166,7 +176,8 @@ SYSTEMS = {
     "J kJ MJ GJ kWh N-m kN-m W kW MW kg/m^3 kg/s m^3/s L/s m/s^2 kJ/kg kJ/kg-K W/m-K W/m^2-K Pa-s "
     "N/m N/mm",
     "us": "in ft mi in^2 ft^2 in^3 gal ft^3 oz lb lbf kip psi ksi degF degR ft/s mph Btu lbf-ft hp "
-    "lb/ft^3 lb/s ft^3/s gpm ft/s^2 Btu/lb Btu/lb-R Btu/h-ft-R Btu/h-ft^2-R lbf-s/ft^2 lbf/ft lbf/in",
+    "lb/ft^3 lb/s ft^3/s gpm ft/s^2 Btu/lb Btu/lb-R Btu/h-ft-R Btu/h-ft^2-R lbf-s/ft^2 lbf/ft "
+    "lbf/in",
 }
 """Units to choose from, by system; of several of one kind, the one nearest in size is taken."""
 
@@ -183,12 +194,15 @@ def with_display_unit(variable: Variable, unit: str, place: Span | None = None) 
 
 
 def with_display_units(model: Model, system: str | None, chosen: Mapping[str, str]) -> Model:
-    """The model shown in the units of a system, and some variables in those that are chosen for them."""
+    """The model shown in the units of a system, and some variables in those that are chosen for
+    them."""
     if system is None and not chosen:
         return model
     units = {name: library().unit(name) for name in SYSTEMS.get(system or "", "").split()}
     variables = {
-        name: with_display_unit(variable, chosen[name]) if name in chosen else _in_system(variable, units)
+        name: with_display_unit(variable, chosen[name])
+        if name in chosen
+        else _in_system(variable, units)
         for name, variable in model.variables.items()
     }
     return replace(model, variables=variables)

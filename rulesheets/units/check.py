@@ -1,9 +1,9 @@
 """Do the units of a model fit its rules? Dimensions first, then factors such as 1000.
 
-A rule computes with readings in the units of its variables. With N, m and kg it needs no factor; if one of
-them is in kN, it needs a factor of 1000. The check therefore compares the sizes of the units of both sides,
-and accepts a difference that the numbers written in the rule explain. An empirical formula, which holds only
-in its own units, is left out by a comment that begins with ``unchecked``.
+A rule computes with readings in the units of its variables. With N, m and kg it needs no factor; if
+one of them is in kN, it needs a factor of 1000. The check therefore compares the sizes of the units
+of both sides, and accepts a difference that the numbers written in the rule explain. An empirical
+formula, which holds only in its own units, is left out by a comment that begins with ``unchecked``.
 """
 
 from __future__ import annotations
@@ -49,10 +49,11 @@ DERIVED = ("N", "J", "W", "Pa", "V", "ohm", "F", "C", "Hz", "m^2", "m^3", "m/s")
 
 
 def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
-    """Warnings about rules whose sides differ in dimension or by a factor; none for a model without units.
+    """Warnings about rules whose sides differ in dimension or by a factor; none for a model without
+    units.
 
-    ``sure`` leaves out what may be right: a mismatch that the unit of a written constant would cure, and a
-    common logarithm of a quantity, which is that of its reading (pH, decibels).
+    ``sure`` leaves out what may be right: a mismatch that the unit of a written constant would
+    cure, and a common logarithm of a quantity, which is that of its reading (pH, decibels).
     """
     dimensions = inference(model)
     if dimensions is None:
@@ -69,8 +70,11 @@ def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
 
         for equation, warning in Weights(model).warnings(sure):
             if not _unchecked(equation.rule):
-                said.setdefault((equation.rule.file, equation.rule.start, equation.rule.end), warning)
-    return tuple(said[place] for place in sorted(said) if said[place] is not None)  # type: ignore[misc]
+                said.setdefault(
+                    (equation.rule.file, equation.rule.start, equation.rule.end), warning
+                )
+    ordered = map(said.get, sorted(said))
+    return tuple(one for one in ordered if one is not None)
 
 
 def inferred(model: Model) -> dict[str, str]:
@@ -96,8 +100,12 @@ def inference(model: Model) -> Dimensions | None:
         return None
     values = {n: v.value for n, v in model.variables.items() if isinstance(v.value, float)}
     dimensions = Dimensions(units, values, model.units)
-    statements = [Statement(equation.rule, equation.left, equation.right) for equation in model.equations]
-    compared: list[tuple[Condition, Span | None]] = [(r.comparison, r.rule) for r in model.requirements]
+    statements = [
+        Statement(equation.rule, equation.left, equation.right) for equation in model.equations
+    ]
+    compared: list[tuple[Condition, Span | None]] = [
+        (r.comparison, r.rule) for r in model.requirements
+    ]
     for condition, place in (*compared, *((condition, None) for condition in model.conditions)):
         for node in walk(condition):
             span = place or node.span
@@ -128,8 +136,16 @@ def _constants(statement: Statement) -> list[float]:
     """Written numbers that may have a unit: 9.81, 8.314 and 3600, but not 2, 1/2 or exponents."""
     nodes = [*walk(statement.left), *walk(statement.right)]
     exponents = {id(node.exponent) for node in nodes if isinstance(node, Power)}
-    found = (n.value for n in nodes if isinstance(n, Number) and n.unit is None and id(n) not in exponents)
-    return [n for n in dict.fromkeys(found) if not (n.is_integer() and abs(n) <= 10) and n not in (0.5, 0.25)]
+    found = (
+        n.value
+        for n in nodes
+        if isinstance(n, Number) and n.unit is None and id(n) not in exponents
+    )
+    return [
+        n
+        for n in dict.fromkeys(found)
+        if not (n.is_integer() and abs(n) <= 10) and n not in (0.5, 0.25)
+    ]
 
 
 def _curable(found: Mismatch, statement: Statement) -> bool:
@@ -182,7 +198,9 @@ def _of_angle(call: Call, factor: float, argument: str, unit: str) -> tuple[str,
     wanted = "deg" if TABLE[call.function].in_degrees else "rad"
     message = f"{call.function} takes an angle in {wanted}, and {argument} is in {unit}"
     if math.isclose(max(factor, 1 / factor), 180 / math.pi, rel_tol=1e-9):
-        return message, [f"write {in_other_unit(call.function)}({argument}), or give it in {wanted}"]
+        return message, [
+            f"write {in_other_unit(call.function)}({argument}), or give it in {wanted}"
+        ]
     return message, [f"multiply it by {factor:.6g}, or give it in {wanted}"]
 
 
@@ -194,7 +212,10 @@ def _constant(found: Mismatch, statement: Statement) -> list[str]:
     for side, missing in ((found.left, other.plus(one, -1)), (found.right, one.plus(other, -1))):
         for number, power in _factors_of(side):
             if number.unit is None and number.value in _constants(statement):
-                shown, unit = _shown(number, statement.place), unit_text(missing.times(1 / power).known)
+                shown, unit = (
+                    _shown(number, statement.place),
+                    unit_text(missing.times(1 / power).known),
+                )
                 return [f"if {shown} is a constant with a unit, write it: {shown}[{unit}]"]
     return []
 
@@ -206,7 +227,9 @@ def _written(node: Expression, model: Model) -> str | None:
             return model.variables[name].unit
         case Number(unit=str(unit)):
             return unit
-        case Product(Number(unit=None), inner) | Quotient(inner, Number(unit=None)) | Negative(inner):
+        case (
+            Product(Number(unit=None), inner) | Quotient(inner, Number(unit=None)) | Negative(inner)
+        ):
             return _written(inner, model)
         case Product(left, right):
             parts = _written(left, model), _written(right, model)
@@ -216,7 +239,9 @@ def _written(node: Expression, model: Model) -> str | None:
             return None
 
 
-def _factors_of(node: Expression, power: Fraction = Fraction(1)) -> Iterator[tuple[Number, Fraction]]:
+def _factors_of(
+    node: Expression, power: Fraction = Fraction(1)
+) -> Iterator[tuple[Number, Fraction]]:
     """Numbers that multiply or divide an expression, each with its exponent."""
     match node:
         case Number():

@@ -1,11 +1,11 @@
 """What the rules imply about units: linear algebra over the exponents of base units.
 
-A product adds exponents, a quotient subtracts, a constant power scales, and what is added or equated has
-the same. Each rule therefore gives linear equations between the exponents of its variables (A. J. Kennedy,
-*Programming Languages and Dimensions*, 1996; here over the rationals, since every call of a function is
-instantiated). The logarithm of a unit's size is one more such exponent. Rules with one variable left open
-are taken first; elimination does the rest. Each result carries the rules that it follows from, so that a
-conflict names its chain.
+A product adds exponents, a quotient subtracts, a constant power scales, and what is added or
+equated has the same. Each rule therefore gives linear equations between the exponents of its
+variables (A. J. Kennedy, *Programming Languages and Dimensions*, 1996; here over the rationals,
+since every call of a function is instantiated). The logarithm of a unit's size is one more such
+exponent. Rules with one variable left open are taken first; elimination does the rest. Each result
+carries the rules that it follows from, so that a conflict names its chain.
 """
 
 from __future__ import annotations
@@ -50,7 +50,8 @@ LONGEST_CHAIN = 16
 LARGEST_COUNT = 9
 """Integers up to this are counts and factors of formulas (`m*v^2/2`), not factors between units."""
 RELATIVE = 1e-3
-"""How near a factor must be to numbers of the rule for these to explain it: 3.6, 9.81, 1.8 are rounded."""
+"""How near a factor must be to numbers of the rule for these to explain it: 3.6, 9.81, 1.8 are
+rounded."""
 
 
 def angle_of(function: str) -> Exponents | None:
@@ -79,8 +80,8 @@ def exponents(unit: Unit) -> Exponents:
 class Powers(NamedTuple):
     """The exponents of an expression: known ones, and multiples of those of open variables.
 
-    ``any``: 0, or a bare number in a sum, fits any unit. ``numbers`` of the rules that it follows from may
-    be factors between units.
+    ``any``: 0, or a bare number in a sum, fits any unit. ``numbers`` of the rules that it follows
+    from may be factors between units.
     """
 
     known: Exponents = {}  # noqa: RUF012
@@ -131,9 +132,9 @@ class Statement(NamedTuple):
 class Mismatch(NamedTuple):
     """Two expressions of a statement (by index) that must have the same unit, but do not.
 
-    ``right`` is None if an argument of ``call``, or an exponent, must be a number, or an angle in the unit of
-    that function. ``factor``: if the dimensions agree, the size of the left unit in right units. ``why`` are
-    the statements that the units follow from.
+    ``right`` is None if an argument of ``call``, or an exponent, must be a number, or an angle in
+    the unit of that function. ``factor``: if the dimensions agree, the size of the left unit in
+    right units. ``why`` are the statements that the units follow from.
     """
 
     statement: int
@@ -148,7 +149,9 @@ class Mismatch(NamedTuple):
 class Dimensions:
     """The exponents of every variable whose unit is written or implied by rules."""
 
-    def __init__(self, declared: Mapping[str, Unit], values: Mapping[str, float], units: Library) -> None:
+    def __init__(
+        self, declared: Mapping[str, Unit], values: Mapping[str, float], units: Library
+    ) -> None:
         self.values, self.units = values, units
         self.forms = {name: Powers(exponents(unit)) for name, unit in declared.items()}
         self.statements: Sequence[Statement] = ()
@@ -254,7 +257,8 @@ class Dimensions:
         return Powers((row.angle and angle_of(function)) or {})
 
     def _number(self, node: Expression, index: int, call: Call | None = None) -> None:
-        """An expression without a unit: an exponent, an argument of a logarithm; of a sine, an angle."""
+        """An expression without a unit: an exponent, an argument of a logarithm; of a sine, an
+        angle."""
         form = self._resolved(self.form(node, index))
         if form.any:
             return
@@ -263,11 +267,15 @@ class Dimensions:
             self._meet(wanted, Mismatch(index, node, None, (form, Powers()), call=call))
         elif call is not None and form.known.get(ANGLE) == 1 and (angle := angle_of(call.function)):
             wanted = Powers(angle)
-            self._compare(form.plus(wanted, -1), Mismatch(index, node, None, (form, wanted), call=call))
+            self._compare(
+                form.plus(wanted, -1), Mismatch(index, node, None, (form, wanted), call=call)
+            )
 
     # --- equations between exponents ---
 
-    def _equate(self, index: int, left: Expression, right: Expression, one: Powers, other: Powers) -> None:
+    def _equate(
+        self, index: int, left: Expression, right: Expression, one: Powers, other: Powers
+    ) -> None:
         if not (one.any or other.any or bare(left) or bare(right)):
             self._meet(one.plus(other, -1), Mismatch(index, left, right, (one, other)))
 
@@ -280,7 +288,9 @@ class Dimensions:
             return
         name = min(form.open)
         others = {n: e for n, e in form.open.items() if n != name}
-        written = {abs(number.value) for number in self._numbers(index)}  # may be factors between units
+        written = {
+            abs(number.value) for number in self._numbers(index)
+        }  # may be factors between units
         factors = frozenset(n for n in written if not n.is_integer() or n > LARGEST_COUNT)
         rest = Powers(form.known, others, form.why | {index}, numbers=form.numbers | factors)
         found = rest.times(_rational(-1 / form.open[name]))
@@ -319,7 +329,10 @@ class Dimensions:
     def _numbers(self, index: int) -> Iterable[Number]:
         statement = self.statements[index]
         return (
-            n for side in (statement.left, statement.right) for n in leaves(side, Number) if n.unit is None
+            n
+            for side in (statement.left, statement.right)
+            for n in leaves(side, Number)
+            if n.unit is None
         )
 
     def _explained(self, factor: float, index: int, before: Iterable[float]) -> bool:
@@ -339,7 +352,9 @@ class Dimensions:
             return False
         turns = [2 * math.pi] if written else []
         degrees = [math.pi / 180] if written & {90.0, 180.0, 360.0} else []
-        return any(explained(factor * one**sign, written) for one in turns + degrees for sign in (1, -1))
+        return any(
+            explained(factor * one**sign, written) for one in turns + degrees for sign in (1, -1)
+        )
 
 
 def _rational(number: float) -> Fraction | int:
@@ -347,7 +362,8 @@ def _rational(number: float) -> Fraction | int:
 
 
 def explained(factor: float, written: Iterable[float]) -> bool:
-    """Whether a factor is 1, a product of powers of numbers in the rule, or a divisor of one (32000)."""
+    """Whether a factor is 1, a product of powers of numbers in the rule, or a divisor of one
+    (32000)."""
     if math.isclose(factor, 1.0, rel_tol=1e-9):
         return True
     usual = [number for number in written if number not in (0.0, 1.0)]

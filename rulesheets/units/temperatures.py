@@ -1,4 +1,5 @@
-"""Temperatures: points of a scale told from their differences, and rules that need absolute ones."""
+"""Temperatures: points of a scale told from their differences, and rules that need absolute
+ones."""
 
 from __future__ import annotations
 
@@ -29,7 +30,9 @@ class TemperatureRule(NamedTuple):
 
     def holds(self, differences: set[str]) -> bool:
         """Whether it still holds if all points shift together."""
-        moved = (sum(s for name, s in row.items() if name not in differences) for row in self.slopes)
+        moved = (
+            sum(s for name, s in row.items() if name not in differences) for row in self.slopes
+        )
         sizes = (sum(map(abs, row.values())) for row in self.slopes)
         return all(abs(total) <= NOISE * size for total, size in zip(moved, sizes, strict=True))
 
@@ -41,17 +44,21 @@ class TemperatureRule(NamedTuple):
 class Weights:
     """``differences`` are the temperatures of a model that are differences of points of a scale.
 
-    A law of nature does not depend on the zero of a scale: if all points in a rule shift by one kelvin and
-    the differences stay, it still holds. ``dT = T1 - T2`` and ``Q = m*c*(T1 - T2)`` do so if dT is a
-    difference; ``p*v = R*T`` does not, and needs an absolute temperature. This is decided by the slopes of
-    a rule by its temperatures at a few places.
+    A law of nature does not depend on the zero of a scale: if all points in a rule shift by one
+    kelvin and the differences stay, it still holds. ``dT = T1 - T2`` and ``Q = m*c*(T1 - T2)`` do
+    so if dT is a difference; ``p*v = R*T`` does not, and needs an absolute temperature. This is
+    decided by the slopes of a rule by its temperatures at a few places.
     """
 
     def __init__(self, model: Model) -> None:
         self.model = model
         measures = ((name, variable.measure) for name, variable in model.variables.items())
-        self.units = {name: unit for name, unit in measures if unit is not None and unit.bases == {"K": 1}}
-        self.rules = [rule for equation in model.equations if (rule := self._rule(equation)) is not None]
+        self.units = {
+            name: unit for name, unit in measures if unit is not None and unit.bases == {"K": 1}
+        }
+        self.rules = [
+            rule for equation in model.equations if (rule := self._rule(equation)) is not None
+        ]
         marked = {n: model.variables[n].unit or "" for n in self.units}
         self.differences = {
             name
@@ -71,17 +78,26 @@ class Weights:
         """The slopes of a rule; None if it has no temperature or no slopes."""
         here = [name for name in equation.names if name in self.units]
         rows = (TABLE.get(part.function) for part in _parts(equation) if isinstance(part, Call))
-        if not here or any(row is None or row.source for row in rows):  # a file's own Python is not run
+        if not here or any(
+            row is None or row.source for row in rows
+        ):  # a file's own Python is not run
             return None
         found: list[dict[str, float]] = []
         for attempt in range(TRIES):
-            spread = (0.618 * (attempt + 1) * (place + 1) % 1 for place in range(len(equation.names)))
+            spread = (
+                0.618 * (attempt + 1) * (place + 1) % 1 for place in range(len(equation.names))
+            )
             values = {name: 1 + share for name, share in zip(equation.names, spread, strict=True)}
             try:
-                left, right = (derivatives(side, values)[1] for side in (equation.left, equation.right))
+                left, right = (
+                    derivatives(side, values)[1] for side in (equation.left, equation.right)
+                )
             except (Undefined, KeyError, ValueError, OverflowError):
                 continue
-            row = {n: (left.get(n, 0.0) - right.get(n, 0.0)) / float(self.units[n].factor) for n in here}
+            row = {
+                n: (left.get(n, 0.0) - right.get(n, 0.0)) / float(self.units[n].factor)
+                for n in here
+            }
             if all(slope == slope for slope in row.values()):
                 found.append(row)
             if len(found) == PLACES:
@@ -93,7 +109,9 @@ class Weights:
     def _candidates(self, rule: TemperatureRule) -> list[str]:
         """The points of which one is a difference, if the others are points."""
         points = rule.points(self.differences)
-        return [name for name in points if len(points) > 2 and rule.holds(self.differences | {name})]
+        return [
+            name for name in points if len(points) > 2 and rule.holds(self.differences | {name})
+        ]
 
     def _only_one(self, rule: TemperatureRule) -> bool:
         found = self._candidates(rule)
@@ -102,7 +120,11 @@ class Weights:
 
     def _alone_on_a_side(self, rule: TemperatureRule) -> bool:
         """``dT = T1 - T2`` is taken as the definition of dT, though T2 might be the difference."""
-        sides = [side.name for side in (rule.equation.left, rule.equation.right) if isinstance(side, Name)]
+        sides = [
+            side.name
+            for side in (rule.equation.left, rule.equation.right)
+            if isinstance(side, Name)
+        ]
         found = [name for name in self._candidates(rule) if name in sides]
         self.differences.update(found[:1])
         return bool(found)
@@ -134,13 +156,18 @@ class Weights:
                     continue
                 one, two = (self.model.variables[name].unit for name in (scaled[0], other))
                 apart = abs(float(offset - self.units[other].offset))
-                message = f"{scaled[0]} is in {one}, {other} in {two}: their zeros are {apart:.6g} K apart"
+                message = (
+                    f"{scaled[0]} is in {one}, {other} in {two}: their zeros are {apart:.6g} K "
+                    "apart"
+                )
                 note = "give both in one unit, or write the number between them"
             elif self._candidates(rule) or self._may_mean(rule, sure):
                 continue
             else:
                 unit, measure = self.model.variables[scaled[0]].unit, self.units[scaled[0]]
-                zero = float(measure.offset / measure.factor)  # below that of the scale, in its degrees
+                zero = float(
+                    measure.offset / measure.factor
+                )  # below that of the scale, in its degrees
                 needed = "an absolute temperature or a difference"
                 message = f"{scaled[0]} is in {unit}, and this rule needs {needed}"
                 advice = f"write {scaled[0]} + {zero:.6g}, or give it in K"
@@ -149,21 +176,27 @@ class Weights:
             yield rule.equation, Diagnosis("W603", Severity.WARNING, message, (label,), (note,))
 
     def _open(self, equation: Equation) -> bool:
-        """Whether something else is added to a temperature: ``T + 273.15`` and ``T + C`` may be absolute."""
+        """Whether something else is added to a temperature: ``T + 273.15`` and ``T + C`` may be
+        absolute."""
         sums = [part.terms for part in _parts(equation) if isinstance(part, Sum)]
         for side, other in ((equation.left, equation.right), (equation.right, equation.left)):
             sums += [(side, other)] if isinstance(side, Name) and side.name in self.units else []
         return any({0.0, 1.0} <= {degree(term, self.units) for term in terms} for terms in sums)
 
     def _may_mean(self, rule: TemperatureRule, sure: bool) -> bool:
-        """Whether its points may cancel by another rule, as in ``m1*c*T1 + m2*c*T2 = m*c*T``, or it counts an
-        energy from the zero of the scale, as in ``h = c*T``, which it may mean to (where ``sure``)."""
+        """Whether its points may cancel by another rule, as in ``m1*c*T1 + m2*c*T2 = m*c*T``, or it
+        counts an energy from the zero of the scale, as in ``h = c*T``, which it may mean to (where
+        ``sure``)."""
         sides = rule.equation.left, rule.equation.right
         if max(degree(side, self.units) for side in sides) != 1.0:
             return False
-        units = (self.model.variables[side.name].measure for side in sides if isinstance(side, Name))
+        units = (
+            self.model.variables[side.name].measure for side in sides if isinstance(side, Name)
+        )
         energy = any(unit is None or unit.bases.get("m") == 2 for unit in units)
-        return len({slope > 0.0 for slope in rule.slopes[0].values() if slope}) == 2 or (sure and energy)
+        return len({slope > 0.0 for slope in rule.slopes[0].values() if slope}) == 2 or (
+            sure and energy
+        )
 
 
 def _parts(equation: Equation) -> Iterator[Condition | Expression]:

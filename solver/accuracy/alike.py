@@ -1,9 +1,10 @@
-"""The rule check for networks of thousands of rules: rules that differ only in names and numbers at once.
+"""The rule check for networks of thousands of rules: rules that differ only in names and numbers at
+once.
 
-The rules of a network have a few shapes. Those of one shape are rows of arrays, on which one walk over the
-shape gives values, slopes and rounding bounds, operation by operation as ``rulesheets.evaluate`` for a single
-rule. A row with an exception (a subnormal number, an undefined one, a function that jumps or selects) is left
-to the check of single rules.
+The rules of a network have a few shapes. Those of one shape are rows of arrays, on which one walk
+over the shape gives values, slopes and rounding bounds, operation by operation as
+``rulesheets.evaluate`` for a single rule. A row with an exception (a subnormal number, an undefined
+one, a function that jumps or selects) is left to the check of single rules.
 """
 
 from __future__ import annotations
@@ -23,7 +24,17 @@ from rulesheets.evaluate.gradient import BY_BASE, CHOOSING, SMALLEST, Part, Trac
 from rulesheets.evaluate.number import Arithmetic
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+)
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_sides import gross, leads_to_zero, sides, size, terms
 from solver.numerics.linear_algebra import Array
@@ -34,7 +45,8 @@ FEWEST = 8
 """Rules of one shape from which on arrays are faster than one rule after another."""
 
 LONGER = float(np.finfo(np.longdouble).eps) / EPS
-"""How much finer than floats the long floats of numpy are: 2⁻¹¹ on most machines, on others no finer."""
+"""How much finer than floats the long floats of numpy are: 2⁻¹¹ on most machines, on others no
+finer."""
 LONG: dict[str, Any] = {f: getattr(np, f) for f in ("sqrt", "abs", "exp", "sin", "cos")}
 """Functions that numpy has for its long floats as we mean them."""
 
@@ -45,7 +57,8 @@ LONG: dict[str, Any] = {f: getattr(np, f) for f in ("sqrt", "abs", "exp", "sin",
 class _Columns(Arithmetic[Array]):
     """Columns of numbers, a row for each rule. ``plain`` are the rows without an exception so far.
 
-    ``numbers`` are the columns of those in the text, in order; without them a number stands for itself.
+    ``numbers`` are the columns of those in the text, in order; without them a number stands for
+    itself.
     """
 
     def __init__(self, columns: Mapping[str, Any], numbers: Array | None, count: int) -> None:
@@ -125,7 +138,9 @@ class _TracedColumns(Traced[Array]):
 
     numbers: _Columns
 
-    def slope(self, template: Expression, arguments: Sequence[Part[Array]], node: Expression) -> Array:
+    def slope(
+        self, template: Expression, arguments: Sequence[Part[Array]], node: Expression
+    ) -> Array:
         columns = {str(place): part.value for place, part in enumerate(arguments)}
         rows = _Columns(columns, None, len(self.numbers.plain))
         found = rows.of(template)
@@ -135,7 +150,8 @@ class _TracedColumns(Traced[Array]):
         return self.total(node.terms, [self.of(term) for term in node.terms])
 
     def total(self, terms: Sequence[Expression], parts: Sequence[Part[Array]]) -> Part[Array]:
-        """The sum of terms. ``exp(x) - 1`` in it is one operation, which rounds little at a small x."""
+        """The sum of terms. ``exp(x) - 1`` in it is one operation, which rounds little at a small
+        x."""
         pair = _power_and_one(terms, [part.value for part in parts])
         if pair is None or not parts[pair[0]].slopes:
             return self.added(parts)
@@ -148,7 +164,9 @@ class _TracedColumns(Traced[Array]):
         rounded = np.where(close, 2.0 * ulps * size, part.rounded + size)
         self.numbers.plain &= (size >= SMALLEST) | (argument.value == 0.0)
         difference = Part(value, "", ((sign * slope, argument),), rounded)
-        return self.added([difference if k == pair[0] else p for k, p in enumerate(parts) if k != pair[1]])
+        return self.added(
+            [difference if k == pair[0] else p for k, p in enumerate(parts) if k != pair[1]]
+        )
 
     def by_base(self, base: Part[Array], exponent: Part[Array], node: Power) -> Array:
         return np.where(exponent.value == 0.0, 0.0, self.slope(BY_BASE, (base, exponent), node))
@@ -194,12 +212,13 @@ class _Extended(_Columns):
 
 
 class Evaluated(NamedTuple):
-    """Rules (n,) at a point: ``miss`` = left - right with its rounding (``noise``), the size of their terms
-    before they cancel (``gross``), and how far each moves with its values (``moves`` = Σ|∂F/∂v · v|).
+    """Rules (n,) at a point: ``miss`` = left - right with its rounding (``noise``), the size of
+    their terms before they cancel (``gross``), and how far each moves with its values (``moves`` =
+    Σ|∂F/∂v · v|).
 
-    ``slopes``, ``rows`` and ``columns`` are triplets: ∂F/∂v, the place of the rule, and that of v among
-    ``names``. ``holds`` if the check of single rules would accept it; others have to be checked one by one.
-    Undefined values are nan.
+    ``slopes``, ``rows`` and ``columns`` are triplets: ∂F/∂v, the place of the rule, and that of v
+    among ``names``. ``holds`` if the check of single rules would accept it; others have to be
+    checked one by one. Undefined values are nan.
     """
 
     names: tuple[str, ...]
@@ -219,7 +238,9 @@ def _point(known: Alike, values: Mapping[str, Value]) -> Array:
     return np.fromiter(numbers, dtype=float, count=len(known.names))
 
 
-def evaluated(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> Evaluated:
+def evaluated(
+    model: Model, equations: Sequence[Equation], values: Mapping[str, Value]
+) -> Evaluated:
     """All rules at once; those of rare shapes, or with exceptions, one by one."""
     known = shapes(model).of(equations)
     point = _point(known, values)
@@ -232,7 +253,9 @@ def evaluated(model: Model, equations: Sequence[Equation], values: Mapping[str, 
         if len(family.places) < FEWEST:
             continue
         here = point[family.columns]
-        rows = _Columns(dict(zip(family.first.names, here, strict=True)), family.numbers, len(family.places))
+        rows = _Columns(
+            dict(zip(family.first.names, here, strict=True)), family.numbers, len(family.places)
+        )
         rows.plain &= np.isfinite(here).all(axis=0)
         with np.errstate(all="ignore"), suppress(Undefined):
             side = _FamilySides(family.first, rows)
@@ -277,7 +300,9 @@ class _FamilySides:
         self.miss, self.noise = left - right, EPS * noise + EPS * more
         self.terms = [np.abs(slope * rows.columns[name]) for name, slope in self.slopes.items()]
         self.moves = sum(self.terms, 0.0 * self.miss)
-        rows.plain &= np.isfinite(self.size + self.noise) & (self.moves > FAINTEST) & (self.moves < np.inf)
+        rows.plain &= (
+            np.isfinite(self.size + self.noise) & (self.moves > FAINTEST) & (self.moves < np.inf)
+        )
 
     def holds(self, family: Family) -> Any:
         """Whether the check of single rules accepts a rule by its slopes; the same on arrays."""
@@ -285,17 +310,27 @@ class _FamilySides:
         within, gentle = off <= bound, leads_to_zero(np.abs(self.miss), off, self.terms, self.size)
         accepted = within & gentle
         if (within & ~gentle).any():
-            share = 2 * np.maximum(np.abs(self.miss) / np.where(self.moves > 0.0, self.moves, 1.0), EPS)
+            share = 2 * np.maximum(
+                np.abs(self.miss) / np.where(self.moves > 0.0, self.moves, 1.0), EPS
+            )
             accepted |= within & self._straddles(family, share)
-        open_to_more = self.rows.plain & ~within & (np.abs(self.miss) <= bound + ROUNDINGS * self.noise)
+        open_to_more = (
+            self.rows.plain & ~within & (np.abs(self.miss) <= bound + ROUNDINGS * self.noise)
+        )
         if LONGER < 1.0 and open_to_more.any():
-            accepted |= open_to_more & self._straddles(family, np.full_like(bound, 2 * BACKWARD), bound)
+            accepted |= open_to_more & self._straddles(
+                family, np.full_like(bound, 2 * BACKWARD), bound
+            )
         return accepted | ((self.miss == 0.0) & (self.noise == 0.0))
 
-    def _straddles(self, family: Family, share: Array, bound: Array | None = None) -> NDArray[np.bool_]:
-        """Whether F changes sign as all values move along its slopes, and against them, by a share of them.
+    def _straddles(
+        self, family: Family, share: Array, bound: Array | None = None
+    ) -> NDArray[np.bool_]:
+        """Whether F changes sign as all values move along its slopes, and against them, by a share
+        of them.
 
-        With a ``bound``, in extended floats, by more than their rounding, and only if F is within it.
+        With a ``bound``, in extended floats, by more than their rounding, and only if F is within
+        it.
         """
         count, rule = len(self.rows.plain), family.first
         plain = np.ones(count, dtype=bool)
@@ -322,17 +357,19 @@ class _FamilySides:
 def accepted(
     model: Model, equations: Sequence[Equation], values: Mapping[str, Value]
 ) -> tuple[float, tuple[Equation, ...]]:
-    """Many rules checked at once: the largest scaled residual of those that hold, and the others, which are
-    left to the check of single rules."""
+    """Many rules checked at once: the largest scaled residual of those that hold, and the others,
+    which are left to the check of single rules."""
     found = evaluated(model, equations, values)
     scaled = np.abs(found.miss) / np.where(found.moves > 0.0, found.moves, 1.0)
     left = tuple([equations[place] for place in np.flatnonzero(~found.holds).tolist()])
     return float(np.max(scaled[found.holds], initial=0.0)), left
 
 
-def multiplied_out(model: Model, equations: Sequence[Equation], values: Mapping[str, Value]) -> Array:
-    """The sizes (n,) of rules' terms, with brackets multiplied out except divisors and functions of them.
-    Undefined terms are nan, or do not count."""
+def multiplied_out(
+    model: Model, equations: Sequence[Equation], values: Mapping[str, Value]
+) -> Array:
+    """The sizes (n,) of rules' terms, with brackets multiplied out except divisors and functions of
+    them. Undefined terms are nan, or do not count."""
     known, found = shapes(model).of(equations), np.zeros(len(equations))
     point = _point(known, values)
     for family in known.families:

@@ -55,7 +55,9 @@ def linearized(
     """Jacobian (m, n) of as many forms by the unknowns, and their values (m,). Raises Undefined."""
     zero = context(digits).zero
     swept = [extended_derivatives(form, values, digits, unknowns) for form in forms]
-    return [[slopes.get(name, zero) for name in unknowns] for _, slopes in swept], [miss for miss, _ in swept]
+    return [[slopes.get(name, zero) for name in unknowns] for _, slopes in swept], [
+        miss for miss, _ in swept
+    ]
 
 
 class ManyDigits:
@@ -99,7 +101,8 @@ class ManyDigits:
     def newton(self, start: Sequence[Any], sizes: Sequence[float] = ()) -> list[Any] | None:
         """The root that Newton's method reaches from ``start``; None if it reaches none.
 
-        ``sizes`` (n,) of the terms of the unknowns: an unknown that is 0 is computed only to their rounding.
+        ``sizes`` (n,) of the terms of the unknowns: an unknown that is 0 is computed only to their
+        rounding.
         """
         x, before = [self.mp.mpf(v) for v in start], self.mp.inf
         for _ in range(MAX_ITERATIONS):
@@ -112,9 +115,13 @@ class ManyDigits:
                 scales = sizes or [float(max(map(abs, x)))] * len(x)
             except (Undefined, Singular, OverflowError):
                 return None
-            sized = ((d, max(abs(v), self.tiny * size)) for v, d, size in zip(x, step, scales, strict=True))
+            sized = (
+                (d, max(abs(v), self.tiny * size))
+                for v, d, size in zip(x, step, scales, strict=True)
+            )
             length = max(abs(d) / (size or abs(d)) if d else 0 for d, size in sized)
-            # the next step, which is quadratically smaller, would be lost in rounding; or this one is
+            # the next step, which is quadratically smaller, would be lost in rounding; or this one
+            # is
             if length <= self.small or REFINED >= length >= before:
                 return x
             before = length
@@ -123,25 +130,26 @@ class ManyDigits:
 
 # --- two roots that floats cannot tell apart: a fold of the equations ---
 #
-# Near a fold the Jacobian has one small singular value, with null vectors v and u. The bordered system
-# F(x) + μ u = 0, v·(x − x₀) = t stays regular there and leaves a scalar equation μ(t) = 0 (Lyapunov–Schmidt
-# reduction; W. Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, 2000, chapter 3). Its
-# extreme value says whether there are two roots, one double root, or none.
+# Near a fold the Jacobian has one small singular value, with null vectors v and u. The bordered
+# system F(x) + μ u = 0, v·(x − x₀) = t stays regular there and leaves a scalar equation μ(t) = 0
+# (Lyapunov–Schmidt reduction; W. Govaerts, Numerical Methods for Bifurcations of Dynamical
+# Equilibria, 2000, chapter 3). Its extreme value says whether there are two roots, one double root,
+# or none.
 
 FOLD_ITERATIONS = 60
 
 
 Fold: TypeAlias = tuple[list[list[Any]], list[Any] | None]
-"""Roots, two or none, and the point where the two coincide, as far as the precision tells, or as far as the
-known values can: to half a unit of the last place of each that is no short number; or where numbers are the
-decimals as which they are written."""
+"""Roots, two or none, and the point where the two coincide, as far as the precision tells, or as
+far as the known values can: to half a unit of the last place of each that is no short number; or
+where numbers are the decimals as which they are written."""
 
 
 def resolve_fold(system: ManyDigits, start: Sequence[float], scale: Sequence[float]) -> Fold | None:
     """The fold near ``start``; None if there is none, or if it cannot be followed.
 
-    Near is relative to the unknowns; if there is none, to their typical sizes ``scale``: relative to its
-    own size, a fold at 0 is not near to its roots.
+    Near is relative to the unknowns; if there is none, to their typical sizes ``scale``: relative
+    to its own size, a fold at 0 is not near to its roots.
     """
     own = _sizes(start)
     typical = [max(size, s) for size, s in zip(own, scale, strict=True)]
@@ -165,7 +173,8 @@ def _sizes(x: Sequence[float]) -> list[float]:
 def null_vectors(
     system: ManyDigits, x: Sequence[float], sizes: Sequence[float] | None = None
 ) -> tuple[list[float], list[float]] | None:
-    """Null vectors (v, u) of the Jacobian, scaled by the ``sizes`` of the unknowns; None if it is regular."""
+    """Null vectors (v, u) of the Jacobian, scaled by the ``sizes`` of the unknowns; None if it is
+    regular."""
     x = [float(v) for v in x]
     sizes = sizes or _sizes(x)
     try:
@@ -175,7 +184,9 @@ def null_vectors(
         return None
     with np.errstate(all="ignore"):  # what overflows is refused
         scaled = jacobian * sizes
-    rows = np.maximum(np.abs(scaled).max(axis=1), [gross(equation, values) for equation in system.equations])
+    rows = np.maximum(
+        np.abs(scaled).max(axis=1), [gross(equation, values) for equation in system.equations]
+    )
     if not (np.isfinite(scaled).all() and np.isfinite(rows).all() and rows.all()):
         return None
     left, singular, right = np.linalg.svd(scaled / rows[:, None])
@@ -195,7 +206,9 @@ class _Reduction:
         sizes: Sequence[float],
     ) -> None:
         self.system, self.mp, self.tiny, self.sizes = system, system.mp, system.tiny, sizes
-        self.start, self.across = (list(map(self.mp.mpf, numbers)) for numbers in (start, vectors[1]))
+        self.start, self.across = (
+            list(map(self.mp.mpf, numbers)) for numbers in (start, vectors[1])
+        )
         self.along = [self.mp.mpf(v / s) for v, s in zip(vectors[0], sizes, strict=True)]
         self.x, self.mu = self.start, self.mp.zero
 
@@ -216,22 +229,31 @@ class _Reduction:
         if reach > FOLD:
             return None
         found = []
-        for side in (-1, 1):  # from the estimate by Newton on the block itself, which is regular there
+        for side in (
+            -1,
+            1,
+        ):  # from the estimate by Newton on the block itself, which is regular there
             self.at(t + side * reach)
             if (root := self.system.newton(self.x)) is None:
                 return None
             found.append(root)
         pairs = zip(*found, self.sizes, strict=True)
-        return (found, None) if any(abs(a - b) > self.tiny * 1000 * s for a, b, s in pairs) else None
+        return (
+            (found, None) if any(abs(a - b) > self.tiny * 1000 * s for a, b, s in pairs) else None
+        )
 
     def at(self, t: Any) -> tuple[Any, Any]:
         """μ and its slope at t; leaves the point on the curve in ``x``. Raises Singular."""
         n = len(self.start)
         for _ in range(FOLD_ITERATIONS):
             jacobian, residual = self.system.linearised(self.x)
-            offset = sum(v * (x - s) for v, x, s in zip(self.along, self.x, self.start, strict=True))
+            offset = sum(
+                v * (x - s) for v, x, s in zip(self.along, self.x, self.start, strict=True)
+            )
             miss = [f + self.mu * u for f, u in zip(residual, self.across, strict=True)]
-            step, rise = self._bordered(jacobian, [*miss, offset - t], [self.mp.zero] * n + [self.mp.one])
+            step, rise = self._bordered(
+                jacobian, [*miss, offset - t], [self.mp.zero] * n + [self.mp.one]
+            )
             self.x = [x - d for x, d in zip(self.x, step[:n], strict=True)]
             self.mu -= step[n]
             if all(abs(d) <= self.tiny * s for d, s in zip(step[:n], self.sizes, strict=True)):
@@ -244,11 +266,15 @@ class _Reduction:
         values = {name: float(v) for name, v in {**known, **self.system.point(self.x)}.items()}
         slopes = [derivatives(form, values)[1] for form in self.system.forms]
         units = {name: unit for name in known if (unit := half_unit(values[name]))}
-        columns = [[*(self.mp.mpf(s.get(name, 0.0)) for s in slopes), self.mp.zero] for name in units]
+        columns = [
+            [*(self.mp.mpf(s.get(name, 0.0)) for s in slopes), self.mp.zero] for name in units
+        ]
         moved = self._bordered(self.system.linearised(self.x)[0], *columns) if columns else []
         return sum(unit * abs(x[-1]) for unit, x in zip(units.values(), moved, strict=True))
 
-    def _bordered(self, jacobian: Sequence[Sequence[Any]], *columns: Sequence[Any]) -> list[list[Any]]:
+    def _bordered(
+        self, jacobian: Sequence[Sequence[Any]], *columns: Sequence[Any]
+    ) -> list[list[Any]]:
         """The solution of the bordered system for these right-hand sides. Raises Singular."""
         rows = [dict(enumerate([*row, u])) for row, u in zip(jacobian, self.across, strict=True)]
         return eliminate_rows([*rows, dict(enumerate(self.along))], columns, self.tiny)

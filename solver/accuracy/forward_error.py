@@ -1,10 +1,12 @@
-"""Error bars: estimates of the distance of an answer from the values that satisfy the rules exactly.
+"""Error bars: estimates of the distance of an answer from the values that satisfy the rules
+exactly.
 
-The inputs are exact numbers. At the answer every rule that was solved with has a residual from the rounding
-of its own operations; the Jacobian of these rules, in the order of the path, turns that into errors of the
-unknowns: conditioning × rounding. Rounding errors have signs, and cancelling ones must not be added up: the
-errors are propagated for a few choices of signs at once, and the largest counts (small-sample condition
-estimation: C. S. Kenney & A. J. Laub, SIAM J. Sci. Comput. 15 (1994) 36–61).
+The inputs are exact numbers. At the answer every rule that was solved with has a residual from the
+rounding of its own operations; the Jacobian of these rules, in the order of the path, turns that
+into errors of the unknowns: conditioning × rounding. Rounding errors have signs, and cancelling
+ones must not be added up: the errors are propagated for a few choices of signs at once, and the
+largest counts (small-sample condition estimation: C. S. Kenney & A. J. Laub, SIAM J. Sci. Comput.
+15 (1994) 36–61).
 """
 
 from __future__ import annotations
@@ -36,10 +38,11 @@ UNKNOWN, NONE = np.full(SAMPLES, math.inf), np.zeros(SAMPLES)
 
 
 class BlockCondition(NamedTuple):
-    """A block at its answer: ``rank`` of its scaled Jacobian, and its ``condition`` (infinite if deficient).
+    """A block at its answer: ``rank`` of its scaled Jacobian, and its ``condition`` (infinite if
+    deficient).
 
-    Unknowns are scaled by their values, rules by their largest term. In a large block an unknown near 0 is
-    scaled by the change that moves one of its rules by the size of its terms.
+    Unknowns are scaled by their values, rules by their largest term. In a large block an unknown
+    near 0 is scaled by the change that moves one of its rules by the size of its terms.
     """
 
     unknowns: tuple[str, ...]
@@ -66,13 +69,14 @@ def forward_errors(
     inputs: Mapping[str, float] | None = None,
     held: bool = False,
 ) -> ForwardErrors:
-    """The errors of the ``values`` that ``steps`` have led to, for conditions with the outcomes ``decided``.
+    """The errors of the ``values`` that ``steps`` have led to, for conditions with the outcomes
+    ``decided``.
 
-    If answers coincide (``doubles``), half the digits are known; errors are infinite for unknowns that the
-    rules do not determine at the double root. With ``inputs`` the result is the change of every number if
-    these are off by so much, and the numbers in the rules by half a unit of their last places; rounding is
-    left out. ``held``: every rule was found to hold, in as many digits as needed, so its error is at most its
-    backward error, however large its rounding in floats.
+    If answers coincide (``doubles``), half the digits are known; errors are infinite for unknowns
+    that the rules do not determine at the double root. With ``inputs`` the result is the change of
+    every number if these are off by so much, and the numbers in the rules by half a unit of their
+    last places; rounding is left out. ``held``: every rule was found to hold, in as many digits as
+    needed, so its error is at most its backward error, however large its rounding in floats.
     """
     errors = {n: error * _signs(-2 - k) for k, (n, error) in enumerate((inputs or {}).items())}
     at = {double.equations: double for double in doubles}
@@ -125,7 +129,11 @@ class _Propagation:
         slopes, off = row
         if slope := slopes.get(unknown, 0.0):
             # an unknown that is not 0 may be next to nothing beside what its rule adds up
-            terms = {n: abs(s * v) for n, s in slopes.items() if isinstance(v := self.values.get(n), float)}
+            terms = {
+                n: abs(s * v)
+                for n, s in slopes.items()
+                if isinstance(v := self.values.get(n), float)
+            }
             own = terms.pop(unknown)
             cancels = 0.0 < own <= CANCELLED * max(terms.values(), default=0.0)
             self.cancelled = self.cancelled or cancels
@@ -166,16 +174,22 @@ class _Propagation:
             found = [row for row in rows if row and all(map(math.isfinite, row[0].values()))]
             if len(found) == len(rows):
                 matrix = [[slopes.get(name, 0.0) for name in unknowns] for slopes, _ in found]
-                sizes = np.array([abs(v) or 1.0 for n in unknowns if isinstance(v := self.values[n], float)])
-                system = as_matrix(matrix, len(unknowns)), np.array([off for _, off in found]), sizes
+                sizes = np.array(
+                    [abs(v) or 1.0 for n in unknowns if isinstance(v := self.values[n], float)]
+                )
+                system = (
+                    as_matrix(matrix, len(unknowns)),
+                    np.array([off for _, off in found]),
+                    sizes,
+                )
         if system is not None and (errors := self._solved(*system, unknowns)) is not None:
             self.errors |= zip(unknowns, errors, strict=True)
 
     def _many_rows(
         self, equations: Sequence[Equation], unknowns: Sequence[str]
     ) -> tuple[Any, Array, Array] | None:
-        """The Jacobian (n, n) of a large block, the errors of its rules (n, samples), and the sizes (n,) of
-        its unknowns."""
+        """The Jacobian (n, n) of a large block, the errors of its rules (n, samples), and the sizes
+        (n,) of its unknowns."""
         from solver.accuracy.alike import evaluated, sizes_of  # of large blocks alone
 
         found = evaluated(self.model, equations, self.values)
@@ -183,7 +197,9 @@ class _Propagation:
         size = found.noise + np.abs(found.miss)
         size = np.fmin(size, BACKWARD * found.moves) if self.held else size
         off = _signs_of([e.index for e in equations]) * size[:, None]
-        columns = np.array([place.get(name, -1) for name in found.names], dtype=np.intp)[found.columns]
+        columns = np.array([place.get(name, -1) for name in found.names], dtype=np.intp)[
+            found.columns
+        ]
         inside = columns >= 0
         known = np.array([self.errors.get(name, NONE) for name in found.names])
         moved = ~inside & np.asarray(known.any(axis=1))[found.columns]
@@ -197,11 +213,16 @@ class _Propagation:
         sizes = sizes_of(x, np.fmax(found.moves, found.gross), *entries)
         return (matrix if n > DENSE else matrix.toarray()), off, sizes
 
-    def _solved(self, matrix: Any, off: Array, sizes: Array, unknowns: Sequence[str]) -> Array | None:
-        """The errors (n, samples) of unknowns of such ``sizes``; None if they are not determined."""
+    def _solved(
+        self, matrix: Any, off: Array, sizes: Array, unknowns: Sequence[str]
+    ) -> Array | None:
+        """The errors (n, samples) of unknowns of such ``sizes``; None if they are not
+        determined."""
         factor, key = factorise(matrix, sizes), tuple(unknowns)
         regular = factor.rank == len(key)
-        self.blocks[key] = BlockCondition(key, factor.rank, factor.condition() if regular else math.inf)
+        self.blocks[key] = BlockCondition(
+            key, factor.rank, factor.condition() if regular else math.inf
+        )
         if not regular or not np.isfinite(off).all():
             return None
         return _finite(factor.solution(-off))
@@ -209,12 +230,15 @@ class _Propagation:
     # --- at a double root ---
 
     def _spread(self, double: DoubleRoot, unknowns: Sequence[str]) -> None:
-        """To first order the unknowns may lie anywhere along the direction, up to half the digits."""
+        """To first order the unknowns may lie anywhere along the direction, up to half the
+        digits."""
         numbers = {n: v for n in unknowns if isinstance(v := self.values.get(n), float)}
         along = [abs(numbers[n] / d) for n, d in double.direction.items() if d and n in numbers]
         reach = HALF * max([1.0, *along])
         for name in unknowns:
-            self.errors[name] = reach * double.direction.get(name, 0.0) * _signs(double.equations[0])
+            self.errors[name] = (
+                reach * double.direction.get(name, 0.0) * _signs(double.equations[0])
+            )
 
 
 @lru_cache(maxsize=4096)
@@ -224,7 +248,8 @@ def _signs(index: int) -> Array:
 
 
 def _signs_of(indices: Iterable[int]) -> Array:
-    """Sixteen signs (n, 16) that depend only on a number (the bits of a multiplicative hash, D. Knuth)."""
+    """Sixteen signs (n, 16) that depend only on a number (the bits of a multiplicative hash, D.
+    Knuth)."""
     words = list[int]()
     for index in indices:
         bits = (index + 1) % 2**64 * 0x9E3779B97F4A7C15

@@ -1,13 +1,14 @@
 """The independent check: does a rule, as written, hold at an answer?
 
-A rule holds if its backward error is small: |F| ≤ 64 eps · Σ|∂F/∂v · v| over its variables, that is, if
-values within a few ulp of those reported satisfy it exactly. If the rounding of its own evaluation may have
-produced F (``cosd(x + 90)`` at a small x), or hidden it (``tanh(x) = 1`` at 20), F and its slopes are
-evaluated again to as many digits as needed. If F changes a lot within so small a change, slopes alone are
-not sufficient (``cosd(x) = 2`` at 1e90): the other values must explain the residual, or F must change its
-sign there. They are not sufficient next to a jump either (``int(x) + x = 3`` below 2), as the values that
-they predict may lie beyond it. ``check_rule`` decides for one rule; ``alike.accepted`` tells of many rules
-at once which hold clearly, and compiled programs do so for rows.
+A rule holds if its backward error is small: |F| ≤ 64 eps · Σ|∂F/∂v · v| over its variables, that
+is, if values within a few ulp of those reported satisfy it exactly. If the rounding of its own
+evaluation may have produced F (``cosd(x + 90)`` at a small x), or hidden it (``tanh(x) = 1`` at
+20), F and its slopes are evaluated again to as many digits as needed. If F changes a lot within so
+small a change, slopes alone are not sufficient (``cosd(x) = 2`` at 1e90): the other values must
+explain the residual, or F must change its sign there. They are not sufficient next to a jump either
+(``int(x) + x = 3`` below 2), as the values that they predict may lie beyond it. ``check_rule``
+decides for one rule; ``alike.accepted`` tells of many rules at once which hold clearly, and
+compiled programs do so for rows.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ from solver.accuracy.rule_sides import (
 from solver.numerics.tolerances import BACKWARD, EPS, ROUNDINGS, STEEP
 
 LEAP = 4.0
-"""How many times as far as a rule's slopes ask for its values are moved to see whether it jumps there."""
+"""How many times as far as a rule's slopes ask for its values are moved to see whether it jumps
+there."""
 
 
 def check_rule(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
@@ -82,8 +84,8 @@ def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
 
 
 def _leaps(equation: Equation, values: Mapping[str, Value]) -> bool:
-    """Whether F jumps where its slopes promise 0: ``int(x) + x = 3`` is satisfied neither below 2, nor at
-    2."""
+    """Whether F jumps where its slopes promise 0: ``int(x) + x = 3`` is satisfied neither below 2,
+    nor at 2."""
     from solver.accuracy.rule_in_digits import DIGITS, RuleInDigits
 
     tied = {name for _, height in heights(equation) for name in names(height)}

@@ -1,9 +1,9 @@
 """A rule at an answer in many digits, if floats cannot decide.
 
 The values are the exact numbers that they are, π is π (``sin(pi)`` is 0), and nothing saturates
-(``tanh(20)`` is less than 1). F is computed to two precisions, until they agree on it and it is larger than
-its rounding; if not even the highest do, F vanishes there like that of an identity, unless an operation has
-absorbed a term.
+(``tanh(20)`` is less than 1). F is computed to two precisions, until they agree on it and it is
+larger than its rounding; if not even the highest do, F vanishes there like that of an identity,
+unless an operation has absorbed a term.
 """
 
 from __future__ import annotations
@@ -22,7 +22,15 @@ from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import Call, Expression, Name, Power, Sum
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_sides import RuleCheck, leads_to_zero, terms, with_named_numbers
-from solver.numerics.tolerances import BACKWARD, COMMON, EPS, PRECISIONS, SMALLEST_NORMAL, SPARE, STEEP
+from solver.numerics.tolerances import (
+    BACKWARD,
+    COMMON,
+    EPS,
+    PRECISIONS,
+    SMALLEST_NORMAL,
+    SPARE,
+    STEEP,
+)
 
 DIGITS = 50
 BENT_OVER = 2.0**-10
@@ -47,10 +55,12 @@ def in_decimals(
 def look_again(equation: Equation, values: Mapping[str, Value], noise: float) -> RuleCheck:
     """The check of an equation of numbers; ``noise`` bounds the error of F in floats, if known.
 
-    Values may change by a share BACKWARD. If that changes F by more than a share STEEP of its sides, no
-    slope is trusted: the others must suffice, or F must change its sign.
+    Values may change by a share BACKWARD. If that changes F by more than a share STEEP of its
+    sides, no slope is trusted: the others must suffice, or F must change its sign.
     """
-    if not all(isinstance(v := values[name], float) and math.isfinite(v) for name in equation.names):
+    if not all(
+        isinstance(v := values[name], float) and math.isfinite(v) for name in equation.names
+    ):
         return RuleCheck(False, None, math.inf)
     rule, rough, fine = RuleInDigits(equation, values), PRECISIONS[0], PRECISIONS[-1]
     power = context(rough).mpf(10)
@@ -70,7 +80,9 @@ def look_again(equation: Equation, values: Mapping[str, Value], noise: float) ->
     except Undefined as error:
         reaches = not error.hole and rule.reaches(fine)  # 0/0 may be anything beside 0
         return RuleCheck(reaches, None, 0.0 if reaches else math.inf, True)
-    rule.underflows = size * power**-fine < SMALLEST_NORMAL  # what operations absorb need not be as small
+    rule.underflows = (
+        size * power**-fine < SMALLEST_NORMAL
+    )  # what operations absorb need not be as small
     if abs(misses[-1]) <= seen * power**-rough and not rule.absorbed():
         return RuleCheck(True, 0.0, 0.0, True)
     return RuleCheck(False, None, math.inf, True)
@@ -85,7 +97,9 @@ class RuleInDigits:
     def miss(self, digits: int, moved: Mapping[str, Any] | None = None) -> Any:
         """F at the values, some of them ``moved``. Raises Undefined."""
         expect_time()
-        left, right = (extended(side, {**self.values, **(moved or {})}, digits) for side in self.sides)
+        left, right = (
+            extended(side, {**self.values, **(moved or {})}, digits) for side in self.sides
+        )
         return left - right
 
     def largest(self, digits: int) -> Any:
@@ -104,7 +118,9 @@ class RuleInDigits:
             scaled = abs(miss) / sum(sizes) if any(sizes) else math.inf
             reaches = scaled <= BACKWARD and (
                 leads_to_zero(abs(miss), abs(miss), sizes, gross)
-                or any(self.straddles(moves, 2 * t, digits) for t in (scaled, BACKWARD, BACKWARD / 1e3))
+                or any(
+                    self.straddles(moves, 2 * t, digits) for t in (scaled, BACKWARD, BACKWARD / 1e3)
+                )
             )
         except Undefined:
             reaches = self.reaches(digits)
@@ -115,11 +131,15 @@ class RuleInDigits:
         return RuleCheck(bool(reaches), shown, float(scaled), True)
 
     def moves(self, digits: int, limit: Any) -> dict[str, Any]:
-        """∂F/∂v · |v| by variable; central differences if a slope has no value, or their sum exceeds the
-        limit. Raises Undefined."""
+        """∂F/∂v · |v| by variable; central differences if a slope has no value, or their sum
+        exceeds the limit. Raises Undefined."""
         with suppress(Undefined):
-            left, right = (extended_derivatives(side, self.values, digits)[1] for side in self.sides)
-            found = {n: (left.get(n, 0) - right.get(n, 0)) * size for n, _, size in self._numbers(digits)}
+            left, right = (
+                extended_derivatives(side, self.values, digits)[1] for side in self.sides
+            )
+            found = {
+                n: (left.get(n, 0) - right.get(n, 0)) * size for n, _, size in self._numbers(digits)
+            }
             if sum(map(abs, found.values())) <= limit:
                 return found
         return self.differences(digits)
@@ -134,29 +154,36 @@ class RuleInDigits:
         return found
 
     def absorbed(self) -> bool:
-        """Whether F, and with it its slopes, vanishes in all the digits only because there are too few."""
+        """Whether F, and with it its slopes, vanishes in all the digits only because there are too
+        few."""
         with suppress(Undefined):
             lost = any(absorbs(side, self.values, PRECISIONS[-1]) for side in self.sides)
             return lost and not any(self.differences(PRECISIONS[-1]).values())
         return False
 
     def straddles(self, moves: Mapping[str, Any], share: Any, digits: int = DIGITS) -> bool:
-        """Whether F changes sign as all values move along its slopes, and against them, by that share.
-        Raises Undefined."""
+        """Whether F changes sign as all values move along its slopes, and against them, by that
+        share. Raises Undefined."""
         sign = context(digits).sign
         above, below = (
-            self.miss(digits, {n: v + size * sign(moves[n]) * s for n, v, size in self._numbers(digits)})
+            self.miss(
+                digits, {n: v + size * sign(moves[n]) * s for n, v, size in self._numbers(digits)}
+            )
             for s in (share, -share)
         )
         return bool(above >= 0 >= below)
 
     def reaches(self, digits: int) -> bool:
-        """Whether F vanishes, or changes its sign without a pole, within a small enough change of one value:
-        for points at which F has no slope, or no value, as at the end of a domain."""
+        """Whether F vanishes, or changes its sign without a pole, within a small enough change of
+        one value: for points at which F has no slope, or no value, as at the end of a domain."""
         for name, number, size in self._numbers(digits):
             for share in (-BACKWARD, BACKWARD):
                 tried = [number + size * change for change in (share, share / 1e3, 0.0)]
-                found = [(at, miss) for at in tried if (miss := self._tried(name, at, digits)) is not None]
+                found = [
+                    (at, miss)
+                    for at in tried
+                    if (miss := self._tried(name, at, digits)) is not None
+                ]
                 if any(miss == 0 for _, miss in found):
                     return True
                 if any(self._meet(name, one, other, digits) for one, other in pairwise(found)):
@@ -164,20 +191,24 @@ class RuleInDigits:
         return False
 
     def in_decimals(self) -> RuleInDigits:
-        """The rule in decimals. It counts if no value moves F: as the exponent of (-0.2)^x, or x at the
-        double root of x^2 - 1.72*x + 0.7396."""
+        """The rule in decimals. It counts if no value moves F: as the exponent of (-0.2)^x, or x at
+        the double root of x^2 - 1.72*x + 0.7396."""
         rule = copy(self)
         rule.sides, rule.values = in_decimals(self.sides, self.values)
         return rule
 
     def vanishes(self, digits: int) -> bool:
-        """Whether F is 0, up to terms beyond slopes, as one value changes by a share BACKWARD: at a root of
-        any multiplicity it changes as far as the value does. Raises Undefined."""
+        """Whether F is 0, up to terms beyond slopes, as one value changes by a share BACKWARD: at a
+        root of any multiplicity it changes as far as the value does. Raises Undefined."""
         miss, bends = self.miss(digits), 0
         for name, number, size in self._numbers(digits):
-            above, below = (self._tried(name, number + size * s, digits) for s in (BENT_OVER, -BENT_OVER))
+            above, below = (
+                self._tried(name, number + size * s, digits) for s in (BENT_OVER, -BENT_OVER)
+            )
             if above is not None and below is not None:
-                bends = max(bends, max(abs(above + below - 2 * miss), abs(above - below)) / BENT_OVER**2)
+                bends = max(
+                    bends, max(abs(above + below - 2 * miss), abs(above - below)) / BENT_OVER**2
+                )
         most = max(abs(extended(term, self.values, digits)) for term in terms(*self.sides))
         return abs(miss) <= BACKWARD**2 * min(bends, most) and not self.absorbed()
 
@@ -208,27 +239,34 @@ class RuleInDigits:
 
 # --- true equality told from a residual below the working precision ---
 #
-# ``erf(x) = 1`` is satisfied by no number, ``exp(-x^2) + 1 = 1`` by none; at 1e100 they miss by less than any
-# digits show. If both sides agree in all of these, what tells is whether an operation lost an operand: a term
-# beside a larger one, a slope beside the value that it leads away from.
+# ``erf(x) = 1`` is satisfied by no number, ``exp(-x^2) + 1 = 1`` by none; at 1e100 they miss by
+# less than any digits show. If both sides agree in all of these, what tells is whether an operation
+# lost an operand: a term beside a larger one, a slope beside the value that it leads away from.
 
 
 def absorbs(expression: Expression, values: Mapping[str, Any], digits: int) -> bool:
-    """Whether some operation of an expression loses all of one operand at the values, in that many digits."""
+    """Whether some operation of an expression loses all of one operand at the values, in that many
+    digits."""
     nothing = context(digits).mpf(10) ** (SPARE - digits)
     for node in walk(expression):
         lost = False
         with suppress(Undefined):
             match node:
-                case Sum(parts) | Call("atan2" | "atan2d", parts):  # one that is nothing beside the largest
+                case Sum(parts) | Call(
+                    "atan2" | "atan2d", parts
+                ):  # one that is nothing beside the largest
                     numbers = [extended(part, values, digits) for part in parts]
                     sizes = [abs(number) for number in numbers if number]
                     lost = len(sizes) > 1 and min(sizes) < max(sizes) * nothing
-                case Call(function, (operand,)):  # it goes on changing, but by nothing beside its value
+                case Call(
+                    function, (operand,)
+                ):  # it goes on changing, but by nothing beside its value
                     argument, at = Name("0"), extended(operand, values, digits)
                     call = Call(function, (argument,))
                     result, slopes = extended_derivatives(call, {argument.name: at}, digits)
-                    flat = function == "tanh" and abs(result) == 1  # its slope is computed as 1 - tanh^2
+                    flat = (
+                        function == "tanh" and abs(result) == 1
+                    )  # its slope is computed as 1 - tanh^2
                     lost = flat or 0 < abs(slopes[argument.name] * at) < abs(result) * nothing
                 case Power(base, exponent):  # not 1, and nothing beside 1 tells it from that
                     root, power = (extended(part, values, digits) for part in (base, exponent))

@@ -1,5 +1,5 @@
-"""A rule at an answer in floats: its sides with their slopes, its size, and what the last places of numbers
-leave open."""
+"""A rule at an answer in floats: its sides with their slopes, its size, and what the last places of
+numbers leave open."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ _JUMPING = named(lambda row: row.jumps)
 class RuleCheck(NamedTuple):
     """``scaled`` is |F| / Σ|∂F/∂v · v|; ``miss`` is F, None if a side has no number.
 
-    ``delicate``: floats could not decide; values in more digits may satisfy a rule that these do not.
+    ``delicate``: floats could not decide; values in more digits may satisfy a rule that these do
+    not.
     """
 
     holds: bool
@@ -34,8 +35,8 @@ class RuleCheck(NamedTuple):
 
 
 class Sides(NamedTuple):
-    """The values of both sides of a rule, the slopes of left minus right by variable, and a bound of its
-    rounding."""
+    """The values of both sides of a rule, the slopes of left minus right by variable, and a bound
+    of its rounding."""
 
     left: float
     right: float
@@ -44,7 +45,8 @@ class Sides(NamedTuple):
 
 
 LATEST = 4
-"""Points at which an equation stays known: error bars are asked for when all answers are checked."""
+"""Points at which an equation stays known: error bars are asked for when all answers are
+checked."""
 
 
 @dataclass
@@ -80,8 +82,9 @@ def sides(equation: Equation, values: Mapping[str, Value]) -> Sides:
 
 
 def leads_to_zero(miss: Any, off: Any, moves: Sequence[Any], size: Any) -> Any:
-    """Whether slopes alone show that F, which is ``off`` at most, is 0 for values that differ by a share
-    BACKWARD: by ``moves`` that change it by no more than a share STEEP of the ``size`` of its sides."""
+    """Whether slopes alone show that F, which is ``off`` at most, is 0 for values that differ by a
+    share BACKWARD: by ``moves`` that change it by no more than a share STEEP of the ``size`` of its
+    sides."""
     reaches = [BACKWARD * move for move in moves]
     gentle = sum(reach * (reach <= STEEP * size) for reach in reaches)
     return (miss <= BACKWARD * size) & ((sum(reaches) <= STEEP * size) | (off <= gentle))
@@ -131,14 +134,18 @@ def heights(equation: Equation) -> Iterator[tuple[str, Expression]]:
 
 def moves_of(slopes: Mapping[str, float], values: Mapping[str, Value]) -> Iterator[float]:
     """|∂F/∂v · v| for each variable."""
-    return (abs(slope * v) for name, slope in slopes.items() if isinstance(v := values[name], float) and v)
+    return (
+        abs(slope * v)
+        for name, slope in slopes.items()
+        if isinstance(v := values[name], float) and v
+    )
 
 
-# --- what the last places of given numbers leave open: inputs, and numbers that stand in the rules ---
+# --- what the last places of given numbers leave open: of inputs, and of numbers in rules ---
 #
-# A number that takes all the digits of a float stands for any that rounds to it, up to half a unit of its
-# last place: 0.3 does, 0.25 and 3 do not. Only by accident can it rest on less than that whether something
-# is determined.
+# A number that takes all the digits of a float stands for any that rounds to it, up to half a unit
+# of its last place: 0.3 does, 0.25 and 3 do not. Only by accident can it rest on less than that
+# whether something is determined.
 
 
 def half_unit(number: float) -> float:
@@ -164,7 +171,9 @@ def with_named_numbers(expression: Expression, numbers: dict[str, float]) -> Exp
     return map_leaves(expression, named)
 
 
-def uncertainty(expression: Expression, values: Mapping[str, Value], known: Mapping[str, float]) -> float:
+def uncertainty(
+    expression: Expression, values: Mapping[str, Value], known: Mapping[str, float]
+) -> float:
     """The possible error of an expression if its numbers, by name, have the errors ``known``.
 
     Its own numbers have errors in their last places. Infinite if a slope has no value.

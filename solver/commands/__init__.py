@@ -16,7 +16,15 @@ from math import inf
 from typing import NamedTuple, NoReturn
 
 from rulesheets.deadline import TimeIsUp, setting, time_limit
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, closest, error_at, refuse, render, suggestion
+from rulesheets.diagnosis import (
+    Diagnosis,
+    RuleSheetError,
+    closest,
+    error_at,
+    refuse,
+    render,
+    suggestion,
+)
 from rulesheets.files import decoded, find_variable_sheet
 from rulesheets.inputs import (
     guess_with_tolerance,
@@ -72,7 +80,10 @@ def answered(command: Callable[[Namespace], int], arguments: Namespace) -> int:
     Diagnoses are rendered for people on stderr, and as an object on stdout where JSON is asked for.
     """
     try:
-        with time_limit(getattr(arguments, "timeout", None)), setting(SCREEN, screen_of(sys.stdout)):
+        with (
+            time_limit(getattr(arguments, "timeout", None)),
+            setting(SCREEN, screen_of(sys.stdout)),
+        ):
             return command(arguments)
     except TimeIsUp:
         print("error[S553]: the time was up", file=sys.stderr)
@@ -137,11 +148,11 @@ class Option(NamedTuple):
 
 
 class Request(NamedTuple):
-    """The question of a solve: a model, inputs (None clears one), guesses, and the wanted names (None:
-    all).
+    """The question of a solve: a model, inputs (None clears one), guesses, and the wanted names
+    (None: all).
 
-    ``options`` are the names of inputs given by options, not by a variable sheet; ``files`` are all files
-    that were read.
+    ``options`` are the names of inputs given by options, not by a variable sheet; ``files`` are all
+    files that were read.
     """
 
     model: Model
@@ -173,7 +184,8 @@ def add_sheet_options(parser: ArgumentParser) -> None:
 
 
 def load_sheet(arguments: Namespace) -> Model:
-    """The model of the sheet, or of standard input for ``-``. Raises RuleSheetError with all mistakes."""
+    """The model of the sheet, or of standard input for ``-``. Raises RuleSheetError with all
+    mistakes."""
     allowed, within = arguments.allow_python, arguments.within
     if arguments.sheet != "-":
         model = load(arguments.sheet, within=within, allow_python=allowed)
@@ -185,7 +197,9 @@ def load_sheet(arguments: Namespace) -> Model:
     return model
 
 
-def number_of(what: str, kind: type[float], least: float, most: float = inf) -> Callable[[str], float]:
+def number_of(
+    what: str, kind: type[float], least: float, most: float = inf
+) -> Callable[[str], float]:
     """A reader of such a number on the command line, for argparse."""
 
     def read(text: str) -> float:
@@ -203,16 +217,30 @@ seconds = number_of("seconds", float, 1e-6)
 def add_input_options(parser: ArgumentParser, *, want: bool = True, units: bool = False) -> None:
     """Add the arguments for inputs; ``--want`` and display units on request."""
     add_sheet_options(parser)
-    parser.add_argument("variables", metavar="VARIABLES.csv", nargs="?", help="a variable sheet to fill in")
+    parser.add_argument(
+        "variables", metavar="VARIABLES.csv", nargs="?", help="a variable sheet to fill in"
+    )
     add = parser.add_argument
     add("--set", metavar="NAME=VALUE[unit]", action="append", default=[], help="give an input")
-    add("--clear", metavar="NAME", action="append", default=[], help="clear an input to solve for it")
+    add(
+        "--clear",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="clear an input to solve for it",
+    )
     add("--timeout", metavar="SECONDS", type=seconds, help="stop after this time")
     add("--guess", metavar="NAME=VALUE", action="append", default=[], help="a first guess")
     if want:
         add("--want", metavar="NAME,…", action="append", default=[], help="solve for these only")
     if units:
-        add("--unit", metavar="NAME=UNIT", action="append", default=[], help="show a variable in this unit")
+        add(
+            "--unit",
+            metavar="NAME=UNIT",
+            action="append",
+            default=[],
+            help="show a variable in this unit",
+        )
         add("--units", choices=("si", "us"), help="show every variable in units of this system")
 
 
@@ -233,7 +261,11 @@ def read_request(arguments: Namespace) -> Request:
         from rulesheets.variables import read_variable_sheet
 
         written = read_variable_sheet(filled_in, model)
-        inputs, guesses, tolerances = dict(written.inputs), dict(written.guesses), dict(written.tolerances)
+        inputs, guesses, tolerances = (
+            dict(written.inputs),
+            dict(written.guesses),
+            dict(written.tolerances),
+        )
     options: dict[str, Value | None] = {}
     units: dict[str, str] = {}
     want: list[str] = []
@@ -304,17 +336,23 @@ def _input(option: Option, name: str, text: str, model: Model) -> tuple[Value, T
         message = f"--{option.name} gives one value, and can be repeated"
         raise RuleSheetError(option.wrong("E420", message, f"write {apart}")) from None
     if isinstance(value, str) and option.name == "set" and name in quantities(model):
-        raise RuleSheetError(symbol_for_number(value, model.variables[name], model, option.place(text)))
+        raise RuleSheetError(
+            symbol_for_number(value, model.variables[name], model, option.place(text))
+        )
     return value, tolerance
 
 
-def _guess(option: Option, name: str, text: str, model: Model, inputs: Mapping[str, Value | None]) -> float:
+def _guess(
+    option: Option, name: str, text: str, model: Model, inputs: Mapping[str, Value | None]
+) -> float:
     value, tolerance = _input(option, name, text, model)
     if tolerance is not None:
         raise RuleSheetError(guess_with_tolerance(option.place(text)))
     if inputs.get(name, model.variables[name].value) is not None:
         message = f"{name} is an input: a guess for it says nothing"
-        raise RuleSheetError(option.wrong("E423", message, f"add --clear {name} to solve for it", name))
+        raise RuleSheetError(
+            option.wrong("E423", message, f"add --clear {name} to solve for it", name)
+        )
     if isinstance(value, str):
         message = f"a guess is a number, and {text} is a symbol"
         note = f"write --set {name}={text} to give it as an input"

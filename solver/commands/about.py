@@ -1,4 +1,5 @@
-"""Commands about Backsolve itself: its ``models``, ``codes``, ``cache``, ``completion``, and a ``tutor``."""
+"""Commands about Backsolve itself: its ``models``, ``codes``, ``cache``, ``completion``, and a
+``tutor``."""
 
 from __future__ import annotations
 
@@ -49,7 +50,9 @@ def _codes(arguments: Namespace) -> int:
     code = arguments.code.strip("[]").upper()
     if code not in catalogue():
         notes = (*suggestion(code, catalogue()), "`backsolve codes` lists them")
-        raise RuleSheetError(error("E426", f"no message has the code {arguments.code}", notes=notes))
+        raise RuleSheetError(
+            error("E426", f"no message has the code {arguments.code}", notes=notes)
+        )
     entry = catalogue()[code]
     print(f"{code}: {entry.title}\n\n{entry.cause}\n{entry.fix}")
     return 0
@@ -60,7 +63,8 @@ def _cache_arguments(parser: ArgumentParser) -> None:
 
 
 def _cache(arguments: Namespace) -> int:
-    """Print the folder of the entries, their number and size; with ``--clear`` remove them first."""
+    """Print the folder of the entries, their number and size; with ``--clear`` remove them
+    first."""
     folder = store.folder()
     if folder is None:
         print("the cache is off: BACKSOLVE_CACHE is empty")
@@ -74,7 +78,10 @@ def _cache(arguments: Namespace) -> int:
     entries = "1 entry" if count == 1 else f"{count or 'no'} entries"
     print(f"{folder}: {entries} removed" if arguments.clear else f"{folder}: {entries}, {taken}")
     if not arguments.clear and not store.trusted(folder):
-        print("it is not used: it belongs to somebody else, or others can write to it", file=sys.stderr)
+        print(
+            "it is not used: it belongs to somebody else, or others can write to it",
+            file=sys.stderr,
+        )
     return 0
 
 
@@ -128,7 +135,8 @@ def _bash(commands: Completed) -> Iterator[str]:
         names = " ".join(name for option in options for name in option.option_strings)
         yield f'    {command}) options="{names}" words="{words}";;'
     yield "  esac"
-    yield '  case $word in -*) _of "$options";; *) _of "$words"; COMPREPLY+=($(compgen -f -- "$word"));; esac'
+    files = '_of "$words"; COMPREPLY+=($(compgen -f -- "$word"))'
+    yield f'  case $word in -*) _of "$options";; *) {files};; esac'
     yield "}"
     yield "complete -o filenames -F _backsolve backsolve"
 
@@ -141,7 +149,10 @@ def _fish(commands: Completed) -> Iterator[str]:
         if words:
             yield f"{start} -a {quote(words)}"
         for option in options:
-            marks = (("-l" if name[:2] == "--" else "-s", name.lstrip("-")) for name in option.option_strings)
+            marks = (
+                ("-l" if name[:2] == "--" else "-s", name.lstrip("-"))
+                for name in option.option_strings
+            )
             names = " ".join(f"{mark} {name}" for mark, name in marks)
             values = f" -a {quote(_choices(option))}" if option.choices else ""
             takes = " -r" * (option.nargs != 0)
@@ -204,7 +215,9 @@ def _run(line: str, folder: str) -> None:
     if program != "backsolve":
         print("Here, every command begins with backsolve.\n")
         return
-    paths = os.pathsep.join(filter(None, (str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH"))))
+    paths = os.pathsep.join(
+        filter(None, (str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")))
+    )
     sys.stdout.flush()
     ours = {**os.environ, "PYTHONPATH": paths}
     subprocess.run([sys.executable, "-m", "solver", *words], cwd=folder, env=ours)

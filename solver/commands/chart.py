@@ -56,11 +56,14 @@ Method: TypeAlias = tuple[str, float | None, Callable[[], Ended]]
 """A family, its own tolerance, and a run."""
 
 
-def measure(asked: Request, name: str | None = None, numbers: Sequence[float] = ()) -> Iterator[Measurement]:
-    """Measure every method at one set of inputs, or at each of the ``numbers`` of the input ``name``.
+def measure(
+    asked: Request, name: str | None = None, numbers: Sequence[float] = ()
+) -> Iterator[Measurement]:
+    """Measure every method at one set of inputs, or at each of the ``numbers`` of the input
+    ``name``.
 
-    Every answer is a reference state, the primary one first. If the sheet has no regular answer nothing is
-    measured; along an input this is recorded for ``solve``.
+    Every answer is a reference state, the primary one first. If the sheet has no regular answer
+    nothing is measured; along an input this is recorded for ``solve``.
     """
     plan: Plan | None = None
     before: Exact | None = None
@@ -83,25 +86,33 @@ def measure(asked: Request, name: str | None = None, numbers: Sequence[float] = 
             yield Measurement(OURS, OURS, None, str(result.status), math.nan, None, seconds, number)
 
 
-def exact_state(model: Model, values: Mapping[str, Value], inputs: Mapping[str, Value]) -> Exact | None:
+def exact_state(
+    model: Model, values: Mapping[str, Value], inputs: Mapping[str, Value]
+) -> Exact | None:
     """The reference state; None if an unknown is free, or a function is known in floats only."""
     rules = linearize(model, values, inputs)
     known = (model.equations[e] for e in rules.equations)
-    if not rules.blocks or not all(in_many_digits(side) for e in known for side in (e.left, e.right)):
+    if not rules.blocks or not all(
+        in_many_digits(side) for e in known for side in (e.left, e.right)
+    ):
         return None
     sharp = sharpened(model, rules, values, inputs)
     block = SolveBlock(rules.equations, rules.unknowns, ())
     return (block, sharp.values) if sharp.blocks == rules.blocks else None
 
 
-def _ours(plan: Plan, given: Mapping[str, Value | None], inputs: Mapping[str, Value]) -> Iterator[Method]:
+def _ours(
+    plan: Plan, given: Mapping[str, Value | None], inputs: Mapping[str, Value]
+) -> Iterator[Method]:
     """``solver.solve`` from the model on, the prepared plan, and proved answers."""
 
     def solved(prove: bool = False) -> Ended:
         result = solve(plan.model, given, plan.want, plan.guesses, prove=prove)
         if result.status is not Status.SOLVED:
             return (), str(result.status), None
-        kept = [s for s in result.solutions if not prove or (s.proof is not None and s.proof.proved)]
+        kept = [
+            s for s in result.solutions if not prove or (s.proof is not None and s.proof.proved)
+        ]
         return kept, "not proved", None
 
     def prepared() -> Ended:
@@ -117,7 +128,9 @@ def _ours(plan: Plan, given: Mapping[str, Value | None], inputs: Mapping[str, Va
         yield f"{OURS}, proved", None, partial(solved, prove=True)
 
 
-def _others(plan: Plan, exact: Exact, before: Exact | None, inputs: Mapping[str, Value]) -> Iterator[Method]:
+def _others(
+    plan: Plan, exact: Exact, before: Exact | None, inputs: Mapping[str, Value]
+) -> Iterator[Method]:
     """Iterations from the previous reference state if it has the same rules, else from nearby."""
     block, state = exact
     kernel = BlockKernel(planner(plan.model).graph, block)
@@ -131,7 +144,11 @@ def _others(plan: Plan, exact: Exact, before: Exact | None, inputs: Mapping[str,
 
     def ended(run: Callable[[], ScipyRoot]) -> Ended:
         x, success, used = run()
-        return [dict(zip(block.unknowns, x, strict=True))] if success else [], "no convergence", used
+        return (
+            [dict(zip(block.unknowns, x, strict=True))] if success else [],
+            "no convergence",
+            used,
+        )
 
     for to in FEW if plan.inputs else TOLERANCES:
         yield "Newton", to, partial(ended, partial(plain_newton, *system, to))
@@ -153,7 +170,8 @@ def plain_newton(
 
 
 def _measured(plan: Plan, states: Sequence[Exact], method: Method, at: float | None) -> Measurement:
-    """A method with its largest relative error over the wanted variables, against the nearest state."""
+    """A method with its largest relative error over the wanted variables, against the nearest
+    state."""
     mp, turn = context(DIGITS), planner(plan.model).graph.turn
     names = [name for name in plan.want if all(name in block.unknowns for block, _ in states)]
 
@@ -164,11 +182,19 @@ def _measured(plan: Plan, states: Sequence[Exact], method: Method, at: float | N
         return float(abs(miss / exact[name]) if abs(exact[name]) > NONE else abs(miss))
 
     family, tolerance, run = method
-    answers, said, iterations = run()  # once without the clock, for code that is compiled on first use
+    answers, said, iterations = (
+        run()
+    )  # once without the clock, for code that is compiled on first use
     pairs = ((answer, state) for answer in answers for _, state in states)
     errors = (max((off(*pair, name) for name in names), default=0.0) for pair in pairs)
     error = min(errors, default=math.nan)
-    status = said if not answers else "solved" if error <= max(FALSE, 1e3 * (tolerance or 0.0)) else "false"
+    status = (
+        said
+        if not answers
+        else "solved"
+        if error <= max(FALSE, 1e3 * (tolerance or 0.0))
+        else "false"
+    )
     proved = (answer for answer in answers if isinstance(answer, Solution) and answer.radius)
     radii = (a.radius[n] / (abs(float(a[n])) or 1.0) for a in proved for n in names)
     told = family if tolerance is None else f"{family} to {tolerance:.0e}"
@@ -217,9 +243,14 @@ def chart_csv(marks: Iterable[Measurement]) -> str:
 
 
 def _picture(
-    marks: Sequence[Measurement], model: Model, name: str | None, distances: Mapping[float, float], form: str
+    marks: Sequence[Measurement],
+    model: Model,
+    name: str | None,
+    distances: Mapping[float, float],
+    form: str,
 ) -> bytes:
-    """The chart at one set of inputs, over the input ``name``, or over the ``distances`` from its limit."""
+    """The chart at one set of inputs, over the input ``name``, or over the ``distances`` from its
+    limit."""
     from solver.pictures.page import encode
     from solver.pictures.plot import chart_picture
 
@@ -233,10 +264,14 @@ def _picture(
 def _arguments(parser: ArgumentParser) -> None:
     add_input_options(parser)
     along = parser.add_mutually_exclusive_group()
-    along.add_argument("--over", metavar="NAME=START:STOP:STEP", help="measure over values of an input")
+    along.add_argument(
+        "--over", metavar="NAME=START:STOP:STEP", help="measure over values of an input"
+    )
     towards = "measure towards a limit of an input, such as NAME=3:1e-1..1e-15"
     along.add_argument("--approach", metavar="NAME=X:A..B", help=towards)
-    parser.add_argument("-o", "--output", metavar="FILE", help="write the chart: .png, .svg or .csv")
+    parser.add_argument(
+        "-o", "--output", metavar="FILE", help="write the chart: .png, .svg or .csv"
+    )
 
 
 def _run(arguments: Namespace) -> int:

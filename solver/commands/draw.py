@@ -1,4 +1,5 @@
-"""``backsolve draw`` and ``solver.draw``: the figures of a sheet to scale, as a picture or a film."""
+"""``backsolve draw`` and ``solver.draw``: the figures of a sheet to scale, as a picture or a
+film."""
 
 from __future__ import annotations
 
@@ -22,7 +23,15 @@ from solver.commands.over import read_states
 from solver.facts import Status, Unsolved
 from solver.files import write_file
 from solver.files.tables import free_name
-from solver.pictures import PICTURES, View, drawable, lacking, picture_kind, require_matplotlib, variables
+from solver.pictures import (
+    PICTURES,
+    View,
+    drawable,
+    lacking,
+    picture_kind,
+    require_matplotlib,
+    variables,
+)
 from solver.report.sheet import MEANINGS
 from solver.solution.solving import Result, solve
 from solver.sweeps.sweep import sweep
@@ -32,15 +41,19 @@ if TYPE_CHECKING:
 
 
 def draw(
-    results: Result | Mapping[str, Result], *, every: bool = False, figures: Iterable[str] | None = None
+    results: Result | Mapping[str, Result],
+    *,
+    every: bool = False,
+    figures: Iterable[str] | None = None,
 ) -> Figure:
-    """The figures of a sheet at an answer, to scale, as a matplotlib Figure whose axes have its units.
+    """The figures of a sheet at an answer, to scale, as a matplotlib Figure whose axes have its
+    units.
 
-    Several results are drawn side by side with their titles; with ``every``, so are all answers of a
-    result. ``figures`` selects figures by name. A figure that lacks a value is left out.
+    Several results are drawn side by side with their titles; with ``every``, so are all answers of
+    a result. ``figures`` selects figures by name. A figure that lacks a value is left out.
 
-    Raises RuleSheetError if the sheet has no figure (E430) or not that one (E431), or matplotlib is not
-    installed (E432), and Unsolved if there is no answer or no figure can be drawn.
+    Raises RuleSheetError if the sheet has no figure (E430) or not that one (E431), or matplotlib is
+    not installed (E432), and Unsolved if there is no answer or no figure can be drawn.
     """
     titled = {"": results} if isinstance(results, Result) else dict(results)
     names, shown = None if figures is None else tuple(figures), list[View]()
@@ -53,7 +66,8 @@ def draw(
 
 
 def _views(result: Result, figures: Sequence[Declared], title: str, every: bool) -> list[View]:
-    """One view for each answer (with ``every``; else for the primary one), numbered in their titles.
+    """One view for each answer (with ``every``; else for the primary one), numbered in their
+    titles.
 
     Raises Unsolved if there is no answer or no figure can be drawn.
     """
@@ -74,7 +88,9 @@ def _views(result: Result, figures: Sequence[Declared], title: str, every: bool)
 def chosen(model: Model, figures: Iterable[str] | None = None) -> tuple[Declared, ...]:
     """The figures of a model with these names, all if there are none."""
     if not model.figures:
-        notes = ("a section figure says what is drawn: points, lines and vectors named by variables",)
+        notes = (
+            "a section figure says what is drawn: points, lines and vectors named by variables",
+        )
         raise RuleSheetError(error("E430", f"{model.name} has no figure to draw", notes=notes))
     by_name = {figure.name: figure for figure in model.figures}
     wanted = tuple(by_name if figures is None else figures)
@@ -99,11 +115,22 @@ def _arguments(parser: ArgumentParser) -> None:
     add_input_options(parser, want=False)
     add = parser.add_argument
     over = "NAME=A,B,… or NAME=START:STOP:STEP"
-    add("--over", metavar=over, action="append", default=[], help="a column for each value, or a film")
+    add(
+        "--over",
+        metavar=over,
+        action="append",
+        default=[],
+        help="a column for each value, or a film",
+    )
     add("--all", action="store_true", help="draw every answer, side by side")
     add("--figure", metavar="NAME,…", action="append", default=[], help="draw only these figures")
     add("--dpi", type=float, help=f"dots per inch; {_SHARP:g} for pictures, {_FILM:g} for films")
-    add("-o", "--output", metavar="FILE", help="the output file: .png, .svg, .pdf, or .gif for a film")
+    add(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="the output file: .png, .svg, .pdf, or .gif for a film",
+    )
 
 
 def _run(arguments: Namespace) -> int:
@@ -119,7 +146,9 @@ def _run(arguments: Namespace) -> int:
     if not 10.0 <= dpi <= 2400.0:
         notes = ("give 10 to 2400 dots per inch",)
         raise RuleSheetError(error("E434", f"--dpi {dpi:g} is not a resolution", notes=notes))
-    states = [dict(zip(side_by_side, values, strict=True)) for values in product(*side_by_side.values())]
+    states = [
+        dict(zip(side_by_side, values, strict=True)) for values in product(*side_by_side.values())
+    ]
     studio = _Renderer(request, figures, states, arguments.all)
     data, tally = studio.film(motion, dpi) if motion else studio.picture(kind[1:], dpi)
     print(*studio.complaints, sep="\n\n", end="\n" if studio.complaints else "", file=sys.stderr)
@@ -131,7 +160,11 @@ def _run(arguments: Namespace) -> int:
 
 
 def _kind(path: str, kinds: Sequence[str]) -> str:
-    film = "give --over NAME=START:STOP:STEP to make a film" if kinds is PICTURES else "a range makes a film"
+    film = (
+        "give --over NAME=START:STOP:STEP to make a film"
+        if kinds is PICTURES
+        else "a range makes a film"
+    )
     notes = (film,) if path.lower().endswith(FILMS) or kinds is FILMS else ()
     return picture_kind(path, kinds, "film" if kinds is FILMS else "picture", notes)
 
@@ -201,17 +234,26 @@ class _Renderer:
         answer: State = next((r.solutions[0] for r in results if r.solutions), {})
         given = {n: v for n, v in {**request.inputs, **state}.items() if n != name}
         known = override(request.model, given).values
-        needed = variables(figure for figure in self.figures if not answer or not lacking(figure, answer))
+        needed = variables(
+            figure for figure in self.figures if not answer or not lacking(figure, answer)
+        )
         want = [n for n in needed if n not in known and n != name]
         table = sweep(
-            request.model, {name: values}, want, all=self.every, given=given, guesses=request.guesses
+            request.model,
+            {name: values},
+            want,
+            all=self.every,
+            given=given,
+            guesses=request.guesses,
         )
         numbers, instants = table.solved.astype(int), np.arange(len(values))
         if self.every:
             numbers = table[free_name("answer", (name, *want))]
             instants = np.cumsum(table.begins()) - 1
         views: list[list[View | None]] = [[None] * max(1, numbers.max(initial=0)) for _ in values]
-        for row, (instant, number) in enumerate(zip(instants.tolist(), numbers.tolist(), strict=True)):
+        for row, (instant, number) in enumerate(
+            zip(instants.tolist(), numbers.tolist(), strict=True)
+        ):
             at = {**known, **{n: table[n][row] for n in table}}
             diagrams = drawable(self.figures, at) if number else ()
             if any(diagrams):

@@ -1,4 +1,5 @@
-"""Values of inputs on the command line (``--over``, ``--approach``), and the states of a drawing."""
+"""Values of inputs on the command line (``--over``, ``--approach``), and the states of a
+drawing."""
 
 from __future__ import annotations
 
@@ -59,7 +60,9 @@ def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axi
     if ":" not in stretch:
         return column_of(_listed(option, variable, stretch, model), variable.name)
     head, _, end = stretch.rpartition(":")
-    if (measured := value_and_unit(end)) is not None:  # 0:90:5deg: a range in a unit, in that of the variable
+    if (
+        measured := value_and_unit(end)
+    ) is not None:  # 0:90:5deg: a range in a unit, in that of the variable
         number, unit = measured
         numbers = _axis(option, variable, f"{head}:{number}", model)[:].tolist()
         return column_of(converted(numbers, unit, variable, option.place(unit)), variable.name)
@@ -67,7 +70,9 @@ def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axi
         raise RuleSheetError(_no_range(option))
     exact = []
     for part in map(str.strip, stretch.split(":")):  # decimals as they are written, else as floats
-        value = Fraction(part) if _DECIMAL.fullmatch(part) else parse_value(part, option.place(part))
+        value = (
+            Fraction(part) if _DECIMAL.fullmatch(part) else parse_value(part, option.place(part))
+        )
         if isinstance(value, str):
             raise RuleSheetError(_no_range(option))
         exact.append(Fraction(value))
@@ -115,12 +120,15 @@ A_DECADE, MOST = 2, 200
 def read_approach(text: str, model: Model) -> tuple[str, dict[float, float]]:
     """The input, and its values with their distances from the limit, the farthest first.
 
-    Distances are relative to the limit (absolute if that is 0), and counted towards 0; negative ones
-    lie beyond. Raises RuleSheetError for invalid text.
+    Distances are relative to the limit (absolute if that is 0), and counted towards 0; negative
+    ones lie beyond. Raises RuleSheetError for invalid text.
     """
     option, (head, _, ends) = Option("approach", text), text.rpartition(":")
     name, _, written = (part.strip() for part in head.partition("="))
-    message = "--approach needs a name, a limit, and the relative distances of the first and the last value"
+    message = (
+        "--approach needs a name, a limit, and the relative distances of the first and the last "
+        "value"
+    )
     note = "write --approach NAME=LIMIT:1e-1..1e-15, with the limit as a number"
     unread = RuleSheetError(option.wrong("E424", message, note))
     try:
@@ -136,7 +144,9 @@ def read_approach(text: str, model: Model) -> tuple[str, dict[float, float]]:
         raise unread
     distances = np.geomspace(first, last, count).tolist()
     numbers = [limit * (1.0 - d) if limit else d for d in distances]
-    return name, {number: abs(d) for number, d in zip(numbers, distances, strict=True) if number != limit}
+    return name, {
+        number: abs(d) for number, d in zip(numbers, distances, strict=True) if number != limit
+    }
 
 
 FRAMES = 100_000
@@ -153,7 +163,9 @@ def read_states(
     ranges = [text for text in texts if ":" in text]
     if len(ranges) > 1:
         note = "list the values of the other variable: they stand side by side"
-        raise RuleSheetError(Option("over", ranges[1]).wrong("E424", "a film runs over one range", note))
+        raise RuleSheetError(
+            Option("over", ranges[1]).wrong("E424", "a film runs over one range", note)
+        )
     axes = read_axes(texts, request)
     moving = ranges[0].partition("=")[0].strip() if ranges else None
     if moving is not None and len(axes[moving]) > FRAMES:
@@ -189,7 +201,9 @@ def read_swept(arguments: Namespace, request: Request) -> Swept:
     """
     if bool(arguments.over) == bool(arguments.rows):
         note = "give --over NAME=START:STOP:STEP, or --rows FILE"
-        raise RuleSheetError(error("E443", "a sweep needs either ranges or a file of rows", notes=(note,)))
+        raise RuleSheetError(
+            error("E443", "a sweep needs either ranges or a file of rows", notes=(note,))
+        )
     if arguments.rows:
         return _file_rows(arguments.rows, arguments.columns, request)
     axes = read_axes(arguments.over, request)
@@ -199,7 +213,9 @@ def read_swept(arguments: Namespace, request: Request) -> Swept:
         raise RuleSheetError(_too_many(Option("over", arguments.over[-1])))
     for (name, other), text in zip(lengths.items(), arguments.over, strict=True):
         if arguments.zip and other != length:
-            message = f"with --zip all have one length: {first} has {length:,}, {name} has {other:,}"
+            message = (
+                f"with --zip all have one length: {first} has {length:,}, {name} has {other:,}"
+            )
             note = "leave --zip out to sweep every combination"
             raise RuleSheetError(Option("over", text).wrong("E424", message, note))
     rows = Grid(tuple(axes.values()), zipped=arguments.zip)
@@ -246,17 +262,25 @@ def _expect_columns(path: str, there: Sequence[str], wanted: Sequence[str], mode
     A column that is not is usually a mistake: nothing is left out silently.
     """
     if not any(name in model.variables for name in there):
-        message = f"{path} has no column that is a variable of {model.name}"  # of another file show no word
-        raise RuleSheetError(error("E440", message, notes=("the first line of the file names variables",)))
+        # of another file show no word
+        message = f"{path} has no column that is a variable of {model.name}"
+        raise RuleSheetError(
+            error("E440", message, notes=("the first line of the file names variables",))
+        )
     complaints = []
     for name in wanted:
         if name not in there:
             place, notes = Option("columns", name).place(name), suggestion(name, there)
             named = f"its columns are {', '.join(there)}"
-            complaints.append(error_at("E440", f"{path} has no column {name}", place, *notes, named))
+            complaints.append(
+                error_at("E440", f"{path} has no column {name}", place, *notes, named)
+            )
     for name in dict.fromkeys(wanted or there):
         if name not in model.variables:
-            notes = (*suggestion(name, model.variables), "--columns NAME,… takes some of the columns alone")
+            notes = (
+                *suggestion(name, model.variables),
+                "--columns NAME,… takes some of the columns alone",
+            )
             message = f"{path} has a column {name}, and {model.name} no such variable"
             complaints.append(error("E440", message, notes=notes))
         if there.count(name) > 1:

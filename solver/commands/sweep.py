@@ -82,8 +82,8 @@ ROWS_DRAWN = 1_000_000
 class PlotSink:
     """Collects the rows and draws them after the last one.
 
-    Raises RuleSheetError: E433 for an ending that is not of a picture, E445 for a sweep that cannot be drawn,
-    E416.
+    Raises RuleSheetError: E433 for an ending that is not of a picture, E445 for a sweep that cannot
+    be drawn, E416.
     """
 
     def __init__(self, path: str, work: Work, swept: Swept) -> None:
@@ -112,8 +112,12 @@ class PlotSink:
         model, turn = self._work.model, planner(self._work.model).graph.turn
         drawn, whole = (*model.variables, self._answer), joined(self._pieces)
         table = whole.having({n: column for n, column in whole.items() if n in drawn})
-        drawing = plot.arranged(table, self._work.inputs, self._shape or (self._rows,), self._answer)
-        turns = {n: t and shown(t, model.variables[n], difference=True) for n in table if (t := turn(n))}
+        drawing = plot.arranged(
+            table, self._work.inputs, self._shape or (self._rows,), self._answer
+        )
+        turns = {
+            n: t and shown(t, model.variables[n], difference=True) for n in table if (t := turn(n))
+        }
         write_file(self._path, plot.plotted(drawing, model, turns, self._form))
 
     def discard(self) -> None:
@@ -134,7 +138,9 @@ def _arguments(parser: ArgumentParser) -> None:
     add("--columns", metavar="NAME,…", action="append", default=[], help="take only these columns")
     add("--all", action=flag, help="give every answer a row of its own")
     add("--follow", action=flag, help="follow every branch of answers through its turning points")
-    add("-o", "--output", metavar="FILE.csv|.parquet", help="write the table instead of printing it")
+    add(
+        "-o", "--output", metavar="FILE.csv|.parquet", help="write the table instead of printing it"
+    )
     add("--resume", action=flag, help="continue with the rows that the file of -o lacks")
     add("--plot", metavar="FILE.png|.svg|.pdf", help="draw the wanted variables over the swept one")
     add("--jobs", metavar="N", type=processes, help="number of processes (automatic by default)")
@@ -143,7 +149,8 @@ def _arguments(parser: ArgumentParser) -> None:
 
 
 def _run(arguments: Namespace) -> int:
-    """Sweep, write and print. The exit code is 0 if every row is solved, else 1; 130 if interrupted."""
+    """Sweep, write and print. The exit code is 0 if every row is solved, else 1; 130 if
+    interrupted."""
     if arguments.follow:
         return follow(arguments)
     request = read_request(arguments)
@@ -163,7 +170,9 @@ def _run(arguments: Namespace) -> int:
     pieces = solved_pieces(work, chunks, swept.total, arguments.jobs, arguments.scheduler)
     try:
         with setting(WATCH, progress.within):
-            outcome = streamed(chain(before, followed(work, pieces)), sinks, progress, work.model, work.every)
+            outcome = streamed(
+                chain(before, followed(work, pieces)), sinks, progress, work.model, work.every
+            )
     finally:
         progress.end()
     if expired():
@@ -171,7 +180,10 @@ def _run(arguments: Namespace) -> int:
     print(outcome, file=sys.stderr)  # 361 rows: 340 solved, 21 infeasible
     if not outcome.interrupted:
         return 0 if outcome.all_solved else 1
-    of, path = f" of {swept.total:,}" * (swept.total is not None), arguments.output or arguments.plot
+    of, path = (
+        f" of {swept.total:,}" * (swept.total is not None),
+        arguments.output or arguments.plot,
+    )
     place = f"; {escaped(path)} is whole, with these rows" if path else ""
     print(f"interrupted after {outcome.rows:,}{of} rows{place}", file=sys.stderr)
     return INTERRUPTED
@@ -200,7 +212,8 @@ ALONE = ("rows", "zip", "all", "plot", "jobs", "scheduler", "resume")
 
 
 def follow(arguments: Namespace) -> int:
-    """Follow and write branches; the exit code is 0 if there are any and only limits are singular."""
+    """Follow and write branches; the exit code is 0 if there are any and only limits are
+    singular."""
     request = read_request(arguments)
     request.expect_output(arguments.output)
     others = [f"; --{option} does not go with it" for option in ALONE if getattr(arguments, option)]
@@ -243,7 +256,8 @@ def _told(swept: Variable, branch: Branch) -> str:
     )
     back = f"; {swept.name} turns back at {turns}" if turns else ""
     ends = f"it begins where {branch.start}, and ends where {branch.end}"
-    return f"rows {branch.first + 1} to {branch.last}{back}; {'it is closed' if branch.closed else ends}"
+    end = "it is closed" if branch.closed else ends
+    return f"rows {branch.first + 1} to {branch.last}{back}; {end}"
 
 
 COMMANDS = {"sweep": Command(_arguments, _run)}

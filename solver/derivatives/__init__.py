@@ -11,7 +11,14 @@ from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, err
 from rulesheets.format import format_expression
 from rulesheets.inputs import no_tolerance, variable_named, variables_named
 from rulesheets.model import Model, Tolerance, Value
-from solver.derivatives.linearization import Extended, Total, active_comparisons, kinks, number, totals
+from solver.derivatives.linearization import (
+    Extended,
+    Total,
+    active_comparisons,
+    kinks,
+    number,
+    totals,
+)
 from solver.path import Shown
 from solver.path.cases import Pair
 
@@ -34,7 +41,9 @@ def diagnosis(model: Model, reason: Reason, group: Sequence[tuple[str, str]]) ->
     givens = tuple(dict.fromkeys(given for _, given in group))
     what = f"the derivative of {listed(outputs)} by {listed(givens)}"
     labels = () if reason.rule < 0 else (Label(model.equations[reason.rule].rule),)
-    pairs = [f"{format_expression(left)} = {format_expression(right)}" for left, right in reason.pairs]
+    pairs = [
+        f"{format_expression(left)} = {format_expression(right)}" for left, right in reason.pairs
+    ]
     match reason.kind:
         case "tied":
             alone = givens[0] if len(givens) == 1 else "each of them"
@@ -42,7 +51,9 @@ def diagnosis(model: Model, reason: Reason, group: Sequence[tuple[str, str]]) ->
             note = "clear an input that the others determine"
         case "rough":
             text = f"{what} is unknown here: this rule has no slope at these values"
-            note = "it has a corner or a vertical tangent there; move an input a little and ask again"
+            note = (
+                "it has a corner or a vertical tangent there; move an input a little and ask again"
+            )
         case "kink":
             after, before = reason.sides
             where = f"the rules change at {listed(pairs)}" if pairs else "it has a corner"
@@ -114,9 +125,11 @@ def sensitivities(
     prefer: Iterable[int] = (),
     near: Near | None = None,
 ) -> Sensitivities:
-    """Derivatives of ``outputs`` at an answer (``values``) for ``inputs``, by those of them in ``by``.
+    """Derivatives of ``outputs`` at an answer (``values``) for ``inputs``, by those of them in
+    ``by``.
 
-    If the rules have no slope there, ``near`` finds answers nearby, whose derivatives may have a limit.
+    If the rules have no slope there, ``near`` finds answers nearby, whose derivatives may have a
+    limit.
     """
     pairs = active_comparisons(model, values)
     total = totals(model, values, inputs, by, prefer)
@@ -127,7 +140,11 @@ def sensitivities(
         changing = any(total.of(pair, given) != 0 for pair in pairs)
         corner = next((e for e, pair in corners if total.of(pair, given) != 0), None)
         for output in outputs:
-            found = Reason("edges", pairs=pairs) if changing else _one(total, values, output, given, corner)
+            found = (
+                Reason("edges", pairs=pairs)
+                if changing
+                else _one(total, values, output, given, corner)
+            )
             if isinstance(found, Reason):
                 reasons[output, given] = found
             else:
@@ -135,8 +152,11 @@ def sensitivities(
         lost = [o for o in outputs if (r := reasons.get((o, given))) and r.kind in _APPROACHABLE]
         if near is None or not lost:
             continue
-        # limits of the derivatives from both sides, where the rules at the point itself tell nothing
-        after, before = (one_sided(model, values, inputs, lost, given, side, near) for side in (1, -1))
+        # limits of the derivatives from both sides, where the rules at the point itself tell
+        # nothing
+        after, before = (
+            one_sided(model, values, inputs, lost, given, side, near) for side in (1, -1)
+        )
         for output in (output for output in lost if output in after and output in before):
             sides = after[output], before[output]
             reason = reasons.pop((output, given))
@@ -164,7 +184,9 @@ def chosen_outputs(
     return tuple(n for n in wanted if n not in inputs and isinstance(values.get(n), float))
 
 
-def chosen_inputs(model: Model, names: Iterable[str] | None, inputs: Mapping[str, Value]) -> tuple[str, ...]:
+def chosen_inputs(
+    model: Model, names: Iterable[str] | None, inputs: Mapping[str, Value]
+) -> tuple[str, ...]:
     """The named inputs; without names all that are numbers. Raises RuleSheetError (E407, E425)."""
     if names is None:
         return tuple(name for name in model.variables if isinstance(inputs.get(name), float))
@@ -182,8 +204,8 @@ def chosen_inputs(model: Model, names: Iterable[str] | None, inputs: Mapping[str
 def _one(
     total: Total, values: Mapping[str, Value], output: str, given: str, corner: int | None
 ) -> float | Reason:
-    """The derivative, or why there is none; ``corner`` is a rule with a function that has a kink or a jump
-    as the input moves."""
+    """The derivative, or why there is none; ``corner`` is a rule with a function that has a kink or
+    a jump as the input moves."""
     if not isinstance(values.get(output), float):
         return Reason("unsolved")
     if output == given:
@@ -214,7 +236,8 @@ ONE_LIMIT = 1e-12
 """Change of the limit by its farthest node, relative, at which it is one."""
 
 CONTINUOUS, NOUGHT = 1e-9, 1e-15
-"""Relative distance of an output from its limit, and of a limit from 0, at which they are taken for one."""
+"""Relative distance of an output from its limit, and of a limit from 0, at which they are taken for
+one."""
 
 
 def one_sided(
@@ -226,7 +249,8 @@ def one_sided(
     side: int,
     near: Near,
 ) -> dict[str, float]:
-    """Limits of the derivatives by ``given`` from above (``side`` 1) or below (-1), if there are any.
+    """Limits of the derivatives by ``given`` from above (``side`` 1) or below (-1), if there are
+    any.
 
     An output that is not continuous there has none; without answers on that side nothing has.
     """
@@ -262,8 +286,8 @@ def one_sided(
 
 
 def _limit(nodes: Sequence[Extended], samples: Sequence[Extended]) -> Extended | None:
-    """The value at 0 of the polynomial through the samples, by Neville's scheme; None if it depends on the
-    farthest one."""
+    """The value at 0 of the polynomial through the samples, by Neville's scheme; None if it depends
+    on the farthest one."""
     row, rest = list(samples), samples[-1]
     for step in range(1, len(row)):
         rest = row[1]
@@ -291,8 +315,8 @@ class Contribution(NamedTuple):
 class Band(NamedTuple):
     """The tolerance of an output to first order, the largest contribution first.
 
-    ``worst``: Σ amount, every input at the worse end of its tolerance. ``rss``: √(Σ amount²), the same
-    multiple of the output's standard deviation as the tolerances are for independent inputs.
+    ``worst``: Σ amount, every input at the worse end of its tolerance. ``rss``: √(Σ amount²), the
+    same multiple of the output's standard deviation as the tolerances are for independent inputs.
     """
 
     name: str
@@ -345,10 +369,11 @@ class ToleranceBands(Mapping[str, "Band | None"]):
 def tolerances_of(
     model: Model, inputs: Mapping[str, Value], given: Mapping[str, float | Tolerance] | None
 ) -> dict[str, float]:
-    """The tolerances of the inputs that are numbers, in their own units: those of the sheet, overridden.
+    """The tolerances of the inputs that are numbers, in their own units: those of the sheet,
+    overridden.
 
-    Raises RuleSheetError for names that the model does not have (E407) and for a tolerance that is negative
-    or not finite (E405).
+    Raises RuleSheetError for names that the model does not have (E407) and for a tolerance that is
+    negative or not finite (E405).
     """
     stated: dict[str, Tolerance | None] = {n: v.tolerance for n, v in model.variables.items()}
     for name, tolerance in (given or {}).items():

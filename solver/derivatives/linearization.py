@@ -40,11 +40,11 @@ class SquareBlock(NamedTuple):
 class Linearization(NamedTuple):
     """Slopes of the active rules at a point, in the user's own units.
 
-    ``rows[e]`` are ∂(left − right)/∂v of equation e by variable, unknowns and inputs alike. ``blocks`` are
-    a regular square part in block lower triangular order: each needs only the blocks before it.
-    ``redundant`` are the other active equations, ``rough`` those with a slope that does not exist there.
-    ``free`` are the unknowns that the rules do not determine to first order. Some of them are in no block:
-    with these held the rest is regular.
+    ``rows[e]`` are ∂(left − right)/∂v of equation e by variable, unknowns and inputs alike.
+    ``blocks`` are a regular square part in block lower triangular order: each needs only the blocks
+    before it. ``redundant`` are the other active equations, ``rough`` those with a slope that does
+    not exist there. ``free`` are the unknowns that the rules do not determine to first order. Some
+    of them are in no block: with these held the rest is regular.
     """
 
     rows: Mapping[int, Mapping[str, float]]
@@ -73,7 +73,8 @@ def active_equations(
         equation
         for equation in known_rules(model, known, values)
         if not any(
-            isinstance(side, Symbol) or (isinstance(side, Name) and isinstance(values[side.name], str))
+            isinstance(side, Symbol)
+            or (isinstance(side, Name) and isinstance(values[side.name], str))
             for side in (equation.left, equation.right)
         )
     )
@@ -128,8 +129,9 @@ def _square(
     unknowns: Sequence[str],
     values: Mapping[str, Value],
 ) -> tuple[tuple[SquareBlock, ...], set[str]]:
-    """Blocks of independent rows, and the free unknowns. The rows are the first of ``order`` if these are
-    regular; else some unknowns are held so that the rest is regular, and are in no block."""
+    """Blocks of independent rows, and the free unknowns. The rows are the first of ``order`` if
+    these are regular; else some unknowns are held so that the rest is regular, and are in no
+    block."""
     matching = maximum_matching(_incidence(rows, order, unknowns, moving=True))
     taken = [e for place, e in enumerate(order) if matching.unknown_of[place] is not None]
     if len(taken) == len(unknowns):
@@ -148,18 +150,28 @@ def _blocks(
 ) -> tuple[SquareBlock, ...]:
     """Blocks in lower triangular form, by everything that occurs in the rows."""
     return tuple(
-        SquareBlock(tuple(taken[e] for e in block.equations), tuple(unknowns[u] for u in block.unknowns))
+        SquareBlock(
+            tuple(taken[e] for e in block.equations), tuple(unknowns[u] for u in block.unknowns)
+        )
         for block in block_triangular(_incidence(rows, taken, unknowns, moving=False))
     )
 
 
 def _incidence(
-    rows: Mapping[int, Mapping[str, float]], order: Sequence[int], unknowns: Sequence[str], *, moving: bool
+    rows: Mapping[int, Mapping[str, float]],
+    order: Sequence[int],
+    unknowns: Sequence[str],
+    *,
+    moving: bool,
 ) -> Incidence:
     """Equations by place in ``order``; ``moving`` leaves out variables whose slope is 0."""
     number = {name: i for i, name in enumerate(unknowns)}
     occurs = tuple(
-        tuple(sorted(number[n] for n, slope in rows[e].items() if n in number and (slope or not moving)))
+        tuple(
+            sorted(
+                number[n] for n, slope in rows[e].items() if n in number and (slope or not moving)
+            )
+        )
         for e in order
     )
     return Incidence(occurs, tuple({} for _ in occurs), len(unknowns))
@@ -189,9 +201,9 @@ MAX_WORK = 10**12
 class Sharp(NamedTuple):
     """``values`` to many digits (symbols unchanged); ``rows[e]`` are ∂(left − right)/∂v there.
 
-    ``blocks`` are those that were refined. ``lost`` are the other unknowns: free ones, those of rough
-    rules, and all that is computed from lost ones, even with a slope of 0 (``y = x^2`` with x free at
-    0: an unbounded change times 0 is not 0).
+    ``blocks`` are those that were refined. ``lost`` are the other unknowns: free ones, those of
+    rough rules, and all that is computed from lost ones, even with a slope of 0 (``y = x^2`` with x
+    free at 0: an unbounded change times 0 is not 0).
     """
 
     values: Mapping[str, Any]
@@ -223,11 +235,15 @@ def sharpened(
                 rows.update((e.index, precise_slopes(e.left, e.right, exact)) for e in equations)
             else:
                 for e in equations:
-                    rows[e.index] = {name: number(slope) for name, slope in linear.rows[e.index].items()}
+                    rows[e.index] = {
+                        name: number(slope) for name, slope in linear.rows[e.index].items()
+                    }
             blocks.append(block)
         except (Undefined, Unresolved):
             lost.update(block.unknowns)
-            exact.update((name, number(v)) for name in block.unknowns if isinstance(v := values[name], float))
+            exact.update(
+                (name, number(v)) for name in block.unknowns if isinstance(v := values[name], float)
+            )
     for index in linear.redundant:
         rule = model.equations[index]
         try:
@@ -242,7 +258,9 @@ def number(value: float) -> Extended:
     return context(DIGITS).mpf(value)
 
 
-def precise_slopes(left: Expression, right: Expression, values: Mapping[str, Any]) -> dict[str, Extended]:
+def precise_slopes(
+    left: Expression, right: Expression, values: Mapping[str, Any]
+) -> dict[str, Extended]:
     """∂(left − right)/∂v for every variable in them. Raises Undefined."""
     return extended_derivatives(subtract(left, right), values, DIGITS)[1]
 
@@ -298,7 +316,9 @@ def kinks(equation: Equation, values: Mapping[str, Value]) -> Iterator[Pair]:
                 met.append((x, ZERO))
             case "min" | "max", arguments:
                 extreme = _number(call, values)
-                ends = [a for a in arguments if extreme is not None and _number(a, values) == extreme]
+                ends = [
+                    a for a in arguments if extreme is not None and _number(a, values) == extreme
+                ]
                 met += combinations(ends, 2)
             case "step", (x, at):
                 met.append((x, at))
@@ -336,10 +356,11 @@ AGREE = 1e-25
 
 @dataclass(frozen=True)
 class Total:
-    """``by[u][p]`` is du/dp at the ``sharp`` answer; lost unknowns are not determined to first order.
+    """``by[u][p]`` is du/dp at the ``sharp`` answer; lost unknowns are not determined to first
+    order.
 
-    ``tied[p]`` is a rule that would no longer hold if input p moved alone. ``rough`` are rules without a
-    slope there, and the names in them.
+    ``tied[p]`` is a rule that would no longer hold if input p moved alone. ``rough`` are rules
+    without a slope there, and the names in them.
     """
 
     by: Mapping[str, Mapping[str, Extended]]
@@ -385,7 +406,8 @@ def _solved(sharp: Sharp, parameters: Sequence[str]) -> dict[str, dict[str, Exte
     for block in sharp.blocks:
         place = {name: j for j, name in enumerate(block.unknowns)}
         rows = [
-            {place[n]: slope for n, slope in sharp.rows[e].items() if n in place} for e in block.equations
+            {place[n]: slope for n, slope in sharp.rows[e].items() if n in place}
+            for e in block.equations
         ]
         read = {name for e in block.equations for name in sharp.rows[e]}
         known = {p for name in read for p in by.get(name, ())}
@@ -401,4 +423,6 @@ def _chain(
     row: Mapping[str, Extended], by: Mapping[str, Mapping[str, Extended]], parameter: str
 ) -> list[Extended]:
     """The terms ∂F/∂v · dv/dp of a total derivative."""
-    return [slope * by[name][parameter] for name, slope in row.items() if parameter in by.get(name, ())]
+    return [
+        slope * by[name][parameter] for name, slope in row.items() if parameter in by.get(name, ())
+    ]

@@ -42,9 +42,9 @@ _RANGE = re.compile(r"[^\S\n]*\[")
 class Word(NamedTuple):
     """A range ``[start, end)`` of a text, and its section.
 
-    ``kind`` is a group of the pattern above, or ``keyword``, ``head``, ``mark``, ``title``, ``constant``,
-    ``builtin``, ``function``, ``comment``. ``scope`` is where its name is known: "" on the sheet (parameters
-    included), the name of a function, or that of a figure and a colon.
+    ``kind`` is a group of the pattern above, or ``keyword``, ``head``, ``mark``, ``title``,
+    ``constant``, ``builtin``, ``function``, ``comment``. ``scope`` is where its name is known: ""
+    on the sheet (parameters included), the name of a function, or that of a figure and a colon.
     """
 
     kind: str
@@ -65,7 +65,9 @@ def words(text: str) -> list[Word]:
         start, end = before.end if before else 0, after.start if after else len(text)
         for comment in re.finditer(r"\S[^\n]*", text[start:end]):
             said = comment.group().rstrip()
-            found.append(Word("comment", start + comment.start(), start + comment.start() + len(said), said))
+            found.append(
+                Word("comment", start + comment.start(), start + comment.start() + len(said), said)
+            )
     return found
 
 
@@ -87,7 +89,9 @@ def _code(text: str) -> Iterator[Word]:
                 scope = f"{said}:"
             drawn = section == "figure" and not reckoned
             within = scope if drawn or (section != "figure" and said not in shared) else ""
-            yield Word(kind, line.start + match.start(), line.start + match.end(), said, within, section)
+            yield Word(
+                kind, line.start + match.start(), line.start + match.end(), said, within, section
+            )
 
 
 def _kinds(code: str, section: str, head: str) -> Iterator[tuple[re.Match[str], str, bool]]:
@@ -120,7 +124,8 @@ def _kinds(code: str, section: str, head: str) -> Iterator[tuple[re.Match[str], 
 
 
 class Symbol(NamedTuple):
-    """A name in its scope, or a rule function, as ``function`` tells. Names of functions ignore case."""
+    """A name in its scope, or a rule function, as ``function`` tells. Names of functions ignore
+    case."""
 
     name: str
     scope: str
@@ -165,11 +170,16 @@ class Names:
         return next(declared, stands[0] if stands else None)
 
     def known(self, scope: str) -> list[str]:
-        """The names that can be written in a scope: its own and those of the sheet that it shares."""
+        """The names that can be written in a scope: its own and those of the sheet that it
+        shares."""
         return sorted({one.name for one in self.places if one.scope == scope and not one.function})
 
     def functions(self) -> list[str]:
-        return [word.text for word in self.words if word.kind == "function" and word.section == "function"]
+        return [
+            word.text
+            for word in self.words
+            if word.kind == "function" and word.section == "function"
+        ]
 
 
 def symbol(word: Word) -> Symbol | None:

@@ -1,6 +1,7 @@
 """The language server: diagnostics, hover, completion, definitions, renaming and formatting.
 
-Texts are checked and solved in separate processes with a time limit: the editor never waits for a solve.
+Texts are checked and solved in separate processes with a time limit: the editor never waits for a
+solve.
 """
 
 from __future__ import annotations
@@ -39,7 +40,8 @@ SEVERITIES = {
 
 
 class Server(LanguageServer):
-    """A server for one editor. ``answers`` holds the last result of each document that was solved."""
+    """A server for one editor. ``answers`` holds the last result of each document that was
+    solved."""
 
     def __init__(self, timeout: float) -> None:
         super().__init__("backsolve", version("backsolve"))
@@ -73,8 +75,13 @@ class Server(LanguageServer):
         for one in found:  # at its first place here; in the first line what is about another file
             place = next((p for p in one["places"] if p["file"] == name), {"start": 0, "end": 0})
             lines = [one["message"], *(f"help: {note}" for note in one["notes"])]
-            where, severity = stretch(document, place["start"], place["end"]), SEVERITIES[one["severity"]]
-            shown.append(lsp.Diagnostic(where, "\n".join(lines), severity, one["code"], source="backsolve"))
+            where, severity = (
+                stretch(document, place["start"], place["end"]),
+                SEVERITIES[one["severity"]],
+            )
+            shown.append(
+                lsp.Diagnostic(where, "\n".join(lines), severity, one["code"], source="backsolve")
+            )
         self.text_document_publish_diagnostics(
             lsp.PublishDiagnosticsParams(uri, shown, version=document.version)
         )
@@ -97,7 +104,12 @@ class Server(LanguageServer):
 
 def _sheet(document: TextDocument, text: str) -> Json:
     path = document.path or ""
-    return {"text": text, "name": path or document.uri, "base": os.path.dirname(path), "within": None}
+    return {
+        "text": text,
+        "name": path or document.uri,
+        "base": os.path.dirname(path),
+        "within": None,
+    }
 
 
 def stretch(document: TextDocument, start: int, end: int) -> lsp.Range:
@@ -135,7 +147,8 @@ def used_files(document: TextDocument, names: Names) -> Iterator[Path]:
 
 
 def defined(server: Server, params: lsp.DefinitionParams) -> lsp.Location | None:
-    """Where a symbol is declared, in the document or in a file that it uses; for a path, its file."""
+    """Where a symbol is declared, in the document or in a file that it uses; for a path, its
+    file."""
     document, names, _, word = asked(server, params)
     if word and word.kind == "path":
         start = lsp.Position(0, 0)
@@ -207,7 +220,9 @@ def completions(server: Server, params: lsp.CompletionParams) -> Iterator[lsp.Co
         if name != typed:
             yield lsp.CompletionItem(name, kind=kinds.Variable)
     for name, entry in TABLE.items():
-        yield lsp.CompletionItem(name, kind=kinds.Function, detail=entry.usage, documentation=entry.meaning)
+        yield lsp.CompletionItem(
+            name, kind=kinds.Function, detail=entry.usage, documentation=entry.meaning
+        )
     others = (Names(read_source(path).text).functions() for path in used_files(document, names))
     for name in dict.fromkeys((*names.functions(), *(name for some in others for name in some))):
         yield lsp.CompletionItem(name, kind=kinds.Module, detail="rule function")
@@ -220,7 +235,9 @@ async def renamed(server: Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit
     document, names, _, word = asked(server, params)
     named, new = symbol(word) if word else None, params.new_name
     if named is None or "." in named.name:
-        raise JsonRpcInvalidParams("only variables, points and functions of this file can be renamed")
+        raise JsonRpcInvalidParams(
+            "only variables, points and functions of this file can be renamed"
+        )
     if not NAME.fullmatch(new) or new.lower() in RESERVED:
         raise JsonRpcInvalidParams(f"{new} is not a name")
     if Symbol(new.lower() if named.function else new, named.scope, named.function) in names.places:
@@ -244,7 +261,9 @@ def formatted(server: Server, params: lsp.DocumentFormattingParams) -> list[lsp.
     document = server.document(params.text_document.uri)
     text = document.source
     try:
-        new = format_sheet(parsed(Source(document.path or document.uri, text), document.path or None))
+        new = format_sheet(
+            parsed(Source(document.path or document.uri, text), document.path or None)
+        )
     except RuleSheetError:
         return []
     return [] if new == text else [lsp.TextEdit(stretch(document, 0, len(text)), new)]

@@ -40,14 +40,18 @@ def wrong_cell(path: str, line: int, text: str, name: str, *, number: bool = Fal
     kinds = "a number" if number else "a number, a symbol ('open)"
     place = Span(Source(f"{path}, line {line}", text), 0, len(text))
     note = f"a cell is {kinds}, or blank where the row has no value"
-    return error_at("E440", f"line {line} of {path}: this is not a valid value for {name}", place, note)
+    return error_at(
+        "E440", f"line {line} of {path}: this is not a valid value for {name}", place, note
+    )
 
 
 def require_extra(extra: str, purpose: str, *packages: str, code: str = "E441") -> None:
     """Raise RuleSheetError if a package of an extra is not installed."""
     if any(find_spec(package) is None for package in packages):
         notes = (f"pip install 'backsolve[{extra}]'",)
-        raise RuleSheetError(error(code, f"{purpose} {packages[0]}, which is not installed", notes=notes))
+        raise RuleSheetError(
+            error(code, f"{purpose} {packages[0]}, which is not installed", notes=notes)
+        )
 
 
 def other_sweep(path: str, reason: str) -> Diagnosis:
@@ -92,10 +96,11 @@ def expect_no_input(path: str, inputs: Iterable[str]) -> None:
 class Replacement:
     """A new file next to its final place: readers see the old one or the complete new one.
 
-    ``keep`` moves it into place when its bytes are on the disk, ``discard`` removes it; as a context it is
-    kept unless an exception leaves the block. A link is followed and the mode of an existing file kept. A
-    pipe, a terminal or ``/dev/null`` is written to directly. Unfinished files of killed processes in the
-    folder are removed. Raises RuleSheetError (E416) for every failure of the system.
+    ``keep`` moves it into place when its bytes are on the disk, ``discard`` removes it; as a
+    context it is kept unless an exception leaves the block. A link is followed and the mode of an
+    existing file kept. A pipe, a terminal or ``/dev/null`` is written to directly. Unfinished files
+    of killed processes in the folder are removed. Raises RuleSheetError (E416) for every failure of
+    the system.
     """
 
     stream: BinaryIO
@@ -180,7 +185,9 @@ def _unfinished_file(folder: str, name: str) -> tuple[str, BinaryIO]:
     while True:
         path = os.path.join(folder, f"{short}.{os.urandom(4).hex()}{UNFINISHED}")
         file = open(path, "xb")  # noqa: SIM115
-        with suppress(OSError):  # a file system without locks, or somebody removes it this very moment
+        with suppress(
+            OSError
+        ):  # a file system without locks, or somebody removes it this very moment
             _lock(file)
         if os.path.exists(path):
             return path, file

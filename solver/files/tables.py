@@ -7,7 +7,7 @@ import os
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Sized
 from importlib import import_module
 from itertools import islice
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,9 +43,9 @@ CODES = {status: code for code, status in enumerate(Status)}
 class Table(dict[str, NDArray[Any]], Shown):
     """Columns (n,) by name: the inputs that were swept, then the wanted variables.
 
-    A wanted value is NaN if its row is not solved (None in a column of symbols). ``status`` (n,) holds
-    codes, 0 for solved; ``Table.STATUSES[code]`` is the status. ``answers`` (n,) is the number of known
-    answers of each row.
+    A wanted value is NaN if its row is not solved (None in a column of symbols). ``status`` (n,)
+    holds codes, 0 for solved; ``Table.STATUSES[code]`` is the status. ``answers`` (n,) is the
+    number of known answers of each row.
     """
 
     STATUSES = tuple(Status)
@@ -66,11 +66,13 @@ class Table(dict[str, NDArray[Any]], Shown):
         raise UnknownName(name, self)
 
     def to_pandas(self) -> Any:
-        """The columns and the status as a ``pandas.DataFrame``. Raises ImportError without pandas."""
+        """The columns and the status as a ``pandas.DataFrame``. Raises ImportError without
+        pandas."""
         return import_module("pandas").DataFrame(self._frame())
 
     def to_polars(self) -> Any:
-        """The columns and the status as a ``polars.DataFrame``. Raises ImportError without polars."""
+        """The columns and the status as a ``polars.DataFrame``. Raises ImportError without
+        polars."""
         return import_module("polars").DataFrame(self._frame())
 
     def _frame(self) -> dict[str, Any]:
@@ -82,16 +84,19 @@ class Table(dict[str, NDArray[Any]], Shown):
 
     def __repr__(self) -> str:
         names = ", ".join(self)
-        return f"<{type(self).__name__} of {len(self.status)} rows, {self.solved.sum()} solved: {names}>"
+        kind, rows = type(self).__name__, len(self.status)
+        return f"<{kind} of {rows} rows, {self.solved.sum()} solved: {names}>"
 
     @property
     def solved(self) -> NDArray[np.bool_]:
         return np.asarray(self.status == CODES[Status.SOLVED])
 
     def begins(self) -> NDArray[np.bool_]:
-        """Which rows begin the answers of one row of inputs, in a table that has a row for each answer.
+        """Which rows begin the answers of one row of inputs, in a table that has a row for each
+        answer.
 
-        The numbers of answers do not show it: a branch keeps its number after earlier ones have ended.
+        The numbers of answers do not show it: a branch keeps its number after earlier ones have
+        ended.
         """
         places, each = np.arange(len(self.status)), np.maximum(self.answers, 1)
         start = np.maximum.accumulate(np.where(np.diff(each, prepend=0) != 0, places, 0))
@@ -100,9 +105,9 @@ class Table(dict[str, NDArray[Any]], Shown):
     def write(self, path: str) -> None:
         """Write a file by its ending, ``.csv`` or ``.parquet`` (with the extra ``parquet``).
 
-        It is written completely or not at all. Numbers read back as the same floats, the status is a
-        text, and missing values are blank or null. Raises RuleSheetError: E416, E441, E442, and E418
-        for a file that the model was read from.
+        It is written completely or not at all. Numbers read back as the same floats, the status is
+        a text, and missing values are blank or null. Raises RuleSheetError: E416, E441, E442, and
+        E418 for a file that the model was read from.
         """
         expect_no_input(path, self._files)
         symbols = [name for name, column in self.items() if column.dtype == object]
@@ -218,7 +223,9 @@ class ParquetFile:
     def _write(self, table: Table) -> None:
         status = self._arrow.array(WORDS).take(self._arrow.array(table.status))
         columns = [self._array(*pair) for pair in zip(self._names, table.values(), strict=True)]
-        rows = self._arrow.table([*columns, status], names=[*self._names, free_name("status", self._names)])
+        rows = self._arrow.table(
+            [*columns, status], names=[*self._names, free_name("status", self._names)]
+        )
         if self._writer is None:
             texts = [field.name for field in rows.schema if field.type != self._arrow.float64()]
             self._writer = self._parquet.ParquetWriter(
@@ -236,7 +243,9 @@ class ParquetFile:
         return self._arrow.array(column, from_pandas=True)
 
 
-def parquet_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Sequence[int], Sequence[Any]]]:
+def parquet_pieces(
+    path: str, names: Sequence[str]
+) -> Iterator[tuple[Sequence[int], Sequence[Any]]]:
     """The rows of some columns of a Parquet file, a piece at a time: arrays of numbers, or lists.
 
     Raises RuleSheetError (E440, E441).
@@ -246,7 +255,9 @@ def parquet_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Sequence[i
             columns = []
             for column in map(batch.column, names):
                 if str(column.type) in ("double", "float"):
-                    columns.append(column.to_numpy(zero_copy_only=False).astype(float))  # NaN for null
+                    columns.append(
+                        column.to_numpy(zero_copy_only=False).astype(float)
+                    )  # NaN for null
                 else:
                     columns.append(column.to_pylist())
             yield range(batch.num_rows), columns
@@ -275,7 +286,9 @@ def column_of(values: Any, name: str = "the input") -> Array:
         if column.dtype.kind not in _NUMBERS:  # numpy would make texts of numbers among symbols
             column = np.asarray(values, dtype=object)
     except ValueError:
-        raise ValueError(f"the values of {name} are no column: there are lists among them") from None
+        raise ValueError(
+            f"the values of {name} are no column: there are lists among them"
+        ) from None
     if column.ndim > 1:
         shape = "x".join(map(str, column.shape))
         raise ValueError(f"a column of a sweep has one dimension, and that of {name} is {shape}")
@@ -286,7 +299,8 @@ def column_of(values: Any, name: str = "the input") -> Array:
 
 
 def _gathered(values: Sequence[float | str | None]) -> Array:
-    """A column of objects if there are symbols among the values, else of floats with NaN for None."""
+    """A column of objects if there are symbols among the values, else of floats with NaN for
+    None."""
     if any(isinstance(value, str) for value in values):
         return np.array(values, dtype=object)
     return np.array([np.nan if value is None else value for value in values], dtype=float)
@@ -312,7 +326,9 @@ def one_length(names: Sequence[str], axes: Sequence[Sized]) -> None:
     """Raises ValueError for columns of different lengths."""
     if len(set(map(len, axes))) > 1:
         lengths = ", ".join(f"{name}: {len(axis)}" for name, axis in zip(names, axes, strict=True))
-        raise ValueError(f"the columns of a sweep must have one length ({lengths}); or use grid=True")
+        raise ValueError(
+            f"the columns of a sweep must have one length ({lengths}); or use grid=True"
+        )
 
 
 PIECE = 8192
@@ -338,10 +354,11 @@ def heading(path: str) -> tuple[tuple[str, ...], int | None]:
 def pieces(
     path: str, names: Sequence[str], numbers: Collection[str] = frozenset()
 ) -> Iterator[tuple[Array, ...]]:
-    """Some columns of the file in the order of ``names``: floats, NaN for blank; or objects with symbols.
+    """Some columns of the file in the order of ``names``: floats, NaN for blank; or objects with
+    symbols.
 
-    Raises RuleSheetError (E440) at the first cell that is neither a number nor a symbol, or is a symbol in a
-    column of ``numbers``.
+    Raises RuleSheetError (E440) at the first cell that is neither a number nor a symbol, or is a
+    symbol in a column of ``numbers``.
     """
     found = parquet_pieces if path.lower().endswith(PARQUET) else _csv_pieces
     for lines, columns in found(path, names):
@@ -357,10 +374,15 @@ def _csv_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Sequence[int]
     while piece := list(islice(lines, PIECE)):
         for number, cells in piece:
             if len(cells) != len(head):
-                message = f"line {number} of {path} has {len(cells)} cells, and the heading {len(head)}"
+                message = (
+                    f"line {number} of {path} has {len(cells)} cells, and the heading {len(head)}"
+                )
                 notes = ("a row has a cell for each name of the heading; a cell may be blank",)
                 raise RuleSheetError(error("E440", message, notes=notes))
-        yield [number for number, _ in piece], [[cells[place] for _, cells in piece] for place in places]
+        yield (
+            [number for number, _ in piece],
+            [[cells[place] for _, cells in piece] for place in places],
+        )
 
 
 def _lines(path: str) -> Iterator[tuple[int, list[str]]]:
@@ -371,10 +393,15 @@ def _lines(path: str) -> Iterator[tuple[int, list[str]]]:
         reader = csv.reader(file, delimiter=separator, strict=True)
         for cells in reader:
             if cells:
-                yield reader.line_num, cells if separator == "," else list(map(decimal_point, cells))
+                yield (
+                    reader.line_num,
+                    cells if separator == "," else list(map(decimal_point, cells)),
+                )
 
 
-def _column(cells: Sequence[Any], path: str, name: str, lines: Sequence[int], number: bool) -> Array:
+def _column(
+    cells: Sequence[Any], path: str, name: str, lines: Sequence[int], number: bool
+) -> Array:
     """The cells of some ``lines``, as text or as Parquet has them."""
     if isinstance(cells, np.ndarray):
         return cells
@@ -395,13 +422,16 @@ def _column(cells: Sequence[Any], path: str, name: str, lines: Sequence[int], nu
 
 def _value(cell: Any) -> float | str | None:
     """The value of a cell; spreadsheets write missing values in many ways."""
-    if cell is None or (isinstance(cell, str) and cell.strip().lower() in ("", "nan", "na", "null", "none")):
+    if cell is None or (
+        isinstance(cell, str) and cell.strip().lower() in ("", "nan", "na", "null", "none")
+    ):
         return None
     return parse_value(cell) if isinstance(cell, str) else float(cell)
 
 
 class CsvFile:
-    """Lines of CSV to a file or an open stream. The heading comes with the first rows, or at the end."""
+    """Lines of CSV to a file or an open stream. The heading comes with the first rows, or at the
+    end."""
 
     def __init__(self, file: Replacement | Printed, names: Sequence[str]) -> None:
         self._file, self._head = file, csv_head(names)
@@ -426,3 +456,55 @@ def table_file(path: str, names: Sequence[str], symbols: Collection[str]) -> Csv
         message, notes = f"{path} has an ending that is not one of a table", ".csv or .parquet"
         raise RuleSheetError(error("E442", message, notes=(f"choose a name that ends in {notes}",)))
     return CsvFile(Replacement(path), names) if ending in CSV else ParquetFile(path, names, symbols)
+
+
+# --- samples within tolerances ---
+
+SPREADS = {"uniform": 3**-0.5, "normal": 1 / 3}
+"""The standard deviation of an input in units of its tolerance.
+
+``uniform``: anywhere within the tolerance alike. ``normal``: the tolerance is three standard
+deviations.
+"""
+
+
+class Samples(NamedTuple):
+    """``table`` has one row for each sample: the inputs drawn, and the outputs, NaN if it is not
+    solved.
+
+    ``spread`` is the standard deviation of an input in units of its tolerance.
+    """
+
+    table: Table
+    tolerances: Mapping[str, float]
+    outputs: tuple[str, ...]
+    distribution: str
+    seed: int
+
+    @property
+    def spread(self) -> float:
+        """The standard deviation of an input, in units of its tolerance."""
+        return SPREADS[self.distribution]
+
+    def solved(self, name: str) -> NDArray[np.float64]:
+        """The values of an output, of the samples that are solved."""
+        column: NDArray[np.float64] = np.asarray(self.table[name], dtype=np.float64)
+        return np.compress(np.isfinite(column), column)
+
+    def statistics(self, name: str) -> tuple[float, float, float, float] | None:
+        """Mean, standard deviation, least and greatest output; None for fewer than two samples."""
+        column = self.solved(name)
+        if len(column) < 2:
+            return None
+        return (
+            float(column.mean()),
+            float(column.std(ddof=1)),
+            float(column.min()),
+            float(column.max()),
+        )
+
+    @property
+    def counts(self) -> dict[Status, int]:
+        """The number of samples of each status."""
+        codes, numbers = np.unique(self.table.status, return_counts=True)
+        return {self.table.STATUSES[code]: int(n) for code, n in zip(codes, numbers, strict=True)}

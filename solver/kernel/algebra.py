@@ -23,10 +23,11 @@ from solver.path.polynomial import UNIT, Monomial, NoForm, in_parts
 # Rules may contradict each other, or a function.
 #
 # ``x*y = 6`` contradicts ``x*y = 7``: every rule is linear in its monomials. ``erfc(u) = 2`` and
-# ``exp(w) = 0`` ask for a value outside an image. A search over an infinite range cannot exclude an end of an
-# image that is never attained. A linear combination of rules can, if only the function and a number, computed
-# in fractions, are left of it. Monomials are products of powers of parts that are not sums. ``x/y`` is one,
-# and a rule is multiplied by its divisors, which are not 0 at any answer.
+# ``exp(w) = 0`` ask for a value outside an image. A search over an infinite range cannot exclude an
+# end of an image that is never attained. A linear combination of rules can, if only the function
+# and a number, computed in fractions, are left of it. Monomials are products of powers of parts
+# that are not sums. ``x/y`` is one, and a rule is multiplied by its divisors, which are not 0 at
+# any answer.
 
 MAX_RULES = 40
 
@@ -51,7 +52,8 @@ def contradiction(problem: BlockProblem) -> Conflict | None:
         return None
     facts = solve_linear(matrix, rhs)
     size = max(
-        (abs(m * rhs[row]) for row, m in zip(facts.conflict, facts.multipliers, strict=True)), default=0.0
+        (abs(m * rhs[row]) for row, m in zip(facts.conflict, facts.multipliers, strict=True)),
+        default=0.0,
     )
     if not facts.conflict or abs(facts.miss) <= CLEAR * size:
         return None
@@ -68,8 +70,8 @@ _LIMITED = named(
 
 
 def unattained(problem: BlockProblem, given: Collection[str]) -> NoValue | None:
-    """The rule of a block that asks a function for an end of its image that it never attains, if there is
-    one.
+    """The rule of a block that asks a function for an end of its image that it never attains, if
+    there is one.
 
     ``given``: the known names whose values are exact; others are rounded, and prove nothing.
     """
@@ -100,12 +102,16 @@ def unattained(problem: BlockProblem, given: Collection[str]) -> NoValue | None:
     matrix = [[row.get(monomial, Fraction(0)) for monomial in columns] for row in rows]
     found, _ = gauss_jordan(matrix, [-row.get(UNIT, Fraction(0)) for row in rows])
     for *entries, constant in (row[: len(columns) + 1] for row in found):
-        asked = [(monomial, entry) for monomial, entry in zip(columns, entries, strict=True) if entry]
+        asked = [
+            (monomial, entry) for monomial, entry in zip(columns, entries, strict=True) if entry
+        ]
         if len(asked) != 1 or asked[0][0] not in calls:
             continue
         (call, index), target = calls[asked[0][0]], Fraction(constant, asked[0][1])
         if _outside(call.function, target):
-            unknown = next(name for name in (*names(call), *problem.unknowns) if name in problem.unknowns)
+            unknown = next(
+                name for name in (*names(call), *problem.unknowns) if name in problem.unknowns
+            )
             shown = float(target) if abs(target) < HUGE else math.copysign(inf, target)
             return NoValue(index, unknown, f"{call.function} = {number_text(shown)}")
     return None
@@ -123,6 +129,7 @@ def _outside(function: str, target: Fraction) -> bool:
         return False
     at_end = (low_open and target == low) or (high_open and target == high)
     return at_end or any(  # below an end by more than the rounding of what it was made of
-        end != -inf and number < Fraction(end) - Fraction(BACKWARD) * max(Fraction(1), abs(Fraction(end)))
+        end != -inf
+        and number < Fraction(end) - Fraction(BACKWARD) * max(Fraction(1), abs(Fraction(end)))
         for end, number in ((low, target), (-high, -target))
     )

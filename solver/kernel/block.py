@@ -1,4 +1,5 @@
-"""A simultaneous block of a path: residual, Jacobian and the chains of its tearing, compiled on use."""
+"""A simultaneous block of a path: residual, Jacobian and the chains of its tearing, compiled on
+use."""
 
 from __future__ import annotations
 
@@ -31,7 +32,17 @@ FEW = 30
 """Rules up to which each is examined by itself, beyond it one of each shape."""
 DENSE = 300
 """Unknowns of a block beyond which its matrix is taken as a sparse one."""
-KEPT = ("graph", "block", "equations", "unknowns", "known", "closed", "degrees", "divisors", "repeating")
+KEPT = (
+    "graph",
+    "block",
+    "equations",
+    "unknowns",
+    "known",
+    "closed",
+    "degrees",
+    "divisors",
+    "repeating",
+)
 """The parts of a block that are kept for another run."""
 T = TypeVar("T")
 
@@ -52,17 +63,20 @@ class BlockKernel:
         self._enclosures: dict[int, Enclosure] = {}
         kept = graph.kernels
         few = len(self.equations) <= FEW
-        self._shared: dict[Any, Any] = kept.setdefault(("alike", self._pattern()), {}) if few else {}
+        self._shared: dict[Any, Any] = (
+            kept.setdefault(("alike", self._pattern()), {}) if few else {}
+        )
 
     def __getstate__(self) -> dict[str, Any]:
-        """Pickled without functions of arrays and of intervals, and parts that are quickly recomputed."""
+        """Pickled without functions of arrays and of intervals, and parts that are quickly
+        recomputed."""
         found = {name: self.__dict__[name] for name in KEPT if name in self.__dict__}
         shared = {key: part for key, part in self._shared.items() if not isinstance(part, dict)}
         return {**found, "_enclosures": {}, "_shared": shared}
 
     def _pattern(self) -> tuple[Any, ...]:
-        """The block with places for names: results about it hold for all blocks of the same pattern, such
-        as those of subsheets that are called again."""
+        """The block with places for names: results about it hold for all blocks of the same
+        pattern, such as those of subsheets that are called again."""
         place = {name: k for k, name in enumerate((*self.unknowns, *self.known))}
         number = {equation: k for k, equation in enumerate(self.block.equations)}
         rules = []
@@ -97,7 +111,9 @@ class BlockKernel:
         """Whether an equation may jump without a sign of it in its Jacobian."""
         from solver.kernel.chain import directions, jumps
 
-        return self.once("jumps", lambda: any(jumps(form) or any(directions(form)) for form in self.forms))
+        return self.once(
+            "jumps", lambda: any(jumps(form) or any(directions(form)) for form in self.forms)
+        )
 
     @property
     def smooth(self) -> bool:
@@ -105,7 +121,8 @@ class BlockKernel:
         return self.once("smooth", lambda: all(self.partials))
 
     def domain(self, name: str) -> tuple[float, float]:
-        """The range to search an unknown in: its declared range, and at most one turn of an angle."""
+        """The range to search an unknown in: its declared range, and at most one turn of an
+        angle."""
         variable, turn = self.graph.model.variables[name], self.graph.turn(name)
         return (variable.low, variable.high) if turn is None else window(variable, turn)
 
@@ -130,8 +147,8 @@ class BlockKernel:
 
     @cached_property
     def repeating(self) -> tuple[str, ...]:
-        """The unknowns inside periodic functions that are no angles, and have no range: each period may have
-        an answer of its own."""
+        """The unknowns inside periodic functions that are no angles, and have no range: each period
+        may have an answer of its own."""
         inside = {name for phase in phases(*self.forms) for name in nodes.names(phase)}
         free = (name for name in self.unknowns if name in inside and self.graph.turn(name) is None)
         return tuple(name for name in free if any(map(math.isinf, self.domain(name))))
@@ -140,7 +157,9 @@ class BlockKernel:
     def phases(self) -> list[Expression]:
         """The arguments of periodic functions in which these are."""
         unknowns = set(self.repeating)
-        return [phase for phase in phases(*self.forms) if not unknowns.isdisjoint(nodes.names(phase))]
+        return [
+            phase for phase in phases(*self.forms) if not unknowns.isdisjoint(nodes.names(phase))
+        ]
 
     @cached_property
     def linear(self) -> bool:
@@ -152,7 +171,9 @@ class BlockKernel:
         """The degrees (n,) of the equations in the unknowns, as written."""
         unknowns = frozenset(self.unknowns)
         if len(self.equations) <= FEW:
-            return self.once("degrees", lambda: np.array([degree(form, unknowns) for form in self.forms]))
+            return self.once(
+                "degrees", lambda: np.array([degree(form, unknowns) for form in self.forms])
+            )
         from solver.path.shapes import same_columns
 
         inside = np.array([name in unknowns for name in self.alike.names], dtype=bool)
@@ -190,7 +211,8 @@ class BlockKernel:
     def _flat(self) -> Callable[..., Sequence[float]]:
         names = (*self.unknowns, *self.known)
         return self.once(
-            "slopes", lambda: compile_expressions([slope or nodes.ZERO for slope in self.partials], names)
+            "slopes",
+            lambda: compile_expressions([slope or nodes.ZERO for slope in self.partials], names),
         )
 
     @cached_property
@@ -249,7 +271,9 @@ class BlockKernel:
     def residual(self, known: Sequence[float]) -> Callable[[Sequence[float]], Sequence[float]]:
         return lambda x: self._residual(*x, *known)
 
-    def jacobian(self, known: Sequence[float]) -> Callable[[Sequence[float]], list[Sequence[float]]]:
+    def jacobian(
+        self, known: Sequence[float]
+    ) -> Callable[[Sequence[float]], list[Sequence[float]]]:
         n = len(self.unknowns)
 
         def rows(x: Sequence[float]) -> list[Sequence[float]]:
@@ -261,7 +285,9 @@ class BlockKernel:
             columns = []
             for j in range(n):
                 h = CUBE_ROOT * max(abs(x[j]), SMALL)
-                up, down = (self._residual(*x[:j], x[j] + step, *x[j + 1 :], *known) for step in (h, -h))
+                up, down = (
+                    self._residual(*x[:j], x[j] + step, *x[j + 1 :], *known) for step in (h, -h)
+                )
                 columns.append([(a - b) / (2 * h) for a, b in zip(up, down, strict=True)])
             return [list(row) for row in zip(*columns, strict=True)]
 

@@ -1,4 +1,5 @@
-"""From candidates to answers: refined on the whole block, checked, distinct; and the outcome of a block."""
+"""From candidates to answers: refined on the whole block, checked, distinct; and the outcome of a
+block."""
 
 from __future__ import annotations
 
@@ -36,14 +37,15 @@ MOST_ANSWERS, MOST_BESIDE, MOST_SINGULAR, MOST_STRAYS = 1_000, 8, 12, 48
 MOST_REPEATED = 48
 """Answers of a block that has some in each period, beyond which no others are listed."""
 MOST_DULL = 12
-"""Points whose refinement gives no new answer: a plateau that is 0 to rounding has infinitely many."""
+"""Points whose refinement gives no new answer: a plateau that is 0 to rounding has infinitely
+many."""
 REMOTE = 1e60
 """A size beyond all practical numbers."""
 
 
 class Answer(NamedTuple):
-    """Values of the unknowns of a block; ``double`` if the answer is not a simple root, ``counted`` if exact
-    arithmetic has shown that it is a root."""
+    """Values of the unknowns of a block; ``double`` if the answer is not a simple root, ``counted``
+    if exact arithmetic has shown that it is a root."""
 
     values: Mapping[str, float]
     double: DoubleRoot | None = None
@@ -78,8 +80,8 @@ class Candidates:
 
     @property
     def has_too_many(self) -> bool:
-        """Whether there are so many answers besides the preferred one, if that is known, that nobody wants
-        the list: two for every load of a network, say."""
+        """Whether there are so many answers besides the preferred one, if that is known, that
+        nobody wants the list: two for every load of a network, say."""
         return self.sensible is not None and len(self.answers) > MOST_BESIDE
 
     @property
@@ -89,8 +91,8 @@ class Candidates:
 
     @property
     def endless(self) -> bool:
-        """Whether more starts would only find more of a curve of answers, or of a valley without any, or the
-        answers of further periods."""
+        """Whether more starts would only find more of a curve of answers, or of a valley without
+        any, or the answers of further periods."""
         singular = sum(answer.double is not None for answer in self.answers)
         too_many = self.has_too_many or self.is_repeating
         return singular >= MOST_SINGULAR or self.strays >= MOST_STRAYS or too_many
@@ -102,14 +104,18 @@ class Candidates:
         self.outside = self.outside or trial.outside
 
     def refine(self, start: Sequence[float], limits: NewtonLimits = STANDARD_LIMITS) -> None:
-        """Newton on the whole block, so that the digits do not depend on how the candidate was found."""
+        """Newton on the whole block, so that the digits do not depend on how the candidate was
+        found."""
         problem = self.problem
         sizes = problem.sizes_at(start, TINY)
         result = newton(problem.residual, problem.jacobian, start, sizes, limits)
         trials = [tuple(start)]
         if result.outcome.found:
             vanished, rounded = (  # with 0 for what is no more than a share of its size
-                tuple(0.0 if abs(v) <= share * size else v for v, size in zip(result.x, sizes, strict=True))
+                tuple(
+                    0.0 if abs(v) <= share * size else v
+                    for v, size in zip(result.x, sizes, strict=True)
+                )
                 for share in (VANISHED, EPS)
             )
             trials = list(dict.fromkeys((vanished, result.x, rounded, *trials)))
@@ -120,7 +126,9 @@ class Candidates:
                 self.keep(point, singular=result.outcome is Outcome.SINGULAR_JACOBIAN)
                 return
         point = problem.named(result.x)
-        self.strays += result.outcome is Outcome.SINGULAR_JACOBIAN  # on a plateau that is 0 in floats alone
+        self.strays += (
+            result.outcome is Outcome.SINGULAR_JACOBIAN
+        )  # on a plateau that is 0 in floats alone
         if not result.outcome.found or self.dull >= MOST_DULL or not self.nearly(point):
             return
         cleared = _cleared(point, uncertainty(problem, point).errors)
@@ -129,7 +137,9 @@ class Candidates:
             return
         from solver.kernel.root_check import sharp_root
 
-        self.dull += 1  # the float next to a root that floats converge to, if every equation holds there
+        self.dull += (
+            1  # the float next to a root that floats converge to, if every equation holds there
+        )
         sharp = sharp_root(problem, result.x, sizes)
         found = None if sharp is None else problem.named(sharp)
         if found is not None and self._near(found, point, BLUR) and problem.holds(found):
@@ -138,12 +148,16 @@ class Candidates:
             self.dull -= len(self.answers) > known
 
     def keep(
-        self, point: dict[str, float], singular: bool = False, alone: float = 0.0, counted: bool = False
+        self,
+        point: dict[str, float],
+        singular: bool = False,
+        alone: float = 0.0,
+        counted: bool = False,
     ) -> None:
         """Add a point at which the rules hold, if it is a new answer.
 
-        ``alone``: a radius, relative to the unknowns, within which Newton's method has shown a simple
-        root. ``counted``: exact arithmetic has shown that it is a root.
+        ``alone``: a radius, relative to the unknowns, within which Newton's method has shown a
+        simple root. ``counted``: exact arithmetic has shown that it is a root.
         """
         if len(self.answers) >= MOST_ANSWERS:
             return
@@ -164,15 +178,18 @@ class Candidates:
             vague = False
         multiple = vague or (singular and self._open(point, errors, SIMPLE))
         beside = self.problem.beside
-        repeated = (self._near(beside(point, one.values), one.values, ROUNDED) for one in self.answers)
+        repeated = (
+            self._near(beside(point, one.values), one.values, ROUNDED) for one in self.answers
+        )
         if not multiple and any(repeated):  # most starts lead to an answer that is known
             return
         if counted or self.has_root_nearby(point, found):
             self._add(Answer(point, self._double(point) if multiple else None, counted), errors)
 
     def _with_zeros(self, point: dict[str, float], found: Uncertainty) -> dict[str, float]:
-        """The point with 0 for values that are no larger than their errors: of a large block, where whole
-        parts may be 0, as flows that balance; else at a double root, or where more digits make them 0."""
+        """The point with 0 for values that are no larger than their errors: of a large block, where
+        whole parts may be 0, as flows that balance; else at a double root, or where more digits
+        make them 0."""
         if found.relative is not None:
             return _cleared(point, found.errors)
         sizes = zip(found.errors, self.problem.scale, strict=True)
@@ -185,9 +202,11 @@ class Candidates:
         return {n: clear[n] if abs(root[n]) <= EPS * abs(v) else v for n, v in point.items()}
 
     def has_root_nearby(self, point: dict[str, float], found: Uncertainty) -> bool:
-        """Whether a root of the block lies within the error bars of a point at which its rules hold. One that
-        is too close to a division by 0 for floats is recorded for more digits."""
-        small = ORDINARY * EPS  # rules and block so well-conditioned that a root is near if the rules hold
+        """Whether a root of the block lies within the error bars of a point at which its rules
+        hold. One that is too close to a division by 0 for floats is recorded for more digits."""
+        small = (
+            ORDINARY * EPS
+        )  # rules and block so well-conditioned that a root is near if the rules hold
         if found.relative is None:
             sized = zip(found.errors, point.values(), strict=True)
             ordinary = all(error <= small * abs(v) for error, v in sized if v)
@@ -222,7 +241,9 @@ class Candidates:
                 continue
             if not (self._near(here, other, ROUNDED) or _within(here, other, errors)):
                 shares = (0.25, 0.5, 0.75)  # connected by points at which the rules hold?
-                between = ({n: v + share * (other[n] - v) for n, v in here.items()} for share in shares)
+                between = (
+                    {n: v + share * (other[n] - v) for n, v in here.items()} for share in shares
+                )
                 if not all(map(self.problem.holds, between)):
                     continue
             if found.double and not answer.double and not self._near(here, other, SAME_VALUE, 0.0):
@@ -236,7 +257,8 @@ class Candidates:
         return any(error > share * size for error, size in zip(errors, sizes, strict=True))
 
     def settles(self, point: dict[str, float]) -> bool:
-        """Whether a point is clearly next to an answer or an excluded root (kept), or clearly not."""
+        """Whether a point is clearly next to an answer or an excluded root (kept), or clearly
+        not."""
         count, outside = len(self.answers), self.outside
         self.refine(list(point.values()))
         if len(self.answers) > count or self.outside is not outside:
@@ -246,9 +268,10 @@ class Candidates:
         return is_clearly_violated(self.problem, point)
 
     def proven(self, point: dict[str, float]) -> None:
-        """Try a point next to a root that is proven to exist; record it if floats find no answer there,
-        however far off (``ln(exp(x)) = 1e-27`` has an answer that they do not come near). A root of the rules
-        multiplied out may not be one of the rules as written: Newton's method then leads elsewhere."""
+        """Try a point next to a root that is proven to exist; record it if floats find no answer
+        there, however far off (``ln(exp(x)) = 1e-27`` has an answer that they do not come near). A
+        root of the rules multiplied out may not be one of the rules as written: Newton's method
+        then leads elsewhere."""
         self.refine(list(point.values()))
         if self._is_known(point) or self.problem.outside(point) is not None:
             return
@@ -265,8 +288,8 @@ class Candidates:
         return any(self._covers(answer, beside(root, answer.values)) for answer in self.answers)
 
     def separate(self, roots: Sequence[Mapping[str, float]]) -> None:
-        """Record which of these roots, proven to be different, rounding has merged with another: points
-        between two close roots may all satisfy the rules as far as floats tell."""
+        """Record which of these roots, proven to be different, rounding has merged with another:
+        points between two close roots may all satisfy the rules as far as floats tell."""
         taken: set[int] = set()
         for root in roots:
             covering = [
@@ -298,7 +321,8 @@ class Candidates:
             self.suspects.append(point)
 
     def nearly(self, point: dict[str, float], share: float = NEARLY) -> bool:
-        """Whether every residual at a point is no more than a ``share`` of the terms of its equation."""
+        """Whether every residual at a point is no more than a ``share`` of the terms of its
+        equation."""
         everything = {**self.problem.here, **point}
         if any(abs(v) > REMOTE for v in point.values()):
             return False
@@ -324,12 +348,18 @@ class Candidates:
             self.miss, self.nearest = size, (point, tuple(misses.tolist()))
 
     def _near(
-        self, one: Mapping[str, float], other: Mapping[str, float], tolerance: float, least: float = 0.01
+        self,
+        one: Mapping[str, float],
+        other: Mapping[str, float],
+        tolerance: float,
+        least: float = 0.01,
     ) -> bool:
-        """Alike, up to a share of their own sizes or of their usual ones; or of the largest number in
-        either, if no unknown comes near its usual size."""
+        """Alike, up to a share of their own sizes or of their usual ones; or of the largest number
+        in either, if no unknown comes near its usual size."""
         scales = self.problem.scale
-        for (name, v), scale in zip(one.items(), scales, strict=True):  # of every pair: most part at once
+        for (name, v), scale in zip(
+            one.items(), scales, strict=True
+        ):  # of every pair: most part at once
             w = other[name]
             apart = abs(v - w)
             if not apart <= tolerance * max(abs(v), abs(w), least * scale):
@@ -363,7 +393,9 @@ def _cleared(point: Mapping[str, float], errors: Sequence[float]) -> dict[str, f
 
 def _within(one: Mapping[str, float], other: Mapping[str, float], errors: Sequence[float]) -> bool:
     """Whether two points differ by less than rounding."""
-    return all(abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), errors, strict=True))
+    return all(
+        abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), errors, strict=True)
+    )
 
 
 class Undecided(NamedTuple):
@@ -378,14 +410,15 @@ class Undecided(NamedTuple):
 class BlockOutcome(NamedTuple):
     """``answers`` are distinct, the preferred one first; ``complete`` if they are proven to be all.
 
-    ``facts`` explain what is missing; ``free`` are unknowns that the block does not determine (then the one
-    answer holds what it does determine). ``attempts`` are the methods that were tried. ``suspects`` are
-    points that nearly satisfy the block, at which floats do not tell whether there are two roots, one, or
-    none. If only these prevent ``complete``, ``stretches`` are where they lie. ``holes`` are points beside
-    which rules nearly hold and at which one is 0/0. ``unresolved`` are near roots
-    that are proven to exist, but that floats cannot represent well enough to be answers; with them all would
-    be known if ``whole``. ``doubtful``: rounding may have decided whether a linear block determines its
-    unknowns, or contradicts itself. ``cut``: there are more answers than are listed.
+    ``facts`` explain what is missing; ``free`` are unknowns that the block does not determine (then
+    the one answer holds what it does determine). ``attempts`` are the methods that were tried.
+    ``suspects`` are points that nearly satisfy the block, at which floats do not tell whether there
+    are two roots, one, or none. If only these prevent ``complete``, ``stretches`` are where they
+    lie. ``holes`` are points beside which rules nearly hold and at which one is 0/0. ``unresolved``
+    are near roots that are proven to exist, but that floats cannot represent well enough to be
+    answers; with them all would be known if ``whole``. ``doubtful``: rounding may have decided
+    whether a linear block determines its unknowns, or contradicts itself. ``cut``: there are more
+    answers than are listed.
     """
 
     answers: tuple[Answer, ...] = ()

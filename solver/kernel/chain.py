@@ -53,7 +53,8 @@ RESIDUAL = "#residual"
 class Assignment(NamedTuple):
     """``name := expression``, with a value between ``low`` and ``high``.
 
-    ``relational``: the expression is a quotient that stands for a product, so that 0/0 may be anything.
+    ``relational``: the expression is a quotient that stands for a product, so that 0/0 may be
+    anything.
     """
 
     name: str
@@ -84,13 +85,17 @@ def chains(graph: ModelGraph, block: SolveBlock) -> tuple[Chain, ...]:
     rules = {f"{RESIDUAL}{number}": graph.model.equations[number] for number in block.residuals}
     residuals = tuple(Assignment(name, rule.left - rule.right) for name, rule in rules.items())
     found = []
-    for combination in itertools.islice(itertools.product(*_alternatives(graph, block)), MAX_CHAINS):
+    for combination in itertools.islice(
+        itertools.product(*_alternatives(graph, block)), MAX_CHAINS
+    ):
         steps = tuple(itertools.chain.from_iterable(combination))
         found.append(Chain(block.tears, (*steps, *residuals), tuple(rules)))
     return tuple(found)
 
 
-def _alternatives(graph: ModelGraph, block: SolveBlock) -> Iterator[tuple[tuple[Assignment, ...], ...]]:
+def _alternatives(
+    graph: ModelGraph, block: SolveBlock
+) -> Iterator[tuple[tuple[Assignment, ...], ...]]:
     """The preimages of each step of the order."""
     for number, step in enumerate(block.order):
         isolation = graph.isolation(step.equation, graph.number[step.unknown])
@@ -98,7 +103,9 @@ def _alternatives(graph: ModelGraph, block: SolveBlock) -> Iterator[tuple[tuple[
         yield alternatives(graph, isolation, f"#{number}")
 
 
-def alternatives(graph: ModelGraph, isolation: Isolation, prefix: str) -> tuple[tuple[Assignment, ...], ...]:
+def alternatives(
+    graph: ModelGraph, isolation: Isolation, prefix: str
+) -> tuple[tuple[Assignment, ...], ...]:
     """The preimages of a step."""
     variable = graph.model.variables[isolation.unknown]
     turn = graph.turn(isolation.unknown) if isolation.period else None
@@ -108,9 +115,14 @@ def alternatives(graph: ModelGraph, isolation: Isolation, prefix: str) -> tuple[
 
 
 def exhaustive(graph: ModelGraph, block: SolveBlock) -> bool:
-    """Whether the chains cover every preimage: none was left out, and whole turns make no difference."""
-    isolations = (graph.isolation(step.equation, graph.number[step.unknown]) for step in block.order)
-    if not all(isolation is not None and is_exhaustive(graph, isolation) for isolation in isolations):
+    """Whether the chains cover every preimage: none was left out, and whole turns make no
+    difference."""
+    isolations = (
+        graph.isolation(step.equation, graph.number[step.unknown]) for step in block.order
+    )
+    if not all(
+        isolation is not None and is_exhaustive(graph, isolation) for isolation in isolations
+    ):
         return False
     return math.prod(map(len, _alternatives(graph, block))) <= MAX_CHAINS
 
@@ -130,7 +142,9 @@ def is_exhaustive(graph: ModelGraph, isolation: Isolation) -> bool:
     return isolation.proven
 
 
-def through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[tuple[Assignment, ...]]:
+def through(
+    isolation: Isolation, prefix: str, variable: Variable
+) -> Iterator[tuple[Assignment, ...]]:
     """The sequences of forms from the start of an isolation to its unknown."""
 
     if isolation.quadratic is not None or not isolation.stages:
@@ -138,8 +152,14 @@ def through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[t
             yield (assigned(variable, form)._replace(relational=isolation.quadratic is not None),)
         return
     bounded_unknown = variable.low > -inf or variable.high < inf
-    for forms in itertools.product(*(_turned(stage, bounded_unknown) for stage in isolation.stages)):
-        if bounded_unknown and isolation.period and _out_of_range(isolation.stages, forms, variable):
+    for forms in itertools.product(
+        *(_turned(stage, bounded_unknown) for stage in isolation.stages)
+    ):
+        if (
+            bounded_unknown
+            and isolation.period
+            and _out_of_range(isolation.stages, forms, variable)
+        ):
             continue
         steps: list[Assignment] = []
         expression = isolation.start
@@ -149,7 +169,9 @@ def through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[t
             if bounded or sum(1 for name in nodes.names(form) if name == TARGET.name) > 1:
                 name = f"{prefix}.{place}"
                 steps.append(
-                    Assignment(name, expression, stage.low, stage.high, stage.low_open, stage.high_open)
+                    Assignment(
+                        name, expression, stage.low, stage.high, stage.low_open, stage.high_open
+                    )
                 )
                 target = Name(name)
             expression = substitute(form, {TARGET.name: target})
@@ -164,14 +186,17 @@ def through(isolation: Isolation, prefix: str, variable: Variable) -> Iterator[t
 
 
 def _turned(stage: Stage, bounded: bool) -> tuple[Expression, ...]:
-    """The forms of a stage; with a turn more and a turn less if the unknown has a range of its own."""
+    """The forms of a stage; with a turn more and a turn less if the unknown has a range of its
+    own."""
     if stage.period is None or not bounded:
         return stage.forms
     turns = (0.0, stage.period, -stage.period)
     return tuple(form + turn for turn in turns for form in stage.forms)
 
 
-def _out_of_range(stages: tuple[Stage, ...], forms: tuple[Expression, ...], variable: Variable) -> bool:
+def _out_of_range(
+    stages: tuple[Stage, ...], forms: tuple[Expression, ...], variable: Variable
+) -> bool:
     """Whether a preimage of a periodic operation lies outside the range for any target."""
     at = next(i for i, stage in enumerate(stages) if stage.period)
     expression: Expression = TARGET
@@ -186,8 +211,8 @@ def _out_of_range(stages: tuple[Stage, ...], forms: tuple[Expression, ...], vari
 def compile_chain(
     chain: Chain, known: tuple[str, ...], results: tuple[str, ...], arrays: bool = False
 ) -> Callable[..., Any]:
-    """``f(*tears, *known)`` returns the values called ``results``; outside the domain it raises, or keeps
-    ``arrays`` at its boundary."""
+    """``f(*tears, *known)`` returns the values called ``results``; outside the domain it raises, or
+    keeps ``arrays`` at its boundary."""
     emitter = Emitter((*chain.tears, *known), arrays)
     for item in chain.assignments:
         emitter.assign(item.name, emitter.of(item.expression))
@@ -196,7 +221,8 @@ def compile_chain(
 
 
 def followed(chain: Chain, values: Mapping[str, Any], digits: int) -> dict[str, Any]:
-    """The values, and those of all assignments, in many digits. Raises Undefined and OverflowError."""
+    """The values, and those of all assignments, in many digits. Raises Undefined and
+    OverflowError."""
     found = dict(values)
     for item in chain.assignments:
         found[item.name] = extended(item.expression, found, digits)
@@ -216,16 +242,21 @@ def jumps(expression: Expression) -> bool:
 
 
 def directions(expression: Expression) -> Iterator[Call]:
-    """The directions of points (x, y) in an expression: they jump where y changes sign and x is negative."""
-    return (part for part in walk(expression) if isinstance(part, Call) and TABLE[part.function].direction)
+    """The directions of points (x, y) in an expression: they jump where y changes sign and x is
+    negative."""
+    return (
+        part
+        for part in walk(expression)
+        if isinstance(part, Call) and TABLE[part.function].direction
+    )
 
 
 # --- slopes by the tear ---
 
 
 def slope_chain(chain: Chain) -> Chain | None:
-    """The chain whose residual is the derivative of that of ``chain`` by its tear: the slopes of all
-    assignments follow these (forward accumulation). None if a step may jump."""
+    """The chain whose residual is the derivative of that of ``chain`` by its tear: the slopes of
+    all assignments follow these (forward accumulation). None if a step may jump."""
     moving: dict[str, Expression] = {chain.tears[0]: Number(1.0)}
     slopes: list[Assignment] = []
     for item in chain.assignments:
@@ -251,11 +282,12 @@ LONGEST = 300
 
 
 def cleared(chain: Chain) -> Chain | None:
-    """The chain with the numerator of its residual in place of that, and quotients of quotients simplified;
-    None if it divides by nothing that varies, or is too long.
+    """The chain with the numerator of its residual in place of that, and quotients of quotients
+    simplified; None if it divides by nothing that varies, or is too long.
 
-    The numerator is 0 wherever the residual is, but at a pole it mostly is not. The divisor of a relational
-    quotient gets a name of its own, so that nothing cancels with it: where it is 0, there may be an answer.
+    The numerator is 0 wherever the residual is, but at a pole it mostly is not. The divisor of a
+    relational quotient gets a name of its own, so that nothing cancels with it: where it is 0,
+    there may be an answer.
     """
     moving, parts = {chain.tears[0]}, dict[str, tuple[Expression, Expression]]()
     items: list[Assignment] = []
@@ -309,10 +341,14 @@ def _fraction(
             total = [above * times(*without(common, factors(below))) for above, below in found]
             return add(*total), times(*common)
         case Product(left, right):
-            (above, below), (over, under) = (_fraction(part, moving, known) for part in (left, right))
+            (above, below), (over, under) = (
+                _fraction(part, moving, known) for part in (left, right)
+            )
             return _reduced((above, over), (below, under))
         case Quotient(left, right):
-            (above, below), (under, over) = (_fraction(part, moving, known) for part in (left, right))
+            (above, below), (under, over) = (
+                _fraction(part, moving, known) for part in (left, right)
+            )
             if moving.isdisjoint(nodes.names(under)):
                 return above * over / under, below
             if relational:
@@ -333,7 +369,9 @@ def _fraction(
             return node, ONE
 
 
-def _reduced(above: Sequence[Expression], below: Sequence[Expression]) -> tuple[Expression, Expression]:
+def _reduced(
+    above: Sequence[Expression], below: Sequence[Expression]
+) -> tuple[Expression, Expression]:
     """Two products without their common factors."""
     over = [factor for part in above for factor in factors(part)]
     under = [factor for part in below for factor in factors(part)]
@@ -349,8 +387,8 @@ Scaled: TypeAlias = tuple[Expression, float]
 def reciprocal(chain: Chain) -> Chain:
     """The chain over v = 1/x in place of its tear x, each quantity divided by a power of |x|.
 
-    The residual has the same zeros. Where quantities grow as powers of x, their bounds stay narrow over all
-    of v from 0 on, as (a + b*x)/(c + d*x) = (a*v + b)/(c*v + d) shows.
+    The residual has the same zeros. Where quantities grow as powers of x, their bounds stay narrow
+    over all of v from 0 on, as (a + b*x)/(c + d*x) = (a*v + b)/(c*v + d) shows.
     """
     v = Name(chain.tears[0])
     known: dict[str, Scaled] = {v.name: (Call("sgn", (v,)), 1.0)}
@@ -403,7 +441,9 @@ def sides(chain: Chain) -> tuple[Chain, ...]:
 
     The residual at every point is that of one of the chains, if it has a value there.
     """
-    calls = dict.fromkeys(call for item in chain.assignments for call in directions(item.expression))
+    calls = dict.fromkeys(
+        call for item in chain.assignments for call in directions(item.expression)
+    )
     if not 0 < len(calls) <= MOST_DIRECTIONS:
         return ()
     found = []

@@ -1,4 +1,5 @@
-"""Expressions as straight-line Python code for floats or numpy arrays, common parts computed once."""
+"""Expressions as straight-line Python code for floats or numpy arrays, common parts computed
+once."""
 
 from __future__ import annotations
 
@@ -31,8 +32,8 @@ from rulesheets.syntax.nodes import (
 )
 
 CALLED, POWER, EXPM1 = "f_", "POWER", "EXPM1"
-"""Prefixes of tokens of functions; a power, and ``exp(x) - 1`` on arrays: no function of the language has
-capitals."""
+"""Prefixes of tokens of functions; a power, and ``exp(x) - 1`` on arrays: no function of the
+language has capitals."""
 
 
 T = TypeVar("T")
@@ -104,7 +105,8 @@ class Emitter(CodeLines[str]):
         return function_of(self.code(lines), self._arrays)
 
     def bound(self, name: str, low: float, high: float, low_open: bool, high_open: bool) -> None:
-        """Raise ValueError if the value called ``name`` lies outside the range, or move arrays into it."""
+        """Raise ValueError if the value called ``name`` lies outside the range, or move arrays into
+        it."""
         sides = ((low, "<=" if low_open else "<"), (high, ">=" if high_open else ">"))
         tests = [f"{self.names[name]} {sign} {end!r}" for end, sign in sides if math.isfinite(end)]
         if tests and self._arrays:
@@ -148,7 +150,8 @@ class Emitter(CodeLines[str]):
 
 
 def function_of(code: CodeType, arrays: bool = False) -> Callable[..., Any]:
-    """The function of code for floats, or for arrays, which calls those of the language by their tokens."""
+    """The function of code for floats, or for arrays, which calls those of the language by their
+    tokens."""
     own = {POWER: np.power if arrays else _power, EXPM1: np.expm1}
     known: dict[str, Any] = {
         "__builtins__": {"ValueError": ValueError},
@@ -176,14 +179,16 @@ def compile_expressions(
 ) -> Callable[..., Sequence[Any]]:
     """A function of floats, or of arrays, in the order of ``arguments``, that returns all values.
 
-    With floats it raises what Python arithmetic raises outside the domain (ArithmeticError, ValueError).
+    With floats it raises what Python arithmetic raises outside the domain (ArithmeticError,
+    ValueError).
     """
     emitter = Emitter(arguments, arrays)
     return emitter.function([emitter.of(expression) for expression in expressions])
 
 
 def divisors(expression: Expression) -> Iterator[Expression]:
-    """The divisors of a rule with variables in them (or in a power, or in the cosine of a tangent)."""
+    """The divisors of a rule with variables in them (or in a power, or in the cosine of a
+    tangent)."""
     stack: list[Any] = [expression]
     while stack:
         node = stack.pop()

@@ -13,7 +13,15 @@ from typing import Any, TypeAlias
 from rulesheets.functions.intervals import EMPTY, LINE, Interval, cut, divide, greatest
 from rulesheets.functions.intervals import least as smaller
 from rulesheets.syntax.nodes import ONE, Name, Number, Quotient
-from solver.kernel.chain import Assignment, Chain, cleared, directions, reciprocal, sides, slope_chain
+from solver.kernel.chain import (
+    Assignment,
+    Chain,
+    cleared,
+    directions,
+    reciprocal,
+    sides,
+    slope_chain,
+)
 from solver.kernel.interval_code import IntervalEmitter, Pair
 
 # --- interval operations that compiled code calls ---
@@ -28,8 +36,8 @@ def bounded(low: float, high: float, least: float, most: float) -> Interval:
 def quotient(
     a_low: float, a_high: float, b_low: float, b_high: float, not_negative: int, relational: int
 ) -> Interval:
-    """A product x*c = t does not bound x if both c and t may be 0; a reciprocal (``relational`` 2), by which
-    some t is multiplied, if c may be 0."""
+    """A product x*c = t does not bound x if both c and t may be 0; a reciprocal (``relational`` 2),
+    by which some t is multiplied, if c may be 0."""
     if not_negative:
         least, most = b_low, b_high
         if a_low > 0.0 and least < 0.0:
@@ -87,7 +95,8 @@ class Enclosure:
 
     @property
     def operations(self) -> int:
-        """The number of operations on all boxes of one level of a search: range, sections and slope."""
+        """The number of operations on all boxes of one level of a search: range, sections and
+        slope."""
 
         def count() -> int:
             chains = self._chain, self._chain, self._slope or self._chain
@@ -113,7 +122,9 @@ class Enclosure:
 
     def _has_none_beside_cuts(self, box: tuple[float, ...], known: Sequence[float]) -> bool:
         """Whether there is no root on either side of the cuts of the directions in the chain."""
-        return bool(self._sides) and all(_is_rootless(side._range(*known)(*box)) for side in self._sides)
+        return bool(self._sides) and all(
+            _is_rootless(side._range(*known)(*box)) for side in self._sides
+        )
 
     def _has_none_far(self, box: tuple[float, ...], known: Sequence[float]) -> bool:
         """Whether a box far from 0 has no root, using the reciprocal of the tear."""
@@ -133,8 +144,11 @@ class Enclosure:
     def _of_numerator(self) -> Enclosure | None:
         return None if self.cleared is None else self._beside("numerator", self.cleared)
 
-    def slopes_over(self, boxes: Sequence[tuple[float, ...]], known: Sequence[float]) -> list[Interval]:
-        """The derivative of the residual by the tear; unbounded where it may be undefined somewhere."""
+    def slopes_over(
+        self, boxes: Sequence[tuple[float, ...]], known: Sequence[float]
+    ) -> list[Interval]:
+        """The derivative of the residual by the tear; unbounded where it may be undefined
+        somewhere."""
         on_box = self._slope_range(*known)
         found = (on_box(*box) for box in boxes)
         return [LINE if isnan(below) or isnan(above) else (below, above) for below, above in found]
@@ -161,7 +175,9 @@ class Enclosure:
         emitter = _followed(self._chain, self._known, self._ranged)
         residual = emitter.of(Name(self._chain.residuals[0]))
         if self.cleared is not None:
-            emitter.line(f"if not {residual[0]} <= 0.0 <= {residual[1]}: return {', '.join(residual)}")
+            emitter.line(
+                f"if not {residual[0]} <= 0.0 <= {residual[1]}: return {', '.join(residual)}"
+            )
             *items, numerator = self.cleared.assignments
             followed = {item.name for item in self._chain.assignments}
             for item in items:
@@ -190,7 +206,9 @@ def _followed(
 
     ``smooth``: returns -inf, inf if some value may leave it, or may jump.
     """
-    emitter = IntervalEmitter((*chain.tears, *ranged), known, cut=cut, bounded=bounded, quotient=quotient)
+    emitter = IntervalEmitter(
+        (*chain.tears, *ranged), known, cut=cut, bounded=bounded, quotient=quotient
+    )
     otherwise = "return -inf, inf" if smooth else "return nan, nan"
     for item in chain.assignments:
         for direction in directions(item.expression) if smooth else ():

@@ -1,10 +1,11 @@
 """Searches over all unknowns of a block at once: by boxes, from starts, for a curve.
 
-If all unknowns have finite ranges, their box is subdivided with proof (``numerics/subdivision.py``).
+If all unknowns have finite ranges, their box is subdivided with proof
+(``numerics/subdivision.py``).
 
-Half of the starts are tears spread over their ranges, followed along the chains of the tearing. Such a start
-satisfies all equations but the residual ones; a step that would leave the domain stays at its boundary. If
-descent finds nothing, trust regions are tried.
+Half of the starts are tears spread over their ranges, followed along the chains of the tearing.
+Such a start satisfies all equations but the residual ones; a step that would leave the domain stays
+at its boundary. If descent finds nothing, trust regions are tried.
 """
 
 from __future__ import annotations
@@ -88,14 +89,18 @@ def search_from_starts(problem: BlockProblem, candidates: Candidates) -> None:
     if batches:
         try:
             _in_batches(problem, candidates)
-        except ZeroDivisionError:  # between numbers of the rules themselves, whatever the unknowns are
+        except (
+            ZeroDivisionError
+        ):  # between numbers of the rules themselves, whatever the unknowns are
             return
 
 
 def _guess_and_beside(problem: BlockProblem, count: int) -> Iterator[list[float]]:
     """The guess in the ranges, 1 where there is none; and points spread over the ranges."""
     ranges = {name: problem.domain(name) for name in problem.unknowns}
-    yield [min(max(problem.guesses.get(name, 1.0), low), high) for name, (low, high) in ranges.items()]
+    yield [
+        min(max(problem.guesses.get(name, 1.0), low), high) for name, (low, high) in ranges.items()
+    ]
     yield from spread([*ranges.values()], problem.scale, count)
 
 
@@ -104,15 +109,16 @@ def _guess_and_beside(problem: BlockProblem, count: int) -> Iterator[list[float]
 ROUNDS = ((0, 128), (128, 512), (512, 1024))
 """The starts of a sequence for each round, for each of the two kinds; two rounds at least."""
 MOST = 48
-"""The most ends of a round that are examined, ordinary sizes first: many may lie along a curve or far out."""
+"""The most ends of a round that are examined, ordinary sizes first: many may lie along a curve or
+far out."""
 FINISH = NewtonLimits(iterations=60, escapes=0)
 NEAR_ZERO = 1e-6
 """Share of its size below which an unknown is approaching 0."""
 
 
 def _in_batches(problem: BlockProblem, candidates: Candidates) -> None:
-    """Refine the ends of the starts, round after round, until a round leads to nothing new; or to no new
-    answer, if a search of a range has found some."""
+    """Refine the ends of the starts, round after round, until a round leads to nothing new; or to
+    no new answer, if a search of a range has found some."""
     scale = problem.sizes
     found, known = list[Array](), len(candidates.answers)
     problem.budget.used += FIRST_ROUND * len(scale)
@@ -128,17 +134,26 @@ def _in_batches(problem: BlockProblem, candidates: Candidates) -> None:
                 _beside_zeros(problem, candidates, starts)
                 return
         if turn == 0 and not new:
-            with np.errstate(all="ignore"):  # a start of least residual tells how near the search came
+            with np.errstate(
+                all="ignore"
+            ):  # a start of least residual tells how near the search came
                 misses = abs(problem.kernel.arrays.residual(problem.known, starts)).max(axis=1)
             if np.isfinite(misses).any():
                 candidates.note(problem.named(starts[np.nanargmin(misses)].tolist()))
-        if known == len(candidates.answers) > 0 or (turn and not new) or not problem.budget.another_round():
+        if (
+            known == len(candidates.answers) > 0
+            or (turn and not new)
+            or not problem.budget.another_round()
+        ):
             break
         found += new
 
 
 def _arrivals(
-    problem: BlockProblem, starts: Array, ranges: tuple[Array, Array] | None = None, by: Iteration = NEWTON
+    problem: BlockProblem,
+    starts: Array,
+    ranges: tuple[Array, Array] | None = None,
+    by: Iteration = NEWTON,
 ) -> Array:
     arrays, known = problem.kernel.arrays, problem.known
     residual, jacobian = partial(arrays.residual, known), partial(arrays.jacobian, known)
@@ -146,10 +161,12 @@ def _arrivals(
 
 
 def _beside_zeros(problem: BlockProblem, candidates: Candidates, starts: Array) -> None:
-    """If the starts led to a curve on which unknowns are 0 (a mass, say, in all terms): the same starts
-    again, without crossing those zeros."""
+    """If the starts led to a curve on which unknowns are 0 (a mass, say, in all terms): the same
+    starts again, without crossing those zeros."""
     points = np.array([list(answer.values.values()) for answer in candidates.answers])
-    zero = (points == 0.0).all(axis=0) if len(points) else np.zeros(len(problem.unknowns), dtype=bool)
+    zero = (
+        (points == 0.0).all(axis=0) if len(points) else np.zeros(len(problem.unknowns), dtype=bool)
+    )
     if not zero.any():
         return
     ranges = np.where(zero, 0.0, -np.inf), np.where(zero, 0.0, np.inf)
@@ -175,7 +192,8 @@ def starts_of(problem: BlockProblem, first: int, last: int) -> Array:
 
 
 def _distinct(problem: BlockProblem, ends: Array, known: Sequence[Array]) -> list[Array]:
-    """The points that equal none of the ``known`` or earlier ones, with angles in the turn around 0."""
+    """The points that equal none of the ``known`` or earlier ones, with angles in the turn around
+    0."""
     ends = ends.copy()
     for place, name in enumerate(problem.unknowns):
         turn, (low, high) = problem.turn(name), problem.domain(name)
@@ -213,11 +231,11 @@ def fall_back(problem: BlockProblem, candidates: Candidates) -> None:
 
 # --- a curve of answers: a block that leaves its unknowns free, however it is torn ---
 #
-# If rules are dependent at the given numbers, the answers are not points but a curve. No search for points
-# finds it, and exact arithmetic may even prove that there is no answer: numbers that agree to their last
-# places contradict one another beyond these. This search finds points that satisfy the rule check; if all
-# rules also hold along a direction from it, a point lies on a curve. A block may have isolated answers
-# besides a curve of them, for example where a common factor is 0.
+# If rules are dependent at the given numbers, the answers are not points but a curve. No search for
+# points finds it, and exact arithmetic may even prove that there is no answer: numbers that agree
+# to their last places contradict one another beyond these. This search finds points that satisfy
+# the rule check; if all rules also hold along a direction from it, a point lies on a curve. A block
+# may have isolated answers besides a curve of them, for example where a common factor is 0.
 
 WORK = 400
 """Starts times unknowns of a search."""
@@ -229,9 +247,12 @@ AWAY = 0.02
 CORRECTIONS = 4
 
 
-def free_curve(problem: BlockProblem, point: Mapping[str, float] | None = None) -> BlockOutcome | None:
-    """The freedom of a block at a point; None if there is none, or it does not continue. A smooth rule that
-    holds along a stretch of its only unknown holds at any value of it, which is seen before."""
+def free_curve(
+    problem: BlockProblem, point: Mapping[str, float] | None = None
+) -> BlockOutcome | None:
+    """The freedom of a block at a point; None if there is none, or it does not continue. A smooth
+    rule that holds along a stretch of its only unknown holds at any value of it, which is seen
+    before."""
     if not 1 < len(problem.unknowns) <= MAX_BATCH_UNKNOWNS or not problem.kernel.smooth:
         return None
     with np.errstate(all="ignore"):
@@ -257,7 +278,8 @@ class _FreeCurve:
         return (point for end in nearest if (point := self._corrected(end)) is not None)
 
     def _corrected(self, x: Array) -> Array | None:
-        """The point with a few corrections of least norm, if every rule holds there and it is in range."""
+        """The point with a few corrections of least norm, if every rule holds there and it is in
+        range."""
         problem = self.problem
         for _ in range(CORRECTIONS):
             point = problem.named(x.tolist())
@@ -282,8 +304,14 @@ class _FreeCurve:
         """The free unknowns along every direction in which all rules continue to hold."""
         matrix, weight, _ = self._scaled(x)
         _, singular, right = np.linalg.svd(matrix)
-        ways = [direction for s, direction in zip(singular, right, strict=True) if s <= FREE * singular[0]]
-        unit = np.maximum(abs(x), self.scale)  # of an unknown that is 0, too: a double root is flat for less
+        ways = [
+            direction
+            for s, direction in zip(singular, right, strict=True)
+            if s <= FREE * singular[0]
+        ]
+        unit = np.maximum(
+            abs(x), self.scale
+        )  # of an unknown that is 0, too: a double root is flat for less
         steps = (way * weight / max(abs(way * weight) / unit) for way in ways)
         others = [there for step in steps if (there := self._along(x, step)) is not None]
         if not others:
@@ -322,7 +350,9 @@ def with_isolated(problem: BlockProblem, curve: BlockOutcome) -> BlockOutcome:
     if not known or len(problem.unknowns) > MOST_BESIDE or not problem.kernel.smooth:
         return curve
     answers = _isolated(problem, ())
-    return BlockOutcome(answers, facts=(beside(curve),), attempts=curve.attempts) if answers else curve
+    return (
+        BlockOutcome(answers, facts=(beside(curve),), attempts=curve.attempts) if answers else curve
+    )
 
 
 def _isolated(problem: BlockProblem, known: Sequence[Answer]) -> tuple[Answer, ...]:
@@ -347,15 +377,17 @@ MOST_SUSPECTS = 12
 
 
 def without_curves(problem: BlockProblem, outcome: BlockOutcome) -> BlockOutcome:
-    """The outcome without answers that lie on a curve; the free unknowns of the curve, if there are no
-    others.
+    """The outcome without answers that lie on a curve; the free unknowns of the curve, if there are
+    no others.
 
     A list of some points of a curve is never complete.
     """
     suspects = [answer for answer in outcome.answers if answer.double]
     if not suspects or outcome.free:
         return outcome
-    looked_at = [(answer, free_curve(problem, answer.values)) for answer in suspects[:MOST_SUSPECTS]]
+    looked_at = [
+        (answer, free_curve(problem, answer.values)) for answer in suspects[:MOST_SUSPECTS]
+    ]
     curves = [curve for _, curve in looked_at if curve is not None]
     if not curves:
         return outcome
@@ -365,5 +397,7 @@ def without_curves(problem: BlockProblem, outcome: BlockOutcome) -> BlockOutcome
         facts = (*outcome.facts, beside(curves[0]))
         if len(problem.unknowns) <= MOST_BESIDE and problem.kernel.smooth:
             others = _isolated(problem, others)
-        return outcome._replace(answers=others, complete=False, whole=False, stretches=(), facts=facts)
+        return outcome._replace(
+            answers=others, complete=False, whole=False, stretches=(), facts=facts
+        )
     return curves[0]._replace(attempts=(*outcome.attempts, Attempt(Method.CURVE, 1)))

@@ -37,7 +37,17 @@ Pair: TypeAlias = tuple[str, str]
 
 ARITHMETIC = {
     name: getattr(intervals, name)
-    for name in ("add", "both", "divide", "greatest", "least", "multiply", "power", "square", "scaled")
+    for name in (
+        "add",
+        "both",
+        "divide",
+        "greatest",
+        "least",
+        "multiply",
+        "power",
+        "square",
+        "scaled",
+    )
 }
 
 
@@ -69,9 +79,9 @@ def shared_factors(node: Quotient) -> Iterator[tuple[Expression, Side, Side]]:
 
 # --- quotients of differences ---
 #
-# ``(u - v)/ln(u/v)`` is 0/0 where u = v, and intervals tell nothing of it near there. But (φ(u) - φ(v)) over
-# (ψ(u) - ψ(v)) is φ'(ξ)/ψ'(ξ) for some ξ between u and v (Cauchy's mean value theorem), so that slopes over
-# the hull of u and v bound it, if φ and ψ have no gap there.
+# ``(u - v)/ln(u/v)`` is 0/0 where u = v, and intervals tell nothing of it near there. But (φ(u) -
+# φ(v)) over (ψ(u) - ψ(v)) is φ'(ξ)/ψ'(ξ) for some ξ between u and v (Cauchy's mean value theorem),
+# so that slopes over the hull of u and v bound it, if φ and ψ have no gap there.
 
 BETWEEN = Name("#between")
 """ξ"""
@@ -79,8 +89,8 @@ Pairs: TypeAlias = dict[tuple[Expression, Expression], None]
 
 
 class MeanValue(NamedTuple):
-    """A ``factor`` times such a quotient; φ'(ξ) and ψ'(ξ). ``poles``: where one is unbounded there may be a
-    pole."""
+    """A ``factor`` times such a quotient; φ'(ξ) and ψ'(ξ). ``poles``: where one is unbounded there
+    may be a pole."""
 
     factor: Expression
     u: Expression
@@ -120,13 +130,16 @@ def _difference(side: Expression) -> tuple[Expression, Expression, Expression] |
 
 
 def _common(one: Expression, other: Expression, pairs: Pairs) -> Expression:
-    """What two trees have in common, with ξ in place of the ``pairs`` of parts in which they differ."""
+    """What two trees have in common, with ξ in place of the ``pairs`` of parts in which they
+    differ."""
     if one == other:
         return one
     inside, beside = children(one), children(other)
     alike = type(one) is type(other) and len(inside) == len(beside) > 0
     if alike and getattr(one, "function", None) == getattr(other, "function", None):
-        return rebuilt(one, tuple(_common(a, b, pairs) for a, b in zip(inside, beside, strict=True)))
+        return rebuilt(
+            one, tuple(_common(a, b, pairs) for a, b in zip(inside, beside, strict=True))
+        )
     pairs[one, other] = None
     return BETWEEN
 
@@ -142,7 +155,8 @@ def _form(side: Expression, u: Expression, v: Expression) -> Expression | None:
 
 
 def _has_gap(node: Expression | Condition) -> bool:
-    """Whether an operation may be undefined, or jump, between two ξ, though its slope is bounded."""
+    """Whether an operation may be undefined, or jump, between two ξ, though its slope is
+    bounded."""
     match node:
         case Call(function, arguments):
             row = TABLE[function]
@@ -205,9 +219,16 @@ class IntervalEmitter(CodeLines[Pair]):
     ``forms`` are further operations for ``apply``.
     """
 
-    def __init__(self, boxes: Sequence[str], points: Sequence[str], **forms: Callable[..., Any]) -> None:
-        pairs, single = [(f"l{i}", f"h{i}") for i in range(len(boxes))], [f"p{i}" for i in range(len(points))]
-        names = dict(zip((*boxes, *points), (*pairs, *zip(single, single, strict=True)), strict=True))
+    def __init__(
+        self, boxes: Sequence[str], points: Sequence[str], **forms: Callable[..., Any]
+    ) -> None:
+        pairs, single = (
+            [(f"l{i}", f"h{i}") for i in range(len(boxes))],
+            [f"p{i}" for i in range(len(points))],
+        )
+        names = dict(
+            zip((*boxes, *points), (*pairs, *zip(single, single, strict=True)), strict=True)
+        )
         self._ends = ", ".join(end for pair in pairs for end in pair)
         self._fixed, self._once = set(single), list[str]()
         constants = {"__builtins__": {}, "inf": inf, "nan": nan, "nextafter": nextafter}
@@ -255,7 +276,9 @@ class IntervalEmitter(CodeLines[Pair]):
             if {total[0], part[0]} <= self._fixed:
                 total = self.apply("add", total, part)
             else:
-                total = self._assigned(f"{total[0]} + {part[0]}, {total[1]} + {part[1]}", total, part)
+                total = self._assigned(
+                    f"{total[0]} + {part[0]}, {total[1]} + {part[1]}", total, part
+                )
                 low, high = total  # a sum that is 0 is exact
                 rounded = f"{low} and nextafter({low}, -inf), {high} and nextafter({high}, inf)"
                 total = self._assigned(rounded, total)
@@ -283,7 +306,9 @@ class IntervalEmitter(CodeLines[Pair]):
                 found = self.apply("both", found, self.apply("divide", *over))
         if mean := mean_value(node):
             (a, b), (c, d) = self.of(mean.u), self.of(mean.v)
-            self.assign(BETWEEN.name, self._assigned(f"least({a}, {c}), greatest({b}, {d})", (a, b), (c, d)))
+            self.assign(
+                BETWEEN.name, self._assigned(f"least({a}, {c}), greatest({b}, {d})", (a, b), (c, d))
+            )
             if mean.poles or not isinstance(mean.below, Quotient):
                 slopes = self.apply("bounded_slopes", self.of(mean.above), self.of(mean.below))
             else:
@@ -292,7 +317,9 @@ class IntervalEmitter(CodeLines[Pair]):
         return found
 
     def raised(self, node: Power, base: Pair, exponent: Pair) -> Pair:
-        return self.apply("square", base) if is_square(node) else self.apply("power", base, exponent)
+        return (
+            self.apply("square", base) if is_square(node) else self.apply("power", base, exponent)
+        )
 
     def applied(self, node: Call, arguments: list[Pair]) -> Pair:
         self.globals[f"f_{node.function}"] = INTERVALS[node.function]

@@ -1,9 +1,10 @@
 """Linear blocks: decided by elimination, not iterated; and those with full rank only by rounding.
 
-Some have full rank by less than the errors of their known numbers: the error bar of a computed number,
-the last place of a given one. If these errors can make the matrix singular, and the equations then hold
-along a line, they determine nothing there, whatever elimination finds for the given digits (to first
-order: G. W. Stewart & J. Sun, *Matrix Perturbation Theory*, 1990, section IV.3).
+Some have full rank by less than the errors of their known numbers: the error bar of a computed
+number, the last place of a given one. If these errors can make the matrix singular, and the
+equations then hold along a line, they determine nothing there, whatever elimination finds for the
+given digits (to first order: G. W. Stewart & J. Sun, *Matrix Perturbation Theory*, 1990, section
+IV.3).
 """
 
 from __future__ import annotations
@@ -26,12 +27,21 @@ from solver.kernel.problem import BlockProblem, InputErrors
 from solver.numerics.elimination import EXACT_LIMIT, LinearOutcome, solve_linear
 from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import newton
-from solver.numerics.tolerances import EXAMINED, FREE, MOVES, NEARLY, REGULAR, ROUNDINGS, SMALLEST_NORMAL
+from solver.numerics.tolerances import (
+    EXAMINED,
+    FREE,
+    MOVES,
+    NEARLY,
+    REGULAR,
+    ROUNDINGS,
+    SMALLEST_NORMAL,
+)
 
 
 class Perturbed:
-    """The block of a ``problem`` whose known numbers, given ones included, may be ``off`` by ``slack``
-    times as much, by name, and the numbers in its rules by as many half units of their last places."""
+    """The block of a ``problem`` whose known numbers, given ones included, may be ``off`` by
+    ``slack`` times as much, by name, and the numbers in its rules by as many half units of their
+    last places."""
 
     def __init__(self, problem: BlockProblem, off: Mapping[str, float], slack: float) -> None:
         self.problem = problem
@@ -45,8 +55,8 @@ class Perturbed:
         self.moves = {name: error for name, error in own.items() if error}
 
     def reach(self, w: Sequence[float], z: Sequence[float]) -> float:
-        """How far w·A z, which is w·(F(z) - F(0)) of linear rules F, moves to first order as every number
-        moves within its error; nan if that is unknown."""
+        """How far w·A z, which is w·(F(z) - F(0)) of linear rules F, moves to first order as every
+        number moves within its error; nan if that is unknown."""
         there = {**self.at, **dict(zip(self.problem.unknowns, z, strict=True))}
         far = dict.fromkeys(self.moves, 0.0)
         try:
@@ -71,7 +81,9 @@ class Perturbed:
         misses = problem.residual(list(point.values()))
         rules = zip(misses, problem.kernel.forms, problem.kernel.equations, strict=True)
         return all(
-            abs(miss) <= uncertainty(form, everything, self.off) + _noise(form, everything) < math.inf
+            abs(miss)
+            <= uncertainty(form, everything, self.off) + _noise(form, everything)
+            < math.inf
             or check_rule(equation, everything).holds
             for miss, form, equation in rules
         )
@@ -88,8 +100,8 @@ SECOND_ORDER = 2.0**-90
 """An upper bound of the computed least singular value of a scaled matrix, if it is 0 exactly."""
 
 WITNESSED = 128.0
-"""Half units of a last place by which the rule check lets numbers differ: how far those may be that say the
-same where it would be refused, or nothing of an unknown be left, for less."""
+"""Half units of a last place by which the rule check lets numbers differ: how far those may be that
+say the same where it would be refused, or nothing of an unknown be left, for less."""
 
 FAR = 1.7
 """The distance of a second point from the first, relative to its size."""
@@ -107,8 +119,8 @@ def undetermined(
     """The unknowns that a block with this nearly singular matrix (n, n) leaves free, or its
     contradiction; None if it determines its unknowns.
 
-    ``exact`` converts the numbers of ``matrix`` and ``rhs`` to exact ones. ``singular``: the matrix is
-    known to be, to all digits. ``slack``: numbers may be so many times as far ``off``.
+    ``exact`` converts the numbers of ``matrix`` and ``rhs`` to exact ones. ``singular``: the matrix
+    is known to be, to all digits. ``slack``: numbers may be so many times as far ``off``.
     """
     near = _NearlySingular.of(matrix, rhs)
     if near is None:
@@ -122,10 +134,13 @@ def undetermined(
             point, directions = problem.named(near.point(len(lost))), list(map(problem.named, lost))
             if not moved.holds(point):
                 return near.contradiction(problem, len(lost))
-            # a second point, further from the first than that is large: at just its size, unknowns that are
-            # each other's negatives would become 0, where nothing of a rule is left to go by
+            # a second point, further from the first than that is large: at just its size, unknowns
+            # that are each other's negatives would become 0, where nothing of a rule is left to go
+            # by
             reach = FAR * max(1.0, *map(abs, point.values()))
-            if not all(moved.holds({n: v + reach * z[n] for n, v in point.items()}) for z in directions):
+            if not all(
+                moved.holds({n: v + reach * z[n] for n, v in point.items()}) for z in directions
+            ):
                 return None
         except (ArithmeticError, ValueError):
             return None
@@ -142,8 +157,9 @@ def _free_within_check(
     instead: BlockOutcome | None,
     singular: bool = False,
 ) -> BlockOutcome | None:
-    """The freedom of a nearly singular block within the backward error of the rule check, if the outcome
-    ``instead`` for its given digits is useless: refused, or 0 for all, which any scale satisfies.
+    """The freedom of a nearly singular block within the backward error of the rule check, if the
+    outcome ``instead`` for its given digits is useless: refused, or 0 for all, which any scale
+    satisfies.
 
     Numbers copied from one answer agree to their last places, not to half of one.
     """
@@ -182,7 +198,9 @@ class _NearlySingular:
                 return None
         return near if near.left else None
 
-    def lost(self, exact: Callable[[float], Any], moved: Perturbed, least: float) -> list[list[float]]:
+    def lost(
+        self, exact: Callable[[float], Any], moved: Perturbed, least: float
+    ) -> list[list[float]]:
         """Null directions (n,) of the singular matrix nearby, the largest entry of each 1."""
         found = []
         for w, z in zip(self.left, self.right, strict=True):
@@ -213,7 +231,8 @@ class _NearlySingular:
         return found
 
     def contradiction(self, problem: BlockProblem, lost: int) -> BlockOutcome:
-        """The equations whose left sides combine to 0 = 0, and the combination of their right sides."""
+        """The equations whose left sides combine to 0 = 0, and the combination of their right
+        sides."""
         scaled = self.u[:, len(self.s) - lost :].T
         worst = scaled[np.argmax(np.abs(scaled @ self.b))]
         involved = [i for i, share in enumerate(worst) if abs(share) > MOVES]
@@ -252,7 +271,9 @@ def solve_linear_block(problem: BlockProblem, off: InputErrors) -> BlockOutcome 
     if facts.free:
         direction = dict(zip(problem.unknowns, facts.nullspace[0], strict=True))
         dependent = tuple(problem.equations[i] for i in facts.dependent)
-        return left_free(problem, point, direction, tuple(problem.unknowns[j] for j in facts.free), dependent)
+        return left_free(
+            problem, point, direction, tuple(problem.unknowns[j] for j in facts.free), dependent
+        )
     if len(point) < len(problem.unknowns):
         return None
     near = len(matrix) <= EXACT_LIMIT and _NearlySingular.of(matrix, rhs) is not None
@@ -268,7 +289,9 @@ def _linearized(
 ) -> tuple[list[list[float]], list[float]]:
     """Slopes (m, n) of as many forms by the names, and their values (m,). Raises Undefined."""
     swept = [derivatives(form, values) for form in forms]
-    return [[slopes.get(name, 0.0) for name in names] for _, slopes in swept], [miss for miss, _ in swept]
+    return [[slopes.get(name, 0.0) for name in names] for _, slopes in swept], [
+        miss for miss, _ in swept
+    ]
 
 
 def _rounded(problem: BlockProblem, facts: LinearOutcome) -> bool:
@@ -320,11 +343,12 @@ STEP_ALONG = 1e-2
 
 
 def stays_deficient(problem: BlockProblem, point: Mapping[str, float]) -> bool:
-    """Whether the Jacobian stays deficient as the known values move, with the equations still satisfied.
+    """Whether the Jacobian stays deficient as the known values move, with the equations still
+    satisfied.
 
-    A point of the solution set over unknowns *and* known values is displaced along the null space of the
-    whole Jacobian and brought back by Gauss–Newton. If the unknowns' part of the Jacobian has lost rank
-    there too, the equations are dependent; if not, the given values are special.
+    A point of the solution set over unknowns *and* known values is displaced along the null space
+    of the whole Jacobian and brought back by Gauss–Newton. If the unknowns' part of the Jacobian
+    has lost rank there too, the equations are dependent; if not, the given values are special.
 
     Numpy's warnings are silenced by the caller. Raises ArithmeticError and LinAlgError.
     """

@@ -1,9 +1,11 @@
-"""A block with several tears as one with a single tear: smaller blocks inside it are solved by formula.
+"""A block with several tears as one with a single tear: smaller blocks inside it are solved by
+formula.
 
-With one unknown of a block known, the others often follow from smaller blocks, one after another: the loop of
-a linkage for its angles, then lines for its velocities. Where each of these is one isolated rule or has a
-closed form, they are assignments of a chain, with two branches for each circle and parabola, and one rule is
-left as its residual. (Substitution before tearing: Elmqvist & Otter, ESM 1994, 326-332.)
+With one unknown of a block known, the others often follow from smaller blocks, one after another:
+the loop of a linkage for its angles, then lines for its velocities. Where each of these is one
+isolated rule or has a closed form, they are assignments of a chain, with two branches for each
+circle and parabola, and one rule is left as its residual. (Substitution before tearing: Elmqvist &
+Otter, ESM 1994, 326-332.)
 """
 
 from __future__ import annotations
@@ -18,7 +20,15 @@ from rulesheets.model import Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Expression, Name, Quotient, call, rebuilt, substitute
 from solver.kernel.block import BlockKernel
-from solver.kernel.chain import MAX_CHAINS, RESIDUAL, Assignment, Chain, alternatives, assigned, is_exhaustive
+from solver.kernel.chain import (
+    MAX_CHAINS,
+    RESIDUAL,
+    Assignment,
+    Chain,
+    alternatives,
+    assigned,
+    is_exhaustive,
+)
 from solver.path import Circle, ClosedForm, Let, Parabola
 from solver.path.elimination import closed_form
 from solver.path.graph import ModelGraph
@@ -73,7 +83,11 @@ def _nested(kernel: BlockKernel) -> Iterator[BlockKernel]:
     def preference(chains: tuple[Chain, ...]) -> tuple[int, bool, int]:
         (tear,) = chains[0].tears
         users = sum(tear in equation.names for equation in kernel.equations)
-        return len(chains) - users, not all(map(isfinite, kernel.domain(tear))), len(chains[0].assignments)
+        return (
+            len(chains) - users,
+            not all(map(isfinite, kernel.domain(tear))),
+            len(chains[0].assignments),
+        )
 
     for chains in sorted(forms, key=preference)[:MOST_TEARS]:
         torn = BlockKernel(kernel.graph, kernel.block._replace(tears=chains[0].tears))
@@ -89,8 +103,12 @@ def _orders(kernel: BlockKernel) -> list[Order]:
     for tear in unknowns:
         expect_time()
         others = tuple(u for u in unknowns if u != tear)
-        occurs = {e: tuple(u for u in graph.occurs[e] if u != tear and u in others) for e in equations}
-        part = Incidence(occurs, {e: {} for e in equations}, len(graph.names), Block(equations, others))
+        occurs = {
+            e: tuple(u for u in graph.occurs[e] if u != tear and u in others) for e in equations
+        }
+        part = Incidence(
+            occurs, {e: {} for e in equations}, len(graph.names), Block(equations, others)
+        )
         matching = maximum_matching(part)
         if not matching.single_unknowns:
             over = dulmage_mendelsohn(part, matching).over.equations
@@ -113,7 +131,10 @@ def _chains(graph: ModelGraph, order: Order) -> tuple[Chain, ...]:
     for number, block in enumerate(order.blocks):
         names = [graph.names[unknown] for unknown in block.unknowns]
         equation = block.equations[0]
-        if len(names) == 1 and (isolation := graph.isolation(equation, block.unknowns[0])) is not None:
+        if (
+            len(names) == 1
+            and (isolation := graph.isolation(equation, block.unknowns[0])) is not None
+        ):
             if not is_exhaustive(graph, isolation):
                 return ()
             found = alternatives(graph, isolation, f"#{number}")
@@ -143,9 +164,13 @@ def _is_free(variable: Variable) -> bool:
     return variable.low == -inf and variable.high == inf
 
 
-def _formulas(graph: ModelGraph, form: ClosedForm, prefix: str) -> tuple[Ways, dict[str, tuple[str, str]]]:
+def _formulas(
+    graph: ModelGraph, form: ClosedForm, prefix: str
+) -> tuple[Ways, dict[str, tuple[str, str]]]:
     """The branches of a closed form, and the names of the cosine and the sine of its angles."""
-    own = {name: prefix + name for formula in form for name in _given(formula) if name.startswith("#")}
+    own = {
+        name: prefix + name for formula in form for name in _given(formula) if name.startswith("#")
+    }
     names = {name: Name(told) for name, told in own.items()}
 
     def of(expression: Expression) -> Expression:
@@ -153,7 +178,11 @@ def _formulas(graph: ModelGraph, form: ClosedForm, prefix: str) -> tuple[Ways, d
 
     def item(name: str, expression: Expression, relational: bool = False) -> Assignment:
         variable = graph.model.variables.get(name)
-        found = Assignment(own[name], expression) if variable is None else assigned(variable, expression)
+        found = (
+            Assignment(own[name], expression)
+            if variable is None
+            else assigned(variable, expression)
+        )
         return found._replace(relational=relational)
 
     steps: list[Ways] = []
@@ -190,7 +219,9 @@ def _formulas(graph: ModelGraph, form: ClosedForm, prefix: str) -> tuple[Ways, d
                         for s in both
                     )
                 )
-    return tuple(tuple(itertools.chain.from_iterable(way)) for way in itertools.product(*steps)), angles
+    return tuple(
+        tuple(itertools.chain.from_iterable(way)) for way in itertools.product(*steps)
+    ), angles
 
 
 def _given(formula: Let | Parabola | Circle) -> tuple[str, ...]:

@@ -1,12 +1,12 @@
-"""A block that its tearing turns into polynomials in one tear or two: every answer, by an exact count of
-roots.
+"""A block that its tearing turns into polynomials in one tear or two: every answer, by an exact
+count of roots.
 
-The known numbers are the exact fractions of their floats, and the steps are polynomials in the tear with
-such coefficients. Nothing is compiled, and nothing is rounded before the roots. If the tear is an angle θ,
-the polynomials are in t = tan(θ/2): cos θ = (1-t²)/(1+t²), sin θ = 2t/(1+t²).
+The known numbers are the exact fractions of their floats, and the steps are polynomials in the tear
+with such coefficients. Nothing is compiled, and nothing is rounded before the roots. If the tear is
+an angle θ, the polynomials are in t = tan(θ/2): cos θ = (1-t²)/(1+t²), sin θ = 2t/(1+t²).
 
-``counted``: whether the answers of a block with one tear, found otherwise, are all, because every root of
-its eliminant is accounted for.
+``counted``: whether the answers of a block with one tear, found otherwise, are all, because every
+root of its eliminant is accounted for.
 """
 
 from __future__ import annotations
@@ -23,15 +23,34 @@ from typing import NamedTuple, TypeAlias
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+)
 from rulesheets.syntax.program import walk
 from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
 from solver.kernel.root_check import is_clearly_violated
+from solver.numerics.linear_algebra import are_alike
 from solver.numerics.one_unknown import real_roots, simple_part
-from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, SMALL, TOUCHING, are_alike
+from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, SMALL, TOUCHING
 from solver.path.isolate import smooth
-from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, generator, name_of, right_angles
+from solver.path.polynomial import (
+    UNIT,
+    NoForm,
+    Polynomial,
+    constant,
+    generator,
+    name_of,
+    right_angles,
+)
 
 HIGHEST_DEGREE = 12
 ALGEBRAIC = frozenset({"sqrt", "abs", "min", "max", "pi"})
@@ -58,11 +77,15 @@ class NotPolynomial(Exception):
 class _Steps:
     """The steps of a block as polynomials of its tears, or of the cosine and the sine of one."""
 
-    def __init__(self, problem: BlockProblem, forms: Forms, turn: float | None, exact: Exact) -> None:
+    def __init__(
+        self, problem: BlockProblem, forms: Forms, turn: float | None, exact: Exact
+    ) -> None:
         tears = problem.kernel.block.tears
         self.turn, self.tear, self.exact = turn, tears[0], exact
         self.known = dict(zip(problem.kernel.known, problem.known, strict=True))
-        self.values = {n: self._number(v) for n, v in zip(problem.kernel.known, problem.known, strict=True)}
+        self.values = {
+            n: self._number(v) for n, v in zip(problem.kernel.known, problem.known, strict=True)
+        }
         if turn is None:
             self.values |= {tear: (generator(tear), generator(tear)) for tear in tears}
         for name, form in forms:
@@ -71,7 +94,9 @@ class _Steps:
 
     def residuals(self, problem: BlockProblem) -> list[Gross]:
         """The residuals. Raises NotPolynomial."""
-        equations = (problem.graph.model.equations[number] for number in problem.kernel.block.residuals)
+        equations = (
+            problem.graph.model.equations[number] for number in problem.kernel.block.residuals
+        )
         return [self._value(smooth(equation.left, equation.right)) for equation in equations]
 
     def _value(self, node: Expression) -> Gross:
@@ -85,7 +110,9 @@ class _Steps:
             case Sum(terms):
                 parts = [self._value(term) for term in terms]
                 none = Polynomial()
-                return sum((part for part, _ in parts), none), sum((gross for _, gross in parts), none)
+                return sum((part for part, _ in parts), none), sum(
+                    (gross for _, gross in parts), none
+                )
             case Product(left, right):
                 return self._times(self._value(left), self._value(right))
             case Quotient(left, right):
@@ -96,7 +123,9 @@ class _Steps:
                 return _scaled(self._value(left), 1 / by)
             case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
                 return reduce(self._times, [self._value(base)] * int(exponent))
-            case Call("cos" | "sin" | "cosd" | "sind" as function, (argument,)) if self.turn is not None:
+            case Call("cos" | "sin" | "cosd" | "sind" as function, (argument,)) if (
+                self.turn is not None
+            ):
                 return self._wave(function, argument, self.turn)
             case Call() | Power():
                 return self._evaluated(node)
@@ -130,7 +159,8 @@ class _Steps:
         return constant(exact), constant(abs(exact))
 
     def _wave(self, function: str, argument: Expression, turn: float) -> Gross:
-        """Sine or cosine of plus or minus the angle and some quarter turns. Raises NotPolynomial."""
+        """Sine or cosine of plus or minus the angle and some quarter turns. Raises
+        NotPolynomial."""
         if function.endswith("d") != (turn == 360.0):
             raise NotPolynomial
         turns, quarters = list[bool](), 0
@@ -156,8 +186,8 @@ CIRCLE = constant(1.0) + TANGENT * TANGENT
 
 
 def _half_angle(polynomial: Polynomial, power: int, cosine: Polynomial) -> Polynomial:
-    """A polynomial of cosine and sine as one of t = tan(θ/2), times a power of (1 + t²): ``cosine`` times
-    1 + t² is 1 - t², or what that would be if nothing cancelled in it."""
+    """A polynomial of cosine and sine as one of t = tan(θ/2), times a power of (1 + t²): ``cosine``
+    times 1 + t² is 1 - t², or what that would be if nothing cancelled in it."""
     total = Polynomial()
     for monomial, coefficient in polynomial.items():
         exponents = Counter(dict(monomial))
@@ -181,8 +211,8 @@ def _dense(polynomial: Polynomial) -> list[Fraction]:
 
 
 class _OnePolynomial(NamedTuple):
-    """A block as a polynomial in its tear, or in t: ``simple`` has each of its roots once, ``several`` tells
-    whether some are multiple, ``at_half_turn`` is the multiplicity of t = ∞."""
+    """A block as a polynomial in its tear, or in t: ``simple`` has each of its roots once,
+    ``several`` tells whether some are multiple, ``at_half_turn`` is the multiplicity of t = ∞."""
 
     forms: Forms
     simple: Coefficients
@@ -192,7 +222,8 @@ class _OnePolynomial(NamedTuple):
     def has_neighbours(self, roots: Sequence[float]) -> bool:
         """Whether it is so flat at one of these roots that others, real or not, must be near."""
         return any(
-            _cancels([k * c * x**k for k, c in enumerate(self.simple)], FLAT) for x in map(Fraction, roots)
+            _cancels([k * c * x**k for k, c in enumerate(self.simple)], FLAT)
+            for x in map(Fraction, roots)
         )
 
 
@@ -226,10 +257,12 @@ def _one_polynomial(
 
 
 def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
-    """Find the answers; False if the block is not such a polynomial, or rounding leaves one in doubt.
+    """Find the answers; False if the block is not such a polynomial, or rounding leaves one in
+    doubt.
 
-    The only tear is a number, or an angle free to turn. Multiple roots are those of the exact numbers; or of
-    the decimals as written: (x - 1.6)^3 expanded has a triple root, which rounding splits.
+    The only tear is a number, or an angle free to turn. Multiple roots are those of the exact
+    numbers; or of the decimals as written: (x - 1.6)^3 expanded has a triple root, which rounding
+    splits.
     """
     (tear,) = problem.kernel.block.tears
     turn, domain = problem.turn(tear), problem.domain(tear)
@@ -247,7 +280,10 @@ def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
     if found is None or roots is None:
         return False
     if turn is not None:
-        roots = *(2.0 * math.atan(t) * turn / math.tau for t in roots), *[turn / 2] * (found.at_half_turn > 0)
+        roots = (
+            *(2.0 * math.atan(t) * turn / math.tau for t in roots),
+            *[turn / 2] * (found.at_half_turn > 0),
+        )
     trial = Candidates(problem)
     for root in roots:
         point = _point_at(problem, found.forms, {tear: root})
@@ -267,7 +303,11 @@ def _followed(
     """The explicit forms of the steps, and the residuals; None if they are not polynomials."""
     forms = _explicit_forms(problem)
     try:
-        return None if forms is None else (forms, _Steps(problem, forms, turn, exact).residuals(problem))
+        return (
+            None
+            if forms is None
+            else (forms, _Steps(problem, forms, turn, exact).residuals(problem))
+        )
     except (NotPolynomial, NoForm, OverflowError):
         return None
 
@@ -286,18 +326,22 @@ def _explicit_forms(problem: BlockProblem) -> Forms | None:
 def _clear_roots(
     simple: Coefficients, low: float = -math.inf, high: float = math.inf
 ) -> tuple[float, ...] | None:
-    """The real roots in a range of a polynomial without multiple roots; None if they are unknown, or an
-    extremum may be a double root but for the rounding of the inputs."""
+    """The real roots in a range of a polynomial without multiple roots; None if they are unknown,
+    or an extremum may be a double root but for the rounding of the inputs."""
     roots = real_roots(simple, low, high)
     slope = [k * c for k, c in enumerate(simple)][1:]
     extrema = real_roots(simple_part(slope)) if len(simple) > 2 else ()
     if extrema is None:
         return None
-    touches = (_cancels([c * x**k for k, c in enumerate(simple)], TOUCHING) for x in map(Fraction, extrema))
+    touches = (
+        _cancels([c * x**k for k, c in enumerate(simple)], TOUCHING) for x in map(Fraction, extrema)
+    )
     return None if any(touches) else roots
 
 
-def _point_at(problem: BlockProblem, forms: Forms, tears: Mapping[str, float]) -> dict[str, float] | None:
+def _point_at(
+    problem: BlockProblem, forms: Forms, tears: Mapping[str, float]
+) -> dict[str, float] | None:
     """The unknowns at these values of the tears; None if a step has none there."""
     point = dict(tears)
     try:
@@ -353,28 +397,41 @@ def _is_algebraic(problem: BlockProblem) -> bool:
     unknowns = frozenset(problem.unknowns)
     for node in (part for form in problem.kernel.forms for part in walk(form)):
         match node:
-            case Call(function) if function not in ALGEBRAIC and not unknowns.isdisjoint(nodes.names(node)):
+            case Call(function) if function not in ALGEBRAIC and not unknowns.isdisjoint(
+                nodes.names(node)
+            ):
                 return False
             case Power(_, exponent) if not unknowns.isdisjoint(nodes.names(exponent)):
                 return False
     return True
 
 
-def _is_accounted_for(problem: BlockProblem, candidates: Candidates, forms: Forms, root: float) -> bool:
+def _is_accounted_for(
+    problem: BlockProblem, candidates: Candidates, forms: Forms, root: float
+) -> bool:
     """Whether a root is one of the answers, or becomes one, or clearly is none."""
     block = problem.kernel.block
     tear, place = block.tears[0], problem.equations.index(block.residuals[0])
 
     def is_listed() -> bool:
-        return any(abs(answer.values[tear] - root) <= SAME_VALUE * abs(root) for answer in candidates.answers)
+        return any(
+            abs(answer.values[tear] - root) <= SAME_VALUE * abs(root)
+            for answer in candidates.answers
+        )
 
     if is_listed():
         return True
-    reach = SAME_VALUE * (abs(root) or 1.0)  # beside it no pole nor the end of a domain hides the unknowns
+    reach = SAME_VALUE * (
+        abs(root) or 1.0
+    )  # beside it no pole nor the end of a domain hides the unknowns
     points = [_point_at(problem, forms, {tear: at}) for at in (root, root - reach, root + reach)]
     if all(point is None or is_clearly_violated(problem, point) for point in points):
         # a change of sign between them: at a root between two floats, or at a pole
-        signs = {problem.residual(list(point.values()))[place] > 0.0 for point in points if point is not None}
+        signs = {
+            problem.residual(list(point.values()))[place] > 0.0
+            for point in points
+            if point is not None
+        }
         return len(signs) < 2
     for point in points:
         if point is not None:
@@ -384,10 +441,10 @@ def _is_accounted_for(problem: BlockProblem, candidates: Candidates, forms: Form
 
 # --- two polynomials in two tears ---
 #
-# Where two polynomials p and q of x and y have a common root, their resultant by y, a polynomial of x, is 0,
-# and so is that by x, a polynomial of y (D. Cox, J. Little, D. O'Shea, *Ideals, Varieties, and Algorithms*,
-# section 3.6): the real roots of both are counted, and tried in pairs. Of p and q with a common factor, a
-# curve, one of the two is 0 everywhere.
+# Where two polynomials p and q of x and y have a common root, their resultant by y, a polynomial of
+# x, is 0, and so is that by x, a polynomial of y (D. Cox, J. Little, D. O'Shea, *Ideals, Varieties,
+# and Algorithms*, section 3.6): the real roots of both are counted, and tried in pairs. Of p and q
+# with a common factor, a curve, one of the two is 0 everywhere.
 
 
 HIGHEST_OF_TWO, HIGHEST_RESULTANT = 6, 15
@@ -395,7 +452,8 @@ HIGHEST_OF_TWO, HIGHEST_RESULTANT = 6, 15
 
 
 def solve_by_resultant(problem: BlockProblem, candidates: Candidates) -> bool:
-    """Find the answers; False if the block is not such a system, or rounding leaves one in doubt."""
+    """Find the answers; False if the block is not such a system, or rounding leaves one in
+    doubt."""
     tears = problem.kernel.block.tears
     if len(tears) != 2 or any(problem.turn(tear) is not None for tear in tears):
         return False
@@ -410,7 +468,11 @@ def solve_by_resultant(problem: BlockProblem, candidates: Candidates) -> bool:
     roots = []
     for unknowns in (tears[::-1], tears):
         resultant = resultant_of(*(polynomial.by_exponents(unknowns) for polynomial in (p, q)))
-        found = _clear_roots(simple_part(resultant)) if 0 < len(resultant) <= HIGHEST_RESULTANT + 1 else None
+        found = (
+            _clear_roots(simple_part(resultant))
+            if 0 < len(resultant) <= HIGHEST_RESULTANT + 1
+            else None
+        )
         if found is None:
             return False
         roots.append(found)
@@ -425,7 +487,8 @@ def solve_by_resultant(problem: BlockProblem, candidates: Candidates) -> bool:
 
 
 def _misses(polynomial: Polynomial, at: Mapping[str, float]) -> bool:
-    """Whether a polynomial is not 0 anywhere near a point, by more than the rounding of the inputs."""
+    """Whether a polynomial is not 0 anywhere near a point, by more than the rounding of the
+    inputs."""
     terms = [
         c * math.prod(Fraction(at[name]) ** exponent for name, exponent in monomial)
         for monomial, c in polynomial.items()
@@ -433,13 +496,19 @@ def _misses(polynomial: Polynomial, at: Mapping[str, float]) -> bool:
     return not _cancels(terms, TOUCHING * HIGHEST_DEGREE)
 
 
-def _refined(problem: BlockProblem, trial: Candidates, forms: Forms, tears: dict[str, float]) -> bool:
-    """Whether the point with these tears is next to an answer, which is kept, or to one out of range."""
+def _refined(
+    problem: BlockProblem, trial: Candidates, forms: Forms, tears: dict[str, float]
+) -> bool:
+    """Whether the point with these tears is next to an answer, which is kept, or to one out of
+    range."""
     point = _point_at(problem, forms, tears)
     if point is None:
         return False
     outside = trial.outside
     trial.refine(list(point.values()))
     sizes = problem.sizes_at(list(point.values()), SMALL)
-    near = (are_alike(point.values(), map(one.values.get, point), POLISHED, sizes) for one in trial.answers)
+    near = (
+        are_alike(point.values(), map(one.values.get, point), POLISHED, sizes)
+        for one in trial.answers
+    )
     return trial.outside is not outside or any(near)

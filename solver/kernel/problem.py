@@ -1,10 +1,10 @@
 """A block at given numbers: its residual, the ranges and sizes of its unknowns, and the rule check.
 
-The budget counts the work that one solve may spend on proofs and last resorts. It counts operations, not
-time, so it is the same on any machine. The unit is one operation of interval arithmetic on the boxes of one
-level of a search. The outcome shows what was left out: a search that was cut short does not claim to be
-complete. A request for more work also checks the clock: a time limit ends the solve
-(``rulesheets/deadline.py``).
+The budget counts the work that one solve may spend on proofs and last resorts. It counts
+operations, not time, so it is the same on any machine. The unit is one operation of interval
+arithmetic on the boxes of one level of a search. The outcome shows what was left out: a search that
+was cut short does not claim to be complete. A request for more work also checks the clock: a time
+limit ends the solve (``rulesheets/deadline.py``).
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ STEP, PLAN, SEARCH, FIRST_ROUND, ROUND, LAST_RESORT = 10, 50, 100, 300, 8_000, 1
 class Budget:
     """The remaining work of one solve, shared by all of its blocks and cases.
 
-    ``thorough``: a proof was requested, whatever it costs. ``brief``: only the existence of an answer
-    matters, and methods that rarely find one are left out; ``nearby``: only whether Newton's method leads to
-    one, from the guesses or, without guesses, from one round of starts. ``every``: all answers of a block are
-    kept; ``cut``: one was left out.
+    ``thorough``: a proof was requested, whatever it costs. ``brief``: only the existence of an
+    answer matters, and methods that rarely find one are left out; ``nearby``: only whether Newton's
+    method leads to one, from the guesses or, without guesses, from one round of starts. ``every``:
+    all answers of a block are kept; ``cut``: one was left out.
     """
 
     def __init__(self) -> None:
@@ -55,10 +55,11 @@ class Budget:
         self.last_resorts = LAST_RESORTS
 
     def begin_block(self, proving: bool, shared: bool) -> None:
-        """``proving``: whether a proof that a block has no other answers would still serve the whole.
+        """``proving``: whether a proof that a block has no other answers would still serve the
+        whole.
 
-        ``shared``: whether the block is one of many cases or values, which share the budget; others have
-        their own.
+        ``shared``: whether the block is one of many cases or values, which share the budget; others
+        have their own.
         """
         expect_time()
         self.used += SEARCH
@@ -146,7 +147,8 @@ class BlockProblem:
         return dict(zip(self.unknowns, map(float, x), strict=True))
 
     def holds(self, point: Mapping[str, float]) -> bool:
-        """Whether the rule check accepts every equation of the block at the point, of numbers with digits."""
+        """Whether the rule check accepts every equation of the block at the point, of numbers with
+        digits."""
         if not all(v == 0.0 or SMALLEST_NORMAL <= abs(v) < math.inf for v in point.values()):
             return False
         everything = {**self.here, **point}
@@ -162,7 +164,8 @@ class BlockProblem:
         return next((v.name for v in self.variables if not v.admits(point[v.name])), None)
 
     def inside(self, point: dict[str, float]) -> dict[str, float]:
-        """The point with unknowns beyond an end of their range moved to that end, if the rules hold there.
+        """The point with unknowns beyond an end of their range moved to that end, if the rules hold
+        there.
 
         An unknown that is out of range only by rounding is still an answer.
         """
@@ -170,7 +173,8 @@ class BlockProblem:
         return moved if moved != point and self.holds(moved) else point
 
     def excludes(self, name: str, low: float, high: float) -> bool:
-        """Whether some rule has no solution with an unknown between two ends, whatever the others are."""
+        """Whether some rule has no solution with an unknown between two ends, whatever the others
+        are."""
         box = {n: (v, v) for n, v in self.here.items() if isinstance(v, float)}
         box |= {n: self.domain(n) for n in self.unknowns} | {name: (low, high)}
         ranges = (enclose(form, box) for form in self.kernel.forms)
@@ -212,11 +216,16 @@ class BlockProblem:
 
     @cached_property
     def sizes(self) -> Array:
-        """The size of every unknown (n,): that of its guess, else one suggested by the known numbers."""
-        made = self.kernel.arrays.scalings.sizes(dict(zip(self.kernel.known, self.known, strict=True)))
+        """The size of every unknown (n,): that of its guess, else one suggested by the known
+        numbers."""
+        made = self.kernel.arrays.scalings.sizes(
+            dict(zip(self.kernel.known, self.known, strict=True))
+        )
         return np.array(
             [
-                turn / 4 if (turn := self.turn(name)) else abs(self.guesses.get(name, 0.0)) or made[name]
+                turn / 4
+                if (turn := self.turn(name))
+                else abs(self.guesses.get(name, 0.0)) or made[name]
                 for name in self.unknowns
             ]
         )
@@ -240,8 +249,8 @@ class BlockProblem:
         return sum(v < 0.0 and self.turn(name) is None for name, v in point.items())
 
     def preference(self, point: Mapping[str, float]) -> tuple[float, ...]:
-        """Sort key: nearest to the guesses; then fewest negative numbers other than angles; then angles by
-        size, other numbers positive first."""
+        """Sort key: nearest to the guesses; then fewest negative numbers other than angles; then
+        angles by size, other numbers positive first."""
         first = next((name for name in self.kernel.block.tears), self.unknowns[0])
         number = point[first]
         behind = float(number < 0)
@@ -253,9 +262,9 @@ class BlockProblem:
 
 
 class Uncertainty(NamedTuple):
-    """``errors`` (n,) of the unknowns; ``steepness``: how far a rule moves with its variables, relative to
-    its terms, the largest of the block. ``relative``: for a large block the largest error relative to the
-    size of its unknown, estimated at once."""
+    """``errors`` (n,) of the unknowns; ``steepness``: how far a rule moves with its variables,
+    relative to its terms, the largest of the block. ``relative``: for a large block the largest
+    error relative to the size of its unknown, estimated at once."""
 
     errors: list[float]
     steepness: float = 0.0
@@ -269,10 +278,15 @@ def uncertainty(problem: BlockProblem, point: Mapping[str, float]) -> Uncertaint
     everything = {**problem.here, **point}
     try:
         jacobian = problem.jacobian(list(point.values()))
-    except (ArithmeticError, ValueError):  # a slope is infinite there: nothing speaks for a multiple root
+    except (
+        ArithmeticError,
+        ValueError,
+    ):  # a slope is infinite there: nothing speaks for a multiple root
         return Uncertainty([0.0] * len(point), math.inf)
     sizes = [(size(rule, everything), gross(rule, everything)) for rule in problem.kernel.equations]
-    steepness = max((moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0)
+    steepness = max(
+        (moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0
+    )
     tolerances = [max(BACKWARD * moves, EPS * terms) for moves, terms in sizes]
     with np.errstate(all="ignore"):
         try:
@@ -282,10 +296,12 @@ def uncertainty(problem: BlockProblem, point: Mapping[str, float]) -> Uncertaint
     return Uncertainty(np.where(np.isfinite(errors), errors, math.inf).tolist(), steepness)
 
 
-def _sparse_uncertainty(problem: BlockProblem, sparse: Sparse, point: Mapping[str, float]) -> Uncertainty:
-    """The same for a large block. An unknown near 0 is measured by the change that would move one of its
-    rules by the size of its terms. A rule is not steep because much cancels in its brackets: multiplied out,
-    its terms are as large as its moves."""
+def _sparse_uncertainty(
+    problem: BlockProblem, sparse: Sparse, point: Mapping[str, float]
+) -> Uncertainty:
+    """The same for a large block. An unknown near 0 is measured by the change that would move one
+    of its rules by the size of its terms. A rule is not steep because much cancels in its brackets:
+    multiplied out, its terms are as large as its moves."""
     from solver.accuracy.alike import evaluated, multiplied_out, sizes_of
     from solver.numerics.linear_algebra import SparseFactor
 
@@ -310,8 +326,8 @@ def _sparse_uncertainty(problem: BlockProblem, sparse: Sparse, point: Mapping[st
 
 
 def is_beside_pole(problem: BlockProblem, point: Mapping[str, float], found: Uncertainty) -> bool:
-    """Whether a rule has a divisor that may be 0 within the error bars of a point, however harmless its
-    slopes: next to a removable 0/0 they are those of the limit."""
+    """Whether a rule has a divisor that may be 0 within the error bars of a point, however harmless
+    its slopes: next to a removable 0/0 they are those of the limit."""
     system = problem.kernel.sparse if len(point) > MANY else None
     if system is not None:
         return system.divides_by_nothing([*point.values()], problem.known, found.errors)

@@ -1,14 +1,15 @@
 """Whether there is a root of a block within the error bars of a point.
 
-A rule holds if values within a few ulp of those reported satisfy it. Next to a removable 0/0 the slopes are
-so large that anything passes: ``(a - b)/(x - 1)`` takes any value as its differences round. A block that is
-not ordinary is therefore solved again from the answer in many digits. The answer is accepted if this ends at
-a root within the error bar, and if moving the unknowns by that bar does not reach a place where a rule
-divides by zero.
+A rule holds if values within a few ulp of those reported satisfy it. Next to a removable 0/0 the
+slopes are so large that anything passes: ``(a - b)/(x - 1)`` takes any value as its differences
+round. A block that is not ordinary is therefore solved again from the answer in many digits. The
+answer is accepted if this ends at a root within the error bar, and if moving the unknowns by that
+bar does not reach a place where a rule divides by zero.
 
-If a rule loses digits as it is evaluated (``1 - cos(x)`` at a small x), residuals in floats end the search
-some roundings away from the root. Computed to many digits they lead on: iterative refinement with the slopes
-of floats (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2002, section 25.2).
+If a rule loses digits as it is evaluated (``1 - cos(x)`` at a small x), residuals in floats end the
+search some roundings away from the root. Computed to many digits they lead on: iterative refinement
+with the slopes of floats (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2002,
+section 25.2).
 """
 
 from __future__ import annotations
@@ -25,13 +26,22 @@ from solver.accuracy.rule_in_digits import absorbs
 from solver.accuracy.rule_sides import gross, sides
 from solver.kernel.problem import BlockProblem, Uncertainty, is_beside_pole, uncertainty
 from solver.numerics.elimination import eliminate
-from solver.numerics.tolerances import ASTRAY, BACKWARD, EPS, ORDINARY, REFINED, SAFETY, SETTLED, SPARE
+from solver.numerics.tolerances import (
+    ASTRAY,
+    BACKWARD,
+    EPS,
+    ORDINARY,
+    REFINED,
+    SAFETY,
+    SETTLED,
+    SPARE,
+)
 
 
 def is_clearly_violated(problem: BlockProblem, point: Mapping[str, float]) -> bool:
-    """Whether a computed point is clearly not an answer: the residual of an equation exceeds a share of
-    its terms, and the rounding of the point. A number that cancellation has left without digits does not
-    count against the others."""
+    """Whether a computed point is clearly not an answer: the residual of an equation exceeds a
+    share of its terms, and the rounding of the point. A number that cancellation has left without
+    digits does not count against the others."""
     x, here = list(point.values()), {**problem.here, **point}
     try:
         misses = problem.residual(x)
@@ -51,7 +61,9 @@ REFINED_DIGITS = 60
 REFINEMENTS = 8
 
 
-def sharp_root(problem: BlockProblem, start: Sequence[float], sizes: Sequence[float]) -> list[float] | None:
+def sharp_root(
+    problem: BlockProblem, start: Sequence[float], sizes: Sequence[float]
+) -> list[float] | None:
     """The root near ``start`` (n,), to the last place; None if the steps do not converge.
 
     ``sizes`` (n,) of the unknowns measure steps for unknowns that are 0.
@@ -65,11 +77,16 @@ def sharp_root(problem: BlockProblem, start: Sequence[float], sizes: Sequence[fl
         for _ in range(REFINEMENTS):
             at = {**problem.here, **dict(zip(names, x, strict=True))}
             misses = [extended(form, at, REFINED_DIGITS) for form in problem.kernel.forms]
-            largest = max(map(abs, misses))  # brought to unit size for the floats that solve for the step
+            largest = max(
+                map(abs, misses)
+            )  # brought to unit size for the floats that solve for the step
             floats = [float(miss / largest) if largest else 0.0 for miss in misses]
             step = [largest * d for d in factor.solution(floats).tolist()]
             x = [v - d for v, d in zip(x, step, strict=True)]
-            if all(abs(d) <= REFINED * max(abs(v), size) for v, d, size in zip(x, step, sizes, strict=True)):
+            if all(
+                abs(d) <= REFINED * max(abs(v), size)
+                for v, d, size in zip(x, step, sizes, strict=True)
+            ):
                 return [float(v) for v in x]
     except (Undefined, ArithmeticError, ValueError):
         return None
@@ -79,7 +96,8 @@ def sharp_root(problem: BlockProblem, start: Sequence[float], sizes: Sequence[fl
 DIGITS = 60
 ITERATIONS = 40
 NEAR = 2e-4
-"""The largest error bar of a point, relative to the size of its unknowns, that is followed ``FAR``."""
+"""The largest error bar of a point, relative to the size of its unknowns, that is followed
+``FAR``."""
 NUDGE = 1e-5
 """The share of an error bar by which another start differs from a point."""
 HALVINGS = 12
@@ -100,8 +118,8 @@ class RootCheck(Enum):
 def check_root(
     problem: BlockProblem, point: Mapping[str, float], found: Uncertainty
 ) -> tuple[RootCheck, dict[str, float]]:
-    """Solve on from a point at which every rule holds to rounding, with this uncertainty; return the result
-    and the end point."""
+    """Solve on from a point at which every rule holds to rounding, with this uncertainty; return
+    the result and the end point."""
     start = list(point.values())
     if found.relative is not None:  # a large block: its slopes stay those of floats
         there = dict(point)
@@ -143,16 +161,22 @@ def _vanishes(problem: BlockProblem, x: Sequence[float]) -> bool:
     here = {**problem.here, **problem.named(x)}
     rules = zip(problem.kernel.forms, problem.kernel.equations, strict=True)
     with suppress(Undefined):
-        return all(abs(extended(form, here, DIGITS)) <= BACKWARD * gross(rule, here) for form, rule in rules)
+        return all(
+            abs(extended(form, here, DIGITS)) <= BACKWARD * gross(rule, here)
+            for form, rule in rules
+        )
     return False
 
 
 def root_beside(
-    problem: BlockProblem, point: Mapping[str, float], reach: float = NEAR * FAR, most: int = ITERATIONS
+    problem: BlockProblem,
+    point: Mapping[str, float],
+    reach: float = NEAR * FAR,
+    most: int = ITERATIONS,
 ) -> tuple[dict[str, float] | None, bool]:
-    """The root at which Newton's method converges, in a few steps, within a reach relative to the unknowns;
-    and whether it leads away. Then no root is near, although other rules derived from the block's hold there.
-    At 0/0 the method starts next to the point."""
+    """The root at which Newton's method converges, in a few steps, within a reach relative to the
+    unknowns; and whether it leads away. Then no root is near, although other rules derived from the
+    block's hold there. At 0/0 the method starts next to the point."""
     start = list(point.values())
     bars = [reach / FAR * size for size in problem.sizes_at(start)]
     for nudge in (0.0, NUDGE):
@@ -176,8 +200,9 @@ def _solved_on(
     nudge: float,
     most: int = ITERATIONS,
 ) -> tuple[list[float] | None, bool]:
-    """The end of Newton's method in many digits, started at this distance, and whether it converges: between
-    two close roots it may not. None if it leaves the neighbourhood, or the domain of a rule.
+    """The end of Newton's method in many digits, started at this distance, and whether it
+    converges: between two close roots it may not. None if it leaves the neighbourhood, or the
+    domain of a rule.
 
     Raises Undefined if a slope has no value at the beginning.
     """
@@ -188,7 +213,10 @@ def _solved_on(
         values = {**problem.here, **dict(zip(unknowns, x, strict=True))}
         return linearized(problem.kernel.forms, unknowns, values, DIGITS)
 
-    x = [mp.mpf(v) + (k + 1) * nudge * bar for k, (v, bar) in enumerate(zip(start, bars, strict=True))]
+    x = [
+        mp.mpf(v) + (k + 1) * nudge * bar
+        for k, (v, bar) in enumerate(zip(start, bars, strict=True))
+    ]
     rows, residual = at(x)
     first, before, lengths = residual, mp.inf, []
     for count in range(most):
@@ -226,7 +254,8 @@ def _is_lost(
     rows: list[list[Any]],
     bars: Sequence[float],
 ) -> bool:
-    """Whether residuals are 0 only for want of digits: rounding moves the root out of the neighbourhood."""
+    """Whether residuals are 0 only for want of digits: rounding moves the root out of the
+    neighbourhood."""
     here = {**problem.here, **problem.named(x)}
     tiny = context(DIGITS).mpf(10) ** (SPARE - DIGITS) / EPS
     step = eliminate(rows, [tiny * sides(rule, here).noise for rule in problem.kernel.equations])
@@ -248,4 +277,7 @@ def _reached(
 
 
 def _within(start: Sequence[float], x: Sequence[Any], bars: Sequence[float], factor: float) -> bool:
-    return all(abs(v - w) <= factor * (bar + EPS * abs(v)) for v, w, bar in zip(start, x, bars, strict=True))
+    return all(
+        abs(v - w) <= factor * (bar + EPS * abs(v))
+        for v, w, bar in zip(start, x, bars, strict=True)
+    )

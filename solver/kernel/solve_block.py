@@ -1,9 +1,9 @@
 """A simultaneous block at given numbers: every answer that can be found, and whether these are all.
 
-The methods of ``first_methods`` are tried one after another until the answers are known to be all; if they
-find nothing, trust regions are tried. Damped Newton keeps the direction of a step and shortens it; in a trust
-region it turns downhill as it is shortened (M. J. D. Powell, 1970; K. Levenberg, 1944, and D. Marquardt,
-1963), which helps where the Jacobian is nearly singular.
+The methods of ``first_methods`` are tried one after another until the answers are known to be all;
+if they find nothing, trust regions are tried. Damped Newton keeps the direction of a step and
+shortens it; in a trust region it turns downhill as it is shortened (M. J. D. Powell, 1970; K.
+Levenberg, 1944, and D. Marquardt, 1963), which helps where the Jacobian is nearly singular.
 """
 
 from __future__ import annotations
@@ -21,7 +21,13 @@ from rulesheets.syntax.nodes import Call
 from rulesheets.syntax.program import walk
 from solver.facts import Attempt, Fact, Method, NoRoot
 from solver.kernel.block import DENSE, BlockKernel
-from solver.kernel.candidates import MOST_ANSWERS, MOST_REPEATED, BlockOutcome, Candidates, Undecided
+from solver.kernel.candidates import (
+    MOST_ANSWERS,
+    MOST_REPEATED,
+    BlockOutcome,
+    Candidates,
+    Undecided,
+)
 from solver.kernel.problem import BlockProblem, Budget, InputErrors
 from solver.numerics.tolerances import CLEAR, UNCANCELLED
 from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
@@ -31,8 +37,8 @@ MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 MAX_SEARCHED = 12, 30
 """Unknowns of a block up to which all answers are searched for; the same where it has few tears."""
 FEW_TEARS, MANY_TEARS = 3, 4
-"""Tears of a block up to which starts at random are sure to come across the sensible answer; the same of a
-small one with phasors."""
+"""Tears of a block up to which starts at random are sure to come across the sensible answer; the
+same of a small one with phasors."""
 
 _CIRCULAR = named(lambda row: row.turn and not row.half_turn)
 
@@ -40,15 +46,16 @@ _CIRCULAR = named(lambda row: row.turn and not row.half_turn)
 def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Method]:
     """The methods in order, up to the last resort; ``thorough`` if a proof is requested.
 
-    The properties of the block that a method needs are computed when its turn comes. Numbers may still rule
-    one out.
+    The properties of the block that a method needs are computed when its turn comes. Numbers may
+    still rule one out.
     """
     n, tears = len(kernel.unknowns), kernel.block.tears
     if kernel.linear:
         yield Method.LINEAR
     elif is_large(kernel):
         yield Method.SPARSE
-    # Those that count the answers. A polynomial in half an angle has a higher degree than a formula.
+    # Those that count the answers. A polynomial in half an angle has a higher degree than a
+    # formula.
     turning = any(map(kernel.graph.turn, tears))
     if not turning and may_be_polynomial(kernel):
         yield Method.POLYNOMIAL
@@ -56,8 +63,8 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
         yield Method.FORMULA
     if turning and may_be_polynomial(kernel):
         yield Method.POLYNOMIAL
-    # A block of some size without angles may be a network, most of whose answers nobody asks about, or the
-    # speeds of a mechanism, whose few answers all count.
+    # A block of some size without angles may be a network, most of whose answers nobody asks about,
+    # or the speeds of a mechanism, whose few answers all count.
     some = MAX_SEARCHED[0] < n <= MAX_SEARCHED[1]
     if some and not kernel.linear and not any(map(kernel.graph.turn, kernel.unknowns)):
         yield Method.SPARSE
@@ -80,8 +87,8 @@ def _nested(kernel: BlockKernel) -> tuple[BlockKernel, ...]:
 
 
 def is_large(kernel: BlockKernel) -> bool:
-    """Whether one answer is searched for before any others. (A mechanism has angles, and its assemblies are
-    all of interest; phasors, angles with magnitudes, have one sensible answer.)"""
+    """Whether one answer is searched for before any others. (A mechanism has angles, and its
+    assemblies are all of interest; phasors, angles with magnitudes, have one sensible answer.)"""
     n, tears = len(kernel.unknowns), len(kernel.block.tears)
     turning = sum(kernel.graph.turn(name) is not None for name in kernel.unknowns)
     if n <= MAX_SEARCHED[0]:
@@ -113,8 +120,8 @@ def may_be_polynomial(kernel: BlockKernel) -> bool:
 SEARCHES = frozenset({Method.RANGE, Method.SUBSTITUTION, Method.BOXES, Method.STARTS})
 """Methods that search for answers everywhere."""
 LONG, BRIEF = 20_000, 2_000
-"""Boxes that searches of blocks of one pattern have taken, beyond which the start of sympy costs less; and
-those of one search that costs no more than an eliminant."""
+"""Boxes that searches of blocks of one pattern have taken, beyond which the start of sympy costs
+less; and those of one search that costs no more than an eliminant."""
 MAX_STRETCHES = 6
 """Intervals that a search left open, beyond which it is no use to settle them."""
 
@@ -128,10 +135,12 @@ def solve_block(
     off: InputErrors,
     given: Collection[str],
 ) -> BlockOutcome:
-    """All answers of the block that can be found at the known ``values``, within the ``budget`` begun for it.
+    """All answers of the block that can be found at the known ``values``, within the ``budget``
+    begun for it.
 
-    ``off``: the errors of these values, by name. ``assumed``: the block belongs to a case that may well have
-    no answer, so last resorts are left out. ``given``: the known names whose values are exact.
+    ``off``: the errors of these values, by name. ``assumed``: the block belongs to a case that may
+    well have no answer, so last resorts are left out. ``given``: the known names whose values are
+    exact.
     """
     problem = BlockProblem(kernel, values, guesses, budget)
     if problem.symbolic:
@@ -153,8 +162,8 @@ def solve_sparsely(
 
 
 class _Methods:
-    """The answers so far. ``complete``: they are proven to be all; ``whole``: they would be, if floats could
-    represent the unresolved ones.
+    """The answers so far. ``complete``: they are proven to be all; ``whole``: they would be, if
+    floats could represent the unresolved ones.
 
     Methods that isolate roots are imported when their turn comes: a closed form starts 3 ms sooner.
     """
@@ -172,7 +181,11 @@ class _Methods:
         problem, candidates, budget = self.problem, self.candidates, self.budget
         settled: BlockOutcome | None = None
         for method in first_methods(self.kernel, budget.thorough):
-            if budget.nearby and method in SEARCHES and (problem.guesses or method is not Method.STARTS):
+            if (
+                budget.nearby
+                and method in SEARCHES
+                and (problem.guesses or method is not Method.STARTS)
+            ):
                 candidates.refine([problem.guesses.get(name, 1.0) for name in problem.unknowns])
                 if problem.guesses or candidates.answers:
                     return self._outcome()
@@ -222,7 +235,8 @@ class _Methods:
         return open_ and affords_dense(self.kernel) and self.budget.last_resort()
 
     def _refuted(self, given: Collection[str]) -> BlockOutcome | None:
-        """Why the rules contradict each other, whatever the unknowns are; None if that is unknown."""
+        """Why the rules contradict each other, whatever the unknowns are; None if that is
+        unknown."""
         from solver.kernel.algebra import contradiction, unattained
 
         conflict = contradiction(self.problem) if self.candidates.is_empty else None
@@ -240,10 +254,16 @@ class _Methods:
             case Method.POLYNOMIAL:
                 from solver.kernel import polynomial_block as polynomial
 
-                by = polynomial.solve_as_polynomial if self.torn_once else polynomial.solve_by_resultant
+                by = (
+                    polynomial.solve_as_polynomial
+                    if self.torn_once
+                    else polynomial.solve_by_resultant
+                )
                 solved = by(problem, candidates)
             case Method.FORMULA:
-                solved = kernel.closed is not None and solve_by_formula(problem, candidates, kernel.closed)
+                solved = kernel.closed is not None and solve_by_formula(
+                    problem, candidates, kernel.closed
+                )
             case Method.RANGE:
                 return self._over_tear(method, (kernel, *kernel.others))
             case Method.SUBSTITUTION if torn := _nested(kernel):
@@ -278,14 +298,19 @@ class _Methods:
         search_sparsely(self.problem, self.candidates, every)
 
     def _over_tear(self, method: Method, kernels: Sequence[BlockKernel]) -> BlockOutcome | None:
-        """Search the range of the tear, with one tearing after another until all answers are known."""
+        """Search the range of the tear, with one tearing after another until all answers are
+        known."""
         from solver.kernel.polynomial_block import counted
         from solver.kernel.tear_search import TearSearch
 
         problem, candidates = self.problem, self.candidates
-        known = candidates.sensible is not None  # then others count only where they are proven to be all
+        known = (
+            candidates.sensible is not None
+        )  # then others count only where they are proven to be all
         tried = kernels[: 1 if known else None]
-        every = [TearSearch(problem, candidates, kernel, method is not Method.RANGE) for kernel in tried]
+        every = [
+            TearSearch(problem, candidates, kernel, method is not Method.RANGE) for kernel in tried
+        ]
         if (freedom := every[0].freedom()) is not None:
             return freedom
         searches = [search for search in every if search.kernel.exhaustive]
@@ -293,11 +318,15 @@ class _Methods:
         self.whole = countable and self._counted_first()
         if not self.whole:
             self.whole = any(search.run() for search in searches)
-            self._history["boxes"] += sum(search.boxes for search in searches if search.boxes > BRIEF)
+            self._history["boxes"] += sum(
+                search.boxes for search in searches if search.boxes > BRIEF
+            )
         if not self.whole and method is Method.RANGE:
             self.whole = countable and counted(problem, candidates)
             few = (s for s in searches if 0 < len(s.stretches) <= MAX_STRETCHES and not s.doubts)
-            settleable = next(few, None)  # it failed to prove that it has all in a few short stretches alone
+            settleable = next(
+                few, None
+            )  # it failed to prove that it has all in a few short stretches alone
             self.stretches = () if self.whole or settleable is None else tuple(settleable.stretches)
         self.complete = self.whole and not candidates.unresolved
         candidates.tried(method, self.complete)
@@ -309,8 +338,8 @@ class _Methods:
         return self.kernel.once("searches", Counter[str])
 
     def _counted_first(self) -> bool:
-        """Whether all answers are found by the eliminant: tried before a search if searches take long, as
-        long as that succeeds."""
+        """Whether all answers are found by the eliminant: tried before a search if searches take
+        long, as long as that succeeds."""
         from solver.kernel.polynomial_block import counted
 
         if self._history["boxes"] <= LONG or self._history["uncounted"]:
@@ -334,15 +363,22 @@ class _Methods:
             TearSearch(problem, candidates, self.kernel).run()
 
     def _outcome(self) -> BlockOutcome:
-        """The outcome of the answers so far: only the preferred one, if there are too many others."""
+        """The outcome of the answers so far: only the preferred one, if there are too many
+        others."""
         problem, candidates, block = self.problem, self.candidates, self.kernel.block
         complete, facts = self.complete and not candidates.unresolved, tuple[Fact, ...]()
         answers = sorted(candidates.answers, key=lambda answer: problem.preference(answer.values))
         cut = len(answers) >= MOST_ANSWERS
         if not complete and candidates.is_repeating:
-            kept = sorted(answers, key=lambda answer: problem.periods(answer.values))[:MOST_REPEATED]
+            kept = sorted(answers, key=lambda answer: problem.periods(answer.values))[
+                :MOST_REPEATED
+            ]
             answers, cut = [answer for answer in answers if answer in kept], True
-        if candidates.sensible is not None and not complete and (candidates.has_too_many or self.torn_once):
+        if (
+            candidates.sensible is not None
+            and not complete
+            and (candidates.has_too_many or self.torn_once)
+        ):
             self.budget.cut = True
             answers, cut = [candidates.sensible], False
         elif candidates.outside is not None and not answers:
@@ -410,7 +446,8 @@ def _turned(problem: BlockProblem, values: Mapping[str, float]) -> list[dict[str
 
 
 def evaluate(form: ClosedForm, values: Mapping[str, Value]) -> list[dict[str, float]]:
-    """Candidates: all solutions are among them. Raises Unclear, and Undefined for what overflows."""
+    """Candidates: all solutions are among them. Raises Unclear, and Undefined for what
+    overflows."""
     found: list[dict[str, float]] = [{}]
     for formula in form:
         found = [{**one, **more} for one in found for more in _values(formula, {**values, **one})]
@@ -419,7 +456,9 @@ def evaluate(form: ClosedForm, values: Mapping[str, Value]) -> list[dict[str, fl
 
 def _values(formula: Formula, values: Mapping[str, Value]) -> Iterator[dict[str, float]]:
     coefficients = (part for part in formula if isinstance(part, Coefficient))
-    numbers = [Rounded(value(one.expression, values), value(one.size, values)) for one in coefficients]
+    numbers = [
+        Rounded(value(one.expression, values), value(one.size, values)) for one in coefficients
+    ]
     match formula:
         case Let(name, expression, divisor, size):
             number = value(expression, values)

@@ -1,9 +1,10 @@
 """One answer of a large block, the sensible one, by sparse Newton steps without tearing.
 
-A large block is also tried with exponentials replaced by tangents, whose points of tangency follow the
-iteration. Newton's method reduces a large argument of an exponential by 1 at each step. Here a rise of the
-argument by d moves the point of tangency up by only ln(1 + d), to where the exponential has the value that
-the tangent predicted: the limits of junction voltages of circuit simulators (L. W. Nagel, *SPICE2*, 1975).
+A large block is also tried with exponentials replaced by tangents, whose points of tangency follow
+the iteration. Newton's method reduces a large argument of an exponential by 1 at each step. Here a
+rise of the argument by d moves the point of tangency up by only ln(1 + d), to where the exponential
+has the value that the tangent predicted: the limits of junction voltages of circuit simulators (L.
+W. Nagel, *SPICE2*, 1975).
 """
 
 from __future__ import annotations
@@ -61,19 +62,21 @@ LIMIT = 0.2
 BALANCED = 1e-9
 """Share of the factors of a sum that these may add up to in a difference."""
 BELOW, LARGE = 0.5, 8.0
-"""The shares of their sizes at which unknowns begin again: at these themselves differences may be 0; and
-where one answer is that all is 0, Newton's method is drawn to it from below the other."""
+"""The shares of their sizes at which unknowns begin again: at these themselves differences may be
+0; and where one answer is that all is 0, Newton's method is drawn to it from below the other."""
 
 
 def search_sparsely(problem: BlockProblem, candidates: Candidates, every: bool) -> None:
     """Try starts in turn until an answer is found that none is preferred to, or ``every`` one.
 
-    An answer without negative numbers ends the search; one with some is kept, and a positive one is searched
-    for. The same holds for an answer in which a rule holds trivially.
+    An answer without negative numbers ends the search; one with some is kept, and a positive one is
+    searched for. The same holds for an answer in which a rule holds trivially.
     """
     if problem.sparse is None:
         return
-    free = {v.name for v in problem.variables if v.low == -math.inf and problem.turn(v.name) is None}
+    free = {
+        v.name for v in problem.variables if v.low == -math.inf and problem.turn(v.name) is None
+    }
     for start in _sparse_starts(problem):
         if candidates.answers and not (start.positive or every):
             continue
@@ -94,14 +97,15 @@ def search_sparsely(problem: BlockProblem, candidates: Candidates, every: bool) 
 
 
 def _least(problem: BlockProblem, answer: Answer, free: Collection[str]) -> float:
-    """The least of the ``free`` numbers of an answer; that of a trivial one is a tiny negative number."""
+    """The least of the ``free`` numbers of an answer; that of a trivial one is a tiny negative
+    number."""
     least = min((v for name, v in answer.values.items() if name in free), default=0.0)
     return least or (-LEAST if _is_trivial(problem, answer) else 0.0)
 
 
 def _is_trivial(problem: BlockProblem, answer: Answer) -> bool:
-    """Whether some rule is 0 = 0 there, for any values of its unknowns that are not 0: a population that has
-    died out, an infection that nobody has."""
+    """Whether some rule is 0 = 0 there, for any values of its unknowns that are not 0: a population
+    that has died out, an infection that nobody has."""
     assert problem.sparse is not None
     x = np.array([answer.values[name] for name in problem.unknowns])
     slopes, rows, columns = problem.sparse[1](x)
@@ -112,7 +116,8 @@ def _is_trivial(problem: BlockProblem, answer: Answer) -> bool:
 
 
 def _arrived(problem: BlockProblem, begin: Start) -> SparseRoot:
-    """The end of Newton's method from a start, on the rules as they are or as ``begin`` changes them."""
+    """The end of Newton's method from a start, on the rules as they are or as ``begin`` changes
+    them."""
     assert problem.sparse is not None
     (start, sizes, positive, explicit, limit, tangents, lifting), plain = begin, problem.sparse
     if lifting is not None:
@@ -134,9 +139,10 @@ def _arrived(problem: BlockProblem, begin: Start) -> SparseRoot:
 
 
 def _polished(problem: BlockProblem, x: Array) -> dict[str, float] | None:
-    """The point next to a root at which every rule holds. If rounding has left traces (the flow through a
-    closed valve, the last of many complexes), explicit rules correct it; if rounding in the evaluation of a
-    rule prevents it (``exp(x) - 1`` at a small x), residuals in many digits do. None otherwise."""
+    """The point next to a root at which every rule holds. If rounding has left traces (the flow
+    through a closed valve, the last of many complexes), explicit rules correct it; if rounding in
+    the evaluation of a rule prevents it (``exp(x) - 1`` at a small x), residuals in many digits do.
+    None otherwise."""
     from solver.kernel.root_check import sharp_root  # most roots need no more digits
 
     def near() -> Iterator[Sequence[float] | None]:
@@ -153,8 +159,8 @@ _EXPONENTIALS = frozenset({"exp", "sinh", "cosh"})
 
 
 class Start(NamedTuple):
-    """A point (n,) to start from, the ``sizes`` (n,) of the unknowns, and options of ``sparse_newton``;
-    with ``tangents`` in place of exponentials, or ``lifting`` of differences."""
+    """A point (n,) to start from, the ``sizes`` (n,) of the unknowns, and options of
+    ``sparse_newton``; with ``tangents`` in place of exponentials, or ``lifting`` of differences."""
 
     x: Array
     sizes: Array | None
@@ -168,10 +174,11 @@ class Start(NamedTuple):
 def _sparse_starts(problem: BlockProblem) -> Iterator[Start]:
     """Points to start from in turn, with options.
 
-    The guesses if there are any, else 0, from which the first step solves the linearised rules, with
-    tangents for exponentials if needed; positive numbers of the sizes that balance the rules; and 1.
-    Unknowns that a rule gives explicitly start at its value, and in the last starts they also follow it
-    after each step: then auxiliary unknowns, such as friction factors, do not hold back the others.
+    The guesses if there are any, else 0, from which the first step solves the linearised rules,
+    with tangents for exponentials if needed; positive numbers of the sizes that balance the rules;
+    and 1. Unknowns that a rule gives explicitly start at its value, and in the last starts they
+    also follow it after each step: then auxiliary unknowns, such as friction factors, do not hold
+    back the others.
     """
     names, guesses, system = problem.unknowns, problem.guesses, problem.kernel.sparse
     low, high = np.array([(v.low, v.high) for v in problem.variables]).T
@@ -230,20 +237,22 @@ def _sparse_starts(problem: BlockProblem) -> Iterator[Start]:
 
 
 _Term: TypeAlias = tuple[float, str | None, str]
-"""A term of a sum: its sign, the name of the number that is its factor, if there is one, and its own."""
+"""A term of a sum: its sign, the name of the number that is its factor, if there is one, and its
+own."""
 
 
 def _smooth(problem: BlockProblem, start: Array) -> Array | None:
-    """The start (n,) with the smallest possible differences between unknowns that rules subtract from one
-    another or from numbers: flat voltages, heads between reservoirs, straight ropes. None if rules have no
-    differences."""
+    """The start (n,) with the smallest possible differences between unknowns that rules subtract
+    from one another or from numbers: flat voltages, heads between reservoirs, straight ropes. None
+    if rules have no differences."""
     if (system := problem.kernel.sparse) is None:
         return None
     everything, parts, height = np.concatenate([start, problem.known]), list[tuple[Any, ...]](), 0
     for shape in system.shapes:
         given = {f"#.{k}": (np.full(len(v), -1), v) for k, v in enumerate(shape.numbers)}
         given |= {
-            f"#{k}": (np.where(at < system.n, at, -1), everything[at]) for k, at in enumerate(shape.places)
+            f"#{k}": (np.where(at < system.n, at, -1), everything[at])
+            for k, at in enumerate(shape.places)
         }
         for terms, turn in _differences(shape.form):
             ones, found = np.ones(len(shape.rows)), [given[name] for *_, name in terms]
@@ -265,8 +274,8 @@ def _smooth(problem: BlockProblem, start: Array) -> Array | None:
 
 
 def _differences(form: Expression) -> Iterator[tuple[list[_Term], float]]:
-    """The sums in a form that are differences of names, with or without factors, or of a name and a number,
-    and its sign: in ``-0.5 - V`` V is subtracted from a negative number."""
+    """The sums in a form that are differences of names, with or without factors, or of a name and a
+    number, and its sign: in ``-0.5 - V`` V is subtracted from a negative number."""
     for node in walk(form):
         terms = list[_Term]()
         for part, taken in added(node) if isinstance(node, Sum) else ():
@@ -285,8 +294,8 @@ def _differences(form: Expression) -> Iterator[tuple[list[_Term], float]]:
 
 
 def _exponents(problem: BlockProblem) -> NDArray[np.bool_]:
-    """Which unknowns (n,) occur in sums that are exponents of e: utilities, potentials. These may have
-    either sign, and only the size 1."""
+    """Which unknowns (n,) occur in sums that are exponents of e: utilities, potentials. These may
+    have either sign, and only the size 1."""
     place = {name: i for i, name in enumerate(problem.unknowns)}
     rules, found = problem.kernel.alike, np.zeros(len(place), dtype=bool)
     columns = np.array([place.get(name, -1) for name in rules.names], dtype=np.intp)
@@ -339,7 +348,9 @@ class Tangents:
             calls = dict.fromkeys(
                 part
                 for part in walk(shape.form)
-                if isinstance(part, Call) and part.function == "exp" and not moving.isdisjoint(names(part))
+                if isinstance(part, Call)
+                and part.function == "exp"
+                and not moving.isdisjoint(names(part))
             )
             if not calls:
                 continue
@@ -349,7 +360,9 @@ class Tangents:
                 point = Name(f"#.{count + number}")
                 tangent = multiply(Call("exp", (point,)), nodes.add(ONE, argument, negative(point)))
                 shape.form = exchange(shape.form, call, tangent)
-            shape.numbers = np.concatenate([shape.numbers, np.zeros((len(inside), len(shape.rows)))])
+            shape.numbers = np.concatenate(
+                [shape.numbers, np.zeros((len(inside), len(shape.rows)))]
+            )
             shape.compile(system.n)
 
     @property
@@ -364,7 +377,8 @@ class Tangents:
         return x
 
     def touch(self, x: Array) -> bool:
-        """Whether every tangent touches its exponential at the point: no exponential is still far above."""
+        """Whether every tangent touches its exponential at the point: no exponential is still far
+        above."""
         return all((np.abs(at - numbers) <= ON_TANGENT).all() for numbers, at in self._points(x))
 
     def _points(self, x: Array) -> Iterator[tuple[Array, Array]]:
@@ -376,23 +390,24 @@ class Tangents:
             yield shape.numbers[count:], np.stack(np.broadcast_arrays(*at))
 
 
-# --- unknowns of their own for what has to be positive: arguments of logarithms and roots, and divisors ---
+# --- unknowns for what has to be positive: arguments of logarithms and roots, and divisors ---
 #
-# The start then need not lie in the domain. The new unknowns start positive and are kept so, and equations
-# define them, which iterates of Newton's method may violate as any other (J. Albersmeyer & M. Diehl, SIAM J.
-# Optim. 20 (2010) 1655-1684: the lifted Newton method). Differences are lifted, such as those at both ends in
-# a logarithmic mean.
+# The start then need not lie in the domain. The new unknowns start positive and are kept so, and
+# equations define them, which iterates of Newton's method may violate as any other (J. Albersmeyer
+# & M. Diehl, SIAM J. Optim. 20 (2010) 1655-1684: the lifted Newton method). Differences are lifted,
+# such as those at both ends in a logarithmic mean.
 
 _OF_POSITIVE = frozenset({"ln", "log", "log10", "log2", "sqrt"})
 CANCELS = 0.05
 """Share of its largest term below which a difference is not begun as it is at a start."""
 APART = 0.1, 0.03
-"""The shares of that term at which it begins instead: the least, and by how much that of each further
-difference of a rule is larger, as they may be divided by what they differ by."""
+"""The shares of that term at which it begins instead: the least, and by how much that of each
+further difference of a rule is larger, as they may be divided by what they differ by."""
 
 
 class Lifting:
-    """The ``system`` of n equations with more unknowns and as many more equations; ``start`` gives those."""
+    """The ``system`` of n equations with more unknowns and as many more equations; ``start`` gives
+    those."""
 
     def __init__(self, system: SparseSystem, known: Sequence[float]) -> None:
         self.n, self.known = system.n, np.array(known, dtype=float)
@@ -400,9 +415,14 @@ class Lifting:
         pairs = list(zip(system.shapes, found, strict=True))
         self.added = sum(len(each) * len(shape.rows) for shape, each in pairs)
         n, total, shapes = self.n, system.n, []
-        self._lifted: list[tuple[float, NDArray[np.intp], NDArray[np.intp], Array, Callable[..., Any]]] = []
+        self._lifted: list[
+            tuple[float, NDArray[np.intp], NDArray[np.intp], Array, Callable[..., Any]]
+        ] = []
         for shape, differences in pairs if self.added else ():
-            places, form = np.where(shape.places < n, shape.places, shape.places + self.added), shape.form
+            places, form = (
+                np.where(shape.places < n, shape.places, shape.places + self.added),
+                shape.form,
+            )
             for number, difference in enumerate(differences):
                 mine, new = np.arange(total, total + len(shape.rows)), Name(f"#{len(places)}")
                 total += len(mine)
@@ -434,8 +454,8 @@ class Lifting:
 
 
 def _positive(form: Expression) -> Iterator[Sum]:
-    """The expressions that must be positive, or not 0, for the form to have a value, and are differences with
-    names."""
+    """The expressions that must be positive, or not 0, for the form to have a value, and are
+    differences with names."""
     parts = [*divisors(form)]
     for node in walk(form):
         match node:

@@ -36,7 +36,8 @@ from solver.path.shapes import Alike, Family
 
 
 class SparseSystem:
-    """Residual (n,) and Jacobian of n rules as functions of points (n,); ``known`` names in their order.
+    """Residual (n,) and Jacobian of n rules as functions of points (n,); ``known`` names in their
+    order.
 
     Raises NotDifferentiable.
     """
@@ -60,7 +61,9 @@ class SparseSystem:
         other._take(shapes)
         return other
 
-    def at(self, known: Sequence[float]) -> tuple[Callable[[Array], Array], Callable[[Array], Triplets]]:
+    def at(
+        self, known: Sequence[float]
+    ) -> tuple[Callable[[Array], Array], Callable[[Array], Triplets]]:
         """Residual and Jacobian at these values of the known names; nan where undefined."""
         constants = np.array(known, dtype=float)
 
@@ -78,8 +81,8 @@ class SparseSystem:
         return residual, jacobian
 
     def with_explicit(self, x: Array, known: Sequence[float]) -> Array:
-        """The point (n,) with every unknown that a rule gives explicitly (``l = sqrt(u^2 + v^2)``) replaced
-        by its value; unchanged if such rules are circular."""
+        """The point (n,) with every unknown that a rule gives explicitly (``l = sqrt(u^2 + v^2)``)
+        replaced by its value; unchanged if such rules are circular."""
         everything = np.concatenate([x, np.array(known, dtype=float)])
         for function, targets, places, numbers in self._explicit:
             with np.errstate(all="ignore"):
@@ -89,12 +92,16 @@ class SparseSystem:
         return everything[: self.n]
 
     @cached_property
-    def _explicit(self) -> list[tuple[Callable[..., Any], NDArray[np.intp], NDArray[np.intp], Array]]:
+    def _explicit(
+        self,
+    ) -> list[tuple[Callable[..., Any], NDArray[np.intp], NDArray[np.intp], Array]]:
         """Functions of arrays with the unknowns that they give, in an order of evaluation."""
         giving = [shape for shape in self.shapes if shape.explicit]
         across = [shape.places.T.tolist() for shape in giving]
         rules: dict[int, tuple[int, int, int]] = {}
-        members = ((place, j, m) for j, s in enumerate(giving) for m, place in enumerate(s.rows.tolist()))
+        members = (
+            (place, j, m) for j, s in enumerate(giving) for m, place in enumerate(s.rows.tolist())
+        )
         for _, j, member in sorted(members):
             for side, k in giving[j].explicit.items():
                 if (target := across[j][member][k]) < self.n and target not in rules:
@@ -122,15 +129,20 @@ class SparseSystem:
             order.done(*ready)
         return found
 
-    def divides_by_nothing(self, x: Sequence[float], known: Sequence[float], bars: Sequence[float]) -> bool:
-        """Whether a rule has a divisor that may be 0, or nearly, within the error bars of the unknowns."""
+    def divides_by_nothing(
+        self, x: Sequence[float], known: Sequence[float], bars: Sequence[float]
+    ) -> bool:
+        """Whether a rule has a divisor that may be 0, or nearly, within the error bars of the
+        unknowns."""
         everything = np.array([*x, *known], dtype=float)
         off = np.array([*bars, *[0.0] * len(known)])
         for shape in self.shapes:
             for read, function in shape.divisors:
                 with np.errstate(all="ignore"):
                     at, *slopes = function(*everything[shape.places], *shape.numbers)
-                    moves = sum(np.abs(s) * off[shape.places[k]] for k, s in zip(read, slopes, strict=True))
+                    moves = sum(
+                        np.abs(s) * off[shape.places[k]] for k, s in zip(read, slopes, strict=True)
+                    )
                     near = ~np.less(moves, BESIDE * np.abs(at))
                 if (near & (shape.places[read] < self.n).any(axis=0)).any():
                     return True
@@ -138,8 +150,9 @@ class SparseSystem:
 
 
 class _Arrays:
-    """A family as one function of arrays; ``places`` (k, m) of its names among unknowns and known ones.
-    ``explicit`` are its sides that are a single name (0: the left one), with the place of that name."""
+    """A family as one function of arrays; ``places`` (k, m) of its names among unknowns and known
+    ones. ``explicit`` are its sides that are a single name (0: the left one), with the place of
+    that name."""
 
     def __init__(self, family: Family, places: NDArray[np.intp], n: int) -> None:
         self.rows, self.places, self.numbers = family.places, places, family.numbers
@@ -153,7 +166,9 @@ class _Arrays:
     def compile(self, n: int) -> None:
         """Functions of the form and of its slopes by the names that are among n unknowns."""
         places = self.places
-        arguments = [f"#{k}" for k in range(len(places))] + [f"#.{k}" for k in range(len(self.numbers))]
+        arguments = [f"#{k}" for k in range(len(places))] + [
+            f"#.{k}" for k in range(len(self.numbers))
+        ]
         self.moving = [(k, places[k] < n) for k in range(len(places)) if (places[k] < n).any()]
         self._all_move = [bool(m.all()) for _, m in self.moving]
         self.compiled = partial(compile_expressions, arguments=arguments, arrays=True)
@@ -166,8 +181,11 @@ class _Arrays:
         self.slope_rows = np.concatenate([self.rows[m] for _, m in self.moving])
         self.slope_columns = np.concatenate([places[k][m] for k, m in self.moving])
 
-    def changed(self, form: Expression, rows: NDArray[np.intp], places: NDArray[np.intp], n: int) -> _Arrays:
-        """Another form with the same numbers, in other rows, of names at other places among n unknowns."""
+    def changed(
+        self, form: Expression, rows: NDArray[np.intp], places: NDArray[np.intp], n: int
+    ) -> _Arrays:
+        """Another form with the same numbers, in other rows, of names at other places among n
+        unknowns."""
         other = copy(self)
         other.__dict__.pop("divisors", None)
         other.form, other.rows, other.places, other.explicit = form, rows, places, {}
@@ -201,7 +219,9 @@ class _Arrays:
 
 def with_expm1(expression: Expression, ones: Collection[str]) -> Expression:
     """The expression with ``exp(x) - 1`` as one function; the names ``ones`` stand for 1."""
-    expression = rebuilt(expression, tuple([with_expm1(part, ones) for part in children(expression)]))
+    expression = rebuilt(
+        expression, tuple([with_expm1(part, ones) for part in children(expression)])
+    )
     terms = expression.terms if isinstance(expression, Sum) else ()
     pair = less_one(terms, lambda part: isinstance(part, Name) and part.name in ones)
     if pair is None:
@@ -215,5 +235,6 @@ def with_expm1(expression: Expression, ones: Collection[str]) -> Expression:
 
 
 def _read(expression: Expression) -> list[int]:
-    """The places of the names of a template that do not stand for numbers, in order of occurrence."""
+    """The places of the names of a template that do not stand for numbers, in order of
+    occurrence."""
     return [int(name[1:]) for name in dict.fromkeys(names(expression)) if not name.startswith("#.")]

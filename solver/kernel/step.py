@@ -20,6 +20,7 @@ from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quoti
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
+from solver.numerics.linear_algebra import are_alike
 from solver.numerics.tolerances import (
     BACKWARD,
     CANCELLED,
@@ -28,7 +29,6 @@ from solver.numerics.tolerances import (
     EPS,
     LOST_TURN,
     SAME_TURN,
-    are_alike,
 )
 from solver.path import TARGET, Quadratic, Stage
 from solver.path.graph import ModelGraph, within_half_turns
@@ -37,7 +37,8 @@ OTHERWISE = "another value of"
 """The needed value for a rule on which its unknown has no influence."""
 MAX_TURNS = 2_000
 LISTED_TURNS = 128
-"""Turns either way of the one nearest to the principal one that are listed where there are too many."""
+"""Turns either way of the one nearest to the principal one that are listed where there are too
+many."""
 FEW_TURNS = 20
 SIMPLEST = 12
 """Numerator and denominator up to which a share of an angle is simple."""
@@ -46,8 +47,8 @@ MOST = 1e300
 
 
 def is_scaled(rest: Sequence[Stage]) -> bool:
-    """Whether an unknown is not an angle, nor a simple share of one in degrees or radians, but a quantity
-    that an angle is computed from: a time, a position, the day of a year."""
+    """Whether an unknown is not an angle, nor a simple share of one in degrees or radians, but a
+    quantity that an angle is computed from: a time, a position, the day of a year."""
     scale = 1.0
     for stage in rest:
         if stage.operation in ("product", "quotient"):
@@ -77,8 +78,8 @@ def window(variable: Variable, span: float) -> tuple[float, float]:
 
 
 def _floor(turns: float) -> int:
-    """With all digits, also for a number of mpmath (``math.floor`` takes the nearest float), or the largest
-    number considered: a range may hold more than there are floats."""
+    """With all digits, also for a number of mpmath (``math.floor`` takes the nearest float), or the
+    largest number considered: a range may hold more than there are floats."""
     whole = int(min(max(turns, -MOST), MOST))
     return whole - 1 if whole > turns else whole
 
@@ -91,7 +92,8 @@ _NEEDS = {"square": "sqrt of", "power": "a root or logarithm of"}
 
 
 class StepOutcome(NamedTuple):
-    """``values``: the preimages, principal first; ``fact`` says why there is none, or no particular one.
+    """``values``: the preimages, principal first; ``fact`` says why there is none, or no particular
+    one.
 
     ``double``: two preimages coincide. ``delicate``: a target so close to the end of an image that
     rounding decides how many preimages there are.
@@ -112,13 +114,13 @@ class NoPreimage(Exception):
 
 
 class StepSolver:
-    """The preimages that satisfy the equation, in its range, to the last digits: in floats; a subclass uses
-    another arithmetic.
+    """The preimages that satisfy the equation, in its range, to the last digits: in floats; a
+    subclass uses another arithmetic.
 
-    ``proven``: formulas find all that exist. ``complete``: none was left out. ``clamped``: a target was
-    moved to the end of an image. ``delicate``: rounding decides whether there is a preimage. ``floats`` are
-    the known ``values`` in floats, for the rule check. ``guess``: of the unknown, if many turns are
-    answers. ``careful``: formulas are evaluated in many digits where floats cancel.
+    ``proven``: formulas find all that exist. ``complete``: none was left out. ``clamped``: a target
+    was moved to the end of an image. ``delicate``: rounding decides whether there is a preimage.
+    ``floats`` are the known ``values`` in floats, for the rule check. ``guess``: of the unknown, if
+    many turns are answers. ``careful``: formulas are evaluated in many digits where floats cancel.
     """
 
     def __init__(
@@ -132,7 +134,10 @@ class StepSolver:
     ) -> None:
         self.graph, self.index, self.unknown, self.guess = graph, equation, unknown, guess
         self.careful = careful
-        self.equation, self.variable = graph.model.equations[equation], graph.model.variables[unknown]
+        self.equation, self.variable = (
+            graph.model.equations[equation],
+            graph.model.variables[unknown],
+        )
         isolation, names = graph.isolated(equation, graph.number[unknown])
         assert isolation is not None
         self.isolation, own = isolation, self.equation.names
@@ -142,7 +147,8 @@ class StepSolver:
         self.clamped = self.delicate = False
 
     def outcome(self) -> StepOutcome:
-        """All values of the unknown of the isolation that satisfy the equation at the known values."""
+        """All values of the unknown of the isolation that satisfy the equation at the known
+        values."""
         try:
             found = self.preimages()
         except NoPreimage as refused:
@@ -164,7 +170,8 @@ class StepSolver:
         return StepOutcome(fact=fact, complete=False, delicate=delicate)
 
     def _on_the_edge(self, undefined: Undefined) -> bool:
-        """Whether rounding may have led an operation out of its domain: to a pole, beyond an end."""
+        """Whether rounding may have led an operation out of its domain: to a pole, beyond an
+        end."""
         match undefined.expression:
             case Call(function, arguments):
                 ends = TABLE[function].domain
@@ -179,10 +186,14 @@ class StepSolver:
                 number, slopes, rounded = rounded_derivatives(argument, self.values)
             except (Undefined, KeyError):  # of the stages before the unknown
                 continue
-            made_of = sum(abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float))
+            made_of = sum(
+                abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float)
+            )
             exact = isinstance(argument, Name | Number)
             lost = number == 0.0 and rounded != 0.0  # for want of floats as small as it
-            if lost or (not exact and any(abs(number - end) <= CANCELLED * made_of for end in ends)):
+            if lost or (
+                not exact and any(abs(number - end) <= CANCELLED * made_of for end in ends)
+            ):
                 return True
         return False
 
@@ -218,7 +229,11 @@ class StepSolver:
             return self._why_none(numbers, outside, lost)
         double: DoubleRoot | None = None
         kinks = any(stage.operation == "abs" for stage in self.isolation.stages)
-        if len(kept) == 1 < self.isolation.branches and not kinks and self._slope(kept[0])[1] == 0.0:
+        if (
+            len(kept) == 1 < self.isolation.branches
+            and not kinks
+            and self._slope(kept[0])[1] == 0.0
+        ):
             # where two preimages coincide, the equation does not change to first order
             double = DoubleRoot((self.index,), (self.unknown,), {self.unknown: 1.0})
         complete, delicate = self.complete and not lost, self.delicate or double is not None
@@ -228,13 +243,18 @@ class StepSolver:
         """Why none of these preimages is an answer."""
         delicate = self.delicate
         if outside is not None:
-            lost = not check_rule(self.equation, self._floats(outside)).holds  # beside a larger number
-            return StepOutcome(fact=OutOfRange(self.index, self.unknown, outside), delicate=delicate or lost)
+            lost = not check_rule(
+                self.equation, self._floats(outside)
+            ).holds  # beside a larger number
+            return StepOutcome(
+                fact=OutOfRange(self.index, self.unknown, outside), delicate=delicate or lost
+            )
         if self.isolation.verify and self._indifferent():
             return StepOutcome(fact=AsksNothing(self.index, self.unknown))
         for number in numbers:
             miss, slope = (None, 0.0) if lost else self._slope(number)
-            # between two floats it may well hold, where one last place moves it farther than it misses by
+            # between two floats it may well hold, where one last place moves it farther than it
+            # misses by
             lost = lost or (miss is not None and abs(miss) <= abs(slope) * math.ulp(float(number)))
         if lost:
             return StepOutcome(fact=BeyondFloats(self.index, self.unknown), delicate=True)
@@ -264,9 +284,9 @@ class StepSolver:
         return check.holds
 
     def _polished(self, number: float) -> float:
-        """One or two Newton corrections in the equation as written, for the last digits of a long chain, or
-        of a root: floats have no 1/1.5. With care a value given by a formula is right to the last digit where
-        its rounding in floats is more than the values in its rule explain."""
+        """One or two Newton corrections in the equation as written, for the last digits of a long
+        chain, or of a root: floats have no 1/1.5. With care a value given by a formula is right to
+        the last digit where its rounding in floats is more than the values in its rule explain."""
         start, stages = self.isolation.start, self.isolation.stages
         if self.isolation.identity:
             return self._given(start, number)
@@ -275,7 +295,12 @@ class StepSolver:
             return number
         miss, slope = self._slope(number)
         for _ in range(2):
-            if not (miss and slope and math.isfinite(slope) and abs(miss) <= DELICATE * abs(slope * number)):
+            if not (
+                miss
+                and slope
+                and math.isfinite(slope)
+                and abs(miss) <= DELICATE * abs(slope * number)
+            ):
                 return number
             corrected = number - miss / slope
             better, slope = self._slope(corrected)
@@ -285,8 +310,8 @@ class StepSolver:
         return number
 
     def _given(self, formula: Expression, number: float) -> float:
-        """The value of a formula: ``10*sin(0.7*112)``, which no other values explain, or ``1/cosd(d) - 1`` at
-        a small d in many digits."""
+        """The value of a formula: ``10*sin(0.7*112)``, which no other values explain, or
+        ``1/cosd(d) - 1`` at a small d in many digits."""
         if isinstance(formula, Number) or (self.floats and not self.careful):
             return number
         _, slopes, rounded = rounded_derivatives(formula, self.values)
@@ -309,7 +334,8 @@ class StepSolver:
     # --- the preimages, and the arithmetic ---
 
     def preimages(self) -> list[Value]:
-        """Values of the unknown, principal first; raises :class:`NoPreimage` or ``Undefined`` for none."""
+        """Values of the unknown, principal first; raises :class:`NoPreimage` or ``Undefined`` for
+        none."""
         isolation = self.isolation
         if isolation.quadratic is not None:
             return list(self._roots(isolation.quadratic))
@@ -347,7 +373,10 @@ class StepSolver:
 
     def _operands(self, stage: Stage, target: float, rest: tuple[Stage, ...]) -> list[float]:
         """The operands for which an operation has the target as its value."""
-        if stage.operation == "power" and (exponent := self._whole_exponent(stage, target)) is not None:
+        if (
+            stage.operation == "power"
+            and (exponent := self._whole_exponent(stage, target)) is not None
+        ):
             return [exponent]
         at: dict[str, Value] = {**self.values, TARGET.name: self._in_image(stage, target)}
         self._divisible(stage, at)
@@ -360,7 +389,9 @@ class StepSolver:
                     raise
                 self.complete = self.complete and not undefined.overflow
                 continue
-            found.append([principal] if stage.period is None else self._turns(principal, stage.period, rest))
+            found.append(
+                [principal] if stage.period is None else self._turns(principal, stage.period, rest)
+            )
         # the first of each form, the second of each, …: the first few have some of every form
         return [number for some in zip_longest(*found) for number in some if number is not None]
 
@@ -397,7 +428,8 @@ class StepSolver:
         self.delicate = self.delicate or self._cancels(stage.divisor, at)
         if divisor != 0.0:
             return
-        # what it divides; not a number where that is not asked: more digits tell a tiny divisor from 0 then
+        # what it divides; not a number where that is not asked: more digits tell a tiny divisor
+        # from 0 then
         form, dividend = stage.forms[0], 0.0
         if stage.operation == "quotient" and stage.divisor != TARGET:
             dividend = math.nan
@@ -416,7 +448,9 @@ class StepSolver:
     def _indifferent(self) -> bool:
         """Whether the equation holds at different values of its unknown: it cancels."""
         tried = ({**self.floats, self.unknown: number} for number in SAMPLES)
-        checks = [check for at in tried if (check := check_rule(self.equation, at)).miss is not None]
+        checks = [
+            check for at in tried if (check := check_rule(self.equation, at)).miss is not None
+        ]
         return len(checks) > 1 and all(check.holds for check in checks)
 
     def _cancels(self, expression: Expression, at: Mapping[str, Value]) -> bool:
@@ -424,12 +458,14 @@ class StepSolver:
         if isinstance(expression, Name | Number):
             return False
         result, slopes = derivatives(expression, at)
-        made_of = sum(abs(slope * v) for n, slope in slopes.items() if isinstance(v := at[n], float))
+        made_of = sum(
+            abs(slope * v) for n, slope in slopes.items() if isinstance(v := at[n], float)
+        )
         return result != 0.0 and abs(result) <= CANCELLED * made_of
 
     def _whole_exponent(self, stage: Stage, target: float) -> float | None:
-        """The only exponent that may take a negative base to a target: real powers of it have whole ones.
-        None if the base has a logarithm."""
+        """The only exponent that may take a negative base to a target: real powers of it have whole
+        ones. None if the base has a logarithm."""
         if not isinstance(stage.divisor, Call) or stage.divisor.function != "ln":
             return None
         number = self.evaluate(stage.divisor.arguments[0], self.values)
@@ -445,8 +481,8 @@ class StepSolver:
     # --- whole turns ---
 
     def _turns(self, principal: float, period: float, rest: tuple[Stage, ...]) -> list[float]:
-        """The principal preimage and its whole turns that ``rest``, the remaining stages, leads into the
-        window of the unknown. If some are left out, the list is no longer complete."""
+        """The principal preimage and its whole turns that ``rest``, the remaining stages, leads
+        into the window of the unknown. If some are left out, the list is no longer complete."""
         bent = next((place for place, stage in enumerate(rest) if not is_affine(stage)), None)
         if bent is None:
             counts = self._affine_turns(principal, period, rest)
@@ -454,9 +490,11 @@ class StepSolver:
             counts = self._nonaffine_turns(principal, period, rest, bent)
         return [principal + k * period for k in sorted(counts, key=lambda k: (abs(k), k < 0))]
 
-    def _affine_turns(self, principal: float, period: float, rest: tuple[Stage, ...]) -> Iterable[int]:
-        """For an affine rest: all turns in the declared range, else in one turn. An unknown that is itself
-        the angle is searched around 0 even if whole turns make a difference to others."""
+    def _affine_turns(
+        self, principal: float, period: float, rest: tuple[Stage, ...]
+    ) -> Iterable[int]:
+        """For an affine rest: all turns in the declared range, else in one turn. An unknown that is
+        itself the angle is searched around 0 even if whole turns make a difference to others."""
         first = self._through(principal, rest)
         stride = self._through(principal + period, rest) - first
         size = abs(stride)
@@ -490,14 +528,18 @@ class StepSolver:
     def _nonaffine_turns(
         self, principal: float, period: float, rest: tuple[Stage, ...], bent: int
     ) -> Iterable[int]:
-        """For a rest that is not affine from stage ``bent`` on: all that the image of that stage admits, or
-        that a finite range of the unknown can lead to; else the first of a few."""
+        """For a rest that is not affine from stage ``bent`` on: all that the image of that stage
+        admits, or that a finite range of the unknown can lead to; else the first of a few."""
         low, high = rest[bent].low, rest[bent].high
         if math.isfinite(low) and math.isfinite(high):
             foot = self._through(principal, rest[:bent])
             stride = self._through(principal + period, rest[:bent]) - foot
             slack = CLEAR * max(abs(low), abs(high), abs(foot))
-            ends = sorted(((low - slack - foot) / stride, (high + slack - foot) / stride)) if stride else []
+            ends = (
+                sorted(((low - slack - foot) / stride, (high + slack - foot) / stride))
+                if stride
+                else []
+            )
             if ends and ends[1] - ends[0] <= MAX_TURNS:
                 return range(-_floor(-ends[0]), _floor(ends[1]) + 1)
         low, high = self.variable.low, self.variable.high
@@ -519,7 +561,9 @@ class StepSolver:
         from solver.path.isolate import operand
 
         left = operand(self.equation.left, self.equation.right, self.unknown, depth)
-        ends = [(end - principal) / period for end in enclose(left, {**box, self.unknown: (low, high)})]
+        ends = [
+            (end - principal) / period for end in enclose(left, {**box, self.unknown: (low, high)})
+        ]
         if not ends[1] - ends[0] <= MAX_TURNS:
             self.complete = False
             return filter(leads_inside, few)
@@ -538,8 +582,12 @@ class StepSolver:
     # --- quadratics ---
 
     def _roots(self, quadratic: Quadratic) -> list[float]:
-        a, b, c = (self.evaluate(part, self.values) for part in (quadratic.a, quadratic.b, quadratic.c))
-        self.delicate = self._cancels(quadratic.a, self.values) or self._cancels(quadratic.b, self.values)
+        a, b, c = (
+            self.evaluate(part, self.values) for part in (quadratic.a, quadratic.b, quadratic.c)
+        )
+        self.delicate = self._cancels(quadratic.a, self.values) or self._cancels(
+            quadratic.b, self.values
+        )
         if a == 0.0:
             if b == 0.0:
                 fact = AsksNothing(self.index, self.unknown) if c == 0.0 else None

@@ -1,7 +1,7 @@
 """A block with one tear: the residual as a function of the tear, searched over its whole range.
 
-For a large tear floats cannot distinguish ``x + 2*(2 - x) + x - 3`` from 0. There the chain is followed in
-many digits, and its residual must be explained by the last places of its numbers.
+For a large tear floats cannot distinguish ``x + 2*(2 - x) + x - 3`` from 0. There the chain is
+followed in many digits, and its residual must be explained by the last places of its numbers.
 """
 
 from __future__ import annotations
@@ -39,13 +39,18 @@ STEP = 1e-20
 
 
 def vanishes(chain: Chain, x: float, known: Mapping[str, float]) -> bool:
-    """Whether the last residual of a chain is 0 at this value of its only tear, up to rounded numbers."""
+    """Whether the last residual of a chain is 0 at this value of its only tear, up to rounded
+    numbers."""
     digits, numbers = DIGITS + max(0, math.frexp(x)[1] // 3), dict(known)
-    steps = [i._replace(expression=with_named_numbers(i.expression, numbers)) for i in chain.assignments]
+    steps = [
+        i._replace(expression=with_named_numbers(i.expression, numbers)) for i in chain.assignments
+    ]
     mp, named = context(digits), chain._replace(assignments=tuple(steps))
 
     def residual(moved: Mapping[str, Any]) -> Any:
-        return followed(named, {**numbers, chain.tears[0]: mp.mpf(x), **moved}, digits)[steps[-1].name]
+        return followed(named, {**numbers, chain.tears[0]: mp.mpf(x), **moved}, digits)[
+            steps[-1].name
+        ]
 
     try:
         miss = residual({})
@@ -61,8 +66,9 @@ def vanishes(chain: Chain, x: float, known: Mapping[str, float]) -> bool:
 
 
 def tends_to_zero(chain: Chain, points: Sequence[float], known: Mapping[str, float]) -> bool:
-    """Whether the last residual of a chain, which vanishes at these values of its only tear, only tends to 0
-    there, as that of ``erf(x) = 1``: it changes from one to another, or an operation absorbs what it is."""
+    """Whether the last residual of a chain, which vanishes at these values of its only tear, only
+    tends to 0 there, as that of ``erf(x) = 1``: it changes from one to another, or an operation
+    absorbs what it is."""
     misses, last = [], chain.assignments[-1]
     for x in points:
         digits = DIGITS + max(0, math.frexp(x)[1] // 3)
@@ -80,12 +86,15 @@ SEARCH_ALIVE = 2_000
 SEARCH_LEVELS = 220
 USUAL_LEVELS = 30
 BOXES = 5
-"""Boxes of a search that cost as much as a unit of work, where a search is of no more use than its time."""
+"""Boxes of a search that cost as much as a unit of work, where a search is of no more use than its
+time."""
 OPERATIONS = 4
-"""Of one level of a search for each assignment of a chain: its range twice, sections, and the slope."""
+"""Of one level of a search for each assignment of a chain: its range twice, sections, and the
+slope."""
 SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
 FAR = 10.0
-"""The distances from the near end of an interval that reaches far out, in ends, at which it is sampled."""
+"""The distances from the near end of an interval that reaches far out, in ends, at which it is
+sampled."""
 FAINT = 1e-30
 """Size of samples for which rules may be meaningless, whether or not their unknown is free."""
 REMOTE = 1e50
@@ -94,15 +103,20 @@ MIN_SAMPLES = 3
 MAX_SUSPECTS = 8
 """Points of an undecided search that are examined more closely."""
 MOST_CHAINS = 64
-"""Combinations of preimages beyond which a search of the whole range takes longer than it is worth."""
+"""Combinations of preimages beyond which a search of the whole range takes longer than it is
+worth."""
 
 
 class TearSearch:
-    """The search over one tear; ``kernel`` is that of the block, or of another tearing of it. A ``brief`` one
-    looks into few boxes."""
+    """The search over one tear; ``kernel`` is that of the block, or of another tearing of it. A
+    ``brief`` one looks into few boxes."""
 
     def __init__(
-        self, problem: BlockProblem, candidates: Candidates, kernel: BlockKernel, brief: bool = False
+        self,
+        problem: BlockProblem,
+        candidates: Candidates,
+        kernel: BlockKernel,
+        brief: bool = False,
     ) -> None:
         self.problem, self.candidates, self.brief = problem, candidates, brief
         self.kernel, self.budget = kernel, problem.budget
@@ -111,7 +125,9 @@ class TearSearch:
         self.stretches: list[Undecided] = []
         self.doubts = False
         self.boxes = 0
-        self._reach = defaultdict[tuple[int, float], tuple[list[Interval], list[Interval]]](lambda: ([], []))
+        self._reach = defaultdict[tuple[int, float], tuple[list[Interval], list[Interval]]](
+            lambda: ([], [])
+        )
 
     def run(self) -> bool:
         """Find the roots along every chain. True if they are proven to be all."""
@@ -122,8 +138,12 @@ class TearSearch:
             return False
         found = [self._search(place) for place in range(len(every))]
         variable = self.problem.graph.model.variables[self.tear]
-        for end in filter(math.isfinite, (variable.low, variable.high)):  # a rounding outside, perhaps
-            points = [self._along(place, end) for place in range(len(every)) if variable.admits(end)]
+        for end in filter(
+            math.isfinite, (variable.low, variable.high)
+        ):  # a rounding outside, perhaps
+            points = [
+                self._along(place, end) for place in range(len(every)) if variable.admits(end)
+            ]
             for point in points:
                 if point is not None and self.problem.holds(point):
                     self.candidates.keep(point)
@@ -133,7 +153,11 @@ class TearSearch:
     def _search(self, place: int) -> bool:
         """Find the roots along one chain. True if they are proven to be all of it."""
         expect_time()
-        enclosure, known, candidates = self.kernel.enclosure(place), self.problem.known, self.candidates
+        enclosure, known, candidates = (
+            self.kernel.enclosure(place),
+            self.problem.known,
+            self.candidates,
+        )
         smooth, function = enclosure.smooth, self.kernel.chain_function(place)
         levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
         search = isolate_roots(
@@ -182,10 +206,14 @@ class TearSearch:
         crossings = tuple(nearest.intersection(search.crossings))
         return search._replace(roots=tuple(nearest), crossings=crossings)
 
-    def _ranges(self, place: int, holes: Sequence[float], boxes: Sequence[Interval]) -> list[Interval]:
+    def _ranges(
+        self, place: int, holes: Sequence[float], boxes: Sequence[Interval]
+    ) -> list[Interval]:
         """The residual over each box; nan, nan also if it is 0/0 at a hole and 0 nowhere else."""
         found = self.kernel.enclosure(place).ranges(boxes, self.problem.known)
-        for number, (box, (below, above)) in enumerate(zip(boxes, found, strict=True)) if holes else ():
+        for number, (box, (below, above)) in (
+            enumerate(zip(boxes, found, strict=True)) if holes else ()
+        ):
             if below <= 0.0 <= above and box[0] < box[1] and self._is_monotone(place, holes, *box):
                 found[number] = nan, nan
         return found
@@ -210,7 +238,9 @@ class TearSearch:
         """
         if search.complete or not search.unresolved or self.kernel.enclosure(place).cleared is None:
             return search
-        holes = [x for x in dict.fromkeys(map(_short, search.unresolved)) if self._is_hole(place, x)]
+        holes = [
+            x for x in dict.fromkeys(map(_short, search.unresolved)) if self._is_hole(place, x)
+        ]
         left = tuple(box for box in search.unresolved if not self._is_monotone(place, holes, *box))
         touching = tuple(x for x in search.touching if not self._is_monotone(place, holes, x, x))
         return search._replace(unresolved=left, touching=touching, complete=not left)
@@ -251,12 +281,14 @@ class TearSearch:
 
         if not is_zero(residual.expression):
             return False
-        return any(map(is_zero, self.problem.kernel.divisors)) or self.problem.excludes(self.tear, x, x)
+        return any(map(is_zero, self.problem.kernel.divisors)) or self.problem.excludes(
+            self.tear, x, x
+        )
 
     def _is_doubtful(self) -> bool:
-        """Whether a search proves nothing: some number is so large or small that answers may lie outside
-        the searched range; or a chain has no value anywhere because it divides by 0: it uses a rule that
-        does not determine its unknown at these numbers (``0*y``)."""
+        """Whether a search proves nothing: some number is so large or small that answers may lie
+        outside the searched range; or a chain has no value anywhere because it divides by 0: it
+        uses a rule that does not determine its unknown at these numbers (``0*y``)."""
         parts = (part for form in self.problem.kernel.forms for part in walk(form))
         numbers = (*self.problem.known, *(part.value for part in parts if isinstance(part, Number)))
         if any(v and not 1 / REMOTE <= abs(v) <= REMOTE for v in numbers):
@@ -269,12 +301,15 @@ class TearSearch:
                     break
                 except (ArithmeticError, ValueError) as error:
                     errors.append(error)
-            if len(errors) == len(samples) and any(isinstance(e, ZeroDivisionError) for e in errors):
+            if len(errors) == len(samples) and any(
+                isinstance(e, ZeroDivisionError) for e in errors
+            ):
                 return True
         return False
 
     def freedom(self) -> BlockOutcome | None:
-        """If the residual vanishes at every trial, the tear is free and the other unknowns move with it."""
+        """If the residual vanishes at every trial, the tear is free and the other unknowns move
+        with it."""
         for place in range(len(self.kernel.chains)):
             found = [point for x in self._samples() if (point := self._along(place, x)) is not None]
             points = list({point[self.tear]: point for point in found}.values())
@@ -283,10 +318,11 @@ class TearSearch:
         return None
 
     def flat_stretch(self) -> BlockOutcome | None:
-        """After the search: an interval of the tear on which every point is an answer (``int(x) = 3``)."""
+        """After the search: an interval of the tear on which every point is an answer (``int(x) =
+        3``)."""
         for place, low, high in self.flat:
-            # next to nothing beyond both ends, too, it grows from 0 as that of a multiple root, where one
-            # that leaves a plateau jumps or bends
+            # next to nothing beyond both ends, too, it grows from 0 as that of a multiple root,
+            # where one that leaves a plateau jumps or bends
             beyond = [self._along(place, end) for end in (low - (high - low), high + (high - low))]
             if all(point is not None and self.candidates.nearly(point) for point in beyond):
                 continue
@@ -310,7 +346,9 @@ class TearSearch:
     def _free(self, first: dict[str, float], second: dict[str, float]) -> BlockOutcome:
         span = second[self.tear] - first[self.tear]
         direction = {name: (second[name] - v) / span for name, v in first.items()}
-        return left_free(self.problem, first, direction, tuple(n for n, v in first.items() if v != second[n]))
+        return left_free(
+            self.problem, first, direction, tuple(n for n, v in first.items() if v != second[n])
+        )
 
     def _samples(self) -> list[float]:
         low, high = self.problem.domain(self.tear)

@@ -1,10 +1,11 @@
 """Follow a curve through its turning points: pseudo-arclength continuation with adaptive steps.
 
-H. B. Keller (1977); steps, orientation and the test for bifurcations after E. L. Allgower & K. Georg,
-*Introduction to Numerical Continuation Methods* (2003), chapters 6 to 8. The predictor is the tangent, the
-corrector Newton's method in the plane across it. Steps are so short that neighbouring tangents are nearly
-parallel. A change of orientation means that branches cross, or that another branch is so close that only a
-shorter step separates them: the step is halved until it does, and the curve ends if it never does.
+H. B. Keller (1977); steps, orientation and the test for bifurcations after E. L. Allgower & K.
+Georg, *Introduction to Numerical Continuation Methods* (2003), chapters 6 to 8. The predictor is
+the tangent, the corrector Newton's method in the plane across it. Steps are so short that
+neighbouring tangents are nearly parallel. A change of orientation means that branches cross, or
+that another branch is so close that only a shorter step separates them: the step is halved until it
+does, and the curve ends if it never does.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Problem:
-    """``residual`` (n,) and ``jacobian`` (n, n + 1) of z; both may raise ArithmeticError or ValueError
-    outside their domain. ``regime`` tells which equations hold at z, ``these`` that they are the ones of this
-    problem: the curve is followed as long as both agree.
+    """``residual`` (n,) and ``jacobian`` (n, n + 1) of z; both may raise ArithmeticError or
+    ValueError outside their domain. ``regime`` tells which equations hold at z, ``these`` that they
+    are the ones of this problem: the curve is followed as long as both agree.
 
-    ``scale`` (n + 1,) are the magnitudes in which lengths are measured, ``turn`` (n + 1,) the periods of
-    angles (infinite for others), ``low`` and ``high`` (n + 1,) the ranges.
+    ``scale`` (n + 1,) are the magnitudes in which lengths are measured, ``turn`` (n + 1,) the
+    periods of angles (infinite for others), ``low`` and ``high`` (n + 1,) the ranges.
     """
 
     residual: Callable[[Vector], Vector]
@@ -43,7 +44,8 @@ class Problem:
     these: Hashable = None
 
     def passed(self, z: Vector) -> list[tuple[int, float]]:
-        """The coordinates that lie beyond an end of their range by more than rounding, each with that end."""
+        """The coordinates that lie beyond an end of their range by more than rounding, each with
+        that end."""
         slack = 1e-13 * (np.abs(z) + self.scale)
         below, above = z < self.low - slack, z > self.high + slack
         ends = np.where(below, self.low, self.high)
@@ -64,8 +66,9 @@ class Problem:
 
 
 class CurvePoint(NamedTuple):
-    """A point of the curve: ``z`` (n + 1,), unit ``tangent`` in scaled coordinates, ``arc`` length from the
-    start, the sign of ``orientation`` (it changes at a bifurcation). ``fold``: the parameter turns here."""
+    """A point of the curve: ``z`` (n + 1,), unit ``tangent`` in scaled coordinates, ``arc`` length
+    from the start, the sign of ``orientation`` (it changes at a bifurcation). ``fold``: the
+    parameter turns here."""
 
     z: Vector
     tangent: Vector
@@ -75,10 +78,11 @@ class CurvePoint(NamedTuple):
 
 
 def point_at(problem: Problem, z: Vector, along: Vector, arc: float = 0.0) -> CurvePoint | None:
-    """The point at ``z`` with its tangent to the side of ``along``; None where it has no single tangent.
+    """The point at ``z`` with its tangent to the side of ``along``; None where it has no single
+    tangent.
 
-    The orientation is the sign of the determinant of the Jacobian bordered by the tangent (E. L. Allgower &
-    K. Georg, *Introduction to Numerical Continuation Methods*, 2003, chapters 2 and 8).
+    The orientation is the sign of the determinant of the Jacobian bordered by the tangent (E. L.
+    Allgower & K. Georg, *Introduction to Numerical Continuation Methods*, 2003, chapters 2 and 8).
     """
     try:
         matrix = problem.jacobian(z) * problem.scale
@@ -118,10 +122,11 @@ class OutOfDomain(ArithmeticError):
 
 
 def stepped(problem: Problem, here: CurvePoint, length: float) -> CurvePoint | None:
-    """The point in the plane ``length`` ahead across the tangent, by Newton's method from the tangent's end.
+    """The point in the plane ``length`` ahead across the tangent, by Newton's method from the
+    tangent's end.
 
-    (H. B. Keller, "Numerical solution of bifurcation and nonlinear eigenvalue problems", 1977.) None where
-    the method does not contract, or the point has no tangent. Raises OutOfDomain.
+    (H. B. Keller, "Numerical solution of bifurcation and nonlinear eigenvalue problems", 1977.)
+    None where the method does not contract, or the point has no tangent. Raises OutOfDomain.
     """
     ahead = here.z + length * problem.scale * here.tangent
     z, before = ahead, np.inf
@@ -163,8 +168,9 @@ def attempted(problem: Problem, here: CurvePoint, length: float) -> CurvePoint |
 def where(
     problem: Problem, here: CurvePoint, length: float, level: Callable[[CurvePoint], float]
 ) -> CurvePoint | None:
-    """The point within ``length`` at which ``level`` vanishes, by R. P. Brent's method; the nearest to it
-    if the domain ends before. None if ``level`` has one sign at both ends, or there is no point."""
+    """The point within ``length`` at which ``level`` vanishes, by R. P. Brent's method; the nearest
+    to it if the domain ends before. None if ``level`` has one sign at both ends, or there is no
+    point."""
     from scipy.optimize import brentq  # takes longer to import than most curves
 
     points = {0.0: here}
@@ -243,7 +249,8 @@ SHOWN = 40
 
 
 def follow(problem: Problem, first: CurvePoint, home: CurvePoint | None = None) -> Trace:
-    """Follow the curve from ``first`` along its tangent. It closes at ``home`` (None: at ``first``)."""
+    """Follow the curve from ``first`` along its tangent. It closes at ``home`` (None: at
+    ``first``)."""
     return _Walk(problem, first, home or first).run()
 
 
@@ -282,7 +289,9 @@ class _Walk:
             return self.obstacle
         shown = [*self.points[:: len(self.points) // SHOWN + 1], self.points[-1]]
         try:
-            found = np.array([self.problem.jacobian(point.z) * self.problem.scale for point in shown])
+            found = np.array(
+                [self.problem.jacobian(point.z) * self.problem.scale for point in shown]
+            )
         except (ArithmeticError, ValueError):
             return End.DOMAIN
         sizes = np.abs(found).max(axis=(0, 2))
@@ -290,7 +299,8 @@ class _Walk:
         return End.SINGULAR if singular[-1] <= MEETING else End.STALLED
 
     def _accepted(self, here: CurvePoint, length: float) -> CurvePoint | None:
-        """The next point, if it certainly lies on the same branch; else ``obstacle`` says why not."""
+        """The next point, if it certainly lies on the same branch; else ``obstacle`` says why
+        not."""
         try:
             there = stepped(self.problem, here, length)
         except OutOfDomain:
@@ -313,7 +323,9 @@ class _Walk:
         out = self._boundary(here, there, length)
         if out is not None:
             last, end = out, End.BOUNDARY
-        changed = self.problem.regime(there.z) != self.regime  # and beyond it too: not at one point alone
+        changed = (
+            self.problem.regime(there.z) != self.regime
+        )  # and beyond it too: not at one point alone
         if changed and self.problem.regime(self._nudged(there)) != self.regime:
             edge = attempted(self.problem, here, self._last_inside(here, length))
             if edge is None or end is None or edge.arc < last.arc:
@@ -326,8 +338,8 @@ class _Walk:
         return end
 
     def _append(self, here: CurvePoint, last: CurvePoint) -> None:
-        """Add the fold between two neighbours, where the tangent has no component along the parameter, if
-        there is one, and the second of them."""
+        """Add the fold between two neighbours, where the tangent has no component along the
+        parameter, if there is one, and the second of them."""
         if not here.fold and here.tangent[-1] * last.tangent[-1] < 0.0:
             reach = float((last.z - here.z) / self.problem.scale @ here.tangent)
             turning = where(self.problem, here, reach, lambda point: float(point.tangent[-1]))

@@ -1,9 +1,10 @@
 """Facts about linear systems: independent rows, elimination in any arithmetic, and exact solutions.
 
-A float is a rational number, so the facts about a small system are exact: its rank, its free unknowns, and
-which rows contradict one another. Larger systems are factored once and refined with residuals in extended
-precision (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed., 2002, chapter 12): the
-answer is right to working precision unless the condition number nears 1/eps.
+A float is a rational number, so the facts about a small system are exact: its rank, its free
+unknowns, and which rows contradict one another. Larger systems are factored once and refined with
+residuals in extended precision (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd
+ed., 2002, chapter 12): the answer is right to working precision unless the condition number nears
+1/eps.
 """
 
 from __future__ import annotations
@@ -33,8 +34,9 @@ class Independence(NamedTuple):
 def independent_rows(matrix: Any, scale: Any) -> Independence:
     """As many independent rows of an m × n matrix as there are, and the columns left free.
 
-    QR with column pivoting of the transpose (P. Businger & G. H. Golub, "Linear least squares solutions
-    by Householder transformations", 1965). ``scale`` (n,) are the magnitudes of the unknowns.
+    QR with column pivoting of the transpose (P. Businger & G. H. Golub, "Linear least squares
+    solutions by Householder transformations", 1965). ``scale`` (n,) are the magnitudes of the
+    unknowns.
     """
     a = np.asarray(matrix, dtype=float) * np.asarray(scale, dtype=float)
     sizes = np.abs(a).max(axis=1, initial=0.0)
@@ -59,7 +61,8 @@ def independent_rows(matrix: Any, scale: Any) -> Independence:
 
 
 Number: TypeAlias = Any
-"""A number that adds, multiplies, divides and compares, of whatever precision (mpmath, Fraction, float)."""
+"""A number that adds, multiplies, divides and compares, of whatever precision (mpmath, Fraction,
+float)."""
 
 Entries: TypeAlias = Mapping[int, Number]
 """The entries of one row that are not 0, by column."""
@@ -72,8 +75,8 @@ class Singular(ArithmeticError):
 def eliminate(
     matrix: Sequence[Sequence[Number]], rhs: Sequence[Number], tiny: Number = 0
 ) -> list[Number] | None:
-    """x (n,) with A x = b for A (n, n) and b (n,); None if a pivot is at most ``tiny`` relative to the
-    entries of its column, rows scaled to unit size."""
+    """x (n,) with A x = b for A (n, n) and b (n,); None if a pivot is at most ``tiny`` relative to
+    the entries of its column, rows scaled to unit size."""
     try:
         return eliminate_rows([dict(enumerate(row)) for row in matrix], [rhs], tiny)[0]
     except Singular:
@@ -94,13 +97,22 @@ def eliminate_rows(
         size = max((abs(entry) for entry in entries.values()), default=0)
         if not size:
             raise Singular("a row is 0")
-        whole = {**entries, **{place: column[i] for place, column in zip(right, columns, strict=True)}}
+        whole = {
+            **entries,
+            **{place: column[i] for place, column in zip(right, columns, strict=True)},
+        }
         left.append({j: entry / size for j, entry in whole.items() if entry})
-    sizes = [max((abs(row[j]) for row in left if j in row), default=0) for j in range(n)] if tiny else []
+    sizes = (
+        [max((abs(row[j]) for row in left if j in row), default=0) for j in range(n)]
+        if tiny
+        else []
+    )
     for k in range(n):
         pivot = max(range(k, n), key=lambda i: abs(left[i].get(k, 0)))
         left[k], left[pivot] = left[pivot], left[k]
-        if not abs(left[k].get(k, 0)) > (tiny * sizes[k] if tiny else 0):  # nor where either is no number
+        if not abs(left[k].get(k, 0)) > (
+            tiny * sizes[k] if tiny else 0
+        ):  # nor where either is no number
             raise Singular("a pivot vanishes")
         for row in left[k + 1 :]:
             if factor := row.pop(k, 0):
@@ -121,11 +133,12 @@ def eliminate_rows(
 class LinearOutcome(NamedTuple):
     """The facts about A x = b with A of m rows and n columns.
 
-    ``solution``: correctly rounded if exact; entry j is None if unknown j is not determined. None as a
-    whole if the rows contradict one another. ``nullspace``: a basis, each vector (n,); unknown j is
-    free if any vector has a nonzero j-th entry. ``conflict``: a smallest-by-inclusion set of rows whose
-    combination reads 0 = miss with miss ≠ 0; ``multipliers`` are the factors of those rows, ``miss``
-    their combined right-hand side. ``dependent``: rows that follow from the others, if that was exact.
+    ``solution``: correctly rounded if exact; entry j is None if unknown j is not determined. None
+    as a whole if the rows contradict one another. ``nullspace``: a basis, each vector (n,); unknown
+    j is free if any vector has a nonzero j-th entry. ``conflict``: a smallest-by-inclusion set of
+    rows whose combination reads 0 = miss with miss ≠ 0; ``multipliers`` are the factors of those
+    rows, ``miss`` their combined right-hand side. ``dependent``: rows that follow from the others,
+    if that was exact.
     """
 
     solution: tuple[float | None, ...] | None
@@ -165,8 +178,8 @@ def solve_linear(
         for i, column in pivots.items():
             vector[column] = _quotient(-rows[i][free], rows[i][column])
         basis.append(tuple(vector))
-    # A dependent row is a combination of the independent pivot rows in one way only, so that no part of
-    # the rows that make it up is dependent by itself.
+    # A dependent row is a combination of the independent pivot rows in one way only, so that no
+    # part of the rows that make it up is dependent by itself.
     contradicting = {
         i: tuple(k for k, share in enumerate(row[n + 1 :]) if share)
         for i, row in enumerate(rows)
@@ -189,11 +202,13 @@ def solve_linear(
 def gauss_jordan(
     matrix: Sequence[Sequence[float | Fraction]], rhs: Sequence[float | Fraction]
 ) -> tuple[list[list[int]], dict[int, int]]:
-    """Rows that follow from those of A x = b, in reduced echelon form; the column of each pivot by row.
+    """Rows that follow from those of A x = b, in reduced echelon form; the column of each pivot by
+    row.
 
-    A row is the n coefficients, the right-hand side, and the shares of the original rows in it, all integers.
-    E. H. Bareiss, "Sylvester's identity and multistep integer-preserving Gaussian elimination", Math.
-    Comp. 22 (1968): with rows of integers every division is exact, and no common divisor is ever sought.
+    A row is the n coefficients, the right-hand side, and the shares of the original rows in it, all
+    integers. E. H. Bareiss, "Sylvester's identity and multistep integer-preserving Gaussian
+    elimination", Math. Comp. 22 (1968): with rows of integers every division is exact, and no
+    common divisor is ever sought.
     """
     rows: list[list[int]] = []
     for i, (row, b) in enumerate(zip(matrix, rhs, strict=True)):
@@ -212,7 +227,9 @@ def gauss_jordan(
         pivot = source[column]
         for i, row in enumerate(rows):
             if i != chosen and (factor := row[column]):
-                rows[i] = [(pivot * a - factor * p) // last for a, p in zip(row, source, strict=True)]
+                rows[i] = [
+                    (pivot * a - factor * p) // last for a, p in zip(row, source, strict=True)
+                ]
             elif i != chosen and pivot != last:
                 rows[i] = [pivot * a // last for a in row]
         last = pivot
@@ -228,7 +245,8 @@ def _quotient(numerator: int, denominator: int) -> float:
 
 
 def _solved(a: Array, b: Array) -> LinearOutcome:
-    """By LU, refined until the correction no longer halves; by singular values if it is singular."""
+    """By LU, refined until the correction no longer halves; by singular values if it is
+    singular."""
     n = a.shape[1]
     factor = factorise(a, [1.0] * n)
     long, right = a.astype(np.longdouble), b.astype(np.longdouble)
@@ -240,7 +258,10 @@ def _solved(a: Array, b: Array) -> LinearOutcome:
             break
         x, previous = x + correction, size
     missed = np.abs((right - long @ x).astype(float))
-    if factor.rank < len(b) and not (missed <= CONSISTENT * (np.abs(a) @ np.abs(x) + np.abs(b))).all():
+    if (
+        factor.rank < len(b)
+        and not (missed <= CONSISTENT * (np.abs(a) @ np.abs(x) + np.abs(b))).all()
+    ):
         contradiction = _contradiction(a, b, factor.rank)
         if contradiction is not None:
             return contradiction

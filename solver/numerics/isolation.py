@@ -1,12 +1,13 @@
 """Every root of one equation in one unknown, over a range or over the whole line.
 
-Branch and prune with interval enclosures (A. Neumaier, *Interval Methods for Systems of Equations*, 1990,
-chapter 5; R. B. Kearfott, *Rigorous Global Search*, 1996). The boxes of a level are enclosed together: the
-range of f, the range of its slope, and f at the ends and the middle of each box. A box is dropped if f or its
-mean value form excludes 0; it is settled if the slope excludes 0 and f changes sign; the others are split, in
-exponents if a box spans decades. Boxes at rounding level are merged into clusters of adjacent boxes. A
-cluster is first enlarged a little (epsilon inflation, after S. M. Rump): a root on its boundary is then
-inside and can be proven. Otherwise it is searched for changes of sign and for the least |f|.
+Branch and prune with interval enclosures (A. Neumaier, *Interval Methods for Systems of Equations*,
+1990, chapter 5; R. B. Kearfott, *Rigorous Global Search*, 1996). The boxes of a level are enclosed
+together: the range of f, the range of its slope, and f at the ends and the middle of each box. A
+box is dropped if f or its mean value form excludes 0; it is settled if the slope excludes 0 and f
+changes sign; the others are split, in exponents if a box spans decades. Boxes at rounding level are
+merged into clusters of adjacent boxes. A cluster is first enlarged a little (epsilon inflation,
+after S. M. Rump): a root on its boundary is then inside and can be proven. Otherwise it is searched
+for changes of sign and for the least |f|.
 """
 
 from __future__ import annotations
@@ -43,8 +44,9 @@ GAP = 4.0
 
 
 class IsolationLimits(NamedTuple):
-    """``boxes`` evaluated in all, ``alive`` at once, ``levels`` of splitting. ``whole``: roots are of use
-    only if they are all: the search ends without any at a limit, or if it drops no box at first."""
+    """``boxes`` evaluated in all, ``alive`` at once, ``levels`` of splitting. ``whole``: roots are
+    of use only if they are all: the search ends without any at a limit, or if it drops no box at
+    first."""
 
     boxes: int = 200_000
     alive: int = 8_000
@@ -57,14 +59,15 @@ PRESPLIT = 5
 BOXES_ASKED = 5
 """Evaluations for a box of a level: the range of f, three points, and its slope."""
 CALMEST, LAST_LOOK = 50, 1.25
-"""Boxes of a level that are still split at the limits, those in which f changes least; and the work for
-this, as a multiple of the limit."""
+"""Boxes of a level that are still split at the limits, those in which f changes least; and the work
+for this, as a multiple of the limit."""
 LOOKED_INTO = 50
 """Remaining clusters that are examined."""
 MANY = 50
 """Roots beyond which no others are searched if boxes had to be left undecided."""
 IDLE_LEVELS = 2
-"""Levels at first without a box that is dropped or settled, after which a search is not expected to end."""
+"""Levels at first without a box that is dropped or settled, after which a search is not expected to
+end."""
 REMOTE_LEVELS = 6
 """Levels after which boxes beyond 1e±100 are abandoned."""
 
@@ -72,12 +75,13 @@ REMOTE_LEVELS = 6
 class RootSearch(NamedTuple):
     """The roots of f in a range.
 
-    ``roots``: ascending; f changes sign there, or is exactly 0 with a nonzero slope. ``complete``: proven
-    that there are no others and that each is simple. (For an infinite range this covers x = 0 and 1e-100 <
-    |x| < 1e100; roots beyond are found if that is easy.) ``touching``: points of least |f| in boxes that
-    could not be decided: a double root, a root at the boundary of the domain, or a near miss, for the
-    caller to verify. ``flat``: intervals on which f is 0 to rounding throughout. ``unresolved``: the
-    undecided boxes. ``crossings``: the roots that are only a change of sign of computed values.
+    ``roots``: ascending; f changes sign there, or is exactly 0 with a nonzero slope. ``complete``:
+    proven that there are no others and that each is simple. (For an infinite range this covers x =
+    0 and 1e-100 < |x| < 1e100; roots beyond are found if that is easy.) ``touching``: points of
+    least |f| in boxes that could not be decided: a double root, a root at the boundary of the
+    domain, or a near miss, for the caller to verify. ``flat``: intervals on which f is 0 to
+    rounding throughout. ``unresolved``: the undecided boxes. ``crossings``: the roots that are only
+    a change of sign of computed values.
     """
 
     roots: tuple[float, ...]
@@ -98,13 +102,15 @@ def isolate_roots(
     high: float,
     limits: IsolationLimits,
 ) -> RootSearch:
-    """Search the roots of f in [low, high], ends included; an infinite one stands for the largest float.
+    """Search the roots of f in [low, high], ends included; an infinite one stands for the largest
+    float.
 
     ``enclose`` takes boxes (low, high) and returns for each a pair that encloses the values of f on
-    it, outward rounded; nan, nan where f is undefined on the whole box, or known to have no root there.
-    ``enclose_slope`` does the same for the difference quotients of f; it must be infinite or nan on a box on
-    which f may be undefined or discontinuous somewhere. ``value(x)`` is f at one point, or raises
-    ArithmeticError or ValueError, or is nan. ``complete`` is as true as these enclosures are.
+    it, outward rounded; nan, nan where f is undefined on the whole box, or known to have no root
+    there. ``enclose_slope`` does the same for the difference quotients of f; it must be infinite or
+    nan on a box on which f may be undefined or discontinuous somewhere. ``value(x)`` is f at one
+    point, or raises ArithmeticError or ValueError, or is nan. ``complete`` is as true as these
+    enclosures are.
     """
     if not low <= high:
         return RootSearch((), True)
@@ -165,10 +171,17 @@ class _RootBoxes:
         blank = [box for box, nowhere in zip(settled, valueless, strict=True) if nowhere]
         clusters = []
         for cluster in merged(at_rounding, unsplit):
-            tiny = cluster.low <= 0.0 <= cluster.high and max(-cluster.low, cluster.high) <= 1 / HORIZON
-            if not self._is_remote(cluster.low, cluster.high) and (not tiny or self._may_vanish(0.0)):
+            tiny = (
+                cluster.low <= 0.0 <= cluster.high
+                and max(-cluster.low, cluster.high) <= 1 / HORIZON
+            )
+            if not self._is_remote(cluster.low, cluster.high) and (
+                not tiny or self._may_vanish(0.0)
+            ):
                 clusters.append(cluster)
-        for number, cluster in enumerate(sorted(clusters, key=lambda c: (c.rough, *_ordinary(*c[:2])))):
+        for number, cluster in enumerate(
+            sorted(clusters, key=lambda c: (c.rough, *_ordinary(*c[:2])))
+        ):
             if number < LOOKED_INTO and not (cluster.rough and len(self.roots) > MANY):
                 self._resolve(cluster)
             else:
@@ -184,7 +197,8 @@ class _RootBoxes:
             crossings=tuple(self.crossings),
         )
 
-    # -- f over boxes --------------------------------------------------------------------------------------
+    # -- f over boxes
+    # --------------------------------------------------------------------------------------
 
     def _is_remote(self, low: float, high: float) -> bool:
         """Whether a box is out of scope: beyond ±1e100 for an infinite range, or nearer to 0 than
@@ -195,8 +209,8 @@ class _RootBoxes:
         return near and max(-self.low, self.high) > HORIZON**-0.5
 
     def _ranges(self, boxes: Sequence[Interval]) -> list[Interval | None]:
-        """Enclosures of f, a single nan widened to infinity; None if f is undefined all over the box, or
-        known to have no root there."""
+        """Enclosures of f, a single nan widened to infinity; None if f is undefined all over the
+        box, or known to have no root there."""
         self.evaluations += len(boxes)
         return [
             None if isnan(below) and isnan(above) else _widened(below, above)
@@ -211,8 +225,8 @@ class _RootBoxes:
         return [_widened(below, above) for below, above in self._enclose_slope(boxes)]
 
     def _at_points(self, points: Sequence[float]) -> list[Interval]:
-        """Enclosures of f at points. The ends of a half are an end and the middle of its box: they are not
-        evaluated again, but count as if they were."""
+        """Enclosures of f at points. The ends of a half are an end and the middle of its box: they
+        are not evaluated again, but count as if they were."""
         asked = [x for x in dict.fromkeys(points) if x not in self._known]
         self.evaluations += len(points) - len(asked)
         for x, values in zip(asked, self._ranges([(x, x) for x in asked]), strict=True):
@@ -236,11 +250,14 @@ class _RootBoxes:
             found.append(Section(low, middle, high, left, centre, right, slope, smooth))
         return found
 
-    # -- branch and prune -----------------------------------------------------------------------------------
+    # -- branch and prune
+    # -----------------------------------------------------------------------------------
 
-    def _branch_and_prune(self, limits: IsolationLimits) -> tuple[Intervals, Intervals, Intervals, int]:
-        """Boxes that hold exactly one root, boxes at rounding level, boxes left at the limits, and the number
-        of levels. Remote boxes are given up."""
+    def _branch_and_prune(
+        self, limits: IsolationLimits
+    ) -> tuple[Intervals, Intervals, Intervals, int]:
+        """Boxes that hold exactly one root, boxes at rounding level, boxes left at the limits, and
+        the number of levels. Remote boxes are given up."""
         settled: Intervals = []
         at_rounding: Intervals = []
         unsplit: Intervals = []
@@ -251,9 +268,13 @@ class _RootBoxes:
             if not front or self.evaluations > LAST_LOOK * limits.boxes:
                 break
             ranges = zip(front, self._ranges(front), strict=True)
-            kept = [(box, f[1] - f[0]) for box, f in ranges if f is not None and f[0] <= 0.0 <= f[1]]
+            kept = [
+                (box, f[1] - f[0]) for box, f in ranges if f is not None and f[0] <= 0.0 <= f[1]
+            ]
             opened: list[Section] = []
-            for section, (box, width) in zip(self._sections([b for b, _ in kept]), kept, strict=True):
+            for section, (box, width) in zip(
+                self._sections([b for b, _ in kept]), kept, strict=True
+            ):
                 match judge(section, width):
                     case BoxState.SINGLE:
                         settled.append(box)
@@ -264,7 +285,9 @@ class _RootBoxes:
                     case BoxState.OPEN:
                         opened.append(section)
             if level >= REMOTE_LEVELS:
-                opened = [section for section in opened if not self._is_remote(section.low, section.high)]
+                opened = [
+                    section for section in opened if not self._is_remote(section.low, section.high)
+                ]
             work = self.evaluations + 2 * BOXES_ASKED * len(opened)
             if unsplit or 2 * len(opened) > limits.alive or work > limits.boxes:
                 opened.sort(key=lambda s: (_rise(s), *_ordinary(s.low, s.high)))
@@ -278,7 +301,8 @@ class _RootBoxes:
         left = [box for box in unsplit if not self._is_remote(*box)]
         return settled, at_rounding, left + front, level + 1
 
-    # -- what is left over ----------------------------------------------------------------------------------
+    # -- what is left over
+    # ----------------------------------------------------------------------------------
 
     def _may_vanish(self, x: float) -> bool:
         """Whether f is defined at x, and 0 there to rounding."""
@@ -299,7 +323,8 @@ class _RootBoxes:
             self._add_touching(cluster)
 
     def _inflated(self, cluster: Cluster, factor: float) -> Interval:
-        """The cluster, wider by ``factor`` times its width (or its last bit) on each side, in range."""
+        """The cluster, wider by ``factor`` times its width (or its last bit) on each side, in
+        range."""
         low, high = max(cluster.low, -MAX), min(cluster.high, MAX)
         pad = factor * max(high - low, math.ulp(max(abs(low), abs(high))))
         return max(self.low, low - pad, -MAX), min(self.high, high + pad, MAX)
@@ -313,9 +338,10 @@ class _RootBoxes:
                 return False
             signs = self._sign(low, self.low, cut.at_low), self._sign(high, self.high, cut.at_high)
             if not cut.smooth:
-                # A pole: f rises wherever it is defined and yet goes from + to - (or falls, from - to +)
-                # within a few floats. Then each piece that reaches an end keeps its sign. Pieces that reach
-                # neither would need two singularities between neighbouring floats; that is not expected.
+                # A pole: f rises wherever it is defined and yet goes from + to - (or falls, from -
+                # to +) within a few floats. Then each piece that reaches an end keeps its sign.
+                # Pieces that reach neither would need two singularities between neighbouring
+                # floats; that is not expected.
                 direction = 1 if cut.slope[0] > 0.0 else -1
                 narrowest = POLE_ULPS * math.ulp(max(abs(cluster.low), abs(cluster.high)))
                 return cluster.high - cluster.low <= narrowest and signs == (direction, -direction)
@@ -340,9 +366,9 @@ class _RootBoxes:
     # Where nothing can be proven:
 
     def _is_flat(self, low: float, high: float) -> bool:
-        """Whether f is 0 to rounding at every sample of a cluster wider than rounding and underflow. For a
-        narrower one, as wide as that of a multiple root, also whether f jumps or bends and is the same
-        throughout."""
+        """Whether f is 0 to rounding at every sample of a cluster wider than rounding and
+        underflow. For a narrower one, as wide as that of a multiple root, also whether f jumps or
+        bends and is the same throughout."""
         points, size = _spread(low, high)[1:-1], max(abs(low), abs(high))
         steps = self._enclose_slope is None and len({value_at(self.value, x) for x in points}) == 1
         if not isfinite(high - low) or high - low <= max(
@@ -353,8 +379,8 @@ class _RootBoxes:
         return all(f is not None and f[0] <= 0.0 <= f[1] and isfinite(f[1] - f[0]) for f in values)
 
     def _crossings(self, cluster: Cluster) -> list[float]:
-        """Roots at changes of sign: between samples of a rough cluster, else between its two sides only,
-        because inside it signs are noise. Poles and jumps are left out."""
+        """Roots at changes of sign: between samples of a rough cluster, else between its two sides
+        only, because inside it signs are noise. Poles and jumps are left out."""
         low, high = self._inflated(cluster, 2.0)
         points = _spread(low, high) if cluster.rough and high - low < MAX else [low, high]
         defined = [(x, f) for x in points if not isnan(f := value_at(self.value, x))]
@@ -434,7 +460,9 @@ def presplit(low: float, high: float) -> Intervals:
     boxes = [(low, high)]
     for _ in range(PRESPLIT if low < high else 0):
         cut = [(a, split_point(a, b), b) for a, b in boxes]
-        boxes = [half for a, middle, b in cut for half in ((a, middle), (middle, b)) if half[0] < half[1]]
+        boxes = [
+            half for a, middle, b in cut for half in ((a, middle), (middle, b)) if half[0] < half[1]
+        ]
     return [(max(a, -MAX), min(b, MAX)) for a, b in boxes if a < MAX and b > -MAX]
 
 
@@ -461,7 +489,10 @@ def judge(section: Section, width: float) -> BoxState:
             (section.high - section.low, section.at_high),
         )
         # f(a) + [-s, s] (x - a) excludes 0 for some a of the ends and the middle
-        if any(below > steepest * reach or above < -steepest * reach for reach, (below, above) in reaches):
+        if any(
+            below > steepest * reach or above < -steepest * reach
+            for reach, (below, above) in reaches
+        ):
             return BoxState.EMPTY
         if slope_0 > 0.0 or slope_1 < 0.0:
             if (low_0 > 0.0 or low_1 < 0.0) and (high_0 > 0.0 or high_1 < 0.0):
@@ -478,7 +509,8 @@ def judge(section: Section, width: float) -> BoxState:
 
 
 def _noise_at_ends(section: Section) -> Intervals:
-    """The ends of a monotone box near which f is 0 to rounding, by an interval Newton step from there."""
+    """The ends of a monotone box near which f is 0 to rounding, by an interval Newton step from
+    there."""
     shallow = min(abs(section.slope[0]), abs(section.slope[1]))
     boxes = []
     for end, (below, above) in ((section.low, section.at_low), (section.high, section.at_high)):

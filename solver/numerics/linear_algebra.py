@@ -1,14 +1,16 @@
 """Matrices of floats, factored.
 
-A factor holds the matrix with its columns in units of the unknowns and its rows of unit size, so that neither
-the units of a sheet nor the size of a rule changes its rank. Overflow shows in its result.
+A factor holds the matrix with its columns in units of the unknowns and its rows of unit size, so
+that neither the units of a sheet nor the size of a rule changes its rank. Overflow shows in its
+result.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from math import inf
+from itertools import repeat
+from math import inf, isnan
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -17,7 +19,8 @@ from numpy.typing import NDArray
 from solver.numerics.tolerances import EPS
 
 LARGE = 16
-"""Unknowns from which on LU is much faster than singular values, and worth loading ``scipy.linalg``."""
+"""Unknowns from which on LU is much faster than singular values, and worth loading
+``scipy.linalg``."""
 MOST_DENSE = 600
 """Unknowns of a sparse matrix up to which singular values are taken of a deficient one."""
 
@@ -34,7 +37,8 @@ Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]
 class Factor:
     """``rank`` < ``columns`` means that the matrix does not determine its unknowns.
 
-    ``solved`` maps a right-hand side (m,) in units of the rows to unknowns (n,) in units of the weights.
+    ``solved`` maps a right-hand side (m,) in units of the rows to unknowns (n,) in units of the
+    weights.
     """
 
     def __init__(
@@ -50,8 +54,8 @@ class Factor:
         self._row_sizes, self._weights = row_sizes, weights
 
     def solution(self, rhs: Any) -> Any:
-        """The solution (n,), of columns (m, k) all of them (n, k); of least squares and least scaled norm
-        if there is none or many."""
+        """The solution (n,), of columns (m, k) all of them (n, k); of least squares and least
+        scaled norm if there is none or many."""
         with np.errstate(all="ignore"):
             return (self._weights * self._solved((np.transpose(rhs) / self._row_sizes).T).T).T
 
@@ -84,8 +88,8 @@ class SparseFactor:
             return np.asarray(self.lu.solve(rhs / self.rows))
 
     def null_direction(self, sizes: Array) -> tuple[float, ...]:
-        """The direction (n,), its largest part ± 1, along which the rows change least in units of ``sizes``,
-        by inverse iteration (Golub & Van Loan, *Matrix Computations*, section 8.2)."""
+        """The direction (n,), its largest part ± 1, along which the rows change least in units of
+        ``sizes``, by inverse iteration (Golub & Van Loan, *Matrix Computations*, section 8.2)."""
         v = np.ones(self.n)
         with np.errstate(all="ignore"):
             for _ in range(INVERSE_ITERATIONS):
@@ -96,9 +100,9 @@ class SparseFactor:
         return tuple(v.tolist()) if np.isfinite(v).all() else (1.0,) * self.n
 
     def spread(self, tolerance: Array, sizes: Array) -> float:
-        """The largest of |J⁻¹|·t relative to the ``sizes``: a norm, estimated as by N. J. Higham & F.
-        Tisseur (SIAM J. Matrix Anal. Appl. 21 (2000) 1185–1201), from below and rarely off by a factor
-        of 3."""
+        """The largest of |J⁻¹|·t relative to the ``sizes``: a norm, estimated as by N. J. Higham &
+        F. Tisseur (SIAM J. Matrix Anal. Appl. 21 (2000) 1185–1201), from below and rarely off by a
+        factor of 3."""
         from scipy.sparse import linalg
 
         weight = tolerance / self.rows
@@ -113,22 +117,26 @@ class SparseFactor:
 
 def sparse_matrix(numbers: Any, rows: Any, columns: Any, shape: tuple[int, int]) -> Any:
     """The sparse matrix of entries (k,); entries at one place are added."""
-    import scipy.sparse  # small blocks do without scipy, which takes as long to load as to solve them
+    # small blocks do without scipy, which takes as long to load as to solve them
+    import scipy.sparse
 
     return scipy.sparse.csr_array((numbers, (rows, columns)), shape=shape)
 
 
 def as_matrix(matrix: Any, columns: int) -> Any:
     """Rows as an array; a scipy sparse matrix unchanged."""
-    return matrix if hasattr(matrix, "dtype") else np.array(matrix, dtype=float).reshape(-1, columns)
+    return (
+        matrix if hasattr(matrix, "dtype") else np.array(matrix, dtype=float).reshape(-1, columns)
+    )
 
 
 def factorise(matrix: Any, column_weights: Sequence[float] | Array) -> Factor:
-    """Factor an m × n matrix given as rows, array, or scipy sparse matrix, with column weights (n,).
+    """Factor an m × n matrix given as rows, array, or scipy sparse matrix, with column weights
+    (n,).
 
-    By its inverse if it is large, square and regular, by LU if it is sparse as well; else by singular values,
-    of which there are none if some number is not finite. A large sparse matrix that is singular is not
-    factored: the rank given is a bound, solutions are nan.
+    By its inverse if it is large, square and regular, by LU if it is sparse as well; else by
+    singular values, of which there are none if some number is not finite. A large sparse matrix
+    that is singular is not factored: the rank given is a bound, solutions are nan.
     """
     weights = np.asarray(column_weights, dtype=float)
     with np.errstate(all="ignore"):
@@ -187,8 +195,8 @@ def any_rank(matrix: Any, column_weights: Any) -> Factor:
 
 
 def least_squares(a: Array, rhs: Array, share: float) -> Array | None:
-    """The x (n, k) for which |a x - rhs| is least; None if columns of a (m, n) are dependent, to within
-    such a share of its size. By QR with column pivoting."""
+    """The x (n, k) for which |a x - rhs| is least; None if columns of a (m, n) are dependent, to
+    within such a share of its size. By QR with column pivoting."""
     from scipy.linalg import lstsq
 
     x, _, rank, _ = lstsq(a, rhs, cond=share, lapack_driver="gelsy")
@@ -203,7 +211,8 @@ def row_sizes(matrix: Any, column_weights: Any) -> Array:
 
 
 def null_direction(matrix: Rows, x: Sequence[float]) -> tuple[float, ...]:
-    """The direction (n,), its largest part ± 1, along which A x changes least in units scaled by |x|.
+    """The direction (n,), its largest part ± 1, along which A x changes least in units scaled by
+    |x|.
 
     The right singular vector of the smallest singular value of A with rows equilibrated and
     columns scaled by |x|, 1 where that is 0 (Golub & Van Loan, *Matrix Computations*, section 2.4).
@@ -216,3 +225,17 @@ def null_direction(matrix: Rows, x: Sequence[float]) -> tuple[float, ...]:
         return (1.0,) * len(scale)
     direction = np.linalg.svd(scaled / np.where(sizes > 0.0, sizes, 1.0)[:, None])[2][-1] * scale
     return tuple((direction / np.abs(direction).max()).tolist())
+
+
+def are_alike(
+    row: Iterable[Any], other: Iterable[Any], tolerance: float, sizes: Iterable[Any] = repeat(0.0)
+) -> bool:
+    """Whether values are the same: numbers, up to a share of the larger of each two, or of
+    ``sizes``."""
+
+    def near(a: Any, b: Any, size: Any) -> bool:
+        if isinstance(a, str) or isinstance(b, str) or a == b:
+            return bool(a == b)
+        return abs(a - b) <= tolerance * max(abs(a), abs(b), size) or (isnan(a) and isnan(b))
+
+    return all(map(near, row, other, sizes))

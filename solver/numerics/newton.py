@@ -1,15 +1,15 @@
 """Newton's method for F(x) = 0 with an exact Jacobian: damped, from one start.
 
-The damping is the error-oriented one of P. Deuflhard, *Newton Methods for Nonlinear Problems* (2004),
-section 3.3.3 (NLEQ-ERR): a step is accepted by the natural monotonicity test, which looks at corrections
-and not at residuals, so that neither the units of the rules nor a linear mix of them changes the
-iterates. Where the test fails at every length, or the Jacobian loses rank, Levenberg–Marquardt steps
-(MINPACK's) lead away. Inside the region of fast contraction full steps are taken until rounding
-ends the contraction, so that the last digits are right.
+The damping is the error-oriented one of P. Deuflhard, *Newton Methods for Nonlinear Problems*
+(2004), section 3.3.3 (NLEQ-ERR): a step is accepted by the natural monotonicity test, which looks
+at corrections and not at residuals, so that neither the units of the rules nor a linear mix of them
+changes the iterates. Where the test fails at every length, or the Jacobian loses rank,
+Levenberg–Marquardt steps (MINPACK's) lead away. Inside the region of fast contraction full steps
+are taken until rounding ends the contraction, so that the last digits are right.
 
 Two scale-free measures tell the end of an iteration. The *backward error* of equation i at x is
-|F_i| / Σ_j |J_ij x_j|: the relative change of the unknowns that would explain the residual. The *scaled
-step* of unknown j is |dx_j| / w_j with the weight w_j = max(|x_j|, scale_j).
+|F_i| / Σ_j |J_ij x_j|: the relative change of the unknowns that would explain the residual. The
+*scaled step* of unknown j is |dx_j| / w_j with the weight w_j = max(|x_j|, scale_j).
 """
 
 from __future__ import annotations
@@ -23,7 +23,16 @@ import numpy as np
 
 from rulesheets.deadline import expect_time
 from solver.numerics.linear_algebra import Array, Factor, as_matrix, factorise, row_sizes
-from solver.numerics.tolerances import DEGENERATE, EPS, ESCAPED, FAST, RESIDUAL, STAGNATION, TIGHT, VANISHING
+from solver.numerics.tolerances import (
+    DEGENERATE,
+    EPS,
+    ESCAPED,
+    FAST,
+    RESIDUAL,
+    STAGNATION,
+    TIGHT,
+    VANISHING,
+)
 
 
 class Outcome(Enum):
@@ -73,9 +82,12 @@ class Point(NamedTuple):
         return bool((np.abs(self.residual) <= RESIDUAL * row_sizes(self.jacobian, self.x)).all())
 
     def explains(self) -> bool:
-        """Whether the step accounts for the residual: F + J dx is small relative to F, or to the sizes of
-        the rules. (If rank is lost at a minimum of |F| it does not.)"""
-        left, sizes = np.abs(self.residual + self.jacobian @ self.step), row_sizes(self.jacobian, self.weight)
+        """Whether the step accounts for the residual: F + J dx is small relative to F, or to the
+        sizes of the rules. (If rank is lost at a minimum of |F| it does not.)"""
+        left, sizes = (
+            np.abs(self.residual + self.jacobian @ self.step),
+            row_sizes(self.jacobian, self.weight),
+        )
         return bool((left <= np.maximum(0.5 * np.abs(self.residual), VANISHING * sizes)).all())
 
 
@@ -114,9 +126,9 @@ def newton(
 ) -> NewtonResult:
     """Search a root of F: Rⁿ → Rᵐ from ``start`` (n,).
 
-    ``scale`` (n,) gives typical magnitudes of the unknowns; without it |start|, or 1 for a start at 0.
-    The residual may raise ArithmeticError or ValueError, or return nan, outside its domain: steps are
-    shortened back into it. Never raises for failing to converge: see the outcome.
+    ``scale`` (n,) gives typical magnitudes of the unknowns; without it |start|, or 1 for a start at
+    0. The residual may raise ArithmeticError or ValueError, or return nan, outside its domain:
+    steps are shortened back into it. Never raises for failing to converge: see the outcome.
     """
     x = np.array(start, dtype=float)
     search = Search(residual, jacobian, start if scale is None else scale, limits)
@@ -179,7 +191,8 @@ class Search:
                 return self._polished()
             contraction = self._damped_step()
             if contraction is None:
-                # if an unknown is 0 relative to its scale, neither its last bit nor the rows show the end
+                # if an unknown is 0 relative to its scale, neither its last bit nor the rows show
+                # the end
                 if p.norm(p.step) <= 4 * EPS and p.explains():
                     return self._polished()
                 if not self._escape():
@@ -202,12 +215,16 @@ class Search:
         if norm == 0.0 or not math.isfinite(norm):
             return None
         damping = 1.0
-        if self.last is not None:  # the factor that the previous simplified correction predicts (eq. 3.48)
+        if (
+            self.last is not None
+        ):  # the factor that the previous simplified correction predicts (eq. 3.48)
             simplified, weight, before = self.last
             change = float((np.abs(simplified - step) / weight).max())
             if change:
                 length = float((np.abs(simplified) / weight).max())
-                damping = min(1.0, max((before / norm) * (length / change) * self.damping, 10 * SHORTEST))
+                damping = min(
+                    1.0, max((before / norm) * (length / change) * self.damping, 10 * SHORTEST)
+                )
         while damping >= SHORTEST:
             x = p.x + damping * step
             values = self.residual_at(x)
@@ -225,7 +242,8 @@ class Search:
         return None
 
     def _converge(self) -> Outcome | None:
-        """Full steps from a point of fast contraction; None (and the best point kept) if it is lost."""
+        """Full steps from a point of fast contraction; None (and the best point kept) if it is
+        lost."""
         previous = math.inf
         for _ in range(POLISH):
             p = self.point
@@ -250,7 +268,9 @@ class Search:
         for _ in range(3):
             p = self.point
             following = self.at(p.x + p.step)
-            if following is None or not p.norm(p.factor.solution(following.residual)) < p.norm(p.step):
+            if following is None or not p.norm(p.factor.solution(following.residual)) < p.norm(
+                p.step
+            ):
                 break
             self._advance(following)
         regular = self.point.factor.rank == self.point.factor.columns and self.slow < SLOW
@@ -276,10 +296,10 @@ class Search:
         return Outcome.SINGULAR_JACOBIAN if self._degenerate() else otherwise
 
     def _degenerate(self) -> bool:
-        """At a multiple root the Newton step is short although it contracts slowly, and full steps lower the
-        residual down to rounding: to a quarter at a double one, (1 - 1/m)^m at one of multiplicity m. At a
-        minimum of |F| the step is long, or leaves the residual unchanged. At a root at which rounding in F
-        keeps the residual up, the Jacobian is the same at both ends."""
+        """At a multiple root the Newton step is short although it contracts slowly, and full steps
+        lower the residual down to rounding: to a quarter at a double one, (1 - 1/m)^m at one of
+        multiplicity m. At a minimum of |F| the step is long, or leaves the residual unchanged. At a
+        root at which rounding in F keeps the residual up, the Jacobian is the same at both ends."""
         for _ in range(HALVINGS):
             p = self.point
             if p.norm(p.step) > DEGENERATE or not p.explains():
@@ -299,13 +319,15 @@ class Search:
 
 
 def _is_straight(p: Point, following: Point) -> bool:
-    """Whether F is so straight along a short full step that a simple root is near (Newton–Kantorovich):
-    |J⁻¹ (J' - J) dx| is far below |dx|. It is |dx| / 2 at a double root, and more at a minimum of
-    |F|."""
+    """Whether F is so straight along a short full step that a simple root is near
+    (Newton–Kantorovich): |J⁻¹ (J' - J) dx| is far below |dx|. It is |dx| / 2 at a double root, and
+    more at a minimum of |F|."""
     norm = p.norm(p.step)
     if norm > STAGNATION or p.factor.rank < p.factor.columns:
         return False
-    return p.norm(p.factor.solution(following.jacobian @ p.step - p.jacobian @ p.step)) <= FAST * norm
+    return (
+        p.norm(p.factor.solution(following.jacobian @ p.step - p.jacobian @ p.step)) <= FAST * norm
+    )
 
 
 TRUST_REGIONS = ("lm", "hybr")
@@ -328,10 +350,11 @@ def scipy_root(
     scale: Sequence[float] | None = None,
     tolerance: float = TIGHT,
 ) -> ScipyRoot:
-    """``scipy.optimize.root`` (hybr, lm) or ``least_squares`` from ``start`` (n,), with the exact Jacobian.
+    """``scipy.optimize.root`` (hybr, lm) or ``least_squares`` from ``start`` (n,), with the exact
+    Jacobian.
 
-    ``scale`` (n,): typical magnitudes of the unknowns, else scipy takes its own from the Jacobian. An
-    undefined residual is nan, at which the methods give up. ``tolerance`` is relative.
+    ``scale`` (n,): typical magnitudes of the unknowns, else scipy takes its own from the Jacobian.
+    An undefined residual is nan, at which the methods give up. ``tolerance`` is relative.
     """
     from scipy.optimize import least_squares, root  # takes longer to import than most solves
 
@@ -348,10 +371,16 @@ def scipy_root(
     try:
         with np.errstate(all="ignore"):
             if method == "least_squares":
-                found = least_squares(values, start, slopes, xtol=tolerance, ftol=tolerance, gtol=tolerance)
+                found = least_squares(
+                    values, start, slopes, xtol=tolerance, ftol=tolerance, gtol=tolerance
+                )
             else:
-                diagonal = {} if scale is None else {"diag": [1.0 / abs(s) if s else 1.0 for s in scale]}
-                found = root(values, start, jac=slopes, method=method, tol=tolerance, options=diagonal)
+                diagonal = (
+                    {} if scale is None else {"diag": [1.0 / abs(s) if s else 1.0 for s in scale]}
+                )
+                found = root(
+                    values, start, jac=slopes, method=method, tol=tolerance, options=diagonal
+                )
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
         return ScipyRoot(tuple(start), False, 0)
     x = tuple(float(v) for v in found.x)

@@ -15,9 +15,9 @@ from rulesheets.deadline import expect_time
 
 # --- real roots of polynomials with rational coefficients, exactly ---
 #
-# Lists of coefficients begin with the lowest degree. The number of sign changes in Sturm's sequence at a,
-# less that at b, is the number of roots in (a, b] (S. Basu, R. Pollack, M.-F. Roy, *Algorithms in Real
-# Algebraic Geometry*, section 2.2).
+# Lists of coefficients begin with the lowest degree. The number of sign changes in Sturm's sequence
+# at a, less that at b, is the number of roots in (a, b] (S. Basu, R. Pollack, M.-F. Roy,
+# *Algorithms in Real Algebraic Geometry*, section 2.2).
 
 Coefficients: TypeAlias = Sequence[Fraction]
 LARGEST = 0x7FEF_FFFF_FFFF_FFFF
@@ -27,20 +27,25 @@ GROWTH = 4
 
 
 def simple_part(polynomial: Coefficients) -> list[Fraction]:
-    """The polynomial with the same roots, each of them once: p over the common divisor of p and p'."""
+    """The polynomial with the same roots, each of them once: p over the common divisor of p and
+    p'."""
     whole = _integers(polynomial)
     return list(
-        map(Fraction, _integers(_divided(whole, _sequence(whole)[-1])[0] if len(whole) > 1 else whole))
+        map(
+            Fraction,
+            _integers(_divided(whole, _sequence(whole)[-1])[0] if len(whole) > 1 else whole),
+        )
     )
 
 
 def real_roots(
     polynomial: Coefficients, low: float = -math.inf, high: float = math.inf
 ) -> tuple[float, ...] | None:
-    """The real roots in [low, high], ascending, each the float nearest to where the polynomial changes sign.
+    """The real roots in [low, high], ascending, each the float nearest to where the polynomial
+    changes sign.
 
-    None if there is no such list: the polynomial is 0, or it has a multiple root (real or not), or a root
-    beyond the floats or closer to another one than floats can tell.
+    None if there is no such list: the polynomial is 0, or it has a multiple root (real or not), or
+    a root beyond the floats or closer to another one than floats can tell.
     """
     sequence = _sequence(_integers(polynomial))
     if len(sequence[-1]) != 1:
@@ -57,7 +62,8 @@ def real_roots(
 
 
 def _sequence(whole: list[int]) -> list[list[int]]:
-    """Sturm's sequence; its last member is the greatest common divisor of the polynomial and its slope."""
+    """Sturm's sequence; its last member is the greatest common divisor of the polynomial and its
+    slope."""
     found = [whole, _integers([k * c for k, c in enumerate(whole)][1:])]
     while found[-1]:
         expect_time()
@@ -66,7 +72,8 @@ def _sequence(whole: list[int]) -> list[list[int]]:
 
 
 def _integers(polynomial: Sequence[Fraction | int]) -> list[int]:
-    """The polynomial times a positive number: integers without a common divisor, the last of them not 0."""
+    """The polynomial times a positive number: integers without a common divisor, the last of them
+    not 0."""
     common = math.lcm(*(c.denominator for c in polynomial))
     whole = [c.numerator * (common // c.denominator) for c in polynomial]
     while whole and not whole[-1]:
@@ -120,8 +127,8 @@ def _isolated(sequence: list[list[int]], first: int, last: int) -> Iterator[tupl
 
 
 def _nearest(whole: list[int], first: int, last: int) -> float:
-    """The float nearest to the only root between two places, by bisection: it begins next to the root
-    in floats, in steps that grow until the other side is reached."""
+    """The float nearest to the only root between two places, by bisection: it begins next to the
+    root in floats, in steps that grow until the other side is reached."""
     end = _sign(whole, last)
     if not end:
         return _float(last)
@@ -136,7 +143,9 @@ def _nearest(whole: list[int], first: int, last: int) -> float:
         side = _sign(whole, middle) * end  # of the place less the root
         if not side:
             return _float(middle)
-        first, last, near = (middle, last, middle + reach) if side < 0 else (first, middle, middle - reach)
+        first, last, near = (
+            (middle, last, middle + reach) if side < 0 else (first, middle, middle - reach)
+        )
         reach *= GROWTH
     middle_of_both = (Fraction(_float(first)) + Fraction(_float(last))) / 2
     value = sum((c * middle_of_both**k for k, c in enumerate(whole)), Fraction(0)) * end
@@ -156,9 +165,10 @@ def _float(place: int) -> float:
 
 # --- a root between two points, to the last bit ---
 #
-# T. R. Chandrupatla, "A new hybrid quadratic/bisection algorithm for finding the zero of a nonlinear
-# function without using derivatives", Advances in Engineering Software 28 (1997). The bisection halves the
-# exponent where the bracket spans several decades, so that 1e-300 … 1e300 takes a few steps, not a thousand.
+# T. R. Chandrupatla, "A new hybrid quadratic/bisection algorithm for finding the zero of a
+# nonlinear function without using derivatives", Advances in Engineering Software 28 (1997). The
+# bisection halves the exponent where the bracket spans several decades, so that 1e-300 … 1e300
+# takes a few steps, not a thousand.
 
 ScalarFunction: TypeAlias = Callable[[float], float]
 MAX = sys.float_info.max
@@ -175,9 +185,11 @@ def value_at(function: ScalarFunction, x: float) -> float:
 
 
 def split_point(low: float, high: float) -> float:
-    """A point between: 0 inside a box that holds it, the geometric mean over decades, else the middle.
+    """A point between: 0 inside a box that holds it, the geometric mean over decades, else the
+    middle.
 
-    From 0 or infinity the exponent is doubled or halved, so that the whole line is about twenty deep.
+    From 0 or infinity the exponent is doubled or halved, so that the whole line is about twenty
+    deep.
     """
     if low < 0.0 < high or low == high == 0.0:
         return 0.0
@@ -195,8 +207,9 @@ def split_point(low: float, high: float) -> float:
 def bracketed_root(function: ScalarFunction, low: float, high: float) -> float:
     """The float of least |f| if f changes sign between ``low`` and ``high`` (both finite).
 
-    f must be defined and of opposite sign at the ends; it need not be continuous (``is_zero_crossing``
-    distinguishes a root from a pole). If f is undefined inside, the last defined end is returned.
+    f must be defined and of opposite sign at the ends; it need not be continuous
+    (``is_zero_crossing`` distinguishes a root from a pole). If f is undefined inside, the last
+    defined end is returned.
     """
     a, f_a = low, value_at(function, low)
     b, f_b = high, value_at(function, high)
@@ -224,7 +237,8 @@ def bracketed_root(function: ScalarFunction, low: float, high: float) -> float:
 def _next_point(a: float, f_a: float, b: float, f_b: float, c: float, f_c: float) -> float:
     """Inverse quadratic interpolation if Chandrupatla's criterion allows it, else a bisection.
 
-    Kept one float away from the ends, so that the bracket always shrinks until its ends are adjacent.
+    Kept one float away from the ends, so that the bracket always shrinks until its ends are
+    adjacent.
     """
     middle = split_point(min(a, b), max(a, b))
     if c == b or f_c in (f_a, f_b) or not math.isfinite(f_c) or not math.isfinite(f_b):
@@ -232,7 +246,9 @@ def _next_point(a: float, f_a: float, b: float, f_b: float, c: float, f_c: float
     xi, phi = (a - b) / (c - b), (f_a - f_b) / (f_c - f_b)
     if not (phi * phi < xi and (1 - phi) ** 2 < 1 - xi):
         return middle
-    step = f_a / (f_b - f_a) * f_c / (f_b - f_c) + (c - a) / (b - a) * f_a / (f_c - f_a) * f_b / (f_c - f_b)
+    step = f_a / (f_b - f_a) * f_c / (f_b - f_c) + (c - a) / (b - a) * f_a / (f_c - f_a) * f_b / (
+        f_c - f_b
+    )
     x = a + step * (b - a)
     inner = math.nextafter(min(a, b), math.inf), math.nextafter(max(a, b), -math.inf)
     if inner[0] > inner[1] or math.isnan(x):
@@ -249,7 +265,10 @@ def is_zero_crossing(function: ScalarFunction, root: float, low: float, high: fl
     if at_root == 0.0:
         return True
     reach = max(abs(root), 1e-290) * 1e-4
-    beside = (value_at(function, max(low, root - reach)), value_at(function, min(high, root + reach)))
+    beside = (
+        value_at(function, max(low, root - reach)),
+        value_at(function, min(high, root + reach)),
+    )
     return at_root < 0.05 * max((abs(f) for f in beside if not math.isnan(f)), default=0.0)
 
 

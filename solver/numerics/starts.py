@@ -35,7 +35,8 @@ def _solved(matrices: Array, rhs: Array) -> Array:
 
 
 def _least_norm(matrices: Array, rhs: Array) -> Array:
-    """-A⁺ b for each of (k, m, n) and (k, m); singular values up to a share ``NULL`` of the largest are 0."""
+    """-A⁺ b for each of (k, m, n) and (k, m); singular values up to a share ``NULL`` of the largest
+    are 0."""
     u, s, v = np.linalg.svd(matrices, full_matrices=False)
     inverse = np.where(s > NULL * s[:, :1], 1.0 / s, 0.0)
     parts: Any = inverse * np.einsum("kmi,km->ki", u, rhs)
@@ -44,8 +45,9 @@ def _least_norm(matrices: Array, rhs: Array) -> Array:
 
 
 class Iteration(NamedTuple):
-    """``solved`` gives a step; the best of its ``lengths`` is taken, none of ``longest`` sizes of the
-    unknowns or more. A step as short as ``arrived`` is the last one; there are at most ``most``."""
+    """``solved`` gives a step; the best of its ``lengths`` is taken, none of ``longest`` sizes of
+    the unknowns or more. A step as short as ``arrived`` is the last one; there are at most
+    ``most``."""
 
     solved: Callable[[Array, Array], Array]
     lengths: tuple[float, ...]
@@ -69,9 +71,9 @@ def arrivals(
 ) -> Array:
     """The ends (m, n) of those ``starts`` (k, n) that reach a zero of F: Rⁿ → Rᵐ, in their order.
 
-    ``residual`` maps (k, n) to (k, m), ``jacobian`` to (k, m, n), both nan outside their domain. ``scale``
-    (n,): typical sizes of the unknowns; ``ranges``: their lower and upper ends (n,), which iterates do not
-    leave. The ends are neither polished nor made distinct.
+    ``residual`` maps (k, n) to (k, m), ``jacobian`` to (k, m, n), both nan outside their domain.
+    ``scale`` (n,): typical sizes of the unknowns; ``ranges``: their lower and upper ends (n,),
+    which iterates do not leave. The ends are neither polished nor made distinct.
     """
     with np.errstate(all="ignore"):
         f = residual(starts)
@@ -90,7 +92,9 @@ def arrivals(
             step = by.solved(np.nan_to_num(matrix / rows[:, :, None]), f / rows)
             length = abs(step).max(axis=1)
             step *= np.minimum(1.0, by.longest / np.maximum(length, 1e-300))[:, None]
-            trials = np.stack([_inside(x, x + share * (weight * step), ranges) for share in by.lengths])
+            trials = np.stack(
+                [_inside(x, x + share * (weight * step), ranges) for share in by.lengths]
+            )
             values = residual(trials.reshape(-1, x.shape[1])).reshape(*trials.shape[:2], -1)
             norms = abs(values / rows).max(axis=2)
             norms = np.where(np.isfinite(norms), norms, np.inf)
@@ -115,7 +119,8 @@ def _inside(x: Array, moved: Array, ranges: tuple[Array, Array] | None) -> Array
     return np.where((moved >= high) & (x < high), high - KEPT * (high - x), moved)
 
 
-# -- where to start ---------------------------------------------------------------------------------------
+# -- where to start
+# ---------------------------------------------------------------------------------------
 
 Range = tuple[float, float]
 
@@ -126,8 +131,8 @@ DECADES = 3.0
 def spread(
     ranges: Sequence[Range], sizes: Sequence[float], count: int, offset: int = 0
 ) -> Iterator[list[float]]:
-    """``count`` points that fill the ranges evenly, after the first ``offset``: the k-th at the shares
-    k/φ^j, modulo 1, for j = 1 … n, with φ the positive root of φ^(n+1) = φ + 1."""
+    """``count`` points that fill the ranges evenly, after the first ``offset``: the k-th at the
+    shares k/φ^j, modulo 1, for j = 1 … n, with φ the positive root of φ^(n+1) = φ + 1."""
     n, phi = len(ranges), 2.0
     for _ in range(64):
         phi = (1.0 + phi) ** (1.0 / (n + 1))
@@ -139,8 +144,8 @@ def spread(
 
 
 def place(share: float, low: float, high: float, size: float) -> float:
-    """The point of a range at ``share`` in [0, 1): even over a finite range, else over some decades around
-    ``size`` from its finite end, or on both sides of 0."""
+    """The point of a range at ``share`` in [0, 1): even over a finite range, else over some decades
+    around ``size`` from its finite end, or on both sides of 0."""
     if math.isfinite(low) and math.isfinite(high):
         return low + share * (high - low)
     if math.isfinite(low):

@@ -1,10 +1,11 @@
 """Every root of a square system in a box: interval branch and prune in n dimensions.
 
-A box is narrowed by its equations as they are, then by combinations of them whose Jacobian is nearly the
-identity: the step of Hansen and Sengupta (A. Neumaier, *Interval Methods for Systems of Equations*, 1990,
-theorem 5.1.8). Its image holds every root in the box; if it is empty there is none, and if it lies in the
-interior there is exactly one. Otherwise the box is cut across the side along which the equations vary most
-(Kearfott's smear, summed). A front of boxes is treated at once, the newest first.
+A box is narrowed by its equations as they are, then by combinations of them whose Jacobian is
+nearly the identity: the step of Hansen and Sengupta (A. Neumaier, *Interval Methods for Systems of
+Equations*, 1990, theorem 5.1.8). Its image holds every root in the box; if it is empty there is
+none, and if it lies in the interior there is exactly one. Otherwise the box is cut across the side
+along which the equations vary most (Kearfott's smear, summed). A front of boxes is treated at once,
+the newest first.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ Box: TypeAlias = tuple[tuple[float, float], ...]
 FRONT = 2_000
 """So many boxes, the last ones, are treated together."""
 PADDING = 0.1
-"""Share of a side by which a box is widened before it is asked for a single root: one may lie on a face."""
+"""Share of a side by which a box is widened before it is asked for a single root: one may lie on a
+face."""
 SHRUNK = 0.9
 """Share of its length below which a side has to come for another step."""
 
@@ -54,12 +56,12 @@ def branch_and_prune(
     most_boxes: int,
     most_alive: int,
 ) -> Subdivision:
-    """Search the roots of F: Rⁿ → Rⁿ in a finite box of n sides, given as (low, high), faces included, by
-    so many boxes in all, and at once.
+    """Search the roots of F: Rⁿ → Rⁿ in a finite box of n sides, given as (low, high), faces
+    included, by so many boxes in all, and at once.
 
-    ``enclose(lo, hi)`` takes corners (k, n) and returns bounds (k, n) of F over each box, nan, nan for an
-    equation undefined all over it; ``enclose_jacobian`` likewise bounds (k, n, n) of ∂F_i/∂x_j, infinite
-    or nan on a box on which F may be undefined or discontinuous somewhere.
+    ``enclose(lo, hi)`` takes corners (k, n) and returns bounds (k, n) of F over each box, nan, nan
+    for an equation undefined all over it; ``enclose_jacobian`` likewise bounds (k, n, n) of
+    ∂F_i/∂x_j, infinite or nan on a box on which F may be undefined or discontinuous somewhere.
     """
     search = _BoxSearch(enclose, enclose_jacobian, np.array(box, dtype=float).T[:, None, :])
     with np.errstate(all="ignore"):
@@ -67,7 +69,8 @@ def branch_and_prune(
 
 
 class _BoxSearch:
-    """Boxes are arrays (2, k, n), lower ends first; in those without a root the ends are crossed."""
+    """Boxes are arrays (2, k, n), lower ends first; in those without a root the ends are
+    crossed."""
 
     def __init__(self, enclose: BoxFunction, enclose_jacobian: BoxFunction, whole: Array) -> None:
         self.enclose, self.enclose_jacobian, self.whole = enclose, enclose_jacobian, whole
@@ -78,7 +81,9 @@ class _BoxSearch:
         waiting = self.whole
         while 0 < waiting.shape[1] <= most_alive and self.boxes <= most_boxes:
             expect_time()
-            waiting = np.concatenate([waiting[:, :-FRONT], self._level(waiting[:, -FRONT:])], axis=1)
+            waiting = np.concatenate(
+                [waiting[:, :-FRONT], self._level(waiting[:, -FRONT:])], axis=1
+            )
         self.unresolved += waiting.shape[1]
         range_, distinct = self.whole[:, 0], list[Array]()
         for box in self.proved:  # two narrow ones that overlap hold the same root
@@ -105,7 +110,9 @@ class _BoxSearch:
     def _narrowed(self, box: Array) -> Array:
         """The boxes narrowed by every equation as it is, which gains most for wide boxes."""
         centre = box[0] + (box[1] - box[0]) / 2
-        low, high = _solved(box, centre, *self.enclose(centre, centre), *self.enclose_jacobian(*box))
+        low, high = _solved(
+            box, centre, *self.enclose(centre, centre), *self.enclose_jacobian(*box)
+        )
         low, high = np.fmax.reduce(low, axis=1), np.fmin.reduce(high, axis=1)
         return np.stack([np.fmax(box[0], low), np.fmin(box[1], high)])
 
@@ -127,14 +134,17 @@ class _BoxSearch:
             for _ in range(30):
                 image = self._image(box)
                 image = np.stack([np.fmax(box[0], image[0]), np.fmin(box[1], image[1])])
-                if not ((new := image[1] - image[0]) >= 0).all() or (new > SHRUNK * (box[1] - box[0])).all():
+                if (
+                    not ((new := image[1] - image[0]) >= 0).all()
+                    or (new > SHRUNK * (box[1] - box[0])).all()
+                ):
                     break
                 box = image
             self.proved.append(box[:, 0])
 
     def _divide(self, box: Array) -> Array:
-        """Boxes halved across the side of largest smear max_i |∂F_i/∂x_j| w_j, the widest if that is
-        unbounded; boxes that are too narrow are unchanged."""
+        """Boxes halved across the side of largest smear max_i |∂F_i/∂x_j| w_j, the widest if that
+        is unbounded; boxes that are too narrow are unchanged."""
         widths, range_ = box[1] - box[0], self.whole[1] - self.whole[0]
         wide = widths > NARROW * np.maximum(abs(box).max(axis=0), NARROW * range_)
         self.unresolved += int((~wide.any(axis=1)).sum())
@@ -165,7 +175,10 @@ def _solved(
     x_j ∈ c_j − (F_i(c) + Σ_{m≠j} J_im (x_m − c_m)) / J_ij: no root in the box is lost.
     """
     n = box.shape[2]
-    reach = np.maximum(abs(below), abs(above)) * np.maximum(box[1] - centre, centre - box[0])[:, None, :]
+    reach = (
+        np.maximum(abs(below), abs(above))
+        * np.maximum(box[1] - centre, centre - box[0])[:, None, :]
+    )
     others = (reach @ (1.0 - np.eye(n))) * (1 + 8 * EPS * n)
     apart = np.isfinite(reach).all(axis=2)[:, :, None] & ((below > 0) | (above < 0))
     ends = [end[:, :, None] + side * others for end, side in ((at_low, -1), (at_high, 1))]

@@ -1,10 +1,11 @@
 """A sheet as a page in the browser, served only to this machine.
 
-This module has the figures of a sheet for a browser, the points that can be dragged, and the curve they
-follow. An input *drives* a figure if moving it alone keeps every link rigid, every pin in place and every
-slider on its guide: the angle of a crank does, its length does not. A point that moves with a driver is a
-handle. It stands for the variable that leads to it by the fewest rules, which becomes the input when the
-point is dragged. The *rail* has every value and every dragged point over one whole motion.
+This module has the figures of a sheet for a browser, the points that can be dragged, and the curve
+they follow. An input *drives* a figure if moving it alone keeps every link rigid, every pin in
+place and every slider on its guide: the angle of a crank does, its length does not. A point that
+moves with a driver is a handle. It stands for the variable that leads to it by the fewest rules,
+which becomes the input when the point is dragged. The *rail* has every value and every dragged
+point over one whole motion.
 """
 
 from __future__ import annotations
@@ -37,7 +38,11 @@ def outline(figure: Figure) -> dict[str, Any]:
     marks = marks_of(figure)
     places = [{"name": mark.name, "kind": mark.kind} for mark in marks if mark.kind in PLACES]
     strokes = [
-        {"kind": mark.kind, "points": [node.name for node in parts(mark)[0]], "label": mark.name or ""}
+        {
+            "kind": mark.kind,
+            "points": [node.name for node in parts(mark)[0]],
+            "label": mark.name or "",
+        }
         for mark in marks
         if mark.kind not in PLACES
     ]
@@ -58,26 +63,34 @@ def geometry(model: Model, values: Mapping[str, Value]) -> list[dict[str, Any] |
     """
     drawn = drawable(model.figures, values)
     return [
-        one and {"places": list(map(list, one.places.values())), "angles": [s.angle for s in one.strokes]}
+        one
+        and {
+            "places": list(map(list, one.places.values())),
+            "angles": [s.angle for s in one.strokes],
+        }
         for one in drawn
     ]
 
 
 def needed(model: Model, *, polar: bool = True) -> tuple[str, ...]:
-    """Full names of the variables that the figures are drawn from; without ``polar`` ones if False."""
+    """Full names of the variables that the figures are drawn from; without ``polar`` ones if
+    False."""
     return variables(figure for figure in model.figures if polar or not outline(figure)["polar"])
 
 
 def boxes(
     outlines: Iterable[Mapping[str, Any]], drawn: Collection[Sequence[dict[str, Any] | None] | None]
 ) -> list[list[float] | None]:
-    """The rectangle (left, bottom, right, top) of every figure in all these states, None if it is in none.
+    """The rectangle (left, bottom, right, top) of every figure in all these states, None if it is
+    in none.
 
     A few outliers of a polar figure are ignored: velocities may grow without bound.
     """
     found: list[list[float] | None] = []
     for number, figure in enumerate(outlines):
-        places = [place for some in drawn if some and (one := some[number]) for place in one["places"]]
+        places = [
+            place for some in drawn if some and (one := some[number]) for place in one["places"]
+        ]
         share = 3.0 if figure["polar"] else 0.0
         ends = np.percentile(np.array(places), [share, 100.0 - share], axis=0) if places else None
         found.append(None if ends is None else ends.ravel().tolist())
@@ -113,21 +126,27 @@ def handles(result: Result, answer: int = 0) -> tuple[Handle, ...]:
     values = dict(result.solutions[answer])
     drivers = [name for name, value in result.inputs.items() if isinstance(value, float)]
     posted = (n for n, variable in model.variables.items() if variable.posted)
-    names = dict.fromkeys((*needed(model), *(n for n in posted if isinstance(values.get(n), float))))
+    names = dict.fromkeys(
+        (*needed(model), *(n for n in posted if isinstance(values.get(n), float)))
+    )
     slopes = result.sensitivity([n for n in names if n not in result.inputs], drivers, answer)
     before = drawable(model.figures, values)
     for driver in drivers:
         moved = _displaced(slopes, values, driver)
         both = enumerate(zip(before, drawable(model.figures, moved), strict=True))
         pairs = {number: (a, b) for number, (a, b) in both if moved and a and b and not a.polar}
-        if not any(_motion(*pair) for pair in pairs.values()) or not all(map(_rigid, pairs.values())):
+        if not any(_motion(*pair) for pair in pairs.values()) or not all(
+            map(_rigid, pairs.values())
+        ):
             continue
         for number, (here, there) in pairs.items():
             most = _motion(here, there)
             for point, kind in here.kinds.items():
                 moves = dist(here.places[point], there.places[point]) > 1e-2 * most
                 if kind == "point" and moves and (number, point) not in found:
-                    variable = _variable(result, values, slopes, model.figures[number], point, driver)
+                    variable = _variable(
+                        result, values, slopes, model.figures[number], point, driver
+                    )
                     found[number, point] = Handle(number, point, driver, variable)
     return tuple(found.values())
 
@@ -151,8 +170,8 @@ def _variable(
 ) -> str:
     """The variable that a point stands for: the nearest by rules of those next to its coordinates.
 
-    The rules of blocks count squared, and steps with several branches as often. A variable with a unit,
-    a comment or a value in the sheet is preferred.
+    The rules of blocks count squared, and steps with several branches as often. A variable with a
+    unit, a comment or a value in the sheet is preferred.
     """
     known, decided = result.model.variables, outcomes(result.model, values, result.inputs)
     alone = tuple(mark for mark in marks_of(figure) if mark.name == point)
@@ -164,7 +183,9 @@ def _variable(
         given, variable = frozenset({*result.inputs} - {driver} | {name}), known[name]
         path = planner(result.model).path(given, decided, want=wanted - {name})
         if not wanted & set(path.undetermined):
-            steps = (len(equations_of(step)) ** 2 * getattr(step, "branches", 1) for step in path.steps)
+            steps = (
+                len(equations_of(step)) ** 2 * getattr(step, "branches", 1) for step in path.steps
+            )
             silent = not (variable.unit or variable.comment) and variable.value is None
             reached[name] = silent, sum(steps)
     return min(reached, key=reached.__getitem__, default=driver)
@@ -178,7 +199,9 @@ def _motion(before: Diagram, after: Diagram) -> float:
 def _rigid(pair: Pair) -> bool:
     """Whether links, pins and fixed guides are unchanged after a motion."""
     before, after = (one.places for one in pair)
-    changes = [dist(before[name], after[name]) for name, kind in pair[0].kinds.items() if kind == "pin"]
+    changes = [
+        dist(before[name], after[name]) for name, kind in pair[0].kinds.items() if kind == "pin"
+    ]
     for stroke in pair[0].strokes:
         first = stroke.points[0]
         if stroke.kind in _RIGID_STROKES:
@@ -219,8 +242,8 @@ ROWS = 73
 class Rail(NamedTuple):
     """Rows in order along the curve, ``closed`` if the last leads on to the first.
 
-    Each has the ``followed`` variables. ``limits`` are the least and the greatest value of a handle's
-    variable where it turns back; they depend on the inputs that the motion ``rests_on``.
+    Each has the ``followed`` variables. ``limits`` are the least and the greatest value of a
+    handle's variable where it turns back; they depend on the inputs that the motion ``rests_on``.
     """
 
     parameter: str
@@ -243,7 +266,9 @@ def rail(
     parameter = (turning or followed)[0]
     own = {name: None for name, variable in model.variables.items() if variable.value is not None}
     fixed = {n: v for n, v in {**own, **given, driver: None}.items() if n != parameter}
-    guesses = {n: v for n, v in values.items() if isinstance(v, float) and n not in (*fixed, parameter)}
+    guesses = {
+        n: v for n, v in values.items() if isinstance(v, float) and n not in (*fixed, parameter)
+    }
     names = tuple(dict.fromkeys((*followed, *needed(model, polar=False))))
     want = [name for name in names if name != parameter and fixed.get(name) is None]
     along = {parameter: _range(model, parameter, float(values[parameter]))}
@@ -252,7 +277,9 @@ def rail(
     kept = {name: value for name, value in fixed.items() if value is not None}
     columns = [table[name].tolist() for name in table]
     every = [{**kept, **dict(zip(table, row, strict=True))} for row in zip(*columns, strict=True)]
-    branches = [[r for r in every[one.first : one.last] if _whole(r, names)] for one in table.branches]
+    branches = [
+        [r for r in every[one.first : one.last] if _whole(r, names)] for one in table.branches
+    ]
     solid = [rows for rows in branches if len(rows) > 1]
     if not solid:
         return None
@@ -267,7 +294,9 @@ def rail(
         for name in followed
         if name != parameter and all(isinstance(row.get(name), float) for row in rows)
     }
-    return Rail(parameter, followed, tuple(rows), closed, limits, _rests_on(model, fixed, parameter), plan)
+    return Rail(
+        parameter, followed, tuple(rows), closed, limits, _rests_on(model, fixed, parameter), plan
+    )
 
 
 def _range(model: Model, name: str, now: float) -> NDArray[np.float64]:
@@ -299,7 +328,9 @@ def _rests_on(model: Model, fixed: Mapping[str, Value | None], parameter: str) -
     return tuple(n for n in model.variables if n in names and isinstance(fixed.get(n), float))
 
 
-def _limits(plan: Plan, name: str, rows: list[Row], closed: bool) -> tuple[float | None, float | None]:
+def _limits(
+    plan: Plan, name: str, rows: list[Row], closed: bool
+) -> tuple[float | None, float | None]:
     """The least and the greatest value that is reached between rows; both join the rows.
 
     None if it does not turn back: at an end of the rows, and for an angle that makes full turns.
@@ -315,7 +346,9 @@ def _limits(plan: Plan, name: str, rows: list[Row], closed: bool) -> tuple[float
     for sign in (1.0, -1.0):
         place = int(np.argmin(sign * values))
         if closed or 0 < place < len(rows) - 1:
-            rows[place] = _extreme(plan, name, rows[place], sign, sorted(at[place : place + 3 : 2].tolist()))
+            rows[place] = _extreme(
+                plan, name, rows[place], sign, sorted(at[place : place + 3 : 2].tolist())
+            )
             found.append(float(rows[place][name]))
         else:
             found.append(None)
@@ -323,7 +356,8 @@ def _limits(plan: Plan, name: str, rows: list[Row], closed: bool) -> tuple[float
 
 
 def _extreme(plan: Plan, name: str, row: Row, sign: float, ends: list[float]) -> Row:
-    """The row of the least value (of the greatest for ``sign`` -1) between two values of the parameter."""
+    """The row of the least value (of the greatest for ``sign`` -1) between two values of the
+    parameter."""
 
     def answer(at: float) -> Row:
         return nearest(plan, at, plan.outcome((at,))[1], row)
@@ -340,7 +374,10 @@ def _extreme(plan: Plan, name: str, row: Row, sign: float, ends: list[float]) ->
 
 def nearest(plan: Plan, at: float, answers: Iterable[Sequence[Value]], like: Row) -> Row:
     """The values of the answer of a plan, for its one input, that is nearest to given ones."""
-    rows = ({**plan.given, plan.inputs[0]: at, **dict(zip(plan.want, one, strict=True))} for one in answers)
+    rows = (
+        {**plan.given, plan.inputs[0]: at, **dict(zip(plan.want, one, strict=True))}
+        for one in answers
+    )
     return min(rows, key=lambda row: apart(plan.model, row, like), default={})
 
 

@@ -1,7 +1,8 @@
 """Answers the requests of a page about one sheet, in values that JSON can represent.
 
-For the server it runs as a separate process: one JSON object a line in, one a line out. The process ends when
-the server does: its input is then closed, and a thread waits for that whatever is being solved.
+For the server it runs as a separate process: one JSON object a line in, one a line out. The process
+ends when the server does: its input is then closed, and a thread waits for that whatever is being
+solved.
 """
 
 from __future__ import annotations
@@ -47,7 +48,8 @@ PLANS = 8
 """Prepared plans that are kept."""
 
 KEPT = 20_000
-"""Answers of a plan that are kept: each is a solve where it has no record, as where a length is 0."""
+"""Answers of a plan that are kept: each is a solve where it has no record, as where a length is
+0."""
 
 MEMORY = 4 * 2**30
 """Bytes of address space that a sheet may use."""
@@ -70,7 +72,8 @@ class Bench:
         self.last: tuple[str, Result] | None = None
 
     def answer(self, question: Json) -> Json:
-        """The reply to one message; mistakes in the sheet or its inputs are returned as diagnoses."""
+        """The reply to one message; mistakes in the sheet or its inputs are returned as
+        diagnoses."""
         try:
             if question["do"] not in ("load", *QUICK, *SLOW):
                 raise LookupError("no such question")
@@ -141,11 +144,14 @@ class Bench:
         if not result.solutions:
             return {"outputs": [], "inputs": [], "slopes": []}
         table = result.sensitivity(answer=_answer(question, result))
-        slopes = [[_number(table[output, given]) for given in table.inputs] for output in table.outputs]
+        slopes = [
+            [_number(table[output, given]) for given in table.inputs] for output in table.outputs
+        ]
         return {"outputs": list(table.outputs), "inputs": list(table.inputs), "slopes": slopes}
 
     def swap(self, question: Json) -> Json:
-        """Inputs that an output depends on, the most likely ones to clear first, if it becomes an input."""
+        """Inputs that an output depends on, the most likely ones to clear first, if it becomes an
+        input."""
         result, name = self._result(question), str(question["name"])
         if not result.solutions or name in result.undetermined:
             return {"choices": []}
@@ -168,16 +174,26 @@ class Bench:
             raise ValueError(f"a page draws 1 to {ROWS} rows, and these are {len(at)}")
         given = {n: v for n, v in _values(question, "inputs").items() if n != name}
         wanted = [
-            n for n, v in model.variables.items() if v.posted and n != name and given.get(n, v.value) is None
+            n
+            for n, v in model.variables.items()
+            if v.posted and n != name and given.get(n, v.value) is None
         ]
         variable = model.variables[name]
         shown = variable.display_unit
         rows = converted(at.tolist(), shown, variable) if shown else at
         table = sweep(model, {name: rows}, want=wanted, given=given, guesses=_guesses(question))
         found = shown_columns(table, model)
-        numbers = {n: [None if isinstance(v, str) else _number(v) for v in found[n].tolist()] for n in found}
+        numbers = {
+            n: [None if isinstance(v, str) else _number(v) for v in found[n].tolist()]
+            for n in found
+        }
         columns = {**numbers, name: at.tolist()}
-        return {"name": name, "columns": columns, "solved": int(table.solved.sum()), "rows": len(at)}
+        return {
+            "name": name,
+            "columns": columns,
+            "solved": int(table.solved.sum()),
+            "rows": len(at),
+        }
 
     # --- dragging ---
 
@@ -206,7 +222,8 @@ class Bench:
         return {}
 
     def frame(self, question: Json) -> Json:
-        """All values and figures for one value of the dragged variable, on the branch of ``near``."""
+        """All values and figures for one value of the dragged variable, on the branch of
+        ``near``."""
         name, value = str(question["name"]), float(question["value"])
         plan, outcome = self._dragged(question, name)
         status, answers = outcome((value,))

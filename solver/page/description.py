@@ -1,6 +1,7 @@
 """A model, its answers and their derivations for the page; and a sheet as one file with sliders.
 
-Every state that the file shows was solved and checked; between the points of the grid it shows nothing.
+Every state that the file shows was solved and checked; between the points of the grid it shows
+nothing.
 """
 
 from __future__ import annotations
@@ -35,13 +36,15 @@ _SCOPE = re.compile(r"\\text\{[^{}]*\.\}")
 """The name of a call in front of a local, which the rule itself does not write."""
 
 NO_CODE = (
-    "a page runs no code of a sheet; if you trust the file, solve the sheet with --allow-python in the "
+    "a page runs no code of a sheet; if you trust the file, solve the sheet with --allow-python "
+    "in the "
     "terminal, or load it with allow_python=True and show it in a notebook"
 )
 
 
 def described(model: Model) -> dict[str, Any]:
-    """Variables in the order of the sheet, rules in the order of the text, outlines of the figures."""
+    """Variables in the order of the sheet, rules in the order of the text, outlines of the
+    figures."""
     places = Places(model)
     return {
         "name": model.name,
@@ -60,8 +63,13 @@ def described(model: Model) -> dict[str, Any]:
 
 
 def _variable(variable: Variable) -> dict[str, Any]:
-    limits = {name: size if isfinite(size := getattr(variable, name)) else None for name in ("low", "high")}
-    own = {name: getattr(variable, name) for name in ("name", "value", "guess", "comment", "posted")}
+    limits = {
+        name: size if isfinite(size := getattr(variable, name)) else None
+        for name in ("low", "high")
+    }
+    own = {
+        name: getattr(variable, name) for name in ("name", "value", "guess", "comment", "posted")
+    }
     return {**own, **limits, "unit": variable.shown_unit, "scale": list(displaying(variable))}
 
 
@@ -72,7 +80,8 @@ def typeset(model: Model) -> list[list[str]]:
     def line(equation: Equation) -> str:
         body = f"{notation.written(equation.left)} = {notation.written(equation.right)}"
         if equation.guard:
-            body += rf"\quad \text{{if }} {notation.written(conjunction(model.outcomes(equation.guard)))}"
+            guard = notation.written(conjunction(model.outcomes(equation.guard)))
+            body += rf"\quad \text{{if }} {guard}"
         return _SCOPE.sub("", body)
 
     return [list(map(line, group)) for group in Places(model).groups.values()]
@@ -81,7 +90,9 @@ def typeset(model: Model) -> list[list[str]]:
 def complaint(diagnosis: Diagnosis) -> dict[str, Any]:
     """A diagnosis with its places, and as printed in the terminal."""
     spans = [label.span for label in diagnosis.labels]
-    places = [{name: getattr(span, name) for name in ("file", "start", "end", "line")} for span in spans]
+    places = [
+        {name: getattr(span, name) for name in ("file", "start", "end", "line")} for span in spans
+    ]
     told = {**diagnosis_json(diagnosis), "places": places, "printed": render(diagnosis)}
     return told | ({"notes": [NO_CODE]} if diagnosis.code == "E313" else {})
 
@@ -117,9 +128,14 @@ def _rules(result: Result) -> list[dict[str, Any]]:
     rows = []
     for group in Places(result.model).groups.values():
         steps = [place[equation.index] for equation in group if equation.index in place]
-        missing = sorted({name for equation in group for name in equation.names if name not in known})
+        missing = sorted(
+            {name for equation in group for name in equation.names if name not in known}
+        )
         state = "used" if steps else "idle"
-        if result.status is not Status.SOLVED and (group[0].rule.file, group[0].rule.start) in blamed:
+        if (
+            result.status is not Status.SOLVED
+            and (group[0].rule.file, group[0].rule.start) in blamed
+        ):
             state = "broken"
         elif result.status is not Status.SOLVED and missing:
             state = "waiting"
@@ -129,7 +145,8 @@ def _rules(result: Result) -> list[dict[str, Any]]:
 
 
 def derived(derivation: Derivation) -> dict[str, Any]:
-    """The inputs that a number depends on, then every step with its formula, rule and conditions."""
+    """The inputs that a number depends on, then every step with its formula, rule and
+    conditions."""
     page = Page(derivation, Tex())
     given = [page.known(name) for name in (*derivation.inputs, *derivation.assumed)]
     lines = []
@@ -139,7 +156,9 @@ def derived(derivation: Derivation) -> dict[str, Any]:
             shown: dict[str, Any] = {"tex": tex, "unit": unit, "within": bool(link.tears)}
             if line.equation is not None:
                 shown["place"], shown["rule"] = page.places.rule(line.equation)
-                shown["because"] = [f"{word} {said}" for word, said, _ in page.guards(line, Plain())]
+                shown["because"] = [
+                    f"{word} {said}" for word, said, _ in page.guards(line, Plain())
+                ]
             lines.append(shown)
     return {"head": page.head(), "given": given, "lines": lines}
 
@@ -169,15 +188,17 @@ def export(
     axes: Axes,
     want: Sequence[str] | None = None,
 ) -> tuple[str, int, int]:
-    """The page of a sheet for every combination of the values of ``axes``, the number of its states, and
-    of those with an answer.
+    """The page of a sheet for every combination of the values of ``axes``, the number of its
+    states, and of those with an answer.
 
-    Without ``axes`` the inputs that move its figures are used. Raises RuleSheetError (E445) for more
-    sliders or states than a page can hold.
+    Without ``axes`` the inputs that move its figures are used. Raises RuleSheetError (E445) for
+    more sliders or states than a page can hold.
     """
     axes = axes or first_axes(model, inputs, guesses)
     if len(axes) > MOST:
-        raise RuleSheetError(error("E445", f"a page has {MOST} sliders at most, and {len(axes)} are given"))
+        raise RuleSheetError(
+            error("E445", f"a page has {MOST} sliders at most, and {len(axes)} are given")
+        )
     states = prod(map(len, axes.values()))
     if states > STATES:
         notes = ("take larger steps, or fewer sliders",)
@@ -197,7 +218,9 @@ def export(
     return _page(model.name, document), states, int(table.solved.sum())
 
 
-def first_axes(model: Model, inputs: Mapping[str, Value | None], guesses: Mapping[str, float]) -> Axes:
+def first_axes(
+    model: Model, inputs: Mapping[str, Value | None], guesses: Mapping[str, float]
+) -> Axes:
     """The inputs that drive the figures, else the first numbers; ranges about their values."""
     result = solve(model, inputs, guesses=guesses)
     numbers = [name for name, value in result.inputs.items() if isinstance(value, float)]
@@ -221,9 +244,13 @@ def _shown(model: Model) -> list[Variable]:
 
 
 def _document(
-    model: Model, inputs: Mapping[str, Value | None], axes: Axes, rows: Sequence[Mapping[str, Value] | None]
+    model: Model,
+    inputs: Mapping[str, Value | None],
+    axes: Axes,
+    rows: Sequence[Mapping[str, Value] | None],
 ) -> dict[str, Any]:
-    """The data for the browser: the variables in display units, and every figure, state by state."""
+    """The data for the browser: the variables in display units, and every figure, state by
+    state."""
     effective = {n: inputs.get(n, v.value) for n, v in model.variables.items()}
     shown = _shown(model)
     drawn = [None if row is None else geometry(model, row) for row in rows]
@@ -231,7 +258,9 @@ def _document(
     flat = [  # coordinates and angles one after the other
         None
         if some is None
-        else [list(map(_round, chain(*one["places"], one["angles"]))) if one else None for one in some]
+        else [
+            list(map(_round, chain(*one["places"], one["angles"]))) if one else None for one in some
+        ]
         for some in drawn
     ]
     return {
@@ -245,7 +274,11 @@ def _document(
             for name, values in axes.items()
         ],
         "variables": [
-            {key: told for key, told in _variable(v).items() if key in ("name", "unit", "comment", "scale")}
+            {
+                key: told
+                for key, told in _variable(v).items()
+                if key in ("name", "unit", "comment", "scale")
+            }
             for v in shown
         ],
         "given": [v.name for v in shown if v.name in axes or effective[v.name] is not None],
@@ -253,7 +286,8 @@ def _document(
         "boxes": [box and list(map(_round, box)) for box in boxes(outlines, drawn)],
         "said": SAID,
         "values": [
-            None if row is None else [_number(row.get(v.name), displaying(v)) for v in shown] for row in rows
+            None if row is None else [_number(row.get(v.name), displaying(v)) for v in shown]
+            for row in rows
         ],
         "drawn": flat,
     }

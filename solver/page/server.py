@@ -1,10 +1,11 @@
 """The page's server: access control, its files, and one websocket for each tab with two workers.
 
 The token comes once in the address of the page and becomes a cookie that scripts cannot read. Every
-request needs the cookie and, against DNS rebinding, a Host that is this machine. A websocket, and every
-request that states its origin, must come from the page itself.
+request needs the cookie and, against DNS rebinding, a Host that is this machine. A websocket, and
+every request that states its origin, must come from the page itself.
 
-Of the two workers of a tab the quick one checks texts and answers during a drag; the other one solves.
+Of the two workers of a tab the quick one checks texts and answers during a drag; the other one
+solves.
 """
 
 from __future__ import annotations
@@ -47,7 +48,8 @@ LISTED = 200
 """Sheets of the folder that are listed at most."""
 
 SHIPPED = "shipped:"
-"""Keys of sheets are paths from the folder; those of shipped ones begin so, and end in their names."""
+"""Keys of sheets are paths from the folder; those of shipped ones begin so, and end in their
+names."""
 
 
 class Refused(Exception):
@@ -65,7 +67,9 @@ class Sheet(NamedTuple):
     def write(self, text: str, seen: str) -> None:
         """Replace the file, if its text is still what the page has ``seen``. Raises Refused."""
         if self.key.startswith(SHIPPED):
-            raise Refused("a sheet that comes with Backsolve is not written to; copy its folder first")
+            raise Refused(
+                "a sheet that comes with Backsolve is not written to; copy its folder first"
+            )
         if fingerprint(read_source(self.file).text) != seen:
             raise Refused(f"{self.name} has changed on disk since it was opened")
         write_file(str(self.file), text.encode())
@@ -75,7 +79,9 @@ def listed(folder: Path) -> list[dict[str, str]]:
     """Every sheet by key and name, those of the folder first."""
     paths = (file.relative_to(folder) for file in sorted(folder.rglob("*.tk")))
     found: list[dict[str, str]] = []
-    for path in islice((p for p in paths if not any(part.startswith(".") for part in p.parts)), LISTED):
+    for path in islice(
+        (p for p in paths if not any(part.startswith(".") for part in p.parts)), LISTED
+    ):
         key, parent = path.as_posix(), path.parent.as_posix() if path.parent.name else folder.name
         found.append({"key": key, "name": parent if path.name == MAIN_SHEET else key})
     return found + [{"key": SHIPPED + name, "name": name} for name in shipped_models()]
@@ -103,8 +109,10 @@ def fingerprint(text: str) -> str:
 
 
 POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
-    "font-src 'self'; connect-src 'self'; base-uri 'none'; frame-ancestors 'none'; form-action 'none'"
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' "
+    "data:; "
+    "font-src 'self'; connect-src 'self'; base-uri 'none'; frame-ancestors 'none'; form-action "
+    "'none'"
 )
 
 HEADERS = {
@@ -157,7 +165,11 @@ class Gate:
         if host.rpartition(":")[0] not in self.hosts and host not in self.hosts:
             return "the host is not this machine"
         if origin is None:
-            return "a websocket says where it comes from" if asked.scope["type"] == "websocket" else None
+            return (
+                "a websocket says where it comes from"
+                if asked.scope["type"] == "websocket"
+                else None
+            )
         return None if origin == f"http://{host}" else "it comes from another site"
 
     def _right(self, given: str) -> bool:
@@ -176,7 +188,8 @@ _log = logging.getLogger("backsolve.page")
 def application(
     folder: Path, token: str, *, first: str = "", hosts: frozenset[str], timeout: float
 ) -> ASGIApp:
-    """The application for the sheets of a folder; ``first`` is the first sheet that the page shows."""
+    """The application for the sheets of a folder; ``first`` is the first sheet that the page
+    shows."""
     kept, workers, leaving = dict[str, Json](), Workers(), set[asyncio.Future[Any]]()
 
     async def index(_: object) -> Response:
@@ -208,7 +221,8 @@ def application(
 
 @dataclass
 class Tab:
-    """One tab of a browser. Every message has a number, which its reply repeats; replies may overtake."""
+    """One tab of a browser. Every message has a number, which its reply repeats; replies may
+    overtake."""
 
     socket: WebSocket
     folder: Path
@@ -260,7 +274,12 @@ class Tab:
         """Read a sheet and load it; ``kept`` is the last state of it in a tab."""
         self.sheet = sheet = sheet_of(str(message["sheet"]), self.folder)
         text, shipped = read_source(sheet.file).text, sheet.key.startswith(SHIPPED)
-        told = {"sheet": sheet.key, "name": sheet.name, "text": text, "kept": self.kept.get(sheet.key)}
+        told = {
+            "sheet": sheet.key,
+            "name": sheet.name,
+            "text": text,
+            "kept": self.kept.get(sheet.key),
+        }
         return {**await self.edit(told), **told, "seen": fingerprint(text), "shipped": shipped}
 
     async def edit(self, message: Json) -> Json:
@@ -312,6 +331,10 @@ def serve(folder: Path, first: str, *, host: str, port: int, timeout: float, bro
         if browse:
             webbrowser.open(address)
         config = uvicorn.Config(
-            app, log_level="warning", access_log=False, ws_max_size=MESSAGE, timeout_graceful_shutdown=1
+            app,
+            log_level="warning",
+            access_log=False,
+            ws_max_size=MESSAGE,
+            timeout_graceful_shutdown=1,
         )
         uvicorn.Server(config).run(sockets=[listener])

@@ -30,10 +30,11 @@ def interact(
 ) -> Cell:
     """The page of a sheet in a cell of a notebook.
 
-    ``over`` names inputs with the values of their sliders; ``inputs`` and ``guesses`` are the initial
-    ones of :func:`solve`, ``timeout`` the time limit of a solve in seconds. The attribute ``inputs``
-    of the cell holds the current inputs. Values are in the units of the rules. Raises RuleSheetError:
-    E441 without the extra ``notebook``, and for names and values that :func:`solve` refuses.
+    ``over`` names inputs with the values of their sliders; ``inputs`` and ``guesses`` are the
+    initial ones of :func:`solve`, ``timeout`` the time limit of a solve in seconds. The attribute
+    ``inputs`` of the cell holds the current inputs. Values are in the units of the rules. Raises
+    RuleSheetError: E441 without the extra ``notebook``, and for names and values that :func:`solve`
+    refuses.
     """
     expect_model(model)
     require_extra("notebook", "the widget needs", "anywidget")
@@ -48,20 +49,26 @@ def interact(
     for name, values in sliders.items():
         if name not in begin.values:
             given[name] = values[len(values) // 2]
-    return Cell(model, sliders, given, {name: begin.guesses[name] for name in guesses or {}}, timeout)
+    return Cell(
+        model, sliders, given, {name: begin.guesses[name] for name in guesses or {}}, timeout
+    )
 
 
 def _add_patience(parser: ArgumentParser) -> None:
     """The limit of one solve. (As ``timeout`` it would be that of the whole command.)"""
     said = "seconds that a solve may take; 10"
-    parser.add_argument("--timeout", metavar="S", dest="patience", type=seconds, default=10.0, help=said)
+    parser.add_argument(
+        "--timeout", metavar="S", dest="patience", type=seconds, default=10.0, help=said
+    )
 
 
 def _open_arguments(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("sheet", metavar="SHEET", nargs="?", help="a rule sheet, or the name of a shipped one")
     add("--port", type=int, default=0, help="the port to serve on; any free one by default")
-    add("--host", default="127.0.0.1", help="the address to serve on; this machine alone by default")
+    add(
+        "--host", default="127.0.0.1", help="the address to serve on; this machine alone by default"
+    )
     _add_patience(parser)
     add("--no-browser", action="store_true", help="print the address, and open no browser")
 
@@ -99,7 +106,9 @@ def _export(arguments: Namespace) -> int:
     path = arguments.output or f"{request.model.name}.html"
     request.expect_output(path)
     values = {name: axis[:].tolist() for name, axis in read_axes(arguments.over, request).items()}
-    page, states, solved = export(request.model, request.inputs, request.guesses, values, request.want)
+    page, states, solved = export(
+        request.model, request.inputs, request.guesses, values, request.want
+    )
     write_file(path, page.encode())
     print(f"{path}: {solved} of {states} states solved")
     return 0 if solved else 1

@@ -38,7 +38,13 @@ class Cell(AnyWidget):
         self._base = os.path.dirname(model.files[0]) if model.files else ""
         state = {"text": self.text, "inputs": self.inputs, "guesses": dict(guesses), "near": None}
         sliders = [{"name": name, "values": list(values)} for name, values in over.items()]
-        names = {"sheet": model.name, "name": model.name, "text": self.text, "seen": "", "shipped": True}
+        names = {
+            "sheet": model.name,
+            "name": model.name,
+            "text": self.text,
+            "seen": "",
+            "shipped": True,
+        }
         described = self._bench.take(model)
         super().__init__(opened={**described, **names, "kept": {"doc": state}, "sliders": sliders})
         self.on_msg(self._heard)
@@ -57,7 +63,9 @@ class Cell(AnyWidget):
                     reply = self._bench.answer({**sheet, "do": "load" if do == "edit" else "check"})
                     self.text = text if "variables" in reply else self.text
                     return reply
-                if do == "keep":  # the state of the page is shown again if the cell is displayed again
+                if (
+                    do == "keep"
+                ):  # the state of the page is shown again if the cell is displayed again
                     self.inputs = dict(message["state"]["doc"]["inputs"])
                     self.opened = {**self.opened, "kept": dict(message["state"])}
                     return {}
@@ -72,6 +80,9 @@ class Cell(AnyWidget):
 
 def _text(model: Model) -> str:
     """The text of the sheet itself, without used files."""
-    spans = [*(v.span for v in model.variables.values()), *(equation.rule for equation in model.equations)]
+    spans = [
+        *(v.span for v in model.variables.values()),
+        *(equation.rule for equation in model.equations),
+    ]
     sources = [span.source for span in spans if span is not None]
     return next((one.text for one in sources if not model.files or one.name == model.files[0]), "")

@@ -28,7 +28,8 @@ class Shown:
 
 
 class Evaluate(NamedTuple):
-    """Solve one equation for one unknown by isolation; ``branches`` is how many preimages it can have."""
+    """Solve one equation for one unknown by isolation; ``branches`` is how many preimages it can
+    have."""
 
     equation: int
     unknown: str
@@ -116,7 +117,9 @@ def activity(equation: Equation | Requirement, decided: Mapping[int, bool]) -> b
     return verdict
 
 
-def known_rules(model: Model, decided: Mapping[int, bool], values: Mapping[str, Value]) -> Iterator[Equation]:
+def known_rules(
+    model: Model, decided: Mapping[int, bool], values: Mapping[str, Value]
+) -> Iterator[Equation]:
     """The rules that are active at these outcomes, and all of whose variables are known."""
     blank = model.variables.keys() - values.keys()
     for equation in model.equations:
@@ -127,7 +130,11 @@ def known_rules(model: Model, decided: Mapping[int, bool], values: Mapping[str, 
 def solved_by(model: Model, step: Step, decided: Mapping[int, bool]) -> list[Equation]:
     """The rules that a step solves: of several to select from, the first active one."""
     rules = [model.equations[index] for index in equations_of(step)] if given_by(step) else []
-    return [rule for rule in rules if activity(rule, decided)][:1] if isinstance(step, Select) else rules
+    return (
+        [rule for rule in rules if activity(rule, decided)][:1]
+        if isinstance(step, Select)
+        else rules
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +186,8 @@ class Stage(NamedTuple):
 
 
 class Quadratic(NamedTuple):
-    """``c + b*x + a*x^2 = 0`` with coefficients free of the unknown, for an unknown that occurs twice."""
+    """``c + b*x + a*x^2 = 0`` with coefficients free of the unknown, for an unknown that occurs
+    twice."""
 
     c: Expression
     b: Expression
@@ -189,10 +197,10 @@ class Quadratic(NamedTuple):
 class Isolation(NamedTuple):
     """``unknown`` from ``start`` through ``stages`` (or by ``quadratic``).
 
-    ``cost``: 0 one preimage, always defined; 1 one preimage, but a divisor may vanish or the target may
-    leave the image; n ≥ 2 n preimages. ``verify``: preimages may be extraneous and must be checked in the
-    equation. ``common``: the equation was solved for a part that holds the unknown several times, so it
-    may still depend on the unknown where the formula is 0/0.
+    ``cost``: 0 one preimage, always defined; 1 one preimage, but a divisor may vanish or the target
+    may leave the image; n ≥ 2 n preimages. ``verify``: preimages may be extraneous and must be
+    checked in the equation. ``common``: the equation was solved for a part that holds the unknown
+    several times, so it may still depend on the unknown where the formula is 0/0.
     """
 
     unknown: str
@@ -215,7 +223,8 @@ class Isolation(NamedTuple):
 
     @property
     def proven(self) -> bool:
-        """Whether there are no other preimages: for a registered function this is its author's claim."""
+        """Whether there are no other preimages: for a registered function this is its author's
+        claim."""
         rows = (TABLE.get(stage.operation) for stage in self.stages)
         return all(row is None or row.source is None for row in rows)
 
@@ -229,9 +238,13 @@ class Isolation(NamedTuple):
             )
             for stage in self.stages
         )
-        quadratic = self.quadratic and Quadratic(*[substitute(part, other) for part in self.quadratic])
+        quadratic = self.quadratic and Quadratic(
+            *[substitute(part, other) for part in self.quadratic]
+        )
         start, unknown = substitute(self.start, other), names[self.unknown]
-        return self._replace(unknown=unknown, start=start, stages=tuple(stages), quadratic=quadratic)
+        return self._replace(
+            unknown=unknown, start=start, stages=tuple(stages), quadratic=quadratic
+        )
 
     def forms(self) -> tuple[Expression, ...]:
         """Explicit forms of the unknown, principal first; the quadratic by its formula."""
@@ -241,13 +254,15 @@ class Isolation(NamedTuple):
             return (-b + root) / (2.0 * a), (-b + -root) / (2.0 * a)
         forms: tuple[Expression, ...] = (self.start,)
         for stage in self.stages:
-            forms = tuple(substitute(form, {TARGET.name: target}) for target in forms for form in stage.forms)
+            forms = tuple(
+                substitute(form, {TARGET.name: target}) for target in forms for form in stage.forms
+            )
         return forms
 
 
 class Let(NamedTuple):
-    """``name := expression``. A ``divisor`` must not vanish, and a root (any other with a ``size``, the sum
-    of its terms' sizes) must not be negative."""
+    """``name := expression``. A ``divisor`` must not vanish, and a root (any other with a ``size``,
+    the sum of its terms' sizes) must not be negative."""
 
     name: str
     expression: Expression

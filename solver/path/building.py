@@ -36,7 +36,8 @@ from solver.structure.decomposition import (
 from solver.structure.tearing import EFFORT, Tearing, tearings
 
 TEARINGS, LINEAR_EFFORT = 2, 200
-"""How many are kept of one block; and the effort that one is worth which is linear, and hardly ever torn."""
+"""How many are kept of one block; and the effort that one is worth which is linear, and hardly ever
+torn."""
 MAX_TORN = 100
 """Unknowns of a block up to which it is torn; in a larger one all are iterated on at once."""
 
@@ -50,8 +51,8 @@ def _evaluate(graph: ModelGraph, equation: int, unknown: int) -> Evaluate:
 def _blocks(part: Incidence, bends: Callable[[int], bool]) -> tuple[Block, ...]:
     """The blocks that determine their unknowns, in the order of solution.
 
-    For over-determined equations it is only the first block of a square part: of the linear ones, of which
-    none ``bends``, if these determine some unknowns. The other equations will check it.
+    For over-determined equations it is only the first block of a square part: of the linear ones,
+    of which none ``bends``, if these determine some unknowns. The other equations will check it.
     """
     matching = maximum_matching(part)
     parts = dulmage_mendelsohn(part, matching)
@@ -62,7 +63,9 @@ def _blocks(part: Incidence, bends: Callable[[int], bool]) -> tuple[Block, ...]:
     if linear != over and (blocks := _blocks(part.restrict(linear), bends)):
         return blocks[:1]
     matching = maximum_matching(part.restrict(over))
-    matched = Block(tuple(e for e in over.equations if matching.unknown_of[e] is not None), over.unknowns)
+    matched = Block(
+        tuple(e for e in over.equations if matching.unknown_of[e] is not None), over.unknowns
+    )
     return block_triangular(part, matched)[:1]
 
 
@@ -71,7 +74,8 @@ def _block_step(
 ) -> Evaluate | SolveBlock:
     """The step that solves a block; with one tear also another tearing.
 
-    ``rules`` and ``variables`` map the equations and the variables of the ``part`` to those of the model.
+    ``rules`` and ``variables`` map the equations and the variables of the ``part`` to those of the
+    model.
     """
     names = {unknown: graph.names[variable] for unknown, variable in variables.items()}
     equations, unknowns = tuple(rules.values()), tuple(names.values())
@@ -110,7 +114,9 @@ def _tearings(
     equations, unknowns = part.block
     place = {unknown: k for k, unknown in enumerate(unknowns)}
     rows = tuple([tuple([place[u] for u in part.occurs[e]]) for e in equations])
-    costs = tuple([tuple([(place[u], c) for u, c in part.resolvable[e].items()]) for e in equations])
+    costs = tuple(
+        [tuple([(place[u], c) for u, c in part.resolvable[e].items()]) for e in equations]
+    )
     key = rows, costs, tuple([weights[u] for u in unknowns]), linear
     if key not in graph.torn:
         effort = LINEAR_EFFORT if linear else EFFORT
@@ -132,7 +138,11 @@ def needed_steps(
     reached = needed.isdisjoint(undetermined)
     kept: list[Step] = []
     for step in reversed(steps):
-        wanted = not reached if isinstance(step, Decide | Assume) else needed.intersection(given_by(step))
+        wanted = (
+            not reached
+            if isinstance(step, Decide | Assume)
+            else needed.intersection(given_by(step))
+        )
         if wanted:
             needed.update(read_by(graph, step))
             kept.append(step)
@@ -170,7 +180,9 @@ class Building:
         equations = graph.model.equations
         verdicts = [False if e.index in inactive else activity(e, decided) for e in equations]
         self.active = [verdict is True for verdict in verdicts]
-        self.pending = [e.index for e, verdict in zip(equations, verdicts, strict=True) if verdict is None]
+        self.pending = [
+            e.index for e, verdict in zip(equations, verdicts, strict=True) if verdict is None
+        ]
         self.guards = {
             i: tuple(p.condition for p in equations[i].guard if p.condition not in decided)
             for i in self.pending
@@ -197,26 +209,37 @@ class Building:
         if not (self.steps and isinstance(self.steps[-1], Decide)):
             self._assume()
         graph, steps, want = self.graph, self.steps, self.want
-        free = tuple(n for n, known in zip(graph.names, self.frontier.known, strict=True) if not known)
+        free = tuple(
+            n for n, known in zip(graph.names, self.frontier.known, strict=True) if not known
+        )
         if want is None:
             return Path(tuple(steps), free)
         for requirement in graph.model.requirements if self.required else ():
             new = frozenset(requirement.names) - want
             if new and new.isdisjoint(free):  # if direct steps of one value lead to what it reads
                 plain = needed_steps(graph, steps, want, free)
-                more = [step for step in needed_steps(graph, steps, want | new, free) if step not in plain]
+                more = [
+                    step
+                    for step in needed_steps(graph, steps, want | new, free)
+                    if step not in plain
+                ]
                 if all(isinstance(step, Evaluate) and step.branches == 1 for step in more):
                     want |= new
         return Path(tuple(needed_steps(graph, steps, want, free)), free)
 
     def _take(self, *steps: Step) -> None:
-        """Add steps: their unknowns are known; spent equations become checks unless they use them."""
+        """Add steps: their unknowns are known; spent equations become checks unless they use
+        them."""
         used: set[int] = set()
         for step in steps:
             used.update(equations_of(step))
             for name in given_by(step):
                 self.frontier.set_known(self.graph.number[name])
-        spent = (e for e in self.frontier.spent if e < len(self.active) and self.active[e] and e not in used)
+        spent = (
+            e
+            for e in self.frontier.spent
+            if e < len(self.active) and self.active[e] and e not in used
+        )
         self.steps += (*steps, *map(Check, spent))
         self.frontier.spent = []
 
@@ -239,7 +262,9 @@ class Building:
                 heappush(self.forking, (effort.cost, equation, unknown))
             else:
                 best[unknown] = min(best.get(unknown, (ANY_COST, 0)), (effort.cost, equation))
-        self._take(*(_evaluate(self.graph, equation, unknown) for unknown, (_, equation) in best.items()))
+        self._take(
+            *(_evaluate(self.graph, equation, unknown) for unknown, (_, equation) in best.items())
+        )
         return bool(best) or bool(self.frontier.ripe)
 
     def _fork(self) -> bool:
@@ -295,14 +320,18 @@ class Building:
     # --- simultaneous blocks ---
 
     def _solve_blocks(self) -> bool:
-        remaining = [e for e in range(len(self.active)) if self.active[e] and self.frontier.missing[e]]
+        remaining = [
+            e for e in range(len(self.active)) if self.active[e] and self.frontier.missing[e]
+        ]
         number: dict[int, int] = {}
         occurs = []
         for equation in remaining:
             left = (v for v in self.graph.occurs[equation] if not self.frontier.known[v])
             occurs.append(tuple(sorted(number.setdefault(v, len(number)) for v in left)))
         part, variables = Incidence(tuple(occurs), ({},) * len(occurs), len(number)), list(number)
-        blocks = _blocks(part, partial(self._bends, remaining, frozenset(number))) if remaining else ()
+        blocks = (
+            _blocks(part, partial(self._bends, remaining, frozenset(number))) if remaining else ()
+        )
         for block in blocks:
             rules = {place: remaining[place] for place in block.equations}
             mine = {unknown: variables[unknown] for unknown in block.unknowns}

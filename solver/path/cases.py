@@ -1,12 +1,13 @@
 """Conditions: their outcomes, and the cases to assume.
 
-Assuming whole conditions one by one would multiply cases that exclude each other. Instead the sign of
-``left - right`` of one comparison is assumed; it decides every comparison of the same two expressions, and
-``and``, ``or`` and ``not`` follow by three-valued logic (S. C. Kleene, *Introduction to Metamathematics*,
-1952, section 64).
+Assuming whole conditions one by one would multiply cases that exclude each other. Instead the sign
+of ``left - right`` of one comparison is assumed; it decides every comparison of the same two
+expressions, and ``and``, ``or`` and ``not`` follow by three-valued logic (S. C. Kleene,
+*Introduction to Metamathematics*, 1952, section 64).
 
-Assumed signs must leave every quantity a value: comparisons of one expression with known numbers bound it
-(``income < 1e4`` and ``income >= 4e4``), those of two unknown expressions bound their difference.
+Assumed signs must leave every quantity a value: comparisons of one expression with known numbers
+bound it (``income < 1e4`` and ``income >= 4e4``), those of two unknown expressions bound their
+difference.
 """
 
 from __future__ import annotations
@@ -20,7 +21,17 @@ from typing import TypeAlias
 from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.model import Model, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import And, Comparison, Condition, Expression, Name, Not, Number, Or, Symbol
+from rulesheets.syntax.nodes import (
+    And,
+    Comparison,
+    Condition,
+    Expression,
+    Name,
+    Not,
+    Number,
+    Or,
+    Symbol,
+)
 
 
 def outcomes(model: Model, values: Mapping[str, Value], inputs: Collection[str]) -> dict[int, bool]:
@@ -39,8 +50,8 @@ def outcomes(model: Model, values: Mapping[str, Value], inputs: Collection[str])
 Pair: TypeAlias = tuple[Expression, Expression]
 
 Sign: TypeAlias = frozenset[int]
-"""The possible assumptions on a pair: the signs of left - right. ``AT_MOST`` and ``AT_LEAST`` are one case,
-if equality deactivates none of the rules of that side."""
+"""The possible assumptions on a pair: the signs of left - right. ``AT_MOST`` and ``AT_LEAST`` are
+one case, if equality deactivates none of the rules of that side."""
 
 LESS, EQUAL, GREATER = (frozenset({sign}) for sign in (-1, 0, 1))
 AT_MOST, AT_LEAST, DIFFERENT = LESS | EQUAL, EQUAL | GREATER, LESS | GREATER
@@ -65,7 +76,9 @@ def assumed_outcome(comparison: Comparison, signs: Mapping[Pair, Sign]) -> bool 
     pair = pair if pair in signs else pair[::-1]
     if (wanted := _signs(comparison, pair)) is None or pair not in signs:
         return None
-    return (signs[pair] - EQUAL or signs[pair]) <= wanted  # ``AT_LEAST`` has the rules of ``GREATER``
+    return (
+        signs[pair] - EQUAL or signs[pair]
+    ) <= wanted  # ``AT_LEAST`` has the rules of ``GREATER``
 
 
 def _signs(atom: Comparison, pair: Pair) -> Sign | None:
@@ -155,7 +168,8 @@ EQUALITY = 17 * float_info.epsilon
 Signed: TypeAlias = tuple[Pair, Sign]
 Quantity: TypeAlias = tuple[Expression, ...]
 Bound: TypeAlias = tuple[float, int]
-"""A number, and where the bound is strict 1 for a lower and -1 for an upper one: then bounds compare."""
+"""A number, and where the bound is strict 1 for a lower and -1 for an upper one: then bounds
+compare."""
 
 
 def possible(signs: Iterable[Signed], known: Mapping[str, Value]) -> bool:
@@ -171,7 +185,9 @@ def possible(signs: Iterable[Signed], known: Mapping[str, Value]) -> bool:
 
 def compatible(premises: Iterable[tuple[Condition, bool]], known: Mapping[str, Value]) -> bool:
     """Whether conditions can have these outcomes together."""
-    choices = list(islice(product(*(_alternatives(*premise) for premise in premises)), MAX_ALTERNATIVES + 1))
+    choices = list(
+        islice(product(*(_alternatives(*premise) for premise in premises)), MAX_ALTERNATIVES + 1)
+    )
     if len(choices) > MAX_ALTERNATIVES:
         return True
     return any(possible(chain.from_iterable(choice), known) for choice in choices)

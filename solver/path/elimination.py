@@ -1,14 +1,15 @@
 """Simultaneous equations solved by formula: elimination until one line, circle or parabola is left.
 
-Every angle stands for two generators, its cosine and its sine, every root for one; the equations are
-polynomials in them. A generator that occurs linearly is substituted; two equations that rotate a cosine and
-a sine (``a c + b s = p``, ``-b c + a s = q``) give ``a² + b² = p² + q²``; circles are subtracted from one
-another. This solves the loops of planar linkages (the half-angle formulas of the textbooks, e.g. Norton,
-Design of Machinery, chapter 4), slider-driven ones included, and intersections of circles and lines.
+Every angle stands for two generators, its cosine and its sine, every root for one; the equations
+are polynomials in them. A generator that occurs linearly is substituted; two equations that rotate
+a cosine and a sine (``a c + b s = p``, ``-b c + a s = q``) give ``a² + b² = p² + q²``; circles are
+subtracted from one another. This solves the loops of planar linkages (the half-angle formulas of
+the textbooks, e.g. Norton, Design of Machinery, chapter 4), slider-driven ones included, and
+intersections of circles and lines.
 
-Each step is valid for every solution as long as its divisor does not vanish: the solutions of the block are
-then among the candidates. Roots can introduce extraneous candidates, which the equations themselves have to
-refuse.
+Each step is valid for every solution as long as its divisor does not vanish: the solutions of the
+block are then among the candidates. Roots can introduce extraneous candidates, which the equations
+themselves have to refuse.
 """
 
 from __future__ import annotations
@@ -30,12 +31,15 @@ MAX_EQUATIONS = 16
 
 
 def closed_form(
-    equations: Sequence[Equation], unknowns: Collection[str], turning: Collection[str] = (), by: str = ""
+    equations: Sequence[Equation],
+    unknowns: Collection[str],
+    turning: Collection[str] = (),
+    by: str = "",
 ) -> ClosedForm | None:
     """A closed form of as many equations as unknowns; None if elimination does not lead to one.
 
-    ``turning`` are the unknowns for which whole turns make no difference; terms are collected ``by`` a
-    known name.
+    ``turning`` are the unknowns for which whole turns make no difference; terms are collected
+    ``by`` a known name.
     """
     if len(equations) > MAX_EQUATIONS:
         return None
@@ -64,8 +68,8 @@ def closed_form(
 class _System:
     """Equations in the ``open`` generators.
 
-    ``forward`` are formulas in order of evaluation; each group of ``backward`` needs generators that
-    are found later, so the groups are evaluated last, in reverse.
+    ``forward`` are formulas in order of evaluation; each group of ``backward`` needs generators
+    that are found later, so the groups are evaluated last, in reverse.
     """
 
     def __init__(self, equations: Sequence[Equation], generators: Generators, by: str) -> None:
@@ -120,7 +124,9 @@ class _System:
 
     def _coefficient(self, polynomial: Polynomial) -> Coefficient:
         terms = [self._expression(Polynomial({monomial: c})) for monomial, c in polynomial.items()]
-        return Coefficient(self._expression(polynomial), add(*(call("abs", term) for term in terms)))
+        return Coefficient(
+            self._expression(polynomial), add(*(call("abs", term) for term in terms))
+        )
 
     def _divisor(self, divisor: Polynomial) -> Let:
         """A generator for a known expression that must not vanish."""
@@ -145,7 +151,9 @@ class _System:
             closed = self.unknown(equation)
             match closed:
                 case [name] if _plain(name) and equation.degree(name) <= 2:
-                    c, b, a = (equation.coefficients(name).get(power, Polynomial()) for power in range(3))
+                    c, b, a = (
+                        equation.coefficients(name).get(power, Polynomial()) for power in range(3)
+                    )
                     if a:
                         self.forward.append(Parabola(name, *map(self._coefficient, (a, b, c))))
                     else:
@@ -169,7 +177,11 @@ class _System:
         """Subtract one equation from another so that their nonlinear parts cancel."""
         curved = [self._curved(equation) for equation in self.equations]
         for (i, one), (j, other) in combinations(enumerate(curved), 2):
-            if one and set(one) == set(other) and len(ratios := {other[m] / one[m] for m in one}) == 1:
+            if (
+                one
+                and set(one) == set(other)
+                and len(ratios := {other[m] / one[m] for m in one}) == 1
+            ):
                 self.equations[j] -= self.equations[i] * ratios.pop()
                 return True
         return False
@@ -197,7 +209,9 @@ class _System:
                 straight = straight.substituted(name, generator(new) + part)
             found = _line(straight, *moved)
             assert found is not None
-            self.forward.append(Circle(moved[0], moved[1], *map(self._coefficient, (*found, square))))
+            self.forward.append(
+                Circle(moved[0], moved[1], *map(self._coefficient, (*found, square)))
+            )
             for name, new, part in zip(unknown, moved, centre, strict=True):
                 self.forward.append(Let(name, Name(new) + self._expression(part)))
             return self._close(unknown, i, j)
@@ -206,8 +220,9 @@ class _System:
     def _substitute(self, by_number: bool) -> bool:
         """Replace a plain generator that an equation gives as a polynomial in the others.
 
-        Equations free of angles come first: what they make zero is then exactly zero. ``by_number``: only if
-        the coefficient of the generator is a number, so that no divisor is needed.
+        Equations free of angles come first: what they make zero is then exactly zero.
+        ``by_number``: only if the coefficient of the generator is a number, so that no divisor is
+        needed.
         """
         costs = []
         for place, equation in enumerate(self.equations):
@@ -216,8 +231,14 @@ class _System:
             for name in plain:
                 parts = equation.coefficients(name)
                 number = set(parts[1]) == {UNIT} if 1 in parts else False
-                if not set(parts) - {0, 1} and not self.unknown(parts[1]) and (number or not by_number):
-                    costs.append((not number, len(unknown) - len(plain), len(equation), place, name))
+                if (
+                    not set(parts) - {0, 1}
+                    and not self.unknown(parts[1])
+                    and (number or not by_number)
+                ):
+                    costs.append(
+                        (not number, len(unknown) - len(plain), len(equation), place, name)
+                    )
         if not costs:
             return False
         *_, place, name = min(costs)
@@ -250,10 +271,11 @@ class _System:
         return False
 
     def _rotate(self) -> bool:
-        """Replace two equations that rotate an angle, which occurs nowhere else, by ``a² + b² = p² +
-        q²``.
+        """Replace two equations that rotate an angle, which occurs nowhere else, by ``a² + b² = p²
+        + q²``.
 
-        They are ``a c + b s = p`` and ``-b c + a s = q``, or that with the signs of the second changed.
+        They are ``a c + b s = p`` and ``-b c + a s = q``, or that with the signs of the second
+        changed.
         """
         for cosine, sine, _ in self.generators.angles.values():
             if cosine not in self.open or sine not in self.open:

@@ -109,7 +109,8 @@ _shared_name = cache(Name)
 
 @lru_cache(MOST)
 def asked_shape(shape: Shape, unknown: tuple[bool, ...]) -> Shape:
-    """The shape of rules in which names are ``unknown`` or known, as numbers are, in the order of names."""
+    """The shape of rules in which names are ``unknown`` or known, as numbers are, in the order of
+    names."""
     asked = [k for k, new in enumerate(unknown) if new]
     names = {f"#{k}": _shared_name(f"#{place}") for place, k in enumerate(asked)}
 
@@ -127,7 +128,8 @@ def _counts(shape: Shape) -> Counter[str]:
 
 
 class Effort(NamedTuple):
-    """The cost of solving a rule for an unknown, as in ``Isolation``, and the number of branches."""
+    """The cost of solving a rule for an unknown, as in ``Isolation``, and the number of
+    branches."""
 
     cost: int
     branches: int
@@ -161,7 +163,9 @@ class ModelGraph:
 
     def __getstate__(self) -> dict[str, object]:
         """Pickled without data that only building paths and blocks of one pattern need."""
-        kernels = {key: kernel for key, kernel in self.kernels.items() if isinstance(key, SolveBlock)}
+        kernels = {
+            key: kernel for key, kernel in self.kernels.items() if isinstance(key, SolveBlock)
+        }
         emptied: dict[str, object] = {key: {} for key in ("_efforts", "_isolated", "torn")}
         return {**self.__dict__, **emptied, "kernels": kernels}
 
@@ -178,11 +182,15 @@ class ModelGraph:
     def isolation(self, equation: int, variable: int) -> Isolation | None:
         found, names = self.isolated(equation, variable)
         own = self.model.equations[equation].names
-        return found if found is None or names == own else found.renamed(dict(zip(names, own, strict=True)))
+        return (
+            found
+            if found is None or names == own
+            else found.renamed(dict(zip(names, own, strict=True)))
+        )
 
     def isolated(self, equation: int, variable: int) -> Isolated:
-        """The isolation of the first of the rules that differ from this one only in names, and its names,
-        in the order of those of this one."""
+        """The isolation of the first of the rules that differ from this one only in names, and its
+        names, in the order of those of this one."""
         key = (equation, variable)
         if key not in self._isolations:
             from solver.path.isolate import isolate  # most are kept from an earlier run
@@ -200,8 +208,8 @@ class ModelGraph:
     def effort(self, equation: int, variable: int) -> Effort | None:
         """The cost of an isolation, None if there is none: computed once for rules of one shape.
 
-        Numbers 0 and 1 fold away, so they distinguish shapes; if an unknown occurs several times, terms
-        may also be equal by their numbers.
+        Numbers 0 and 1 fold away, so they distinguish shapes; if an unknown occurs several times,
+        terms may also be equal by their numbers.
         """
         body = self.model.equations[equation]
         shape, numbers = shape_of(body)
@@ -221,11 +229,18 @@ class ModelGraph:
 
     @cached_property
     def weighed(self) -> Set[str]:
-        """Angles without a range that a condition or an absolute value compares with something: a whole turn
-        of them may make a difference."""
+        """Angles without a range that a condition or an absolute value compares with something: a
+        whole turn of them may make a difference."""
         required = (requirement.comparison for requirement in self.model.requirements)
-        sums = (side for rules in by_shape(self.model) for rule in rules for side in (rule.left, rule.right))
-        chosen = (part for side in sums if is_angle_sum(side) for part in walk(side) if _chooses(part))
+        sums = (
+            side
+            for rules in by_shape(self.model)
+            for rule in rules
+            for side in (rule.left, rule.right)
+        )
+        chosen = (
+            part for side in sums if is_angle_sum(side) for part in walk(side) if _chooses(part)
+        )
         conditions = (*self.model.conditions, *required, *chosen)
         weighed = self.angles.keys() - _angles(self.model, conditions) if conditions else set()
         variables = map(self.model.variables.__getitem__, weighed)
@@ -251,12 +266,13 @@ Node: TypeAlias = nodes.Expression | nodes.Condition
 Addends: TypeAlias = tuple[tuple[str, Ratio], ...]
 """Names, each with its factor."""
 Angle: TypeAlias = tuple[float, int]
-"""The turn, in the unit of the angle, and how many of them after which all that reads it repeats itself."""
+"""The turn, in the unit of the angle, and how many of them after which all that reads it repeats
+itself."""
 
 
 def _evidence(*parts: Node) -> Iterator[tuple[str, float, int]]:
-    """The names in expressions and in the inequalities of conditions: for each occurrence the period of the
-    function around it and how many of them count, or 0 for a plain number."""
+    """The names in expressions and in the inequalities of conditions: for each occurrence the
+    period of the function around it and how many of them count, or 0 for a plain number."""
     stack = [*parts]
     while stack:
         node = stack.pop()
@@ -285,7 +301,8 @@ REPEATING = named(lambda row: row.turn or row.swings)
 
 
 def phases(*sides: Node) -> list[Expression]:
-    """The arguments of functions that repeat themselves, or go through 0 again and again as they grow."""
+    """The arguments of functions that repeat themselves, or go through 0 again and again as they
+    grow."""
     calls = (node for node in walk(*sides) if isinstance(node, Call))
     return [call.arguments[-1] for call in calls if call.function in REPEATING]
 
@@ -355,7 +372,11 @@ def _numbers_of_angles(*sides: Expression) -> list[int]:
 def _rule_angle_evidence(*sides: Expression) -> Iterator[tuple[str, float, int]]:
     """The evidence of angles in a rule: ``thetaAB = atan2d(…)`` gives one."""
     for one, other in (sides, sides[::-1]):
-        if isinstance(one, Name) and isinstance(other, Call) and (turn := TABLE[other.function].angle):
+        if (
+            isinstance(one, Name)
+            and isinstance(other, Call)
+            and (turn := TABLE[other.function].angle)
+        ):
             yield one.name, turn, 1
             sides = other.arguments
             break
@@ -371,8 +392,8 @@ def within_half_turns(number: float, turn: float) -> float:
 
 
 def is_angle_sum(side: nodes.Expression) -> bool:
-    """Whether names, each a whole number of times, and numbers are only added up, compared or not: no
-    evidence of angles, and harmless to them unless one of them is not an angle."""
+    """Whether names, each a whole number of times, and numbers are only added up, compared or not:
+    no evidence of angles, and harmless to them unless one of them is not an angle."""
     return all(
         isinstance(part, Name | Number | Negative | Sum) or _is_multiple(part) or _chooses(part)
         for part in walk(side)
@@ -417,7 +438,8 @@ def _scaled(addends: Addends | None, by: Ratio | None) -> Addends | None:
 
 
 def _ratio(number: float) -> Ratio | None:
-    """A factor without its sign as numerator and denominator; None for 0, and without a short ratio."""
+    """A factor without its sign as numerator and denominator; None for 0, and without a short
+    ratio."""
     for denominator in (1, 2, 3, 4, 5, 6, 8, 10, 100, 1000):
         numerator = round(abs(number) * denominator) if abs(number) < MAX_FACTOR else 0
         if numerator and numerator / denominator == abs(number):

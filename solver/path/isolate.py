@@ -55,8 +55,8 @@ def isolate(left: Expression, right: Expression, unknown: str) -> Isolation | No
             return Isolation(unknown, -c, (stage,), cost, verify=multiplied)
         case (c, b, a), multiplied:
             return Isolation(unknown, c, (), 2, 2, verify=multiplied, quadratic=Quadratic(c, b, a))
-    # every occurrence is in one part, such as exp(-x) or (1 + i)^x: undo the operations around it, solve a
-    # linear equation for that part; last, undo the part itself
+    # every occurrence is in one part, such as exp(-x) or (1 + i)^x: undo the operations around it,
+    # solve a linear equation for that part; last, undo the part itself
     if in_left and in_right:
         if (powers := _powers(left, right, unknown)) is not None:
             return powers
@@ -69,7 +69,8 @@ def isolate(left: Expression, right: Expression, unknown: str) -> Isolation | No
 
 
 def operand(left: Expression, right: Expression, unknown: str, depth: int) -> Expression:
-    """The part of an equation, isolable by stages, that holds the unknown under its outermost operations."""
+    """The part of an equation, isolable by stages, that holds the unknown under its outermost
+    operations."""
     node = left if unknown in nodes.names(left) else right
     for _ in range(depth):
         undone = _undo(node, unknown)
@@ -93,7 +94,9 @@ def _stages(node: Expression, unknown: str) -> list[Stage] | None:
     return stages
 
 
-def _through(stages: Sequence[Stage], other: Expression, unknown: str, common: bool = False) -> Isolation:
+def _through(
+    stages: Sequence[Stage], other: Expression, unknown: str, common: bool = False
+) -> Isolation:
     branches, doubtful = 1, False
     for stage in stages:
         branches *= len(stage.forms)
@@ -172,8 +175,8 @@ def _undo_call(
 ) -> tuple[Stage, Expression] | None:
     row = TABLE[function]
     if row.direction and len(arguments) == 2:
-        # atan2(y, x) = t gives y*cos(t) = x*sin(t); the half plane is left to verification. The forms stay
-        # quotients where a factor is 0: all of a half line has the direction 0
+        # atan2(y, x) = t gives y*cos(t) = x*sin(t); the half plane is left to verification. The
+        # forms stay quotients where a factor is 0: all of a half line has the direction 0
         (y, x), (s, c) = arguments, (call(name, TARGET) for name in row.sine_and_cosine)
         half = (row.angle or 0.0) / 2
         if unknown in nodes.names(y):
@@ -203,15 +206,18 @@ def _repeated(node: Expression, unknown: str) -> list[Stage] | None:
         if part not in last:  # it does not hold all occurrences
             continue
         exchanged = exchange(node, part, Name(PART))
-        if unknown not in nodes.names(exchanged) and (formula := _ratio(exchanged, PART)) is not None:
+        if (
+            unknown not in nodes.names(exchanged)
+            and (formula := _ratio(exchanged, PART)) is not None
+        ):
             rest = _stages(part, unknown)
             return None if rest is None else [formula, *rest]
     return None
 
 
 def _around(node: Expression, unknown: str, last: bool = False) -> Iterator[Expression]:
-    """The parts of a node that hold the first or the last occurrence of an unknown, the largest first,
-    except the node and the unknown themselves."""
+    """The parts of a node that hold the first or the last occurrence of an unknown, the largest
+    first, except the node and the unknown themselves."""
     while True:
         operands = nodes.children(node)
         node = next(part for part in operands[:: -1 if last else 1] if unknown in nodes.names(part))
@@ -238,7 +244,9 @@ def _signed_square(node: Expression, unknown: str) -> list[Stage] | None:
     one, other = held if held[1] == Call("abs", (held[0],)) else held[::-1]
     if other != Call("abs", (one,)) or (rest := _stages(one, unknown)) is None:
         return None
-    factor = prod((part for part in factors if part not in held), start=ONE) / prod(divisors, start=ONE)
+    factor = prod((part for part in factors if part not in held), start=ONE) / prod(
+        divisors, start=ONE
+    )
     root = call("sgn", TARGET) * call("sqrt", call("abs", TARGET))
     return [Stage("product", (TARGET / factor,), divisor=factor), Stage("root", (root,)), *rest]
 
@@ -252,14 +260,18 @@ def _powers(left: Expression, right: Expression, unknown: str) -> Isolation | No
     for parts in (above + over, below + under):
         held = [part for part in parts if unknown in nodes.names(part)]
         exponents.update(part.exponent if isinstance(part, Power) else part for part in held)
-        bases.append(prod((part.base if isinstance(part, Power) else part for part in held), start=ONE))
+        bases.append(
+            prod((part.base if isinstance(part, Power) else part for part in held), start=ONE)
+        )
         free.append(prod((part for part in parts if part not in held), start=ONE))
     if len(exponents) != 1 or any(unknown in nodes.names(base) for base in bases):
         return None
     rest = _stages(exponents.pop(), unknown)
     if rest is None or any(stage.period for stage in rest):
         return None
-    return _through([_undo_exponent(bases[0] / bases[1]), *rest], free[1] / free[0], unknown, common=True)
+    return _through(
+        [_undo_exponent(bases[0] / bases[1]), *rest], free[1] / free[0], unknown, common=True
+    )
 
 
 def _factors(node: Expression) -> tuple[list[Expression], list[Expression]]:
@@ -287,7 +299,9 @@ Rational: TypeAlias = tuple[Polynomial, Polynomial]
 _UNIT: Polynomial = (ONE,)
 
 
-def polynomial_of(left: Expression, right: Expression, unknown: str) -> tuple[Polynomial, bool] | None:
+def polynomial_of(
+    left: Expression, right: Expression, unknown: str
+) -> tuple[Polynomial, bool] | None:
     """``left - right`` as one polynomial, and whether a denominator was multiplied away.
 
     None if it is not one of degree 2 at most.
@@ -367,7 +381,9 @@ _DIRECTIONS = named(lambda row: row.direction)
 _ROUGH = frozenset({"sqrt", "abs", *_TANGENTS, *_DIRECTIONS})
 
 
-def _single(form: Expression, functions: Collection[str]) -> tuple[Call, Expression, Expression] | None:
+def _single(
+    form: Expression, functions: Collection[str]
+) -> tuple[Call, Expression, Expression] | None:
     """The single operation of some kinds in which a form is linear, its factor, and the rest."""
     parts = [part for part in walk(form) if isinstance(part, Call) and part.function in functions]
     linear = []
@@ -392,8 +408,8 @@ def without_logarithm(form: Expression) -> Expression:
 def smooth(left: Expression, right: Expression) -> Expression:
     """An expression that vanishes wherever ``left = right`` does, smooth if possible.
 
-    It is smooth if the equation is ``factor*rough + rest = 0`` for a single rough operation, which is
-    undone.
+    It is smooth if the equation is ``factor*rough + rest = 0`` for a single rough operation, which
+    is undone.
     """
     form = left - right
     if (found := _single(form, _ROUGH)) is None:

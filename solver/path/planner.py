@@ -28,9 +28,9 @@ class Planner:
     ) -> Path:
         """The path from the ``known`` variables, given the outcomes of conditions.
 
-        ``inactive`` equations are not solved for anything (they hold for any value, or for none, at the
-        present values); ``want`` prunes to what these names need, and ``required`` adds requirements that
-        direct steps of one value lead to.
+        ``inactive`` equations are not solved for anything (they hold for any value, or for none, at
+        the present values); ``want`` prunes to what these names need, and ``required`` adds
+        requirements that direct steps of one value lead to.
         """
         key = known, frozenset(decided.items()), inactive, want, required
         if key not in self.paths:

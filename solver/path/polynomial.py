@@ -1,8 +1,8 @@
 """Polynomials in several generators with exact rational coefficients.
 
 A generator is a variable, the cosine or the sine of an angle, a root, or any other part of an
-expression that is not opened. Like terms are merged, so that terms cancel by algebra; for elimination, the
-square of a sine is written by that of the cosine.
+expression that is not opened. Like terms are merged, so that terms cancel by algebra; for
+elimination, the square of a sine is written by that of the cosine.
 """
 
 from __future__ import annotations
@@ -66,7 +66,9 @@ class Polynomial(dict[Monomial, Fraction]):
 
     def __mul__(self, other: Polynomial | Fraction) -> Polynomial:
         if isinstance(other, Fraction):
-            return Polynomial({monomial: other * c for monomial, c in self.items()} if other else {})
+            return Polynomial(
+                {monomial: other * c for monomial, c in self.items()} if other else {}
+            )
         terms = []
         for one, a in self.items():
             for two, b in other.items():
@@ -88,11 +90,16 @@ class Polynomial(dict[Monomial, Fraction]):
 
     def by_exponents(self, names: Sequence[str]) -> dict[tuple[int, ...], Fraction]:
         """Coefficients by the exponents of all its generators."""
-        return {tuple(dict(monomial).get(name, 0) for name in names): c for monomial, c in self.items()}
+        return {
+            tuple(dict(monomial).get(name, 0) for name in names): c for monomial, c in self.items()
+        }
 
     def cleared(self) -> Polynomial:
         """Multiplied by the divisors of its terms."""
-        lowest = {name: min(e for m in self for other, e in m if other == name) for name in self.generators}
+        lowest = {
+            name: min(e for m in self for other, e in m if other == name)
+            for name in self.generators
+        }
         divisors = sorted((name, -exponent) for name, exponent in lowest.items() if exponent < 0)
         return self * Polynomial({tuple(divisors): Fraction(1)})
 
@@ -113,7 +120,8 @@ class Polynomial(dict[Monomial, Fraction]):
         return total
 
     def reduced(self, pairs: Mapping[str, str]) -> Polynomial:
-        """With every square of a sine replaced: sin² = 1 - cos². ``pairs`` gives the cosine of each sine."""
+        """With every square of a sine replaced: sin² = 1 - cos². ``pairs`` gives the cosine of each
+        sine."""
         reduced = self
         for sine, cosine in pairs.items():
             square = generator(cosine) * generator(cosine)
@@ -128,8 +136,9 @@ class Polynomial(dict[Monomial, Fraction]):
         return reduced
 
     def expression(self, meaning: Mapping[str, Expression], by: str = "") -> Expression:
-        """As an expression; ``meaning`` gives the expression of every generator. Terms are collected ``by``
-        one of them, so that it occurs once for each of its powers (W. G. Horner's form)."""
+        """As an expression; ``meaning`` gives the expression of every generator. Terms are
+        collected ``by`` one of them, so that it occurs once for each of its powers (W. G. Horner's
+        form)."""
         if by and (degree := self.degree(by)):
             parts = self.coefficients(by)
             found = parts[degree].expression(meaning)
@@ -156,12 +165,16 @@ def generator(name: str) -> Polynomial:
 
 
 def in_parts(
-    expression: Expression, number: Callable[[Expression], Fraction | None], meaning: dict[Expression, str]
+    expression: Expression,
+    number: Callable[[Expression], Fraction | None],
+    meaning: dict[Expression, str],
 ) -> Polynomial:
-    """An expression as a sum of products of powers, negative ones too; ``number`` gives the known parts.
+    """An expression as a sum of products of powers, negative ones too; ``number`` gives the known
+    parts.
 
-    Generators are names, and parts that ``meaning`` names: functions, and sums that have unknown factors,
-    divide, or have an exponent. Raises ZeroDivisionError where a divisor or a base is 0, and NoForm.
+    Generators are names, and parts that ``meaning`` names: functions, and sums that have unknown
+    factors, divide, or have an exponent. Raises ZeroDivisionError where a divisor or a base is 0,
+    and NoForm.
     """
 
     def part(node: Expression) -> Polynomial:
@@ -221,7 +234,8 @@ class Generators:
     extra: list[Polynomial] = field(default_factory=list)
 
     def polynomial(self, node: Expression) -> Polynomial:
-        """A part without unknowns: opened as far as it is a polynomial, else a generator of its own.
+        """A part without unknowns: opened as far as it is a polynomial, else a generator of its
+        own.
 
         Raises NoForm for a part with unknowns that is not a polynomial.
         """
@@ -239,7 +253,9 @@ class Generators:
             case Negative(operand):
                 return -self.polynomial(operand)
             case Sum(terms):
-                return Polynomial.of(item for term in terms for item in self.polynomial(term).items())
+                return Polynomial.of(
+                    item for term in terms for item in self.polynomial(term).items()
+                )
             case Product(left, right):
                 return (self.polynomial(left) * self.polynomial(right)).reduced(self.pairs)
             case Quotient(left, Number(value)) if value:
@@ -257,7 +273,9 @@ class Generators:
                 return self.polynomial(left) * generator(self._named(1.0 / right))
             case Quotient(left, right):  # one more unknown, and a product
                 dividend, quotient = self.polynomial(left), self._auxiliary()
-                self.extra.append((quotient * self.polynomial(right)).reduced(self.pairs) - dividend)
+                self.extra.append(
+                    (quotient * self.polynomial(right)).reduced(self.pairs) - dividend
+                )
                 return quotient
             case Power(base, Number(0.5)) | Call("sqrt", (base,)):
                 inside, root = self.polynomial(base), self._auxiliary()
@@ -284,7 +302,8 @@ class Generators:
     # --- angles ---
 
     def _circular(self, function: str, argument: Expression) -> Polynomial:
-        """By the sums of angles ``±name ± name + 90·quarters + rest`` of which the rest is known."""
+        """By the sums of angles ``±name ± name + 90·quarters + rest`` of which the rest is
+        known."""
         unit, cosine = CIRCULAR[function], function.startswith("cos")
         turns = right_angles(argument, _QUARTER[unit])
         if turns is not None and unit:

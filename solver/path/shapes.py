@@ -14,9 +14,9 @@ from solver.path.graph import by_shape, occurrences, shape_of
 
 
 class Family(NamedTuple):
-    """Rules of one shape: their ``places`` (m,) among all rules, the first of them, the ``columns`` (k, m) of
-    its names, in order of first appearance, as places among all names, and their ``numbers`` (c, m), in the
-    order of the text."""
+    """Rules of one shape: their ``places`` (m,) among all rules, the first of them, the ``columns``
+    (k, m) of its names, in order of first appearance, as places among all names, and their
+    ``numbers`` (c, m), in the order of the text."""
 
     places: NDArray[np.intp]
     first: Equation
@@ -24,11 +24,15 @@ class Family(NamedTuple):
     numbers: Array
 
 
-def same_columns(pattern: NDArray[np.bool_]) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.intp]]]:
+def same_columns(
+    pattern: NDArray[np.bool_],
+) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.intp]]]:
     """The different columns of a pattern (k, m), each with its places."""
     packed = np.ascontiguousarray(np.packbits(pattern, axis=0).T)
     groups: dict[bytes, list[int]] = {}
-    for place, key in enumerate(packed.view(f"V{packed.shape[1]}").ravel().tolist() if packed.size else ()):
+    for place, key in enumerate(
+        packed.view(f"V{packed.shape[1]}").ravel().tolist() if packed.size else ()
+    ):
         groups.setdefault(key, []).append(place)
     for places in groups.values():
         yield pattern[:, places[0]], np.array(places, dtype=np.intp)
@@ -70,11 +74,15 @@ class Shapes:
         for number, places in zip(numbers.tolist(), np.split(order, starts[1:]), strict=True):
             every, members = self.families[number], self.member[chosen[places]]
             first = self.equations[chosen[places[0]]]
-            families.append(Family(places, first, every.columns[:, members], every.numbers[:, members]))
+            families.append(
+                Family(places, first, every.columns[:, members], every.numbers[:, members])
+            )
         columns = [family.columns.ravel() for family in families]
         read = np.unique(np.concatenate([np.empty(0, dtype=np.intp), *columns]))
         names = tuple([self.names[column] for column in read.tolist()])
-        within = (family._replace(columns=np.searchsorted(read, family.columns)) for family in families)
+        within = (
+            family._replace(columns=np.searchsorted(read, family.columns)) for family in families
+        )
         return Alike(names, tuple(within))
 
 

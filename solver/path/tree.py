@@ -44,7 +44,8 @@ class PathTree(NamedTuple):
 
     @property
     def branches(self) -> int | None:
-        """The largest possible number of answers; None if a block or an open question leaves it open."""
+        """The largest possible number of answers; None if a block or an open question leaves it
+        open."""
         if self.open or any(isinstance(step, SolveBlock) for step in self.path.steps):
             return None
         ahead = [case.tree.branches for case in self.cases]
@@ -61,7 +62,9 @@ def question(path: Path) -> tuple[int, ...]:
     return last.conditions if isinstance(last, Decide | Assume) else ()
 
 
-def path_tree(planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] | None = None) -> PathTree:
+def path_tree(
+    planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] | None = None
+) -> PathTree:
     """The path from ``inputs`` with its cases, down to at most :data:`MAX_ENDS` ends.
 
     Only the conditions that the inputs decide are evaluated; nothing is solved.
@@ -80,7 +83,9 @@ def path_tree(planner: Planner, inputs: Mapping[str, Value], want: frozenset[str
 class _Ahead:
     """Plans again after each question; ``told`` are the equations that earlier steps have used."""
 
-    def __init__(self, planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] | None) -> None:
+    def __init__(
+        self, planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] | None
+    ) -> None:
         self.planner, self.inputs, self.want = planner, inputs, want
         self.model = planner.graph.model
 
@@ -89,7 +94,9 @@ class _Ahead:
     ) -> PathTree:
         """The path from known variables, with cases down to ``depth``."""
         path = self.planner.path(known, decided, want=self.want)
-        steps = (step for step in path.steps if not (isinstance(step, Check) and step.equation in told))
+        steps = (
+            step for step in path.steps if not (isinstance(step, Check) and step.equation in told)
+        )
         path = Path(tuple(steps), path.undetermined)
         conditions = question(path)
         possible = {condition: self._outcomes(decided, condition) for condition in conditions}
@@ -100,7 +107,10 @@ class _Ahead:
             return PathTree(path)
         told = told.union(*map(equations_of, path.steps))
         return PathTree(
-            path, self._cases(known.union(*map(given_by, path.steps)), decided, told, conditions, depth - 1)
+            path,
+            self._cases(
+                known.union(*map(given_by, path.steps)), decided, told, conditions, depth - 1
+            ),
         )
 
     def _cases(
@@ -118,7 +128,9 @@ class _Ahead:
         said = value_said(self.model.conditions[first])
         named = {said[0]} if said and isinstance(said[1], str) else set()
         found = [
-            self._cases(known | named if outcome else known, {**decided, first: outcome}, told, rest, depth)
+            self._cases(
+                known | named if outcome else known, {**decided, first: outcome}, told, rest, depth
+            )
             for outcome in self._outcomes(decided, first)
         ]
         if found[0] == found[-1]:
@@ -135,7 +147,10 @@ class _Ahead:
             outcome
             for outcome in (True, False)
             if compatible(
-                ((self.model.conditions[k], holds) for k, holds in {**decided, condition: outcome}.items()),
+                (
+                    (self.model.conditions[k], holds)
+                    for k, holds in {**decided, condition: outcome}.items()
+                ),
                 self.inputs,
             )
         ] or [True, False]

@@ -1,7 +1,7 @@
 """Drawings, plots and charts: the only room that imports matplotlib, used by commands and the page.
 
-This module has a figure at one answer: its strokes and points, its window and scale, and the places of
-its labels.
+This module has a figure at one answer: its strokes and points, its window and scale, and the places
+of its labels.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ FALSE = 1e-6
 class Measurement(NamedTuple):
     """One method in one case.
 
-    ``error`` is the largest relative one over the wanted variables, nan without an answer; ``status`` is
-    solved, false, or what was reported instead. ``at`` is the value of the varied input; ``radius`` the
-    largest relative error that a proof leaves possible.
+    ``error`` is the largest relative one over the wanted variables, nan without an answer;
+    ``status`` is solved, false, or what was reported instead. ``at`` is the value of the varied
+    input; ``radius`` the largest relative error that a proof leaves possible.
     """
 
     method: str
@@ -61,7 +61,8 @@ class Stroke(NamedTuple):
 
 
 class Diagram(NamedTuple):
-    """A figure with its numbers. ``places`` are the coordinates by name, ``kinds`` point, pin or pole."""
+    """A figure with its numbers. ``places`` are the coordinates by name, ``kinds`` point, pin or
+    pole."""
 
     name: str
     caption: str
@@ -93,14 +94,18 @@ class View(NamedTuple):
 def variables(figures: Iterable[Figure]) -> tuple[str, ...]:
     """Full names of the variables that the figures need, in order of appearance."""
     marks = (mark for figure in figures for mark in marks_of(figure))
-    return tuple(dict.fromkeys(name for mark in marks for part in parts(mark)[1] for name in names(part)))
+    return tuple(
+        dict.fromkeys(name for mark in marks for part in parts(mark)[1] for name in names(part))
+    )
 
 
 def diagram(figure: Figure, values: Mapping[str, Value]) -> Diagram:
     """The figure at these values. Raises ValueError with a short reason if it lacks one."""
     missing = [name for name in variables([figure]) if name not in values]
     if missing:
-        raise ValueError(f"{' and '.join(missing[:3])}{' …' if len(missing) > 3 else ''} has no value")
+        raise ValueError(
+            f"{' and '.join(missing[:3])}{' …' if len(missing) > 3 else ''} has no value"
+        )
 
     def number(part: Expression) -> float:
         try:
@@ -152,7 +157,9 @@ def require_matplotlib() -> None:
 PICTURES = (".png", ".svg", ".pdf")
 
 
-def picture_kind(path: str, kinds: Sequence[str], what: str = "picture", notes: tuple[str, ...] = ()) -> str:
+def picture_kind(
+    path: str, kinds: Sequence[str], what: str = "picture", notes: tuple[str, ...] = ()
+) -> str:
     """The ending of a picture file. Raises RuleSheetError: E433 for another one, E432."""
     kind = os.path.splitext(path)[1].lower()
     if kind not in kinds:
@@ -165,7 +172,8 @@ def picture_kind(path: str, kinds: Sequence[str], what: str = "picture", notes: 
 
 _ROUND = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
 _BAR = 14.0
-"""Millimetres that a scale bar should at least have; a round length makes it less than twice as long."""
+"""Millimetres that a scale bar should at least have; a round length makes it less than twice as
+long."""
 
 
 class Window(NamedTuple):
@@ -227,8 +235,8 @@ _POINT = 0.3528
 _ROUNDS = 3
 _DIRECTIONS = np.arange(16) * np.pi / 8 + np.pi / 4
 _CROSSED, _COVERED, _OUTSIDE, _FAR, _MOVED = 6.0, 3.0, 40.0, 0.35, 0.4
-"""Costs: of a mm of line under a label, of a mm² of symbol or (twice) of label under it, of a mm beyond the
-window, away from the point, and from the place in an earlier frame."""
+"""Costs: of a mm of line under a label, of a mm² of symbol or (twice) of label under it, of a mm
+beyond the window, away from the point, and from the place in an earlier frame."""
 
 
 class LabelRequest(NamedTuple):
@@ -248,14 +256,20 @@ def place(
 ) -> dict[str, Array]:
     """A box for every request by its key, in a window [0, width] × [0, height].
 
-    Boxes (n, 4) are middles and half sides, ``segments`` (n, 2, 2) their ends. ``before`` are the offsets
-    of labels from their points in an earlier frame.
+    Boxes (n, 4) are middles and half sides, ``segments`` (n, 2, 2) their ends. ``before`` are the
+    offsets of labels from their points in an earlier frame.
     """
-    half, found = np.array(size) / 2, dict.fromkeys(label_requests, np.array([np.inf, np.inf, 0.0, 0.0]))
+    half, found = (
+        np.array(size) / 2,
+        dict.fromkeys(label_requests, np.array([np.inf, np.inf, 0.0, 0.0])),
+    )
     costs: dict[str, tuple[Array, Array]] = {}  # of each candidate by itself
     for key, request in label_requests.items():
         boxes = _candidates(request)
-        off, beyond = boxes[:, :2] - request.point, np.abs(boxes[:, :2] - half) + boxes[:, 2:] - half
+        off, beyond = (
+            boxes[:, :2] - request.point,
+            np.abs(boxes[:, :2] - half) + boxes[:, 2:] - half,
+        )
         cost = _COVERED * overlaps(boxes, symbols).sum(axis=1)
         cost += _CROSSED * inside(boxes, segments).sum(axis=1)
         cost += _OUTSIDE * beyond.clip(0.0).sum(axis=1) + _FAR * np.linalg.norm(off, axis=1)
@@ -266,7 +280,9 @@ def place(
         for key, (boxes, cost) in costs.items():
             others = np.array([box for other, box in found.items() if other != key]).reshape(-1, 4)
             total = cost + 2 * _COVERED * overlaps(boxes, others).sum(axis=1)
-            found[key] = boxes[np.argmin(total.round(6))]  # rounding decides between no two that are alike
+            found[key] = boxes[
+                np.argmin(total.round(6))
+            ]  # rounding decides between no two that are alike
     return found
 
 
@@ -274,7 +290,9 @@ def _candidates(request: LabelRequest) -> Array:
     half = np.array([0.6 * _POINT * FONT * len(request.text) + 0.4, 0.95 * _POINT * FONT]) / 2
     if request.along is None:
         around = np.column_stack([np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)])
-        middles = np.concatenate([request.point + around * (half + clear) for clear in (1.4, 2.9, 4.9)])
+        middles = np.concatenate(
+            [request.point + around * (half + clear) for clear in (1.4, 2.9, 4.9)]
+        )
     else:
         start, step = np.array(request.along[0]), np.subtract(request.along[1], request.along[0])
         normal = step[::-1] * (-1.0, 1.0) / np.hypot(*step)
@@ -294,6 +312,10 @@ def inside(boxes: Array, segments: Array) -> Array:
     """The lengths (n, m) of segments inside boxes (Liang and Barsky 1984)."""
     start, step = segments[:, 0], segments[:, 1] - segments[:, 0]
     slope = np.where(step == 0.0, 1e-300, step)
-    low, high = ((boxes[:, None, :2] + side * boxes[:, None, 2:] - start) / slope for side in (-1, 1))
+    low, high = (
+        (boxes[:, None, :2] + side * boxes[:, None, 2:] - start) / slope for side in (-1, 1)
+    )
     enter, leave = np.minimum(low, high).max(axis=2), np.maximum(low, high).min(axis=2)
-    return np.asarray((leave.clip(max=1.0) - enter.clip(0.0)).clip(0.0) * np.linalg.norm(step, axis=1))
+    return np.asarray(
+        (leave.clip(max=1.0) - enter.clip(0.0)).clip(0.0) * np.linalg.norm(step, axis=1)
+    )

@@ -1,7 +1,9 @@
-"""Figures in matplotlib: the layout of panels, the signs of a diagram, a page, the frames of a film.
+"""Figures in matplotlib: the layout of panels, the signs of a diagram, a page, the frames of a
+film.
 
-Axes are in the units of the diagram; signs have their size on paper, whatever the scale. Colours are
-those of Okabe and Ito (2008), which people with any colour vision can distinguish; strokes differ too.
+Axes are in the units of the diagram; signs have their size on paper, whatever the scale. Colours
+are those of Okabe and Ito (2008), which people with any colour vision can distinguish; strokes
+differ too.
 """
 
 from __future__ import annotations
@@ -38,7 +40,8 @@ from solver.pictures import (
 )
 
 GAP, HEAD, FOOT, TITLE, EDGE, ROW = 5.0, 6.0, 8.0, 7.0, 4.0, 4.5
-"""Millimetres between panels, above one, below one, above a column, around the page, of a row of legend."""
+"""Millimetres between panels, above one, below one, above a column, around the page, of a row of
+legend."""
 
 MARGIN = 9.0
 """Millimetres around the points for symbols and labels."""
@@ -47,7 +50,8 @@ CAPTION, BOLD, LEGEND = 8.5, 9.0, 7.0
 """Sizes of captions, of titles and of texts below a panel, in points."""
 
 _ROOM = (58.0, 50.0)
-"""Millimetres that the points of a diagram may take up: three diagrams fit A4 across, twice three upright."""
+"""Millimetres that the points of a diagram may take up: three diagrams fit A4 across, twice three
+upright."""
 
 _FINEST = 1e-9
 """The least extent of a figure that is seen as one, relative to the coordinates."""
@@ -65,8 +69,8 @@ Cell: TypeAlias = tuple[int, int]
 class Room(NamedTuple):
     """The rectangle of the page for a figure of a view, caption and scale included, in millimetres.
 
-    It shows a ``window`` at ``scale`` units per millimetre. ``travel`` has the two farthest places of every
-    slider, by the number of its stroke.
+    It shows a ``window`` at ``scale`` units per millimetre. ``travel`` has the two farthest places
+    of every slider, by the number of its stroke.
     """
 
     place: Window
@@ -88,7 +92,8 @@ class Layout(NamedTuple):
 
 
 def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> Layout:
-    """The layout that fits every view: ``frames`` are the views of each frame, one for a still picture.
+    """The layout that fits every view: ``frames`` are the views of each frame, one for a still
+    picture.
 
     Above the panels is room for the titles of views, and for a heading if ``headed``.
     """
@@ -96,11 +101,15 @@ def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> 
     shown = [[v for views in frames if k < len(views) and (v := views[k])] for k in range(count)]
     views = [view for column in shown for view in column]
     rows = range(len(views[0].diagrams))
-    seen = [[[d for view in column if (d := view.diagrams[row])] for column in shown] for row in rows]
+    seen = [
+        [[d for view in column if (d := view.diagrams[row])] for column in shown] for row in rows
+    ]
     extents = list(map(_extent, seen))
     # figures below each other where there are several views; the figures of one view fill rows
     wide = len(rows) if len(rows) <= _ACROSS else -(-len(rows) // 2)
-    cells = {(row, k): (row, k) if count > 1 else divmod(row, wide) for row in rows for k in range(count)}
+    cells = {
+        (row, k): (row, k) if count > 1 else divmod(row, wide) for row in rows for k in range(count)
+    }
     widths, heights = dict[int, float](), dict[int, float]()
     for (row, column), (y, x) in cells.items():
         units, width, height = extents[row]
@@ -156,7 +165,11 @@ def _travel(seen: Sequence[Diagram]) -> dict[int, tuple[Place, Place]]:
 def _legend(views: Sequence[View], width: float) -> tuple[tuple[str, ...], ...]:
     """The kinds of arrows in the views, if there are several, in rows of that width."""
     drawn = {
-        stroke.kind for view in views for diagram in view.diagrams if diagram for stroke in diagram.strokes
+        stroke.kind
+        for view in views
+        for diagram in view.diagrams
+        if diagram
+        for stroke in diagram.strokes
     }
     kinds = [kind for kind in ARROWS if kind in drawn]
     rows: list[tuple[str, ...]] = []
@@ -185,7 +198,8 @@ _SAME = 0.7
 """Millimetres within which points share one label."""
 
 _LEAST, _SHORT = 1.8, 6.0
-"""Millimetres that a stroke has at least if it has a label, and below which it may stand anywhere around."""
+"""Millimetres that a stroke has at least if it has a label, and below which it may stand anywhere
+around."""
 
 
 def legend_width(kind: str) -> float:
@@ -202,7 +216,9 @@ class Pen:
     def __init__(self, axes: Axes, diagram: Diagram, room: Room) -> None:
         self.axes, self.diagram, self.room = axes, diagram, room
         left, bottom, *_ = room.window
-        self.spots = {n: complex(x - left, y - bottom) / room.scale for n, (x, y) in diagram.places.items()}
+        self.spots = {
+            n: complex(x - left, y - bottom) / room.scale for n, (x, y) in diagram.places.items()
+        }
         self.lines: list[tuple[complex, complex]] = []
         self.joints: list[tuple[float, float, float, float]] = []
 
@@ -215,7 +231,10 @@ class Pen:
             if not name.startswith("_"):
                 self._point(self.spots[name], kind)
         lines = np.array(self.lines, complex).view(float).reshape(-1, 2, 2)
-        joints, size = np.array(self.joints).reshape(-1, 4), (window.width / scale, window.height / scale)
+        joints, size = (
+            np.array(self.joints).reshape(-1, 4),
+            (window.width / scale, window.height / scale),
+        )
         offsets, label_requests = {}, self.label_requests()
         for key, box in place(label_requests, lines, joints, size, before).items():
             request, (sign, _, number_of) = label_requests[key], key.partition(" ")
@@ -223,7 +242,12 @@ class Pen:
             offsets[key] = float(box[0] - request.point[0]), float(box[1] - request.point[1])
             (x,), (y,) = self._in_units([complex(*box[:2])])
             color, style = STYLES.get(drawn, ("", INK, ""))[1], "italic" if drawn else "normal"
-            look: dict[str, Any] = {"color": color, "style": style, "fontsize": FONT, "ha": "center"}
+            look: dict[str, Any] = {
+                "color": color,
+                "style": style,
+                "fontsize": FONT,
+                "ha": "center",
+            }
             self.axes.text(x, y, request.text, va="center", zorder=8, parse_math=False, **look)
         return offsets
 
@@ -235,20 +259,27 @@ class Pen:
                 near = (n for n in groups if abs(self.spots[n] - at) < _SAME)
                 groups.setdefault(next(near, name), []).append(name)
         found = {
-            f"point {n}": LabelRequest(", ".join(all_), _pair(self.spots[n])) for n, all_ in groups.items()
+            f"point {n}": LabelRequest(", ".join(all_), _pair(self.spots[n]))
+            for n, all_ in groups.items()
         }
         for number, stroke in enumerate(self.diagram.strokes):
-            start, end = (self.spots[stroke.points[place]] for place in (0, min(1, len(stroke.points) - 1)))
+            start, end = (
+                self.spots[stroke.points[place]] for place in (0, min(1, len(stroke.points) - 1))
+            )
             if stroke.label and abs(end - start) > _LEAST:
                 along = (_pair(start), _pair(end)) if abs(end - start) > _SHORT else None
-                found[f"stroke {number}"] = LabelRequest(stroke.label, _pair((start + end) / 2), along)
+                found[f"stroke {number}"] = LabelRequest(
+                    stroke.label, _pair((start + end) / 2), along
+                )
         return found
 
     # --- the elements, in millimetres ---
 
     def _in_units(self, places: Sequence[complex]) -> tuple[list[float], list[float]]:
         (left, bottom, *_), scale = self.room.window, self.room.scale
-        return [left + at.real * scale for at in places], [bottom + at.imag * scale for at in places]
+        return [left + at.real * scale for at in places], [
+            bottom + at.imag * scale for at in places
+        ]
 
     def _line(
         self, places: Sequence[complex], width: float, layer: float, color: str = INK, **more: Any
@@ -278,7 +309,9 @@ class Pen:
                 length, angle = cmath.polar(path[1] - path[0])
                 edge = _box((path[0] + path[1]) / 2, cmath.rect(1.0, angle), length + SLOT, SLOT)
                 self.lines += pairwise([*edge, edge[0]])
-            case "slider":  # a block on its guide, hatched on the side that is below or to the right
+            case (
+                "slider"
+            ):  # a block on its guide, hatched on the side that is below or to the right
                 self._area(_box(path[0], along, 6.4, 4.0), PAPER, 2.5)
                 side = -2.0 if along.real >= -1e-9 else 2.0
                 here = complex(*self.diagram.path(stroke)[0])
@@ -405,15 +438,20 @@ class _Sheet:
 
     def text(self, x: float, y: float, text: str, points: float, **more: Any) -> None:
         more = {"ha": "center", "va": "center", "color": INK, **more}
-        self.figure.text(x / self.width, y / self.height, text, fontsize=points, parse_math=False, **more)
+        self.figure.text(
+            x / self.width, y / self.height, text, fontsize=points, parse_math=False, **more
+        )
 
-    def line(self, places: Sequence[Place], width: float, color: str = INK, dashes: Any = "solid") -> None:
+    def line(
+        self, places: Sequence[Place], width: float, color: str = INK, dashes: Any = "solid"
+    ) -> None:
         xs, ys = [x / self.width for x, _ in places], [y / self.height for _, y in places]
         line = Line2D(xs, ys, lw=width, color=color, ls=dashes, transform=self.figure.transFigure)
         self.figure.add_artist(line)
 
     def panel(self, diagram: Diagram, row: int, room: Room) -> Axes:
-        """The axes of a diagram in the middle of its room, with its caption above and its scale below."""
+        """The axes of a diagram in the middle of its room, with its caption above and its scale
+        below."""
         wide, high = room.window.width / room.scale, room.window.height / room.scale
         middle, foot = (room.place.left + room.place.right) / 2, room.place.bottom + FOOT
         left, bottom = middle - wide / 2, (foot + room.place.top - HEAD - high) / 2
@@ -455,7 +493,8 @@ Frame: TypeAlias = tuple[str, Sequence[View | None]]
 
 
 def images(film: Sequence[Frame], dpi: float) -> Iterator[Image.Image]:
-    """The frames as pictures of one size. Labels stay on the same side of their points if possible."""
+    """The frames as pictures of one size. Labels stay on the same side of their points if
+    possible."""
     plan = layout([views for _, views in film], headed=True)
     before: Placed | None = None
     for heading, views in film:
@@ -468,8 +507,8 @@ def images(film: Sequence[Frame], dpi: float) -> Iterator[Image.Image]:
 
 
 def gif(pictures: Iterable[Image.Image]) -> bytes:
-    """An endless GIF of the pictures, in the colours of a drawing and their shades up to that of paper, which
-    smooth the edges of its lines."""
+    """An endless GIF of the pictures, in the colours of a drawing and their shades up to that of
+    paper, which smooth the edges of its lines."""
     inks = [to_rgb(ink) for ink in (INK, *(color for _, color, _ in STYLES.values()))]
     shades = (part + (1 - part) * step / 16 for ink in inks for step in range(16) for part in ink)
     colors = Image.new("P", (1, 1))

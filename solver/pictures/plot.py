@@ -36,7 +36,8 @@ class Curves(NamedTuple):
 
 
 class Maps(NamedTuple):
-    """``fields[name]`` (lines, columns) are values over two inputs: ``across`` columns, ``up`` lines."""
+    """``fields[name]`` (lines, columns) are values over two inputs: ``across`` columns, ``up``
+    lines."""
 
     across: str
     up: str
@@ -48,11 +49,13 @@ class Maps(NamedTuple):
 def arranged(
     table: Table, inputs: tuple[str, ...], shape: tuple[int, ...], answer: str | None = None
 ) -> Curves | Maps:
-    """Curves along the input with most values, one for each combination of the others and each answer.
+    """Curves along the input with most values, one for each combination of the others and each
+    answer.
 
-    The rows are a grid of this ``shape`` over the ``inputs``; rows side by side, or of a file, have a shape
-    of one number. ``answer`` is the column of the numbers of answers, if a row may have several. If two
-    inputs of numbers would make too many curves, maps. Raises RuleSheetError (E445) if nothing can be drawn.
+    The rows are a grid of this ``shape`` over the ``inputs``; rows side by side, or of a file, have
+    a shape of one number. ``answer`` is the column of the numbers of answers, if a row may have
+    several. If two inputs of numbers would make too many curves, maps. Raises RuleSheetError (E445)
+    if nothing can be drawn.
     """
     rows, number = np.arange(len(table.status)), np.zeros(len(table.status), dtype=int)
     if answer:
@@ -73,12 +76,16 @@ def arranged(
     count = answers * prod(sizes)
     if count > CURVES:
         if len(inputs) == len(lengths) == 2 and answers == 1:
-            return _maps(axes, {name: _spread(column, places, shape) for name, column in drawn.items()})
+            return _maps(
+                axes, {name: _spread(column, places, shape) for name, column in drawn.items()}
+            )
         raise _nothing(f"{count:,} curves are too many for one picture")
     at = dict(zip(inputs, places, strict=True))
     if others:
         number = number + answers * np.ravel_multi_index([at[name] for name in others], sizes)
-    heights = {n: _spread(v, (number, at[along]), (count, len(axes[along]))) for n, v in drawn.items()}
+    heights = {
+        n: _spread(v, (number, at[along]), (count, len(axes[along]))) for n, v in drawn.items()
+    }
     labels = []
     for place in np.ndindex(*sizes, answers):
         said = [f"{n} = {readable(axes[n][k])}" for n, k in zip(others, place[:-1], strict=True)]
@@ -103,7 +110,8 @@ def _maps(axes: Mapping[str, Array], fields: Mapping[str, Array]) -> Maps:
 
 
 def broken(abscissa: Array, heights: Array, turn: float | None) -> tuple[Array, Array]:
-    """The points of a curve, with a gap (NaN) wherever an angle jumps by more than half a ``turn``."""
+    """The points of a curve, with a gap (NaN) wherever an angle jumps by more than half a
+    ``turn``."""
     if turn is None:
         return abscissa, heights
     with np.errstate(invalid="ignore"):
@@ -124,7 +132,9 @@ WIDTH, PANEL = 7.0, 2.1
 """Inches of a page and of a panel."""
 
 
-def plotted(shown: Curves | Maps, model: Model, turns: Mapping[str, float | None], form: str) -> bytes:
+def plotted(
+    shown: Curves | Maps, model: Model, turns: Mapping[str, float | None], form: str
+) -> bytes:
     inks = ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color")
     style: dict[Any, Any] = {"font.size": 9.0, "svg.fonttype": "none", **dict.fromkeys(inks, INK)}
     with matplotlib.rc_context({**style, "text.parse_math": False}):  # a dollar in a unit is one
@@ -137,7 +147,8 @@ def plotted(shown: Curves | Maps, model: Model, turns: Mapping[str, float | None
 
 
 def panels(names: Sequence[str], model: Model, families: bool) -> list[list[str]]:
-    """Variables of one unit share a panel; those without a unit, and families of curves, have their own."""
+    """Variables of one unit share a panel; those without a unit, and families of curves, have their
+    own."""
     shared: dict[str, list[str]] = {}
     for name in names:
         unit = model.variables[name].shown_unit
@@ -145,7 +156,9 @@ def panels(names: Sequence[str], model: Model, families: bool) -> list[list[str]
     return list(shared.values())
 
 
-def _draw_curves(figure: Figure, curves: Curves, model: Model, turns: Mapping[str, float | None]) -> None:
+def _draw_curves(
+    figure: Figure, curves: Curves, model: Model, turns: Mapping[str, float | None]
+) -> None:
     groups = panels(list(curves.heights), model, len(curves.labels) > 1)
     figure.set_size_inches(WIDTH, PANEL * len(groups) + 0.8)
     rows: Any = figure.subplots(len(groups), 1, sharex=True, squeeze=False)
@@ -160,7 +173,9 @@ def _draw_curves(figure: Figure, curves: Curves, model: Model, turns: Mapping[st
         axes.margins(x=0)
     if len(curves.labels) > 1:
         handles, _ = rows[0, 0].get_legend_handles_labels()
-        figure.legend(handles, curves.labels, loc="outside upper center", ncols=4, frameon=False, fontsize=8)
+        figure.legend(
+            handles, curves.labels, loc="outside upper center", ncols=4, frameon=False, fontsize=8
+        )
     rows[-1, 0].set_xlabel(titled([curves.along], model))
     figure.align_ylabels()
 
@@ -206,15 +221,17 @@ def _draw_maps(figure: Figure, maps: Maps, model: Model) -> None:
 def colored(field: Any) -> tuple[float | None, float | None, str]:
     """The ends of the colours, and which of them have values beyond.
 
-    A pole would leave one colour for ordinary values: if the outermost hundredths span more than the
-    rest, the colours end there, and the bar has points.
+    A pole would leave one colour for ordinary values: if the outermost hundredths span more than
+    the rest, the colours end there, and the bar has points.
     """
     values = field[np.isfinite(field)]
     if not len(values):
         return None, None, "neither"
     least, low, high, most = (float(v) for v in np.quantile(values, [0.0, 0.01, 0.99, 1.0]))
     below, above = (high - least > 2 * (high - low)), (most - low > 2 * (high - low))
-    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
+    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get(
+        (below, above), "neither"
+    )
     return low if below else least, high if above else most, extend
 
 
@@ -227,16 +244,27 @@ def titled(names: Sequence[str], model: Model) -> str:
 FLOOR, HIGHEST = 1e-17, 1e4
 """Errors are drawn between these: a float that is right to its last bit has up to 1e-16."""
 MARKERS = "oosdP^vX"
-RING: dict[str, Any] = {"markersize": 9, "mfc": "none", "mec": "#c0392b", "zorder": 5, "marker": "o", "lw": 0}
+RING: dict[str, Any] = {
+    "markersize": 9,
+    "mfc": "none",
+    "mec": "#c0392b",
+    "zorder": 5,
+    "marker": "o",
+    "lw": 0,
+}
 CROSS: dict[str, Any] = {"markersize": 4.5, "color": "#111111", "zorder": 5, "marker": "x", "lw": 0}
 
 
-def chart_picture(marks: Sequence[Measurement], title: str, label: str = "", towards: bool = False) -> Figure:
-    """Errors over times, a line for each family; or, with a ``label``, both over the values of the input
-    that it names (``towards`` its limit), a line for each method, and a cross where a method gave no
-    answer."""
+def chart_picture(
+    marks: Sequence[Measurement], title: str, label: str = "", towards: bool = False
+) -> Figure:
+    """Errors over times, a line for each family; or, with a ``label``, both over the values of the
+    input that it names (``towards`` its limit), a line for each method, and a cross where a method
+    gave no answer."""
     figure = Figure(figsize=(8.2, 5.6 if label else 4.4), layout="constrained")
-    panels: Any = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1)) if label else [figure.subplots()]
+    panels: Any = (
+        figure.subplots(2, 1, sharex=True, height_ratios=(2, 1)) if label else [figure.subplots()]
+    )
     names = dict.fromkeys(mark.method if label else mark.family for mark in marks)
     for place, name in enumerate(names):
         _line(panels, name, [mark for mark in marks if name in (mark.method, mark.family)], place)
@@ -261,7 +289,8 @@ def chart_picture(marks: Sequence[Measurement], title: str, label: str = "", tow
 def _line(panels: Sequence[Axes], name: str, marks: Sequence[Measurement], place: int) -> None:
     """One line of errors, rings around false answers, bars from errors up to the proved radii.
 
-    The first line, our own, is the widest. Over times the first and the last tolerance are labelled.
+    The first line, our own, is the widest. Over times the first and the last tolerance are
+    labelled.
     """
     over = len(panels) > 1
     marks = [mark for mark in marks if over or not math.isnan(mark.error)]
@@ -281,7 +310,11 @@ def _line(panels: Sequence[Axes], name: str, marks: Sequence[Measurement], place
     if over:
         panels[1].plot(x, times, **look)
     for end in (0, -1) if len(marks) > 1 and not over else ():
-        there: dict[str, Any] = {"xy": (x[end], shown[end]), "xytext": (7, 5), "textcoords": "offset points"}
+        there: dict[str, Any] = {
+            "xy": (x[end], shown[end]),
+            "xytext": (7, 5),
+            "textcoords": "offset points",
+        }
         errors.annotate(f"to {marks[end].tolerance:.0e}", fontsize=7, color=color, **there)
 
 

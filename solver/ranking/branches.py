@@ -1,9 +1,9 @@
 """A branch of answers kept along a sweep: each row continues the previous rows.
 
-The ranking of ``ranking.py`` decides in the first row of a stretch in which the inputs move steadily. From
-there the answer is kept that lies clearly nearest to the straight line through its last two rows; if none
-does, the ranking decides again. If the ranges of the answers lie far apart, single rows need not be examined:
-bounds of the same distances decide for hundreds of rows at once.
+The ranking of ``ranking.py`` decides in the first row of a stretch in which the inputs move
+steadily. From there the answer is kept that lies clearly nearest to the straight line through its
+last two rows; if none does, the ranking decides again. If the ranges of the answers lie far apart,
+single rows need not be examined: bounds of the same distances decide for hundreds of rows at once.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ ROOM = 2**16
 
 
 class Answers(NamedTuple):
-    """The answers of n rows: ``counts`` (n,), and ``planes`` of the first answers, of the second ones, and so
-    on, each with a column (n,) for each wanted variable. Values in a plane beyond the count of a row are
-    meaningless.
+    """The answers of n rows: ``counts`` (n,), and ``planes`` of the first answers, of the second
+    ones, and so on, each with a column (n,) for each wanted variable. Values in a plane beyond the
+    count of a row are meaningless.
 
-    In rows ``start + 2`` to ``end`` of ``runs`` each answer clearly continues the one of its plane in the row
-    before, and only the planes of row ``start + 1`` need be in the order of the ranking.
+    In rows ``start + 2`` to ``end`` of ``runs`` each answer clearly continues the one of its plane
+    in the row before, and only the planes of row ``start + 1`` need be in the order of the ranking.
     """
 
     counts: Array
@@ -52,7 +52,9 @@ class Answers(NamedTuple):
         """Those of the rows of a mask (n,), which all runs lie in."""
         planes = [[column[rows] for column in plane] for plane in self.planes]
         before = np.cumsum(~rows)
-        runs = ((int(first - before[first]), int(last - before[first])) for first, last in self.runs)
+        runs = (
+            (int(first - before[first]), int(last - before[first])) for first, last in self.runs
+        )
         return Answers(self.counts[rows], planes, tuple(runs))
 
     def chosen(self, first: Array, own: bool = False) -> list[Array]:
@@ -77,7 +79,8 @@ class Answers(NamedTuple):
         return columns
 
     def listed(self) -> list[Array]:
-        """A column for each wanted variable, all answers row after row; nan or None for a row without one."""
+        """A column for each wanted variable, all answers row after row; nan or None for a row
+        without one."""
         there = np.arange(len(self.planes)) < np.maximum(self.counts, 1)[:, None]
         columns = []
         for first, *others in zip(*self.planes, strict=True):
@@ -99,8 +102,8 @@ def _alone(column: Array) -> bool:
 
 
 def together(parts: Sequence[tuple[Array, Answers]], count: int) -> Answers:
-    """The answers of all rows, from those of parts of them. A first part of all rows is taken over; its
-    rows in other parts are empty."""
+    """The answers of all rows, from those of parts of them. A first part of all rows is taken over;
+    its rows in other parts are empty."""
     if parts and len(parts[0][0]) == count:
         (_, every), *parts = parts
     else:
@@ -128,8 +131,8 @@ def kept(
 ) -> Array:
     """For each row (n,) the number of the answer that comes first, 0 for the first of the ranking.
 
-    ``turns`` (v,) are whole turns of angles, else infinite. A stretch ends after ``line`` rows; the first
-    row is row ``at`` of the sweep. Those of the first rows are ``known``.
+    ``turns`` (v,) are whole turns of angles, else infinite. A stretch ends after ``line`` rows; the
+    first row is row ``at`` of the sweep. Those of the first rows are ``known``.
     """
     counts = answers.counts
     if _alone(counts) and counts[0] < 2:
@@ -174,7 +177,9 @@ def found_again(answers: Answers, before: Points, turns: Points) -> list[int]:
     again = []
     for row, numbers in enumerate(before.T):
         points = answers.points(np.array([row]), int(answers.counts[row]))
-        again.append(int(distances(numbers[:, None, None], points, turns).argmin()) if points.size else 0)
+        again.append(
+            int(distances(numbers[:, None, None], points, turns).argmin()) if points.size else 0
+        )
     return again
 
 
@@ -187,9 +192,11 @@ def _alike(sizes: Array) -> Iterator[Array]:
         yield from np.array_split(here, 1 + len(here) // ROOM)
 
 
-def _along(inputs: Sequence[Array], counts: Array, rows: Array, line: int, at: int) -> NDArray[np.bool_]:
-    """Whether the step into each of these rows is as even as those before and after it: of unordered rows
-    one in nine is so by chance."""
+def _along(
+    inputs: Sequence[Array], counts: Array, rows: Array, line: int, at: int
+) -> NDArray[np.bool_]:
+    """Whether the step into each of these rows is as even as those before and after it: of
+    unordered rows one in nine is so by chance."""
 
     def step(into: Array) -> Points:
         there = (into > 0) & (into < len(counts)) & ((into + at) % line != 0)
@@ -199,8 +206,14 @@ def _along(inputs: Sequence[Array], counts: Array, rows: Array, line: int, at: i
 
     def even(one: Points, other: Points) -> NDArray[np.bool_]:
         with np.errstate(over="ignore", invalid="ignore"):
-            near = (one * other > 0.0) & (abs(other) <= STEADY * abs(one)) & (abs(one) <= STEADY * abs(other))
-        alike: NDArray[np.bool_] = (((one == 0.0) & (other == 0.0)) | near).all(axis=0) & near.any(axis=0)
+            near = (
+                (one * other > 0.0)
+                & (abs(other) <= STEADY * abs(one))
+                & (abs(one) <= STEADY * abs(other))
+            )
+        alike: NDArray[np.bool_] = (((one == 0.0) & (other == 0.0)) | near).all(axis=0) & near.any(
+            axis=0
+        )
         return alike
 
     before, here, after = map(step, (rows - 1, rows, rows + 1))
@@ -219,8 +232,8 @@ def continued(heading: Points, points: Points, turns: Points) -> tuple[Array, ND
 
 
 def distances(heading: Points, points: Points, turns: Points) -> Points:
-    """From each place (v, k, r) to each answer (v, j, r): (k, j, r), variables scaled by their spread. Those
-    that are equal in all answers do not count."""
+    """From each place (v, k, r) to each answer (v, j, r): (k, j, r), variables scaled by their
+    spread. Those that are equal in all answers do not count."""
     total = np.zeros((heading.shape[1], *points.shape[1:]))
     for here, there, turn in zip(heading, points, turns, strict=True):
         off = abs(without_turns(here[:, None] - there[None], turn))
@@ -230,11 +243,16 @@ def distances(heading: Points, points: Points, turns: Points) -> Points:
 
 
 def steady_runs(
-    inputs: Sequence[Array], rows: Array | None, planes: Sequence[list[Array]], whole: Array, turns: Points
+    inputs: Sequence[Array],
+    rows: Array | None,
+    planes: Sequence[list[Array]],
+    whole: Array,
+    turns: Points,
 ) -> list[tuple[int, int]]:
-    """The runs of ``Answers`` among all or some ``rows`` (n,) of a sweep: spans whose inputs move steadily
-    and whose answers all exist, ``whole`` (n,), and are far apart, by bounds on ``distances`` from the
-    least and the largest numbers of the answers in each span and the two rows before it."""
+    """The runs of ``Answers`` among all or some ``rows`` (n,) of a sweep: spans whose inputs move
+    steadily and whose answers all exist, ``whole`` (n,), and are far apart, by bounds on
+    ``distances`` from the least and the largest numbers of the answers in each span and the two
+    rows before it."""
     starts = np.arange(0, len(whole) - SPAN + 1, SPAN)
     if len(planes) < 2 or len(starts) < 2 or not len(turns):
         return []
@@ -251,7 +269,8 @@ def steady_runs(
 
 @np.errstate(all="ignore")
 def _ends(column: Array, starts: Array) -> Points:
-    """The least and the largest number (2, spans) of each span of a column and the two rows before it."""
+    """The least and the largest number (2, spans) of each span of a column and the two rows before
+    it."""
     ends = np.empty((2, len(starts)))
     for extreme, found in zip((np.minimum, np.maximum), ends, strict=True):
         extreme.reduceat(column, starts, out=found)
@@ -271,7 +290,9 @@ def moving(inputs: Sequence[Array], span: int = SPAN) -> NDArray[np.bool_]:
         for at in range(0, len(starts), many):
             here = starts[at : at + many]
             first, end = max(here[0] - 2, 1), count if at + many >= len(starts) else here[-1] + span
-            steps = np.subtract(column[first:end], column[first - 1 : end - 1], out=room[: end - first])
+            steps = np.subtract(
+                column[first:end], column[first - 1 : end - 1], out=room[: end - first]
+            )
             edges = np.maximum(np.stack((here - 2, here + span), axis=1).ravel()[:-1] - first, 0)
             low[at : at + many] = np.minimum.reduceat(steps, edges)[::2]
             high[at : at + many] = np.maximum.reduceat(steps, edges)[::2]

@@ -1,18 +1,20 @@
-"""Which of several answers comes first: a rule on their numbers, the same wherever answers are listed.
+"""Which of several answers comes first: a rule on their numbers, the same wherever answers are
+listed.
 
-In this order: nearest to the guesses; fewest negative values (angles aside, and variables whose declared
-range reaches below 0; a temperature, mass or pressure below its zero counts double), a trivial zero counting
-as one; fewest trivial zeros, factors among them; the smoothest, where rules of one form pass a quantity on
-from place to place; fewest angles beyond a right one; sizes near to those that the rules and the inputs
-suggest, within half a decade of the nearest; angles, and times and frequencies inside periodic functions,
-nearest to 0; the nearest sizes; and for what is still alike, fewest negative angles, and the variables
-one by one, in the order of their names. Away from guesses, answers with a number of unlikely size come
-after all others, the farthest last. Nothing depends on the order of rules or variables.
+In this order: nearest to the guesses; fewest negative values (angles aside, and variables whose
+declared range reaches below 0; a temperature, mass or pressure below its zero counts double), a
+trivial zero counting as one; fewest trivial zeros, factors among them; the smoothest, where rules
+of one form pass a quantity on from place to place; fewest angles beyond a right one; sizes near to
+those that the rules and the inputs suggest, within half a decade of the nearest; angles, and times
+and frequencies inside periodic functions, nearest to 0; the nearest sizes; and for what is still
+alike, fewest negative angles, and the variables one by one, in the order of their names. Away from
+guesses, answers with a number of unlikely size come after all others, the farthest last. Nothing
+depends on the order of rules or variables.
 
-The sign of an angle says nothing, nor that of what follows from one alone or swings, nor of a kind of
-quantity that has negative values anyhow, given or in every answer: where a crank turns clockwise, its pin has
-a negative velocity, and that of the slider may have either sign. Variables are angles by their unit or by the
-functions that they stand in.
+The sign of an angle says nothing, nor that of what follows from one alone or swings, nor of a kind
+of quantity that has negative values anyhow, given or in every answer: where a crank turns
+clockwise, its pin has a negative velocity, and that of the slider may have either sign. Variables
+are angles by their unit or by the functions that they stand in.
 
 The rule is written once, over numbers or arrays of them.
 """
@@ -57,14 +59,18 @@ ZERO = 1e-12
 ROUNDED_AWAY = -12.0
 """Decades from the suggested size below which a number is 0 but for rounding."""
 TAKEN_AWAY = -1.0
-"""Decades from the suggested size below which a difference has all but cancelled: it may have either sign."""
+"""Decades from the suggested size below which a difference has all but cancelled: it may have
+either sign."""
 DIFFERENCE = 3.0
-"""Decades by which neighbours are larger than their difference, beyond which it is a rest as any other."""
+"""Decades by which neighbours are larger than their difference, beyond which it is a rest as any
+other."""
 GRAIN = 1e6
-"""Parts of a decade, or of the largest value among the answers, below which numbers count as alike."""
+"""Parts of a decade, or of the largest value among the answers, below which numbers count as
+alike."""
 
 SLACK = 0.5
-"""Decades by which sizes may be farther from the suggested ones than the best are, and count alike."""
+"""Decades by which sizes may be farther from the suggested ones than the best are, and count
+alike."""
 LINKS = 3
 """The least number of steps of a series."""
 CRITERIA = (
@@ -79,7 +85,8 @@ CRITERIA = (
     "exact size",
     "negative angles",
 )
-"""The parts of a key in their order; whether each number is negative, and its size, follow, name by name."""
+"""The parts of a key in their order; whether each number is negative, and its size, follow, name by
+name."""
 MEASURED = frozenset({"guessed", "rough", "size", "angle", "exact size"})
 """Those that are measures, not counts."""
 SIZE = CRITERIA.index("size")
@@ -96,8 +103,9 @@ _Suggested = tuple[Sequence[Any], Sequence[Any]]
 
 
 class Signs:
-    """The role of signs of the variables of a model: ``angles``, with their full turns, and the names whose
-    signs do not count, ``aside``; the suggested sizes are kept here too, by the known and wanted names."""
+    """The role of signs of the variables of a model: ``angles``, with their full turns, and the
+    names whose signs do not count, ``aside``; the suggested sizes are kept here too, by the known
+    and wanted names."""
 
     def __init__(self, model: Model) -> None:
         self.model = model
@@ -110,28 +118,38 @@ class Signs:
             before = len(found)
             for rule in rules:
                 told = set(rule.names) - found
-                if len(told) == 1 and any(_has_odd_power(side, *told) for side in (rule.left, rule.right)):
+                if len(told) == 1 and any(
+                    _has_odd_power(side, *told) for side in (rule.left, rule.right)
+                ):
                     found |= told
         ranged = (
-            n for n, v in model.variables.items() if v.low < 0.0 and (v.low > -np.inf or v.high < np.inf)
+            n
+            for n, v in model.variables.items()
+            if v.low < 0.0 and (v.low > -np.inf or v.high < np.inf)
         )
         self.aside = frozenset(found.union(ranged, self._swinging))
 
     @cached_property
     def phases(self) -> Set[str]:
-        """Names by which arguments of periodic functions grow, and which are no angles, as a time or a
-        frequency: the first of the periods is meant."""
+        """Names by which arguments of periodic functions grow, and which are no angles, as a time
+        or a frequency: the first of the periods is meant."""
         inside, under = set[str](), set[str]()
         for argument in (argument for e in self._periodic for argument in phases(e.left, e.right)):
             inside.update(names_in(argument))
-            under.update(n for q in walk(argument) if isinstance(q, Quotient) for n in names_in(q.right))
+            under.update(
+                n for q in walk(argument) if isinstance(q, Quotient) for n in names_in(q.right)
+            )
         return inside - under - self.angles.keys()
 
     @cached_property
     def _swinging(self) -> Set[str]:
         """Names that a rule gives as a swing of a phase: these have either sign."""
         sides = [sides for e in self._periodic for sides in ((e.left, e.right), (e.right, e.left))]
-        return {one.name for one, other in sides if isinstance(one, Name) and _swings(other, self.phases)}
+        return {
+            one.name
+            for one, other in sides
+            if isinstance(one, Name) and _swings(other, self.phases)
+        }
 
     @cached_property
     def _periodic(self) -> Sequence[Equation]:
@@ -139,7 +157,9 @@ class Signs:
         if len(self.model.variables) > MANY:
             return ()
         shapes = ((rules, rules[0]) for rules in by_shape(self.model))
-        return [rule for rules, first in shapes if phases(first.left, first.right) for rule in rules]
+        return [
+            rule for rules, first in shapes if phases(first.left, first.right) for rule in rules
+        ]
 
     @cached_property
     def kinds(self) -> Mapping[str, int]:
@@ -173,8 +193,8 @@ class Signs:
 
     @cached_property
     def series(self) -> Sequence[Sequence[tuple[str | float, str | float]]]:
-        """Neighbours, names or numbers, of quantities that rules of one form pass on, each to the next of
-        them: those of ``H3 = H2 + m3``, or of ``u0 - 2*u1 + u2 = f*u1``."""
+        """Neighbours, names or numbers, of quantities that rules of one form pass on, each to the
+        next of them: those of ``H3 = H2 + m3``, or of ``u0 - 2*u1 + u2 = f*u1``."""
         forms = defaultdict[Sequence[object], list[Sequence[_Leaf]]](list)
         for equation in self.model.equations if len(self.model.variables) <= MANY else ():
             if not self.angles.keys() & set(equation.names):  # a linkage goes anywhere
@@ -192,7 +212,9 @@ class Signs:
     def _are_alike(self, pair: tuple[str | float, str | float]) -> bool:
         """Whether two names are different quantities of one kind, unless one is a number."""
         numbers = isinstance(pair[0], float) or isinstance(pair[1], float)
-        return numbers or (pair[0] != pair[1] and len({self.kinds.get(str(name)) for name in pair}) == 1)
+        return numbers or (
+            pair[0] != pair[1] and len({self.kinds.get(str(name)) for name in pair}) == 1
+        )
 
     @cached_property
     def factors(self) -> Collection[Polynomial]:
@@ -207,7 +229,9 @@ class Signs:
         for equation in self.model.equations:
             for node in walk(equation.left, equation.right):
                 square = isinstance(node, Power) and is_number(node.exponent, 2.0)
-                for part in factors_of(node) if isinstance(node, Power | Product | Quotient) else ():
+                for part in (
+                    factors_of(node) if isinstance(node, Power | Product | Quotient) else ()
+                ):
                     factor = _in_names(part)
                     if factor and not (square and _is_plain(factor)):
                         found[frozenset(factor.items())] = factor
@@ -222,7 +246,9 @@ class Signs:
             found = dict.fromkeys(equation.names, False) | found
             for node in walk(equation.left, equation.right):
                 match node:
-                    case Product(Name(name), Call(wave)) | Product(Call(wave), Name(name)) if wave in WAVES:
+                    case Product(Name(name), Call(wave)) | Product(Call(wave), Name(name)) if (
+                        wave in WAVES
+                    ):
                         found[name] = True
         return {name: multiplies for name, multiplies in found.items() if name not in terms}
 
@@ -235,7 +261,9 @@ class Signs:
         found = dict[str, float]()
         for name, variable in self.model.variables.items():
             unit = None if variable.difference else variable.measure
-            if unit and (unit.offset or unit.bases in ({"K": 1}, {"kg": 1}) or variable.unit in ABSOLUTE):
+            if unit and (
+                unit.offset or unit.bases in ({"K": 1}, {"kg": 1}) or variable.unit in ABSOLUTE
+            ):
                 found[name] = float(-unit.offset / unit.factor)
         return found
 
@@ -244,7 +272,8 @@ signs_of = once(Signs)
 
 
 def _swings(node: Any, known: Set[str]) -> bool:
-    """Whether an expression, or each of its terms, has a function of ``known`` phases as a factor."""
+    """Whether an expression, or each of its terms, has a function of ``known`` phases as a
+    factor."""
     match node:
         case Call():
             return any(not known.isdisjoint(names_in(argument)) for argument in phases(node))
@@ -258,8 +287,8 @@ def _swings(node: Any, known: Set[str]) -> bool:
 
 
 def _angles(model: Model) -> dict[str, float]:
-    """The full turns of variables in degrees or radians, arguments of sines, results of their inverses, and
-    what is added to any of these."""
+    """The full turns of variables in degrees or radians, arguments of sines, results of their
+    inverses, and what is added to any of these."""
     found = {
         n: 2.0 * pi ** (1 - v.measure.pi) / float(v.measure.factor)
         for n, v in model.variables.items()
@@ -281,7 +310,8 @@ _Leaf = tuple[str | float, bool]
 
 
 def _form(*sides: Expression) -> tuple[tuple[object, ...], list[_Leaf]]:
-    """The common form of rules that differ only in names, numbers and signs, and their names and numbers.
+    """The common form of rules that differ only in names, numbers and signs, and their names and
+    numbers.
 
     Looser than a ``Shape``: at the ends of a row of nodes numbers replace names.
     """
@@ -303,7 +333,9 @@ def _form(*sides: Expression) -> tuple[tuple[object, ...], list[_Leaf]]:
 def _column(leaves: Sequence[_Leaf]) -> Sequence[str | float]:
     """The entries at one place of rules of one form; numbers with their sign."""
     negative = next((sign for leaf, sign in leaves if isinstance(leaf, str)), False)
-    return [-leaf if isinstance(leaf, float) and sign != negative else leaf for leaf, sign in leaves]
+    return [
+        -leaf if isinstance(leaf, float) and sign != negative else leaf for leaf, sign in leaves
+    ]
 
 
 def _passed_on(pairs: Collection[tuple[str | float, str | float]]) -> bool:
@@ -311,7 +343,9 @@ def _passed_on(pairs: Collection[tuple[str | float, str | float]]) -> bool:
     onward = dict(pairs)
     for start in onward:
         path = [start]
-        while len(path) <= LINKS and (after := onward.get(path[-1])) is not None and after not in path:
+        while (
+            len(path) <= LINKS and (after := onward.get(path[-1])) is not None and after not in path
+        ):
             path.append(after)
         if len(path) > LINKS and all(isinstance(name, str) for name in path[1:-1]):
             return True
@@ -334,7 +368,9 @@ def _terms(*sides: Expression) -> set[str]:
     while waiting:
         for part, _ in added(waiting.pop()):
             match part:
-                case Product(Number(), inner) | Product(inner, Number()) | Quotient(inner, Number()):
+                case (
+                    Product(Number(), inner) | Product(inner, Number()) | Quotient(inner, Number())
+                ):
                     waiting.append(inner)
                 case Name(name):
                     found.add(name)
@@ -371,8 +407,8 @@ def _in_names(total: Sum) -> Polynomial:
 class Ranking:
     """The ranking for one model and one set of ``known`` names, at any values of these.
 
-    ``read`` are the names that an answer is compared by: unknowns ``among`` its own (None: all), those of
-    the sheet before those of its subsheets.
+    ``read`` are the names that an answer is compared by: unknowns ``among`` its own (None: all),
+    those of the sheet before those of its subsheets.
     """
 
     def __init__(
@@ -385,20 +421,29 @@ class Ranking:
         self.graph, signs = planner(model).graph, signs_of(model)
         self.known = tuple(sorted(name for name in known if name in model.variables))
         there = model.variables if among is None else among
-        self.read = tuple(sorted((n for n in there if n not in known), key=lambda name: ("." in name, name)))
+        self.read = tuple(
+            sorted((n for n in there if n not in known), key=lambda name: ("." in name, name))
+        )
         self.names = tuple(name for name in self.read if "." not in name)
         self.guesses = {n: guess for n, guess in (guesses or {}).items() if n in self.read}
         pattern = self.known, self.names
         if pattern not in signs.suggestions:
             signs.suggestions[pattern] = Suggestions(model, *pattern)
         self._suggestions = signs.suggestions[pattern]
-        every, alike = (*self.read, *self.known), {signs.kinds.get(n) for n in known if n in signs.radii}
-        positive = {n for n, multiplies in signs.radii.items() if multiplies and signs.kinds.get(n) in alike}
+        every, alike = (
+            (*self.read, *self.known),
+            {signs.kinds.get(n) for n in known if n in signs.radii},
+        )
+        positive = {
+            n for n, multiplies in signs.radii.items() if multiplies and signs.kinds.get(n) in alike
+        }
         apart = signs.differences | positive
         self._kinds = [None if name in apart else signs.kinds.get(name) for name in every]
         absolute = {k for n, k in zip(every, self._kinds, strict=True) if n in signs.floors}
         self._groups = [(k, n * (k in absolute)) for n, k in zip(every, self._kinds, strict=True)]
-        self._own_kinds = [None if name in positive else signs.kinds.get(name) for name in self.names]
+        self._own_kinds = [
+            None if name in positive else signs.kinds.get(name) for name in self.names
+        ]
         self._aside = [name in signs.aside for name in self.names]
         self._phases = [name in signs.phases for name in self.names]
         self._cancels = [name in signs.differences for name in self.names]
@@ -429,12 +474,17 @@ class Ranking:
             if factor.generators <= places.keys() and signs.aside.isdisjoint(factor.generators)
         ]
 
-    def order(self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]) -> list[int]:
-        """The places of the answers, the first one first. ``given`` are the values of the known names."""
+    def order(
+        self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]
+    ) -> list[int]:
+        """The places of the answers, the first one first. ``given`` are the values of the known
+        names."""
         if len(answers) < 2:
             return list(range(len(answers)))
         rows = [_numbers(answer, self.read) for answer in answers]
-        return sorted(range(len(rows)), key=self.keys_of_rows(rows, _numbers(given, self.known)).__getitem__)
+        return sorted(
+            range(len(rows)), key=self.keys_of_rows(rows, _numbers(given, self.known)).__getitem__
+        )
 
     def keys_of_rows(self, rows: Sequence[Sequence[float]], given: Sequence[float]) -> list[Key]:
         """The keys of tuples of the numbers of ``read``, with a tuple of those of ``known``.
@@ -450,19 +500,28 @@ class Ranking:
         given: Sequence[Figure],
         zero: tuple[bool, ...],
     ) -> list[Key]:
-        """The sort key of each answer, in any arithmetic; ``zero`` marks the known numbers that are 0."""
-        tops = [on.largest([on.there(n, -np.inf) for n in column]) for column in zip(*answers, strict=True)]
+        """The sort key of each answer, in any arithmetic; ``zero`` marks the known numbers that are
+        0."""
+        tops = [
+            on.largest([on.there(n, -np.inf) for n in column])
+            for column in zip(*answers, strict=True)
+        ]
         rows = [[on.there(number, 0.0) for number in answer] for answer in answers]
         most = [on.largest([LEAST, *map(abs, column)]) for column in zip(*rows, strict=True)]
-        # what a negative value of each name counts: nothing where its kind has negative values anyhow
+        # what a negative value of each name counts: nothing where its kind has negative values
+        # anyhow
         crossed, positive = dict[tuple[int | None, str], Figure](), dict[int | None, Figure]()
         for answer in answers:
             clear = dict[tuple[int | None, str], Figure]()
-            least = [on.there(n, -np.inf) + ZERO * size for n, size in zip(answer, most, strict=True)]
+            least = [
+                on.there(n, -np.inf) + ZERO * size for n, size in zip(answer, most, strict=True)
+            ]
             signs = [(low < 0.0) & (top > -np.inf) for low, top in zip(least, tops, strict=True)]
             for group, negative in zip(self._groups, signs + [n < 0.0 for n in given], strict=True):
                 clear[group] = clear.get(group, 1.0) * (1.0 - negative)
-            crossed = {group: crossed.get(group, 1.0) * (1.0 - none) for group, none in clear.items()}
+            crossed = {
+                group: crossed.get(group, 1.0) * (1.0 - none) for group, none in clear.items()
+            }
         for (kind, _), every in crossed.items():
             positive[kind] = positive.get(kind, 1.0) * (1.0 - every)
         kinds = zip(self._own_kinds, self._aside, strict=True)
@@ -484,8 +543,8 @@ class Ranking:
     ) -> list[tuple[str, ...]]:
         """The names of each answer whose numbers are of unlikely size.
 
-        A single answer, or one of only unlikely answers, has such a name only if its size follows from the
-        inputs and is exceeded: a small number may be a difference of large ones.
+        A single answer, or one of only unlikely answers, has such a name only if its size follows
+        from the inputs and is exceeded: a small number may be a difference of large ones.
         """
         numbers = _numbers(given, self.known)
         sizes = self._suggested(FLOATS, numbers, tuple([number == 0.0 for number in numbers]))
@@ -495,7 +554,9 @@ class Ranking:
         far = [[(abs(d) if determined else d) > UNLIKELY for d, determined in one] for one in apart]
         if all(map(any, far)):
             far = [[determined and d > UNLIKELY for d, determined in one] for one in apart]
-        return [tuple(n for n, mark in zip(self.names, marks, strict=True) if mark) for marks in far]
+        return [
+            tuple(n for n, mark in zip(self.names, marks, strict=True) if mark) for marks in far
+        ]
 
     # --- keys ---
 
@@ -510,7 +571,14 @@ class Ranking:
         sizes: _Suggested,
         on: Arithmetic,
     ) -> Key:
-        negatives, zeros, turned, minus, far, (wide, distance, none) = 0.0, 0.0, 0.0, 0.0, 0.0, factors
+        negatives, zeros, turned, minus, far, (wide, distance, none) = (
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            factors,
+        )
         signs: list[Figure] = []
         apart = self._apart(row, sizes, on)
         for place, (angle, floor, right) in enumerate(
@@ -540,14 +608,26 @@ class Ranking:
                 distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
         guessed, trivial = self._guessed(row, on) if self.guesses else 0.0, zeros + none
-        return [guessed, far, negatives + zeros, trivial, rough, wide, distance, angle, size, minus, *signs]
+        return [
+            guessed,
+            far,
+            negatives + zeros,
+            trivial,
+            rough,
+            wide,
+            distance,
+            angle,
+            size,
+            minus,
+            *signs,
+        ]
 
     def _factored(
         self, numbers: Sequence[Figure], counted: Sequence[Figure], on: Arithmetic
     ) -> tuple[Figure, Figure, Figure]:
-        """The number of negative factors that are sums, if no unknown in them is usually negative; by how
-        many decades their terms are larger than they; and how many are 0. Neighbours, whose plain
-        difference is taken, are alike."""
+        """The number of negative factors that are sums, if no unknown in them is usually negative;
+        by how many decades their terms are larger than they; and how many are 0. Neighbours, whose
+        plain difference is taken, are alike."""
         crossed, lost, none = 0.0, 0.0, 0.0
         for plain, factor in self._factors:
             weight, terms = 1.0, []
@@ -571,7 +651,9 @@ class Ranking:
 
     def _roughness(self, numbers: Sequence[Figure], on: Arithmetic) -> Figure:
         """The decade of the sum of the squares of differences between neighbours."""
-        ends = [[numbers[n] if isinstance(n, int) else n for n in pair] for pair in self._neighbours]
+        ends = [
+            [numbers[n] if isinstance(n, int) else n for n in pair] for pair in self._neighbours
+        ]
         return on.rounded(GRAIN * on.decade(sum((a - b) * (a - b) for a, b in ends)))
 
     def _apart(self, row: Sequence[Figure], sizes: _Suggested, on: Arithmetic) -> list[Figure]:
@@ -592,11 +674,15 @@ class Ranking:
             total = total + share * share
         return on.rounded(GRAIN * on.decade(total))
 
-    def _suggested(self, on: Arithmetic, given: Sequence[Figure], zero: tuple[bool, ...]) -> _Suggested:
+    def _suggested(
+        self, on: Arithmetic, given: Sequence[Figure], zero: tuple[bool, ...]
+    ) -> _Suggested:
         """The suggested decade of each name, and whether it follows from the inputs."""
         decades, determined = self._suggestions.over(on, given, zero)
         guesses = map(self.guesses.get, self.names)
-        return [FLOATS.decade(g) if g else d for g, d in zip(guesses, decades, strict=True)], determined
+        return [
+            FLOATS.decade(g) if g else d for g, d in zip(guesses, decades, strict=True)
+        ], determined
 
 
 def _numbers(values: Mapping[str, Value], names: Sequence[str]) -> tuple[float, ...]:
@@ -610,7 +696,8 @@ def is_measured(place: int) -> bool:
 
 
 SPAN = 1e9
-"""Numbers of an only answer, and 1, that lie within this factor of one another are all of likely size."""
+"""Numbers of an only answer, and 1, that lie within this factor of one another are all of likely
+size."""
 
 
 def unlikely(
@@ -619,7 +706,8 @@ def unlikely(
     inputs: Mapping[str, Value],
     guesses: Mapping[str, float],
 ) -> list[tuple[str, ...]]:
-    """The names of each answer whose numbers are of unlikely size; ``answers`` hold the inputs as well."""
+    """The names of each answer whose numbers are of unlikely size; ``answers`` hold the inputs as
+    well."""
     if len(answers) == 1:
         numbers = (1.0, *answers[0].values(), *guesses.values())
         sizes = [abs(number) for number in numbers if isinstance(number, float) and number]

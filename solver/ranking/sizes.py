@@ -1,10 +1,10 @@
 """The sizes of unknowns that the rules and the known numbers suggest.
 
-This is dimensional analysis with numbers. Every rule is a linear equation between logarithms: terms of a sum
-balance, factors multiply, sines and the arguments of exponentials are of size 1. Where these equations
-disagree, their squared residuals are least. The scalings that leave the rules unchanged tell which quantities
-are of one kind (E. Buckingham, *On physically similar systems*, 1914): ``v = omega*r`` stays true if r and v
-are doubled, or omega and v.
+This is dimensional analysis with numbers. Every rule is a linear equation between logarithms: terms
+of a sum balance, factors multiply, sines and the arguments of exponentials are of size 1. Where
+these equations disagree, their squared residuals are least. The scalings that leave the rules
+unchanged tell which quantities are of one kind (E. Buckingham, *On physically similar systems*,
+1914): ``v = omega*r`` stays true if r and v are doubled, or omega and v.
 """
 
 from __future__ import annotations
@@ -55,7 +55,8 @@ small."""
 SINE = 3.0
 """Weight of a sine being of size 1: small angles are ordinary."""
 CANCELLING = 0.01
-"""Weight of a difference being of the size of its terms, in a network, where neighbours are nearly alike."""
+"""Weight of a difference being of the size of its terms, in a network, where neighbours are nearly
+alike."""
 MANY = 200
 """Unknowns of a model beyond which no sizes are suggested."""
 LARGE = 100
@@ -79,13 +80,15 @@ class Suggestions:
     model: Model
     known: Sequence[str]
     names: Sequence[str]
-    _found: dict[tuple[bool, ...], tuple[list[Slopes], list[float], list[bool]]] = field(default_factory=dict)
+    _found: dict[tuple[bool, ...], tuple[list[Slopes], list[float], list[bool]]] = field(
+        default_factory=dict
+    )
 
     def over(
         self, on: Arithmetic, given: Sequence[Any], zero: tuple[bool, ...]
     ) -> tuple[list[Any], list[bool]]:
-        """The decades, and which of them follow from the numbers ``given``; nan is one without a size.
-        ``zero`` marks the numbers that are 0."""
+        """The decades, and which of them follow from the numbers ``given``; nan is one without a
+        size. ``zero`` marks the numbers that are 0."""
         if zero not in self._found:
             self._found[zero] = self._where(zero)
         slopes_of, constants, determined = self._found[zero]
@@ -97,11 +100,12 @@ class Suggestions:
         return decades, determined
 
     def _where(self, zero: tuple[bool, ...]) -> tuple[list[Slopes], list[float], list[bool]]:
-        """The decades as slopes times those of the known numbers plus constants, and which are determined;
-        others are as near to 1 as the rules allow. For too large a model nothing is suggested.
+        """The decades as slopes times those of the known numbers plus constants, and which are
+        determined; others are as near to 1 as the rules allow. For too large a model nothing is
+        suggested.
 
-        Known numbers that are ``zero`` vanish, and with them the terms that they are factors of, and the
-        values that a rule then gives as 0.
+        Known numbers that are ``zero`` vanish, and with them the terms that they are factors of,
+        and the values that a rule then gives as 0.
         """
         names, known = self.names, self.known
         unknowns = sorted(set(self.model.variables).difference(known))
@@ -109,18 +113,27 @@ class Suggestions:
             return [[]] * len(names), [0.0] * len(names), [False] * len(names)
         vanishing = {name for name, none in zip(known, zero, strict=True) if none}
         given = ((rule.left, rule.right) for rule in self.model.equations)
-        vanishing |= {left.name for left, right in given if isinstance(left, Name) and is_number(right, 0.0)}
+        vanishing |= {
+            left.name for left, right in given if isinstance(left, Name) and is_number(right, 0.0)
+        }
         rows = _Balances((*unknowns, *known), vanishing, nodes=_nodes(self.model.equations))
         for equation in self.model.equations:
             rows.read(equation)
         a, k, c = rows.parts(len(unknowns))
         places = [unknowns.index(name) for name in names]
-        if a.shape[1] > LARGE and (found := least_squares(a, np.column_stack([k, c]), NULL)) is not None:
+        if (
+            a.shape[1] > LARGE
+            and (found := least_squares(a, np.column_stack([k, c]), NULL)) is not None
+        ):
             decades = -found[places]
             return _sparse(decades[:, :-1]), decades[:, -1].tolist(), [True] * len(names)
         inverse = np.linalg.pinv(a, rcond=NULL)
         determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - UNDECIDED
-        return _sparse(-(inverse[places] @ k)), (-(inverse[places] @ c)).tolist(), determined.tolist()
+        return (
+            _sparse(-(inverse[places] @ k)),
+            (-(inverse[places] @ c)).tolist(),
+            determined.tolist(),
+        )
 
 
 def _sparse(matrix: Vector) -> list[Slopes]:
@@ -132,7 +145,8 @@ def nearly_balanced(
 ) -> Vector:
     """Sizes (n,) of the unknowns of a large block that approximately balance its rules.
 
-    The terms of a sum are ``sharing`` it, or one may make up most of it, as along a chain of branches.
+    The terms of a sum are ``sharing`` it, or one may make up most of it, as along a chain of
+    branches.
 
     Rules of one shape, with zeros at the same places, give the same equations for other unknowns.
     """
@@ -150,13 +164,17 @@ def nearly_balanced(
         for zero, chosen in same_columns(every == 0.0):
             matrix, constants = _balance_of_shape(family.first, len(mine), zero, sharing)
             count, (height, width) = len(chosen), rows
-            at = np.full((matrix.shape[1], count), -1)  # the column of each name and number; -1 where known
+            at = np.full(
+                (matrix.shape[1], count), -1
+            )  # the column of each name and number; -1 where known
             at[: len(mine)] = mine[:, chosen]
             free = at[len(every) :]
             free[:] = width + np.arange(free.size).reshape(free.shape)
             decades = np.zeros(at.shape)
             with np.errstate(all="ignore"):
-                decades[: len(every)] = np.nan_to_num(np.log10(np.abs(every[:, chosen])), nan=0.0, neginf=0.0)
+                decades[: len(every)] = np.nan_to_num(
+                    np.log10(np.abs(every[:, chosen])), nan=0.0, neginf=0.0
+                )
             rhs.append((-constants[:, None] - matrix @ np.where(at < 0, decades, 0.0)).ravel())
             row, column = np.nonzero(matrix)
             asked = at[column] >= 0
@@ -176,8 +194,9 @@ def nearly_balanced(
 def _balance_of_shape(
     rule: Equation, names: int, zero: NDArray[np.bool_], sharing: bool
 ) -> tuple[Vector, Vector]:
-    """The equations between decades of rules of one shape: their matrix, with a column for each of their
-    ``names``, each number in their text, and each number of free size, and constants. Some are ``zero``."""
+    """The equations between decades of rules of one shape: their matrix, with a column for each of
+    their ``names``, each number in their text, and each number of free size, and constants. Some
+    are ``zero``."""
     every = [f"#{k}" if k < names else f"#.{k - names}" for k in range(len(zero))]
     read = _Balances(
         every,
@@ -212,7 +231,8 @@ _ONE = _Term({})
 class _Balances:
     """Linear equations between decades; variables by name, numbers of free size by an integer.
 
-    ``exact`` ones hold for scalings that leave the rules unchanged: functions of numbers do not scale.
+    ``exact`` ones hold for scalings that leave the rules unchanged: functions of numbers do not
+    scale.
     """
 
     def __init__(
@@ -224,7 +244,12 @@ class _Balances:
         nodes: frozenset[str] = frozenset(),
         sharing: bool = False,
     ) -> None:
-        self.vanishing, self.exact, self.cancelling, self.nodes = vanishing, exact, cancelling, nodes
+        self.vanishing, self.exact, self.cancelling, self.nodes = (
+            vanishing,
+            exact,
+            cancelling,
+            nodes,
+        )
         self.sharing = sharing
         self.places = {name: i for i, name in enumerate(names)}
         self.rows: list[tuple[_Term, float]] = []
@@ -232,7 +257,9 @@ class _Balances:
 
     def read(self, equation: Equation) -> None:
         sides = (equation.left, equation.right)
-        if self.cancelling and any(isinstance(side, Sum) and _has_difference(side) for side in sides):
+        if self.cancelling and any(
+            isinstance(side, Sum) and _has_difference(side) for side in sides
+        ):
             self._balance([term for side in sides if (term := self._term(side)) is not None])
             return
         found = self._shared(added(subtract(*sides)))
@@ -241,18 +268,26 @@ class _Balances:
         shares = [1.0 if _is_level(part) else drops for part, *_ in found]
         self._balance([term for *_, term in found], EXACT if exact else 1.0, shares)
 
-    def _shared(self, parts: Sequence[tuple[Expression, bool]]) -> list[tuple[Expression, bool, _Term]]:
-        """The terms of a balance that are not 0, and whether each is subtracted; if they are ``sharing``
-        it, each times the number of those of its sign: each of n equal ones is the n-th part of the
-        balance."""
-        found = [(part, sign, term) for part, sign in parts if (term := self._term(part)) is not None]
+    def _shared(
+        self, parts: Sequence[tuple[Expression, bool]]
+    ) -> list[tuple[Expression, bool, _Term]]:
+        """The terms of a balance that are not 0, and whether each is subtracted; if they are
+        ``sharing`` it, each times the number of those of its sign: each of n equal ones is the n-th
+        part of the balance."""
+        found = [
+            (part, sign, term) for part, sign in parts if (term := self._term(part)) is not None
+        ]
         if not self.sharing:
             return found
         count = Counter(sign for _, sign, _ in found)
-        return [(part, sign, term.plus(_Term({}, log10(count[sign])), 1.0)) for part, sign, term in found]
+        return [
+            (part, sign, term.plus(_Term({}, log10(count[sign])), 1.0))
+            for part, sign, term in found
+        ]
 
     def parts(self, unknowns: int) -> tuple[Vector, Vector, Vector]:
-        """The matrix of the unknowns (and of free numbers), that of known numbers, and the constants."""
+        """The matrix of the unknowns (and of free numbers), that of known numbers, and the
+        constants."""
         width = len(self.places)
         matrix = np.zeros((len(self.rows), width + self.free))
         constants = np.zeros(len(self.rows))
@@ -283,7 +318,8 @@ class _Balances:
     def _sum(self, node: Expression, numbers: bool = True) -> _Term | None:
         """The size of terms of one size, or nearly so if differences may cancel.
 
-        ``numbers`` are left out if the others may be much larger: next to exponentials, in logarithms.
+        ``numbers`` are left out if the others may be much larger: next to exponentials, in
+        logarithms.
         """
         signed = added(node)
         parts = [part for part, _ in signed]
@@ -327,7 +363,11 @@ class _Balances:
                 divides = isinstance(node, Quotient)
                 if other is None and divides:
                     return self._any()
-                return None if one is None or other is None else one.plus(other, -1.0 if divides else 1.0)
+                return (
+                    None
+                    if one is None or other is None
+                    else one.plus(other, -1.0 if divides else 1.0)
+                )
             case Power(base, Number(exponent)):
                 inner = self._term(base)
                 return None if inner is None else _ONE.plus(inner, exponent)
@@ -419,7 +459,8 @@ MOST = 1e300
 
 
 class Arithmetic(NamedTuple):
-    """``there``: the number, or another one for nan; ``decade``: its logarithm, within those of the ends."""
+    """``there``: the number, or another one for nan; ``decade``: its logarithm, within those of the
+    ends."""
 
     there: Callable[[Any, float], Any]
     largest: Callable[[Sequence[Any]], Any]
@@ -436,7 +477,8 @@ FLOATS = Arithmetic(
 
 
 class Scalings:
-    """``exponents`` (names, k): how each variable changes under k independent scalings of the rules."""
+    """``exponents`` (names, k): how each variable changes under k independent scalings of the
+    rules."""
 
     def __init__(self, equations: Sequence[Equation], names: Sequence[str]) -> None:
         rows = _Balances(names, (), exact=True)
@@ -453,7 +495,8 @@ class Scalings:
             self.exponents = np.asarray(right[rank:].T, dtype=float)
 
     def sizes(self, known: Mapping[str, float]) -> Mapping[str, float]:
-        """The size of every variable that fits the ``known`` numbers best (in the mean of logarithms)."""
+        """The size of every variable that fits the ``known`` numbers best (in the mean of
+        logarithms)."""
         given = {name: math.log(abs(v)) for name, v in known.items() if v}
         rows = self.exponents[[self.places[name] for name in given]]
         scaling = np.linalg.lstsq(rows, np.array(list(given.values())), rcond=NULL)[0]

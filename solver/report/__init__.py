@@ -1,6 +1,7 @@
 """Reports of a solve for people and programs: variable sheet, path, JSON, CSV.
 
-This module has text tables: columns as wide as needed and as the screen allows (the only import of rich).
+This module has text tables: columns as wide as needed and as the screen allows (the only import of
+rich).
 """
 
 from __future__ import annotations
@@ -64,9 +65,9 @@ def table(
 ) -> str:
     """Lines of left-aligned columns under a header and a rule of dashes.
 
-    ``least`` are the smallest widths of the first columns: columns of numbers with a fixed width do not
-    shift the table when a number changes. ``soft`` columns are cut if the screen is too narrow; ``styles``
-    highlight the cells of the first columns on a terminal.
+    ``least`` are the smallest widths of the first columns: columns of numbers with a fixed width do
+    not shift the table when a number changes. ``soft`` columns are cut if the screen is too narrow;
+    ``styles`` highlight the cells of the first columns on a terminal.
     """
     cells = [tuple(map(printable, row)) for row in rows]
     lines = [tuple(header), *cells] if header else cells

@@ -1,4 +1,5 @@
-"""The derivation of a number: the chain of rules from the inputs to it; as text, Markdown and LaTeX."""
+"""The derivation of a number: the chain of rules from the inputs to it; as text, Markdown and
+LaTeX."""
 
 from __future__ import annotations
 
@@ -18,7 +19,16 @@ from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Condition, Expression, Name, Number, conjunction, names
 from rulesheets.units import shown
 from solver.numerics.tolerances import HALF
-from solver.path import Evaluate, Isolation, Select, Shown, SolveBlock, Step, equations_of, solved_by
+from solver.path import (
+    Evaluate,
+    Isolation,
+    Select,
+    Shown,
+    SolveBlock,
+    Step,
+    equations_of,
+    solved_by,
+)
 from solver.path.cases import outcomes
 from solver.path.isolate import isolate
 from solver.report import SCREEN, table
@@ -48,14 +58,19 @@ def explicit_form(isolation: Isolation, values: Mapping[str, Value]) -> Expressi
     return forms[place] if off <= HALF * (max((abs(answer), *numbers)) or 1.0) else None
 
 
-def _turned(isolation: Isolation, known: Mapping[str, Value], answer: float) -> Iterator[Expression]:
+def _turned(
+    isolation: Isolation, known: Mapping[str, Value], answer: float
+) -> Iterator[Expression]:
     """The forms with as many whole turns as bring them nearest to the answer."""
     if (period := isolation.period) is None:
         return
     last = next(i for i, stage in enumerate(isolation.stages) if stage.period) + 1
     rest = isolation._replace(stages=isolation.stages[last:])
     for inside in isolation._replace(stages=isolation.stages[:last]).forms():
-        ends = (rest._replace(start=form).forms()[0] for form in (inside, nodes.add(inside, Number(period))))
+        ends = (
+            rest._replace(start=form).forms()[0]
+            for form in (inside, nodes.add(inside, Number(period)))
+        )
         plain, turned = (_value(form, known) for form in ends)
         stride = turned - plain
         if not math.isfinite(stride) or stride == 0.0:
@@ -93,8 +108,8 @@ class Guard(NamedTuple):
 class Line(NamedTuple):
     """One equation. Its ``form`` is what was computed, None if no form reproduces the value.
 
-    Without an ``unknown`` it is a rule that an iteration has satisfied; without an ``equation`` it is a
-    result of an iteration.
+    Without an ``unknown`` it is a rule that an iteration has satisfied; without an ``equation`` it
+    is a result of an iteration.
     """
 
     unknown: str | None
@@ -118,9 +133,9 @@ class Link(NamedTuple):
 class Derivation(Shown):
     """The derivation of the value of ``name`` among the ``values`` of the answer.
 
-    ``inputs`` are the given names that it depends on, in the order of the sheet; ``assumed`` are those of
-    symbols taken from the case that was solved; ``links`` are the steps in order of computation. If there is
-    no value, ``diagnoses`` say why.
+    ``inputs`` are the given names that it depends on, in the order of the sheet; ``assumed`` are
+    those of symbols taken from the case that was solved; ``links`` are the steps in order of
+    computation. If there is no value, ``diagnoses`` say why.
     """
 
     model: Model
@@ -154,7 +169,9 @@ class _Tracing:
 
     def __init__(self, result: Result) -> None:
         self.model, self.inputs, self.origins = result.model, result.inputs, result.origins
-        self.values: Mapping[str, Value] = result.solutions[0] if result.solutions else result.partial
+        self.values: Mapping[str, Value] = (
+            result.solutions[0] if result.solutions else result.partial
+        )
         self.place: dict[Step, int] = {}
         for number, step in enumerate(result.path.steps):
             self.place.setdefault(step, number)
@@ -167,12 +184,18 @@ class _Tracing:
             if one not in needed:
                 needed.add(one)
                 for equation in self._solved(self.origins.get(one)):
-                    selecting = (self.model.conditions[premise.condition] for premise in equation.guard)
+                    selecting = (
+                        self.model.conditions[premise.condition] for premise in equation.guard
+                    )
                     read = chain(equation.names, *map(names, selecting))
                     waiting.extend(name for name in read if name in self.values)
-        steps = sorted({self.origins[n] for n in needed if n in self.origins}, key=self.place.__getitem__)
+        steps = sorted(
+            {self.origins[n] for n in needed if n in self.origins}, key=self.place.__getitem__
+        )
         given = [n for n in self.model.variables if n in needed and n not in self.origins]
-        inputs, assumed = ([n for n in given if (n in self.inputs) is there] for there in (True, False))
+        inputs, assumed = (
+            [n for n in given if (n in self.inputs) is there] for there in (True, False)
+        )
         links = tuple(map(self._link, steps))
         return Derivation(self.model, name, self.values, tuple(inputs), tuple(assumed), links)
 
@@ -196,7 +219,8 @@ class _Tracing:
         return Link(step.unknowns, tuple(lines), step.tears or step.unknowns)
 
     def _line(self, unknown: str | None, equation: Equation, step: Step) -> Line:
-        """An equation with its guards; assumed are the conditions that were not known before the step."""
+        """An equation with its guards; assumed are the conditions that were not known before the
+        step."""
         form, guards = None, []
         if unknown and (isolation := isolate(equation.left, equation.right, unknown)):
             form = explicit_form(isolation, {name: self.values[name] for name in equation.names})
@@ -229,7 +253,9 @@ def why_markdown(derivation: Derivation) -> str:
 def why_latex(derivation: Derivation) -> str:
     """The inputs, then the steps, the places of their rules in comments."""
     given = map(Line, (*derivation.inputs, *derivation.assumed))
-    return aligned(derivation, (*given, *(line for link in derivation.links for line in link.lines)))
+    return aligned(
+        derivation, (*given, *(line for link in derivation.links for line in link.lines))
+    )
 
 
 def aligned(derivation: Derivation, lines: Iterable[Line]) -> str:
@@ -251,7 +277,9 @@ def aligned(derivation: Derivation, lines: Iterable[Line]) -> str:
 class Page:
     """One derivation in one notation, with Markdown syntax on request."""
 
-    def __init__(self, derivation: Derivation, notation: Plain | Tex, *, markdown: bool = False) -> None:
+    def __init__(
+        self, derivation: Derivation, notation: Plain | Tex, *, markdown: bool = False
+    ) -> None:
         self.derivation, self.notation, self.markdown = derivation, notation, markdown
         self.model, self.values = derivation.model, derivation.values
         self.places = Places(derivation.model)
@@ -267,7 +295,10 @@ class Page:
         if not found.links:
             return f"{whole} is {'an input' if name in found.inputs else 'what its case says'}"
         used = sum(len(link.unknowns) for link in found.links)
-        inputs, rules = plural(len(found.inputs), "input"), plural(len(self.model.equations), "rule")
+        inputs, rules = (
+            plural(len(found.inputs), "input"),
+            plural(len(self.model.equations), "rule"),
+        )
         return f"{whole}, from {inputs} by {used} of {rules}"
 
     def unit(self, name: str | None) -> str:
@@ -284,14 +315,21 @@ class Page:
         """The equal expressions of a line: unknown, form, form with numbers, value; each once."""
         tell = self.notation.written
         if line.unknown is None:
-            return () if line.equation is None else (tell(line.equation.left), tell(line.equation.right))
+            return (
+                ()
+                if line.equation is None
+                else (tell(line.equation.left), tell(line.equation.right))
+            )
         told = [self.notation.value(self.values[line.unknown])]
         if line.form is not None:
             told = [tell(line.form), self.notation.filled(line.form, self.values), *told]
         return tell(Name(line.unknown)), *dict.fromkeys(told)
 
-    def guards(self, line: Line, notation: Plain | Tex | None = None) -> Iterator[tuple[str, str, str]]:
-        """``because``, the conditions, and the values of their variables; likewise the assumed ones."""
+    def guards(
+        self, line: Line, notation: Plain | Tex | None = None
+    ) -> Iterator[tuple[str, str, str]]:
+        """``because``, the conditions, and the values of their variables; likewise the assumed
+        ones."""
         for word, assumed in (("because", False), ("assuming", True)):
             group = [guard for guard in line.guards if guard.assumed is assumed]
             if group:
@@ -336,7 +374,9 @@ class Page:
         rows = [(self.known(name), self.model.variables[name].comment) for name in names]
         if not self.markdown:
             return table((), ((MARGIN + known, comment) for known, comment in rows))
-        return "\n".join(f"- {known}" + f": {self._plain(said)}" * bool(said) for known, said in rows)
+        return "\n".join(
+            f"- {known}" + f": {self._plain(said)}" * bool(said) for known, said in rows
+        )
 
     def _steps(self, links: Sequence[Link]) -> Iterator[str]:
         for number, link in enumerate(links, 1):
@@ -357,7 +397,9 @@ class Page:
         formula, told = [word + self.formula(line)], []
         if line.equation is not None:
             place, rule = self.places.rule(line.equation)
-            told.append(f"{self.code(rule)} ({self._plain(place)})" if self.markdown else f"{place}  {rule}")
+            told.append(
+                f"{self.code(rule)} ({self._plain(place)})" if self.markdown else f"{place}  {rule}"
+            )
         for reason, condition, read in self.guards(line):
             said, gap = (f"${condition}$", " ") if self.markdown else (condition, "   ")
             told.append(f"{reason} {said}" + f"{gap}({self.code(read)})" * bool(read))
@@ -382,7 +424,12 @@ class Page:
 
 
 ESCAPED = str.maketrans(
-    {**{mark: f"\\{mark}" for mark in "%_#&${}"}, "\\": r"\textbackslash{}", "^": r"\^{}", "~": r"\~{}"}
+    {
+        **{mark: f"\\{mark}" for mark in "%_#&${}"},
+        "\\": r"\textbackslash{}",
+        "^": r"\^{}",
+        "~": r"\~{}",
+    }
 )
 _SPECIAL = re.compile(r"([\\`*_\[\]<>|$~&])")
 

@@ -13,14 +13,13 @@ from rulesheets.inputs import readable
 from rulesheets.units import shown
 from solver.derivatives import Band, Sensitivities, ToleranceBands
 from solver.facts import Status
-from solver.files.tables import Table
+from solver.files.tables import Samples, Table
 from solver.path import Check, Path, SolveBlock, equations_of, given_by
 from solver.report import SCREEN, table
 from solver.report.derivation import ESCAPED, Derivation, Line, Page, aligned, why_latex
 from solver.report.path import Plain, steps_to_show
 from solver.report.sheet import diagnosis_json, sheet_heads, sheet_rows
 from solver.solution.solving import Result
-from solver.sweeps.sweep import Samples
 
 NONE = "none"
 """The text for a derivative that does not exist or is unknown."""
@@ -41,7 +40,9 @@ class Derived(NamedTuple):
         blocks: list[str] = []
         if (slopes := self.sensitivities) is not None:
             groups = [slopes.inputs[i : i + WIDE] for i in range(0, len(slopes.inputs), WIDE)]
-            tables = [table(header, rows) for header, *rows in (cells(slopes, group) for group in groups)]
+            tables = [
+                table(header, rows) for header, *rows in (cells(slopes, group) for group in groups)
+            ]
             head = "Sensitivities: units of output for one unit of input, the other inputs held\n"
             if not tables or not slopes.outputs:
                 head, tables = "Sensitivities: there is no output with a number, or no input", [""]
@@ -58,7 +59,12 @@ class Derived(NamedTuple):
         members: dict[str, object] = {}
         if (slopes := self.sensitivities) is not None:
             members["sensitivities"] = [
-                {"output": out, "input": given, "value": slopes[out, given], "unit": slopes.unit(out, given)}
+                {
+                    "output": out,
+                    "input": given,
+                    "value": slopes[out, given],
+                    "unit": slopes.unit(out, given),
+                }
                 for out, given in slopes
             ]
             members["sensitivity_diagnoses"] = [diagnosis_json(one) for one in slopes.diagnoses]
@@ -73,7 +79,9 @@ class Derived(NamedTuple):
                 "seed": samples.seed,
                 "distribution": samples.distribution,
                 "statuses": {str(status): n for status, n in samples.counts.items()},
-                "outputs": [{"output": name, **dict(zip(names, four, strict=True))} for name, four in found],
+                "outputs": [
+                    {"output": name, **dict(zip(names, four, strict=True))} for name, four in found
+                ],
             }
         return members
 
@@ -144,7 +152,9 @@ def _samples_text(samples: Samples, bands: ToleranceBands) -> str:
         rss = worst = ""
         if band is not None:
             rss = f"{band.rss * samples.spread:.{DIGITS}g}"
-            worst = f"{band.value - band.worst:.{SAMPLED}g} to {band.value + band.worst:.{SAMPLED}g}"
+            worst = (
+                f"{band.value - band.worst:.{SAMPLED}g} to {band.value + band.worst:.{SAMPLED}g}"
+            )
         mean = spread = least = greatest = ""
         if (found := samples.statistics(name)) is not None:
             average, deviation, *ends = found
@@ -167,7 +177,8 @@ def _band_json(name: str, band: Band | None) -> dict[str, object]:
 
 
 class Grid(NamedTuple):
-    """A table for a notebook: texts in rows, ``numeric`` columns to the right, HTML before and after."""
+    """A table for a notebook: texts in rows, ``numeric`` columns to the right, HTML before and
+    after."""
 
     heads: Sequence[str]
     rows: Iterable[Sequence[str]]
@@ -195,7 +206,9 @@ def latex(shown: Any) -> str:
     grid = grid_of(shown)
     rows = [grid.heads, *grid.rows]
     lines = [" & ".join(rf"\text{{{cell.translate(ESCAPED)}}}" for cell in row) for row in rows]
-    body = " \\\\\n".join([lines[0] + r" \\ \hline " + lines[1], *lines[2:]] if lines[1:] else lines)
+    body = " \\\\\n".join(
+        [lines[0] + r" \\ \hline " + lines[1], *lines[2:]] if lines[1:] else lines
+    )
     return f"\\begin{{array}}{{{'r' * len(grid.heads)}}}\n{body}\n\\end{{array}}"
 
 
@@ -240,7 +253,9 @@ def _derivation_grid(derivation: Derivation) -> Grid:
     given = (name for name in (*derivation.inputs, *derivation.assumed) if name != derivation.name)
     rows = [(page.known(name), "", "given") for name in given]
     for line in (line for link in derivation.links for line in link.lines):
-        place, rule = ("by iteration", "") if line.equation is None else page.places.rule(line.equation)
+        place, rule = (
+            ("by iteration", "") if line.equation is None else page.places.rule(line.equation)
+        )
         rows.append((f"{'' if line.unknown else 'such that '}{page.formula(line)}", rule, place))
     before = f"<b>{escape(page.head())}</b>"
     return Grid(("", "Rule", "Place"), rows, (), before, _notes(derivation.diagnoses))
@@ -251,7 +266,9 @@ def _path_grid(path: Path) -> Grid:
     """The steps in order, rules by their numbers in the model."""
     rows = []
     for number, step in enumerate(steps_to_show(path), 1):
-        found = ", ".join(given_by(step)) or ("(checks)" if isinstance(step, Check) else "(case by case)")
+        found = ", ".join(given_by(step)) or (
+            "(checks)" if isinstance(step, Check) else "(case by case)"
+        )
         together = " together" * isinstance(step, SolveBlock)
         rules = ", ".join(str(index + 1) for index in equations_of(step))
         rows.append((str(number), found + together, rules))

@@ -1,4 +1,5 @@
-"""A solution path as text: the unknowns and rules of each step; and the rules that are not satisfied."""
+"""A solution path as text: the unknowns and rules of each step; and the rules that are not
+satisfied."""
 
 from __future__ import annotations
 
@@ -14,14 +15,25 @@ from rulesheets.syntax.nodes import Expression, conjunction, names, substitute
 from solver.facts import Method, Status
 from solver.kernel.block import kernel_of
 from solver.kernel.solve_block import first_methods
-from solver.path import Assume, Check, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
+from solver.path import (
+    Assume,
+    Check,
+    Decide,
+    Evaluate,
+    Path,
+    Select,
+    SolveBlock,
+    Step,
+    equations_of,
+)
 from solver.path.planner import planner
 from solver.path.tree import PathTree, question
 from solver.report import few, table
 from solver.solution.solving import Result
 
 _FIRST = re.compile(r"(^|\(|, )\((-[^()]*)\)(?!\^)")
-"""A number below zero in parentheses with nothing to the left of it, so that its sign needs none."""
+"""A number below zero in parentheses with nothing to the left of it, so that its sign needs
+none."""
 
 
 class Plain(Notation):
@@ -31,7 +43,9 @@ class Plain(Notation):
 
     def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
         texts = {name: readable(values[name]) for name in names(node)}
-        numbers = {n: nodes.Name(f"({text})" if text[0] == "-" else text) for n, text in texts.items()}
+        numbers = {
+            n: nodes.Name(f"({text})" if text[0] == "-" else text) for n, text in texts.items()
+        }
         return _FIRST.sub(r"\1\2", self.written(substitute(node, numbers)))
 
 
@@ -42,12 +56,18 @@ class Tex(Latex):
         return self.written(_rounded(value))
 
     def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
-        return self.written(substitute(node, {name: _rounded(values[name]) for name in names(node)}))
+        return self.written(
+            substitute(node, {name: _rounded(values[name]) for name in names(node)})
+        )
 
 
 def _rounded(value: Value) -> Expression:
     """A value with the digits for a reader."""
-    return nodes.Symbol(value) if isinstance(value, str) else nodes.Number(float(f"{value:.{DIGITS}g}") + 0.0)
+    return (
+        nodes.Symbol(value)
+        if isinstance(value, str)
+        else nodes.Number(float(f"{value:.{DIGITS}g}") + 0.0)
+    )
 
 
 def rule_text(span: Span) -> str:
@@ -62,13 +82,16 @@ def short_names(files: Iterable[str]) -> Mapping[str, str]:
     for name in names:
         parts = name.split("/")
         endings = ("/".join(parts[-length:]) for length in range(1, len(parts)))
-        alone = (e for e in endings if sum(other == e or other.endswith("/" + e) for other in names) == 1)
+        alone = (
+            e for e in endings if sum(other == e or other.endswith("/" + e) for other in names) == 1
+        )
         found[name] = escaped(next(alone, name))
     return found
 
 
 class Places:
-    """``file:line`` of the rules of a model, the files by their shortest names; and the texts of rules."""
+    """``file:line`` of the rules of a model, the files by their shortest names; and the texts of
+    rules."""
 
     def __init__(self, model: Model) -> None:
         self._model = model
@@ -91,7 +114,8 @@ class Places:
         return self.of(equation), self.said(equation)
 
     def said(self, equation: Equation) -> str:
-        """The rule of an equation; of a rule with several arms the arm that the equation stands in."""
+        """The rule of an equation; of a rule with several arms the arm that the equation stands
+        in."""
         left, right = equation.left.span, equation.right.span
         arms = {one.guard for one in self.groups[equation.scope, equation.rule]}
         if len(arms) == 1 or not equation.guard or left is None or right is None or left == right:
@@ -105,7 +129,8 @@ class Places:
 
 
 def path_text(result: Result) -> str:
-    """A table of the steps, then the number of branches and the wanted variables that no step reaches.
+    """A table of the steps, then the number of branches and the wanted variables that no step
+    reaches.
 
     Only a block leaves the number of answers of the path open.
     """
@@ -120,7 +145,9 @@ def path_table(model: Model, path: Path, first: int = 1) -> str:
     places, rows = Places(model), []
     for number, step in enumerate(steps_to_show(path), first):
         for place, (found, ways, *rule) in enumerate(_rows(model, places, step)):
-            rows.append(("" if place else str(number), found, "" if ways == 1 else str(ways), *rule))
+            rows.append(
+                ("" if place else str(number), found, "" if ways == 1 else str(ways), *rule)
+            )
     return table(("Step", "Finds", "Ways", "Place", "By the rule"), rows)
 
 
@@ -128,7 +155,9 @@ def steps_to_show(path: Path) -> tuple[Step, ...]:
     """The steps to show: each once, without checks of an equation that was solved with."""
     steps = tuple(dict.fromkeys(path.steps))
     solved = {e for step in steps if not isinstance(step, Check) for e in equations_of(step)}
-    return tuple(step for step in steps if not (isinstance(step, Check) and step.equation in solved))
+    return tuple(
+        step for step in steps if not (isinstance(step, Check) and step.equation in solved)
+    )
 
 
 def _at_most(branches: int | None) -> str:
@@ -156,10 +185,16 @@ def _rows(model: Model, places: Places, step: Step) -> Iterator[tuple[str, int, 
             yield unknown, branches, *first
             yield from (("  or by", 1, *other) for other in others)
         case SolveBlock(unknowns=unknowns, tears=tears):
-            iterated = f", iterating on {', '.join(tears)}" if 0 < len(tears) < len(unknowns) else ""
+            iterated = (
+                f", iterating on {', '.join(tears)}" if 0 < len(tears) < len(unknowns) else ""
+            )
             yield f"block of {len(unknowns)}", 1, "", f"{', '.join(unknowns)}{iterated}"
-            yield from ((f"  {one.unknown}", one.branches, *rule(one.equation)) for one in step.order)
-            yield from (("  (closes)", 1, *rule(index)) for index in step.residuals or step.equations)
+            yield from (
+                (f"  {one.unknown}", one.branches, *rule(one.equation)) for one in step.order
+            )
+            yield from (
+                ("  (closes)", 1, *rule(index)) for index in step.residuals or step.equations
+            )
             yield "  (tries)", 1, "", _methods(model, step)
         case Decide(conditions):
             for index in conditions:
@@ -180,10 +215,14 @@ def _methods(model: Model, block: SolveBlock) -> str:
 
 
 def tree_text(model: Model, tree: PathTree, wanted: Sequence[str]) -> str:
-    """A table for the path and one for each case under its conditions, then how many answers there can be."""
+    """A table for the path and one for each case under its conditions, then how many answers there
+    can be."""
     parts = list(_parts(model, tree, wanted, (), 1))
     if any(end.open for end in tree.ends()):
-        last = "What follows depends on how the conditions come out, and on how many answers there are then."
+        last = (
+            "What follows depends on how the conditions come out, and on how many answers there "
+            "are then."
+        )
     else:
         last = _at_most(tree.branches)
     if tree.path.steps:
@@ -205,7 +244,9 @@ def unreached(path: Path, wanted: Iterable[str]) -> tuple[str, ...]:
 def _parts(
     model: Model, tree: PathTree, wanted: Sequence[str], outcomes: tuple[Premise, ...], first: int
 ) -> Iterator[str]:
-    lines = [f"Where {format_condition(conjunction(model.outcomes(outcomes)))}:"] if outcomes else []
+    lines = (
+        [f"Where {format_condition(conjunction(model.outcomes(outcomes)))}:"] if outcomes else []
+    )
     if tree.path.steps:
         lines.append(path_table(model, tree.path, first))
     else:
@@ -228,16 +269,20 @@ LONGEST = 72
 
 
 def rule_status_table(result: Result) -> str:
-    """The rules that are not satisfied, those blamed first and once, others once a call; else empty.
+    """The rules that are not satisfied, those blamed first and once, others once a call; else
+    empty.
 
-    ``>`` marks a rule that a diagnosis points at, ``*`` one that waits for unknowns. Waiting rules are
-    shown only if the inputs do not determine everything.
+    ``>`` marks a rule that a diagnosis points at, ``*`` one that waits for unknowns. Waiting rules
+    are shown only if the inputs do not determine everything.
     """
     places, partial = Places(result.model), result.status is Status.PARTIAL
     blamed = {(label.span.file, label.span.start) for d in result.diagnoses for label in d.labels}
     known = result.solutions[0] if result.solutions else result.partial
     found: dict[tuple[str, Span, str], tuple[Equation | Requirement, tuple[str, ...]]] = {}
-    rules: tuple[Equation | Requirement, ...] = (*result.model.equations, *result.model.requirements)
+    rules: tuple[Equation | Requirement, ...] = (
+        *result.model.equations,
+        *result.model.requirements,
+    )
     for one in rules:
         rule, waits_for = one.rule, tuple(name for name in one.names if name not in known)
         if (rule.file, rule.start) in blamed:

@@ -29,7 +29,8 @@ def tolerated(text: str, tolerance: Tolerance | None) -> str:
 
 
 def certain(value: Value | None, error: float) -> str:
-    """A value with the digits that its error leaves: the last one may be off by one, zeros included.
+    """A value with the digits that its error leaves: the last one may be off by one, zeros
+    included.
 
     All digits of the float if the error is 0; ``±1e-16`` if no digit is right.
     """
@@ -51,7 +52,8 @@ GUESS = "G"
 
 
 class SheetRow(NamedTuple):
-    """A variable with its input or its guess (then ``status`` is ``G``) and one output for each answer.
+    """A variable with its input or its guess (then ``status`` is ``G``) and one output for each
+    answer.
 
     ``errors``: the error bar of every output, on request. ``tolerance``: that of the input.
     """
@@ -67,19 +69,26 @@ class SheetRow(NamedTuple):
 
     def cells(self, tell: Callable[[Value | None], str] = readable) -> tuple[str, ...]:
         """Its texts, one for each column."""
-        outputs = map(certain, self.outputs, self.errors) if self.errors else map(tell, self.outputs)
+        outputs = (
+            map(certain, self.outputs, self.errors) if self.errors else map(tell, self.outputs)
+        )
         given = tolerated(tell(self.input), self.tolerance)
         return (self.status, given, self.name, *outputs, self.unit, self.comment)
 
 
 def sheet_rows(
-    result: Result, *, every: bool = False, digits: bool = False, others: bool = False, display: bool = True
+    result: Result,
+    *,
+    every: bool = False,
+    digits: bool = False,
+    others: bool = False,
+    display: bool = True,
 ) -> tuple[SheetRow, ...]:
     """Rows in the order of the sheet, locals only if they are given or wanted.
 
-    A variable that was not wanted and has no value is left out. ``digits`` adds the error bars. ``others``
-    are the rows that are left out instead; for a pruned solve those with a value. Values are in the units of
-    ``display``, or in those of the rules.
+    A variable that was not wanted and has no value is left out. ``digits`` adds the error bars.
+    ``others`` are the rows that are left out instead; for a pruned solve those with a value. Values
+    are in the units of ``display``, or in those of the rules.
     """
     answers = result.solutions if every else result.solutions[:1]
     found = [answer.by_name for answer in answers] or [result.partial]
@@ -104,14 +113,23 @@ def sheet_rows(
             if tolerance is not None and not tolerance.percent:
                 tolerance = Tolerance(abs(shown(tolerance.size, variable, difference=True)))
         status, outputs = "" if guess is None else GUESS, tuple(values[1:])
-        row = status, values[0], name, outputs, unit or "", variable.comment, tuple(errors), tolerance
+        row = (
+            status,
+            values[0],
+            name,
+            outputs,
+            unit or "",
+            variable.comment,
+            tuple(errors),
+            tolerance,
+        )
         rows.append(SheetRow(*row))
     return tuple(rows)
 
 
 def named(result: Result) -> tuple[dict[str, bool], bool]:
-    """The variables that have a row, each with whether it has one even without a value; and whether all
-    variables of the sheet were wanted. If not, those that calls only pass on have no row."""
+    """The variables that have a row, each with whether it has one even without a value; and whether
+    all variables of the sheet were wanted. If not, those that calls only pass on have no row."""
     wanted = set(result.wanted)
     posted = [v for v in result.model.variables.values() if v.posted]
     whole = all(v.passed or v.name in wanted for v in posted)
@@ -127,10 +145,11 @@ def sheet_heads(rows: Sequence[SheetRow]) -> tuple[str, ...]:
 
 
 def result_csv(result: Result, *, every: bool = False) -> str:
-    """The variable sheet as a text; ``every`` gives each answer a column ``Output 1``, ``Output 2``, …
+    """The variable sheet as a text; ``every`` gives each answer a column ``Output 1``, ``Output
+    2``, …
 
-    Numbers read back as the same floats. Read as a variable sheet, the text of the primary answer gives the
-    same inputs and guesses again: outputs are not inputs.
+    Numbers read back as the same floats. Read as a variable sheet, the text of the primary answer
+    gives the same inputs and guesses again: outputs are not inputs.
     """
     from solver.files import csv_text
 
@@ -142,9 +161,14 @@ Json = dict[str, object]
 
 
 def result_json(
-    result: Result, *, explain: bool = False, digits: bool = False, also: Mapping[str, object] | None = None
+    result: Result,
+    *,
+    explain: bool = False,
+    digits: bool = False,
+    also: Mapping[str, object] | None = None,
 ) -> str:
-    """The object of a solve; ``explain`` adds the locals under their dotted names, ``digits`` the errors.
+    """The object of a solve; ``explain`` adds the locals under their dotted names, ``digits`` the
+    errors.
 
     ``also`` are further members, put at its end.
     """
@@ -152,10 +176,14 @@ def result_json(
 
     variables, (rows, _) = result.model.variables, named(result)
     names = [name for name in variables if explain or name in rows]
-    solutions = [finite({n: answer[n] for n in names if n in answer}) for answer in result.solutions]
+    solutions = [
+        finite({n: answer[n] for n in names if n in answer}) for answer in result.solutions
+    ]
     both = list(zip(result.solutions, solutions, strict=True))
     # the units in which the rules compute, whatever a table shows
-    units = {n: v.unit for n, v in variables.items() if v.unit and any(n in some for some in solutions)}
+    units = {
+        n: v.unit for n, v in variables.items() if v.unit and any(n in some for some in solutions)
+    }
     document: Json = {"status": str(result.status), "solutions": solutions}
     if digits:  # null where nothing can be said
         bars = ({n: answer.error[n] for n in some if n in answer.error} for answer, some in both)
@@ -177,7 +205,9 @@ def result_json(
 
 def error_json(diagnoses: Iterable[Diagnosis]) -> str:
     """The object of a sheet or a command that is wrong: status ``error`` and the diagnoses."""
-    return _dump({"status": "error", "diagnoses": [diagnosis_json(diagnosis) for diagnosis in diagnoses]})
+    return _dump(
+        {"status": "error", "diagnoses": [diagnosis_json(diagnosis) for diagnosis in diagnoses]}
+    )
 
 
 def _dump(document: Json) -> str:
@@ -186,7 +216,9 @@ def _dump(document: Json) -> str:
 
 def finite(values: Mapping[str, Value]) -> dict[str, Value]:
     """The values that JSON can carry."""
-    return {name: value for name, value in values.items() if isinstance(value, str) or isfinite(value)}
+    return {
+        name: value for name, value in values.items() if isinstance(value, str) or isfinite(value)
+    }
 
 
 def _proof(answer: Solution, shown: Mapping[str, Value]) -> Json:
@@ -226,7 +258,9 @@ def _step(model: Model, step: Step) -> Json:
             asked = step.conditions if isinstance(step, Decide) else (step.condition,)
             from rulesheets.format import format_condition
 
-            return found | {"conditions": [format_condition(model.conditions[index]) for index in asked]}
+            return found | {
+                "conditions": [format_condition(model.conditions[index]) for index in asked]
+            }
     return found | {"rules": [_place(model.equations[index].rule) for index in equations_of(step)]}
 
 
@@ -250,20 +284,23 @@ def attempts_text(result: Result) -> str:
 def conditions_text(result: Result) -> str:
     """A table of the blocks of the primary answer, if it has any.
 
-    The condition is that of the Jacobian of the block by its unknowns, rules and unknowns scaled: the
-    factor by which it amplifies rounding errors.
+    The condition is that of the Jacobian of the block by its unknowns, rules and unknowns scaled:
+    the factor by which it amplifies rounding errors.
     """
     if not result.solutions or not (blocks := result.solutions[0].accuracy.blocks):
         return ""
     rows = []
     for block in blocks.values():
         condition = f"{block.condition:.1e}" if isfinite(block.condition) else "infinite"
-        rows.append((few(block.unknowns, NAMES), f"{block.rank} of {len(block.unknowns)}", condition))
+        rows.append(
+            (few(block.unknowns, NAMES), f"{block.rank} of {len(block.unknowns)}", condition)
+        )
     return "Blocks\n" + table(("Unknowns", "Rank", "Condition"), rows)
 
 
 def proof_lines(result: Result) -> Iterator[str]:
-    """Whether each answer with a proof is proved, the error bound of its numbers, and whether these are all.
+    """Whether each answer with a proof is proved, the error bound of its numbers, and whether these
+    are all.
 
     For a double root: whether it is exact, or else which roots there are, if that is proved.
     """
@@ -273,12 +310,17 @@ def proof_lines(result: Result) -> Iterator[str]:
         for proof in proofs:
             if proof.double:
                 names = ", ".join(proof.double)
-                yield f"proved: the rules of {names} hold exactly, with a singular Jacobian: a double root"
+                exactly = "hold exactly, with a singular Jacobian: a double root"
+                yield f"proved: the rules of {names} {exactly}"
             elif proof.beside is not None:
                 apart = (
-                    f"{name} {distance:.2g}" for name, distance in proof.beside.apart.items() if distance
+                    f"{name} {distance:.2g}"
+                    for name, distance in proof.beside.apart.items()
+                    if distance
                 )
-                said = f"there is no answer here for {', '.join(proof.beside.unknowns)}, but only just"
+                said = (
+                    f"there is no answer here for {', '.join(proof.beside.unknowns)}, but only just"
+                )
                 if proof.beside.roots:
                     said = f"there are two answers, this far apart: {', '.join(apart)}"
                 yield f"proved: for the numbers exactly as they are {said}"
@@ -295,7 +337,11 @@ def proof_lines(result: Result) -> Iterator[str]:
             radius = "every number the float nearest to the exact one"
         yield f"proved: {plural(len(proved), 'answer')}, {radius}"
     if result.complete and len(proved) == len(proofs):
-        yield "proved: there is no other answer" if len(proofs) == 1 else "proved: there are no others"
+        yield (
+            "proved: there is no other answer"
+            if len(proofs) == 1
+            else "proved: there are no others"
+        )
 
 
 def work_line(result: Result) -> str:
@@ -316,7 +362,9 @@ def work_line(result: Result) -> str:
     parts += [plural(checked - used, "check")] * (checked > used)
     parts += [f"{total - max(checked, used)} idle"] * (total > max(checked, used))
     satisfied = "all" if result.status is Status.SOLVED else str(checked)
-    held = f"; {satisfied} satisfied, worst residual {f'{worst:.0e}' if worst else '0'}" * bool(checked)
+    held = f"; {satisfied} satisfied, worst residual {f'{worst:.0e}' if worst else '0'}" * bool(
+        checked
+    )
     return f"{plural(total, 'rule')}: {', '.join(parts)}{held}"
 
 
@@ -340,7 +388,9 @@ MEANINGS = {
 }
 
 
-def result_text(result: Result, *, every: bool = False, explain: bool = False, digits: bool = False) -> str:
+def result_text(
+    result: Result, *, every: bool = False, explain: bool = False, digits: bool = False
+) -> str:
     """Everything that ``backsolve solve`` prints, without the last line end.
 
     ``every`` puts all answers side by side; ``explain`` adds the locals, the path, and the number
@@ -371,17 +421,21 @@ def sheet_table(rows: Sequence[SheetRow]) -> str:
 
 
 def _turned(rows: Sequence[SheetRow]) -> str:
-    """Many answers on a narrow screen: the inputs, then tables of variables that fit side by side, a line
-    for each answer."""
+    """Many answers on a narrow screen: the inputs, then tables of variables that fit side by side,
+    a line for each answer."""
     given = [row for row in rows if not any(v is not None for v in row.outputs)]
-    parts = [sheet_table([row._replace(outputs=(None,), errors=()) for row in given])] if given else []
+    parts = (
+        [sheet_table([row._replace(outputs=(None,), errors=()) for row in given])] if given else []
+    )
     groups: list[list[SheetRow]] = [[]]
     for row in (row for row in rows if row not in given):
         if groups[-1] and not fits(*_lines([*groups[-1], row])):
             groups.append([])
         groups[-1].append(row)
     styles = ("dim", *(ANSWER,) * len(rows))
-    parts += (table(*_lines(group), styles=styles[: len(group) + 1], soft=()) for group in groups if group)
+    parts += (
+        table(*_lines(group), styles=styles[: len(group) + 1], soft=()) for group in groups if group
+    )
     return "\n\n".join(parts)
 
 
@@ -407,10 +461,12 @@ def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
 
 
 def _verdict(result: Result, every: bool) -> Iterator[str]:
-    """The status, the work and its proofs, whether there are other answers, and which are unlikely."""
+    """The status, the work and its proofs, whether there are other answers, and which are
+    unlikely."""
     if result.status is not Status.SOLVED:
         color = "yellow" if result.status in (Status.PARTIAL, Status.SINGULAR) else "red"
-        yield f"{SCREEN.get().paint(str(result.status), f'bold {color}')}: {MEANINGS[result.status]}"
+        status = SCREEN.get().paint(str(result.status), f"bold {color}")
+        yield f"{status}: {MEANINGS[result.status]}"
     yield work_line(result)
     if any(solution.proof for solution in result.solutions):
         yield from proof_lines(result)
@@ -418,12 +474,19 @@ def _verdict(result: Result, every: bool) -> Iterator[str]:
     hidden = others > 0 and not every
     if hidden:
         more = "" if result.complete else ", maybe more"
-        yield f"{plural(others, 'other answer')}{more}: --all shows {'it' if others == 1 else 'them'}"
+        them = "it" if others == 1 else "them"
+        yield f"{plural(others, 'other answer')}{more}: --all shows {them}"
     elif result.status is Status.SOLVED and not result.complete:
-        some = "these are not known to be all the answers" if others else "there may be other answers"
+        some = (
+            "these are not known to be all the answers" if others else "there may be other answers"
+        )
         why = next((f": {note.message}" for note in result.diagnoses if note.code == "S597"), "")
-        if gap := next((gap for gap in result.gaps if gap.labels), None):  # of which unknowns, by which rule
-            place = f"{escaped(os.path.basename(gap.labels[0].span.file))}:{gap.labels[0].span.line}"
+        if gap := next(
+            (gap for gap in result.gaps if gap.labels), None
+        ):  # of which unknowns, by which rule
+            place = (
+                f"{escaped(os.path.basename(gap.labels[0].span.file))}:{gap.labels[0].span.line}"
+            )
             names = few(gap.variables, NAMES)
             why = f": {names} by {place}, which could not be searched whole (--explain)"
         yield some + why

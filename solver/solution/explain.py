@@ -13,7 +13,16 @@ from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import And, Name
 from solver import facts
 from solver.leaves import Asked, Leaf
-from solver.solution.remedy import Patience, bounds, clash, cures, derivation, found_near, givings, rounded
+from solver.solution.remedy import (
+    Patience,
+    bounds,
+    clash,
+    cures,
+    derivation,
+    found_near,
+    givings,
+    rounded,
+)
 from solver.solution.verdict import Verdict
 
 MAX_INPUTS = 10
@@ -34,17 +43,25 @@ def explain(asked: Asked, verdict: Verdict, hasty: bool = False) -> tuple[Diagno
 
 class _Explanation:
     def __init__(self, asked: Asked, verdict: Verdict, patience: Patience) -> None:
-        self.asked, self.verdict, self.patience = asked._replace(want=None, guesses={}), verdict, patience
+        self.asked, self.verdict, self.patience = (
+            asked._replace(want=None, guesses={}),
+            verdict,
+            patience,
+        )
         self.model, self.inputs, self.judged = asked.model, asked.inputs, asked.judged
         self.leaf: Leaf | None = verdict.leaves[0] if verdict.leaves else None
-        everything = {variable.name for variable in self.model.variables.values() if variable.posted}
+        everything = {
+            variable.name for variable in self.model.variables.values() if variable.posted
+        }
         self.no_help = set() if everything.issubset(self.judged) else {*self.judged}
 
     def diagnoses(self) -> Iterator[Diagnosis]:
         verdict = self.verdict
         contradicted = verdict.status is facts.Status.INCONSISTENT
         for fact in verdict.facts:
-            if isinstance(fact, facts.OutOfTime) or (contradicted and isinstance(fact, facts.Fixed)):
+            if isinstance(fact, facts.OutOfTime) or (
+                contradicted and isinstance(fact, facts.Fixed)
+            ):
                 yield self._said(fact)
                 return
         if contradicted:
@@ -61,8 +78,13 @@ class _Explanation:
 
     def _remarks(self, leaf: Leaf) -> Iterator[Diagnosis]:
         """Notes on an accepted answer: blank variables, truncated lists."""
-        said = (*self.verdict.facts, *(fact for leaf in self.verdict.leaves for fact in leaf.branch.facts))
-        notes = [fact for fact in said if isinstance(fact, facts.Filled | facts.Beside | facts.Uncovered)]
+        said = (
+            *self.verdict.facts,
+            *(fact for leaf in self.verdict.leaves for fact in leaf.branch.facts),
+        )
+        notes = [
+            fact for fact in said if isinstance(fact, facts.Filled | facts.Beside | facts.Uncovered)
+        ]
         solved = self.verdict.status is facts.Status.SOLVED
         holes = [f for f in self.verdict.facts if solved and isinstance(f, facts.Indeterminacy)]
         cut_off = [fact for fact in leaf.branch.facts if isinstance(fact, facts.Truncated)]
@@ -87,7 +109,9 @@ class _Explanation:
         for equation in (self.model.equations[index] for index in equations):
             for name in symbols.keys() & set(equation.names):
                 if Name(name) not in (equation.left, equation.right):
-                    message = f"this rule computes with {name}, which is the symbol '{symbols[name]}"
+                    message = (
+                        f"this rule computes with {name}, which is the symbol '{symbols[name]}"
+                    )
                     cure = f"give a number for {name}, or clear it to have it solved"
                     given = (cure,) if name in self.inputs else ()
                     return self._error("S534", message, (equation.index,), (name,), *given)
@@ -108,17 +132,26 @@ class _Explanation:
                 variables = [self.model.variables[name] for name in unknowns]
                 bounded = any(v.low > -math.inf or v.high < math.inf for v in variables)
                 where = " within the ranges that the sheet gives them" if bounded else ""
-                message = f"no values of {listed(unknowns)} satisfy these rules together{where} (proven)"
-                return self._error("S532", message, equations, unknowns, *self._bounds(equations, unknowns))
+                message = (
+                    f"no values of {listed(unknowns)} satisfy these rules together{where} (proven)"
+                )
+                return self._error(
+                    "S532", message, equations, unknowns, *self._bounds(equations, unknowns)
+                )
             case facts.NoRoot():
                 return self._not_found(fact)
             case facts.AsksNothing(equation, unknown):
                 leaf = self.leaf
                 free = tuple(dict.fromkeys((unknown, *(leaf.missing if leaf else ()))))
                 verb = "is" if len(free) == 1 else "are"
-                message = f"{listed(free)} {verb} not determined here: this rule holds whatever {unknown} is"
+                message = (
+                    f"{listed(free)} {verb} not determined here: this rule holds whatever "
+                    f"{unknown} is"
+                )
                 names = self.model.equations[equation].names
-                zeros = [f"{name} = 0" for name in names if leaf and leaf.branch.values.get(name) == 0.0]
+                zeros = [
+                    f"{name} = 0" for name in names if leaf and leaf.branch.values.get(name) == 0.0
+                ]
                 why = (f"because {listed(zeros)}",) if zeros else ()
                 cure = ", or ".join((*self._giving(free), "change the position"))
                 return self._error("S540", message, (equation,), free, *why, cure)
@@ -126,41 +159,62 @@ class _Explanation:
                 return self._rank(fact)
             case facts.DoubleRoot(equations, unknowns, direction):
                 what = "have a double root" if len(unknowns) > 1 else "is a double root"
-                message = f"two answers coincide here: {listed(unknowns)} {what}, not an isolated answer"
+                message = (
+                    f"two answers coincide here: {listed(unknowns)} {what}, not an isolated answer"
+                )
                 moves = "to first order the rules let them move along"
                 return self._error("S541", message, equations, unknowns, *_along(moves, direction))
             case facts.Unfixed(unknowns, double):
                 posted = [name for name in unknowns if self.model.variables[name].posted]
-                message = f"{listed(posted or unknowns)} can have any value at this double root, or none"
-                cure = f"give {listed(double.unknowns, 'or')} first, or move away from the double root"
+                message = (
+                    f"{listed(posted or unknowns)} can have any value at this double root, or none"
+                )
+                cure = (
+                    f"give {listed(double.unknowns, 'or')} first, or move away from the double root"
+                )
                 return self._error("S543", message, double.equations, unknowns, cure)
             case facts.RestsOnRounding(equation, unknown):
                 message = f"{unknown} rests on no more than the last places of the given numbers"
                 note = f"to their last places they leave {unknown} any value"
-                return self._error("S544", message, (equation,), (unknown,), note, f"give {unknown}")
+                return self._error(
+                    "S544", message, (equation,), (unknown,), note, f"give {unknown}"
+                )
             case facts.Conflict(equations, miss):
                 notes = () if miss is None else (f"together they miss by {number_text(miss)}",)
-                return self._error("S520", "these rules contradict each other", equations, (), *notes)
+                return self._error(
+                    "S520", "these rules contradict each other", equations, (), *notes
+                )
             case facts.DeadEnd():
                 return self._dead_end(fact)
             case facts.BeyondFloats(equation, unknown):
                 asked = f"the value that this rule asks of {unknown}"
                 message = f"{asked} can't be held by a floating point number"
-                note = "it is too large, too small, or too near another number: scale the rule, or its units"
+                note = (
+                    "it is too large, too small, or too near another number: scale the rule, or "
+                    "its units"
+                )
                 return self._error("S551", message, (equation,), (unknown,), note)
             case facts.Indeterminacy():
                 return self._indeterminate(fact)
             case facts.Filled(equation, limit):
-                message = f"this rule is undefined at the answer (0/0), and taken by its limit {limit:.10g}"
+                message = (
+                    "this rule is undefined at the answer (0/0), and taken by its limit "
+                    f"{limit:.10g}"
+                )
                 return self._note("S595", message, (equation,))
             case facts.Beside(equations, free, values):
                 kept = [f"{name} = {number_text(value)}" for name, value in values]
                 rest = f" where {listed(kept)}" if kept else ""
-                message = f"beside these answers there is a curve of others: {listed(free)} can vary{rest}"
+                message = (
+                    f"beside these answers there is a curve of others: {listed(free)} can "
+                    f"vary{rest}"
+                )
                 return self._note("S596", message, equations, free)
             case facts.Uncovered(case, free):
                 where = format_condition(case[0] if len(case) == 1 else And(case))
-                return self._note("S597", f"no rule determines {listed(free)} where {where}", (), free)
+                return self._note(
+                    "S597", f"no rule determines {listed(free)} where {where}", (), free
+                )
             case facts.Fixed(name, value, given, unknown, equations):
                 made, asked = f"{value:.10g}", number_text(given)
                 if made == asked:
@@ -180,10 +234,14 @@ class _Explanation:
 
     def _indeterminate(self, fact: facts.Indeterminacy) -> Diagnosis:
         equation = self.model.equations[fact.equation]
-        at = [f"{name} = {_text(fact.values[name])}" for name in equation.names if name in fact.values]
+        at = [
+            f"{name} = {_text(fact.values[name])}" for name in equation.names if name in fact.values
+        ]
         unknown = tuple(name for name in equation.names if name not in fact.values)
         if self.verdict.status is facts.Status.SOLVED:
-            message = f"this rule is undefined at {listed(at)} ({fact.form}), and its limit satisfies it"
+            message = (
+                f"this rule is undefined at {listed(at)} ({fact.form}), and its limit satisfies it"
+            )
             cure = "--limits, or limits = yes in the sheet, lists this answer, too"
             return self._note("S598", message, (fact.equation,), unknown, cure)
         message = f"this rule is undefined here ({fact.form})"
@@ -191,21 +249,33 @@ class _Explanation:
             message += f"; the limit is {fact.limit:.10g}"
         cure = "to solve with the limit give --limits, or limits = yes in the sheet"
         if fact.limit is None and not fact.is_open:
-            cure = "there is no limit: the two sides, or several directions, lead to different values"
+            cure = (
+                "there is no limit: the two sides, or several directions, lead to different values"
+            )
         return self._error("S545", message, (fact.equation,), unknown, f"at {listed(at)}", cure)
 
     def _unmet(self, fact: facts.Unmet) -> Diagnosis:
         requirement = self.model.requirements[fact.requirement]
         said = [f"{name} = {_text(fact.values[name])}" for name in requirement.names]
         inputs_only = all(name in self.inputs for name in requirement.names)
-        answer = "no answer" if self.verdict.status is facts.Status.INFEASIBLE else "no answer that was found"
+        answer = (
+            "no answer"
+            if self.verdict.status is facts.Status.INFEASIBLE
+            else "no answer that was found"
+        )
         who = f"{listed(said)} do" if len(said) > 1 else f"{said[0]} does"
-        message = f"{who} not meet this requirement" if inputs_only else f"{answer} meets this requirement"
+        message = (
+            f"{who} not meet this requirement"
+            if inputs_only
+            else f"{answer} meets this requirement"
+        )
         short = "" if fact.miss is None else f": it is missed by {number_text(rounded(fact.miss))}"
         notes = () if inputs_only else (f"the answer nearest to it has {listed(said)}",)
         mine = self._bounds((), requirement.names, requirement.names)
         labels = (Label(requirement.rule),)
-        return Diagnosis("S535", Severity.ERROR, message + short, labels, (*notes, *mine), requirement.names)
+        return Diagnosis(
+            "S535", Severity.ERROR, message + short, labels, (*notes, *mine), requirement.names
+        )
 
     def _out_of_time(self, known: Sequence[str]) -> Diagnosis:
         """An error without an answer, a note with some."""
@@ -214,9 +284,15 @@ class _Explanation:
             message = f"the time was up: {plural(count, 'answer')} found, and there may be others"
             return self._note("S553", message, ())
         message = "the time was up before an answer was found"
-        shown = f"until then {listed(known)} had a value" if known else "until then nothing was determined"
+        shown = (
+            f"until then {listed(known)} had a value"
+            if known
+            else "until then nothing was determined"
+        )
         cure = "give more time, or a guess or a range for one of the unknowns"
-        return self._error("S553", message, (), tuple(n for n in self.judged if n not in known), cure, shown)
+        return self._error(
+            "S553", message, (), tuple(n for n in self.judged if n not in known), cure, shown
+        )
 
     def _rank(self, fact: facts.RankLoss) -> Diagnosis:
         code, message = "S542", f"at these values the rules leave {listed(fact.free)} free"
@@ -224,7 +300,9 @@ class _Explanation:
             code = "S511"
             message = f"these rules do not determine {listed(fact.free)}: they are not independent"
             if len(fact.equations) == 1:
-                message = f"{listed(fact.free)} can take many values here, and this rule still holds"
+                message = (
+                    f"{listed(fact.free)} can take many values here, and this rule still holds"
+                )
         notes = (*self._giving(fact.free), *_along("they can move along", fact.direction))
         return self._error(code, message, fact.equations, fact.free, *notes)
 
@@ -237,8 +315,11 @@ class _Explanation:
             missed = zip(fact.misses, fact.equations, strict=False)
             worst, equation = max(missed, key=lambda one: abs(one[0]), default=(0.0, 0))
             if worst:
-                notes.append(f"rule {self._line(equation)} is off by {number_text(rounded(worst, 3))} there")
-        # what narrows the search most: a range for what it iterates on; or else no limit on the work
+                notes.append(
+                    f"rule {self._line(equation)} is off by {number_text(rounded(worst, 3))} there"
+                )
+        # what narrows the search most: a range for what it iterates on; or else no limit on the
+        # work
         steps = () if self.leaf is None else self.leaf.branch.attempts
         tears = next((step.tears for step in steps if step.equations == fact.equations), ())
         tears = tears or fact.unknowns[:1]
@@ -248,8 +329,12 @@ class _Explanation:
             ranges = f"give {listed(endless)} a range, {endless[0]} in [a, b]"
             notes.append(f"{ranges}: the search iterates on {them}")
         else:
-            notes.append(f"--prove searches the ranges of {listed(tears)} without a limit on the work")
-        message = f"no values of {listed(fact.unknowns)} were found that satisfy these rules together"
+            notes.append(
+                f"--prove searches the ranges of {listed(tears)} without a limit on the work"
+            )
+        message = (
+            f"no values of {listed(fact.unknowns)} were found that satisfy these rules together"
+        )
         return self._error("S550", message, fact.equations, fact.unknowns, *notes)
 
     def _dead_end(self, end: facts.DeadEnd) -> Diagnosis:
@@ -258,7 +343,10 @@ class _Explanation:
             case facts.NoValue(_, unknown, reading):
                 why = f"no value of {unknown} satisfies this rule: it needs {reading}"
             case facts.OutOfRange(_, unknown, value):
-                why = f"{unknown} would be {number_text(value)}, outside the range that the sheet gives it"
+                why = (
+                    f"{unknown} would be {number_text(value)}, outside the range that the sheet "
+                    "gives it"
+                )
             case facts.NoRoot(_, unknowns):
                 why = f"no values of {listed(unknowns)} satisfy these rules together"
         rules, missing = facts.about(fact), self.leaf.missing if self.leaf else ()
@@ -273,8 +361,8 @@ class _Explanation:
     def _found_near(
         self, equations: Sequence[int], unknowns: Sequence[str], point: Mapping[str, float]
     ) -> tuple[str, ...]:
-        """At which other values of an input, of those that were changed if there are any, an answer was found
-        from a point that comes near to one."""
+        """At which other values of an input, of those that were changed if there are any, an answer
+        was found from a point that comes near to one."""
         asked = self.asked._replace(want=unknowns, judged=unknowns)
         movable = self._movable(equations)
         changed = [name for name in movable if self._is_changed(name)] or movable[:MAX_UNCHANGED]
@@ -293,13 +381,17 @@ class _Explanation:
             return self._error("S552", message, (), unknown, cure)
         conditional = tuple(e.index for e in self.model.equations if e.guard)
         message = "no case of the conditional rules fits the inputs"
-        return self._error("S533", message, conditional[:MAX_NAMED], (), *self._bounds((), self.judged))
+        return self._error(
+            "S533", message, conditional[:MAX_NAMED], (), *self._bounds((), self.judged)
+        )
 
     def _undetermined(self) -> Diagnosis:
         assert self.leaf is not None
         missing = self.verdict.structural
         sets, most = givings(self.asked, self.leaf.branch, {*missing}, self.no_help)
-        helpful = [names for names in sets if names != missing]  # to give all that is missing is no help
+        helpful = [
+            names for names in sets if names != missing
+        ]  # to give all that is missing is no help
         if helpful and len(helpful[0]) == 1:
             note = f"give {listed([names[0] for names in helpful], 'or')}"
         elif helpful:
@@ -324,7 +416,9 @@ class _Explanation:
         message = f"these rules contradict {listed(given) if given else 'each other'}"
         notes = []
         if fact.miss is not None:
-            notes.append(f"rule {self._line(fact.equations[-1])} misses by {number_text(fact.miss)}")
+            notes.append(
+                f"rule {self._line(fact.equations[-1])} misses by {number_text(fact.miss)}"
+            )
         values = {**self.leaf.branch.values, **self.inputs}
         known = {name: value for name, value in values.items() if isinstance(value, float)}
         for name, value in cures(self.asked, inputs[:MAX_INPUTS], known, self.patience):
@@ -336,13 +430,20 @@ class _Explanation:
         self, equations: Sequence[int], unknowns: Sequence[str], read: Sequence[str] = ()
     ) -> tuple[str, ...]:
         """How far each input that these rules, or the names ``read``, depend on has to move."""
-        found = bounds(self.asked, self._movable(equations, read)[:MAX_INPUTS], unknowns, self.patience)
+        found = bounds(
+            self.asked, self._movable(equations, read)[:MAX_INPUTS], unknowns, self.patience
+        )
         sides = [f"{b.name} {b.relation} {number_text(b.value)}" for b in found]
-        text = f"with the other inputs as they are, a solution needs {listed(sides, 'or')}" if sides else ""
+        text = (
+            f"with the other inputs as they are, a solution needs {listed(sides, 'or')}"
+            if sides
+            else ""
+        )
         return tuple(filter(None, (text,)))
 
     def _movable(self, equations: Sequence[int], read: Sequence[str] = ()) -> list[str]:
-        """The inputs that these rules, or what is ``read``, depend on, those that were changed first."""
+        """The inputs that these rules, or what is ``read``, depend on, those that were changed
+        first."""
         if self.leaf is None:
             numeric = [name for name, value in self.inputs.items() if isinstance(value, float)]
         else:
@@ -360,13 +461,23 @@ class _Explanation:
         return f"{rule.file}:{rule.line}"
 
     def _error(
-        self, code: str, message: str, equations: Sequence[int], variables: Sequence[str], *notes: str
+        self,
+        code: str,
+        message: str,
+        equations: Sequence[int],
+        variables: Sequence[str],
+        *notes: str,
     ) -> Diagnosis:
         labels = _labels(self.model, equations)
         return Diagnosis(code, Severity.ERROR, message, labels, notes, tuple(variables))
 
     def _note(
-        self, code: str, message: str, equations: Sequence[int], variables: Sequence[str] = (), *notes: str
+        self,
+        code: str,
+        message: str,
+        equations: Sequence[int],
+        variables: Sequence[str] = (),
+        *notes: str,
     ) -> Diagnosis:
         return Diagnosis(
             code, Severity.NOTE, message, _labels(self.model, equations), notes, tuple(variables)
@@ -385,7 +496,9 @@ def _endless(model: Model, names: Iterable[str]) -> list[str]:
 
 def _along(text: str, direction: Mapping[str, float]) -> tuple[str, ...]:
     """A note on how several variables move together."""
-    parts = [f"{name}: {number_text(rounded(value, 3))}" for name, value in direction.items() if value]
+    parts = [
+        f"{name}: {number_text(rounded(value, 3))}" for name, value in direction.items() if value
+    ]
     return (f"{text} ({', '.join(parts)})",) if len(parts) > 1 else ()
 
 
@@ -415,7 +528,11 @@ def gap_note(model: Model, gap: facts.Gap) -> Diagnosis:
     else:
         many = plural(gap.count, "answer") if gap.count else "no answer"
         message = f"{many} found for {listed(gap.unknowns)}: nothing shows that there are no others"
-        if endless := _endless(model, gap.unknowns):  # what would let the search prove that it has found all
+        if endless := _endless(
+            model, gap.unknowns
+        ):  # what would let the search prove that it has found all
             notes = (f"ranges may show it: give {listed(endless)} a range, name in [a, b]",)
     code = "S593" if gap.cut else "S594"
-    return Diagnosis(code, Severity.NOTE, message, _labels(model, gap.equations), notes, gap.unknowns)
+    return Diagnosis(
+        code, Severity.NOTE, message, _labels(model, gap.equations), notes, gap.unknowns
+    )

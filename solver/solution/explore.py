@@ -17,7 +17,18 @@ from rulesheets.syntax.nodes import Name, Number, subtract
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY, half_unit
-from solver.facts import AsksNothing, Beside, Conflict, Fact, Gap, NoRoot, NoValue, RankLoss, Truncated, about
+from solver.facts import (
+    AsksNothing,
+    Beside,
+    Conflict,
+    Fact,
+    Gap,
+    NoRoot,
+    NoValue,
+    RankLoss,
+    Truncated,
+    about,
+)
 from solver.kernel.block import DENSE, FEW, kernel_of
 from solver.kernel.candidates import BlockOutcome
 from solver.kernel.problem import PLAN, STEP, Budget
@@ -62,7 +73,8 @@ MAX_LEAVES, FEW_LEAVES, MAX_VALUES = 1_000, 20, 20_000
 
 
 MANY_BLOCKS = 8
-"""Blocks of a path from which on it is solved as one block where there are too many answers to list."""
+"""Blocks of a path from which on it is solved as one block where there are too many answers to
+list."""
 MAX_SEARCHES = 150
 """Searches of nonlinear blocks at other values, after the first search of each block."""
 
@@ -93,10 +105,10 @@ def explore(
 ) -> Exploration:
     """Every answer for these inputs.
 
-    ``thorough``: the work of proving that there are no others is not limited. ``brief``: the last resorts of
-    a block are left out, and so are curves of answers if it has none. ``nearby``: in blocks, only what
-    Newton's method leads to. ``enough``: the search ends at the first such answer. Raises CutOff at the time
-    limit.
+    ``thorough``: the work of proving that there are no others is not limited. ``brief``: the last
+    resorts of a block are left out, and so are curves of answers if it has none. ``nearby``: in
+    blocks, only what Newton's method leads to. ``enough``: the search ends at the first such
+    answer. Raises CutOff at the time limit.
     """
     search = PathSearch(asked, enough)
     search.budget.thorough, search.budget.brief, search.budget.nearby = thorough, brief, nearby
@@ -106,8 +118,9 @@ def explore(
 class PathSearch:
     """Follows every branch in floats; a subclass may solve the steps in another arithmetic.
 
-    ``complete``: no step so far can have more answers than were followed, but for whole turns of angles
-    (``turned``). ``delicate``: somewhere rounding decides how many there are, or whether a rule holds.
+    ``complete``: no step so far can have more answers than were followed, but for whole turns of
+    angles (``turned``). ``delicate``: somewhere rounding decides how many there are, or whether a
+    rule holds.
     """
 
     def __init__(self, asked: Asked, enough: Callable[[Leaf], bool] | None = None) -> None:
@@ -115,7 +128,9 @@ class PathSearch:
         self.model, self.inputs, self.guesses, self.judged = model, dict(inputs), guesses, judged
         self.want = None if want is None else frozenset(want)
         self.enough, self.careful = enough, False
-        self.most_leaves = min(MAX_LEAVES, max(FEW_LEAVES, MAX_VALUES // max(len(model.variables), 1)))
+        self.most_leaves = min(
+            MAX_LEAVES, max(FEW_LEAVES, MAX_VALUES // max(len(model.variables), 1))
+        )
         self.planner = planner(model)
         self.graph = self.planner.graph
         self.analysis = CaseAnalysis(model, self.inputs)
@@ -148,12 +163,18 @@ class PathSearch:
         except TimeIsUp:
             with grace(GRACE):
                 raise CutOff(self._found(), start.values) from None
-        if self.delicate and self.contradicted and not self.careful:  # perhaps by cancelled digits alone
+        if (
+            self.delicate and self.contradicted and not self.careful
+        ):  # perhaps by cancelled digits alone
             self.careful = True
             self._begin()
             return self.run()
         found = self._found()
-        if not self.budget.cut or self.budget.every or not all(leaf.missing for leaf in found.leaves):
+        if (
+            not self.budget.cut
+            or self.budget.every
+            or not all(leaf.missing for leaf in found.leaves)
+        ):
             return found
         self.budget.every, self.outcomes = True, {}
         self._begin()
@@ -167,19 +188,27 @@ class PathSearch:
 
     def _found(self) -> Exploration:
         """The results; an open case hides no answer if its missing values are refused."""
-        complete = self.complete and all(excluded(leaf) or self._refused(leaf) for leaf in self.open_cases)
+        complete = self.complete and all(
+            excluded(leaf) or self._refused(leaf) for leaf in self.open_cases
+        )
         complete = complete and not (self.turned and self._reads_turns())
         ends = tuple(self.leaves), complete, tuple(self.contradicted), tuple(self.open_cases)
         gaps, outside = tuple(self.gaps.values()), tuple(self.outside_case)
         return Exploration(*ends, self.delicate, self.outcomes, self.budget.used, gaps, outside)
 
     def _reads_turns(self) -> bool:
-        """Whether ways with other whole turns of an angle may end otherwise than those that were followed.
+        """Whether ways with other whole turns of an angle may end otherwise than those that were
+        followed.
 
         They cannot if each of these ends at a rule that reads its angles in periodic functions.
         """
         model, facts = self.model, [fact for leaf in self.contradicted for fact in leaf.conflicts]
-        rules = [model.equations[i] for fact in facts if isinstance(fact, Conflict) for i in fact.equations]
+        rules = [
+            model.equations[i]
+            for fact in facts
+            if isinstance(fact, Conflict)
+            for i in fact.equations
+        ]
         sums = any(is_angle_sum(rule.left) and is_angle_sum(rule.right) for rule in rules)
         weighed = sums or len(rules) < len(facts) or model.conditions or model.requirements
         return bool(weighed or self.leaves or self.open_cases)
@@ -189,14 +218,18 @@ class PathSearch:
         missing = frozenset(leaf.missing)
         path = self.planner.path(frozenset(self.inputs), leaf.branch.conditions, want=missing)
         leading = {equation for step in path.steps for equation in equations_of(step)}
-        return any(not leading.isdisjoint(without_value(fact)[0]) for fact in leaf.branch.inactive.values())
+        return any(
+            not leading.isdisjoint(without_value(fact)[0]) for fact in leaf.branch.inactive.values()
+        )
 
     # --- results ---
 
     def _is_full(self, branch: Branch) -> bool:
         """Whether the search of a branch is to end."""
         ends = len(self.leaves) + len(self.contradicted) + len(self.open_cases)
-        full = ends >= self.most_leaves or (self.enough is not None and any(map(self.enough, self.leaves)))
+        full = ends >= self.most_leaves or (
+            self.enough is not None and any(map(self.enough, self.leaves))
+        )
         if full:
             self._truncate(branch, "answers")
         return full
@@ -225,7 +258,9 @@ class PathSearch:
         numbers = [float(v) for v in first if v is not None and not isinstance(v, str)]
         ends = min(numbers, default=0.0), max(numbers, default=0.0)
         listed_cut = cut and len(listed) > 1
-        self.gaps[equations] = Gap(equations, unknowns, len(listed), *ends, listed_cut, uncounted=cut)
+        self.gaps[equations] = Gap(
+            equations, unknowns, len(listed), *ends, listed_cut, uncounted=cut
+        )
 
     def _underdetermined_since(self, count: int) -> bool:
         """Whether the cases after the first so many open ones leave an uncontradicted continuum.
@@ -258,14 +293,19 @@ class PathSearch:
 
     def _kind(self, step: Step) -> Kind:
         """The common key of steps that pose the same problem with other names and numbers."""
-        equations, unknown = [self.model.equations[e] for e in equations_of(step)], frozenset(given_by(step))
-        return tuple([asked_shape(shape_of(e)[0], tuple([n in unknown for n in e.names])) for e in equations])
+        equations, unknown = (
+            [self.model.equations[e] for e in equations_of(step)],
+            frozenset(given_by(step)),
+        )
+        return tuple(
+            [asked_shape(shape_of(e)[0], tuple([n in unknown for n in e.names])) for e in equations]
+        )
 
     @property
     def _too_many_searches(self) -> bool:
-        """Whether the blocks of the first path of the kinds that were searched, one of them twice, have
-        as many unknowns together as a large block; or as one too large for a search, if a first search
-        proved nothing."""
+        """Whether the blocks of the first path of the kinds that were searched, one of them twice,
+        have as many unknowns together as a large block; or as one too large for a search, if a
+        first search proved nothing."""
         if not self.first_path or max(self._sought.values(), default=0) < 1 + self.complete:
             return False
         return sum(self._rows[kind] for kind in self._sought) > (DENSE if self.complete else FEW)
@@ -280,13 +320,13 @@ class PathSearch:
         return found
 
     def _as_one_block(self, begun: Mapping[str, Value], forked: bool) -> Branch | None:
-        """The preferred answer of all steps of the first path, solved as one large block from the values at
-        which its first steps have ``begun``.
+        """The preferred answer of all steps of the first path, solved as one large block from the
+        values at which its first steps have ``begun``.
 
-        None for a model whose answers can be listed, for steps that are not those of a network of blocks, and
-        if an unknown is negative though the path has ``forked``, so that others may be positive. A few of
-        2^100 answers are useless, and each block of such a path costs a search. If all of them are to be
-        proven, each is searched.
+        None for a model whose answers can be listed, for steps that are not those of a network of
+        blocks, and if an unknown is negative though the path has ``forked``, so that others may be
+        positive. A few of 2^100 answers are useless, and each block of such a path costs a search.
+        If all of them are to be proven, each is searched.
         """
         steps, self.first_path = self.first_path or (), ()
         blocks = [place for place, step in enumerate(steps) if isinstance(step, SolveBlock)]
@@ -300,7 +340,9 @@ class PathSearch:
         unknowns = tuple(name for step in solved for name in given_by(step))
         whole = SolveBlock(equations, unknowns, ())
         for guesses in ({**self._continued(begun, solved), **self.guesses}, self.guesses):
-            found = solve_sparsely(kernel_of(self.graph, whole), branch.values, guesses, self.budget)
+            found = solve_sparsely(
+                kernel_of(self.graph, whole), branch.values, guesses, self.budget
+            )
             values: Mapping[str, Value] = self._sensible(found, forked)
             if values:
                 break
@@ -316,7 +358,8 @@ class PathSearch:
         return branch
 
     def _sensible(self, found: BlockOutcome, forked: bool) -> dict[str, float]:
-        """The first answer, if it is simple, and not negative where others may be positive; else none."""
+        """The first answer, if it is simple, and not negative where others may be positive; else
+        none."""
         values = next((a.values for a in found.answers if a.double is None), {})
         negative = any(v < 0.0 and self.graph.turn(name) is None for name, v in values.items())
         return {} if forked and negative else {**values}
@@ -332,9 +375,11 @@ class PathSearch:
             found.update(zip(given_by(step), last.get(kind, ()), strict=False))
         return found
 
-    def _followed(self, branch: Branch, steps: Sequence[Step] | None, start: int) -> Iterable[Pending]:
-        """Follow a branch until it ends, planning again when an outcome requires it: its forks, if it has
-        any, and the remaining steps of each."""
+    def _followed(
+        self, branch: Branch, steps: Sequence[Step] | None, start: int
+    ) -> Iterable[Pending]:
+        """Follow a branch until it ends, planning again when an outcome requires it: its forks, if
+        it has any, and the remaining steps of each."""
         found = True if steps is None else self._follow(branch, steps, start)
         while found is True and not self._is_full(branch):
             self.budget.used += PLAN
@@ -348,9 +393,9 @@ class PathSearch:
     def _follow(
         self, branch: Branch, steps: Sequence[Step], start: int = 0, ends: bool = True
     ) -> bool | Iterator[Pending]:
-        """Run the steps from ``start``: True if the branch must be planned again, False if it ended, and its
-        forks, each with its remaining steps, if it forked, or is to be solved as one block. With only a part
-        of the steps it does not end after them."""
+        """Run the steps from ``start``: True if the branch must be planned again, False if it
+        ended, and its forks, each with its remaining steps, if it forked, or is to be solved as one
+        block. With only a part of the steps it does not end after them."""
         for place in range(start, len(steps)):
             expect_time()
             if self.model.requirements and self._broken(branch):
@@ -394,8 +439,8 @@ class PathSearch:
         return bool(again)
 
     def _broken(self, branch: Branch) -> bool:
-        """Whether known values violate a requirement, so that the branch leads to no answer. Whole turns of
-        an angle are decided at its end."""
+        """Whether known values violate a requirement, so that the branch leads to no answer. Whole
+        turns of an angle are decided at its end."""
         broken = unmet(self.model, branch.values, branch.decided)
         asked = (self.model.requirements[fact.requirement].names for fact in broken)
         return any(all(self.graph.turn(name) is None for name in names) for names in asked)
@@ -408,7 +453,9 @@ class PathSearch:
         if not isinstance(step, Select):
             branch.checked.update(equations_of(step))
 
-    def _evaluate(self, branch: Branch, step: Step, equation: int, unknown: str) -> bool | Forks | None:
+    def _evaluate(
+        self, branch: Branch, step: Step, equation: int, unknown: str
+    ) -> bool | Forks | None:
         """None: continue; True: plan again; False: ended; else the forks."""
         isolation, _ = self.graph.isolated(equation, self.graph.number[unknown])
         outcome = self._stepped(branch, equation, unknown)
@@ -427,7 +474,9 @@ class PathSearch:
 
     def _stepped(self, branch: Branch, equation: int, unknown: str) -> StepOutcome:
         guess = self.guesses.get(unknown)
-        return StepSolver(self.graph, equation, unknown, branch.values, guess, self.careful).outcome()
+        return StepSolver(
+            self.graph, equation, unknown, branch.values, guess, self.careful
+        ).outcome()
 
     def _forks(
         self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]]
@@ -441,7 +490,9 @@ class PathSearch:
         self._learn(branch, step, values)
         return None
 
-    def _each(self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]]) -> Forks:
+    def _each(
+        self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]]
+    ) -> Forks:
         """A fork for each value, made after those before it have been followed to their ends."""
         for values, facts in found:
             if self._is_full(branch):
@@ -454,7 +505,9 @@ class PathSearch:
     def _select(self, branch: Branch, step: Select) -> bool | Forks | None:
         equations = self.model.equations
         for equation in step.equations:
-            conditions = [p.condition for p in equations[equation].guard if p.condition not in branch.decided]
+            conditions = [
+                p.condition for p in equations[equation].guard if p.condition not in branch.decided
+            ]
             branch.decided.update(self.analysis.outcomes(conditions, branch))
             if activity(equations[equation], branch.conditions):
                 return self._evaluate(branch, step, equation, step.unknown)
@@ -473,7 +526,8 @@ class PathSearch:
         return False
 
     def _agreed(self, branch: Branch, equation: int) -> bool:
-        """Whether another value, equally good for all its rules, satisfies a rule that fails: it is taken.
+        """Whether another value, equally good for all its rules, satisfies a rule that fails: it is
+        taken.
 
         It is the nearest one: a farther one may be another answer, which has a branch of its own.
         """
@@ -484,18 +538,24 @@ class PathSearch:
                 continue
             others = {other: value for other, value in branch.values.items() if other != name}
             found = StepSolver(self.graph, equation, name, others).outcome().values
-            for value in sorted((v for v in found if isinstance(v, float)), key=lambda v: abs(v - number)):
+            for value in sorted(
+                (v for v in found if isinstance(v, float)), key=lambda v: abs(v - number)
+            ):
                 if self._moved(branch, name, value):
                     return True
         return False
 
     def _moved(self, branch: Branch, name: str, value: float) -> bool:
-        """Whether the rules that read a computed number also hold at another value of it, which is taken.
+        """Whether the rules that read a computed number also hold at another value of it, which is
+        taken.
 
-        None of the block that it came from may be left open by an unknown: no value of that need save it.
+        None of the block that it came from may be left open by an unknown: no value of that need
+        save it.
         """
         trial, decided = {**branch.values, name: value}, branch.conditions
-        active = [e for i in self.graph.users[name] if activity(e := self.model.equations[i], decided)]
+        active = [
+            e for i in self.graph.users[name] if activity(e := self.model.equations[i], decided)
+        ]
         known = [e for e in active if all(other in trial for other in e.names)]
         told_by = () if name not in branch.origins else equations_of(branch.origins[name])
         if any(e.index in told_by and e not in known for e in active):
@@ -515,8 +575,9 @@ class PathSearch:
         branch.attempts[step] = outcome.attempts
         if outcome.free:
             lost = next(fact for fact in outcome.facts if isinstance(fact, RankLoss))
-            # Without a rule that follows from the others, these may determine more with other rules;
-            # where they determine something now, its rounding may make them contradict one another.
+            # Without a rule that follows from the others, these may determine more with other
+            # rules; where they determine something now, its rounding may make them contradict one
+            # another.
             determined = outcome.answers[0].values
             spare = lost.dependent if lost.everywhere and not determined else ()
             branch.inactive.update(dict.fromkeys(spare or step.equations, lost))
@@ -543,8 +604,13 @@ class PathSearch:
             first = step not in self._searched
             self.budget.begin_block(self.complete, assumed or not first)
             self._searched.add(step)
-            off, given = partial(self._off, branch), [n for n in kernel.known if self._is_exact(branch, n)]
-            self.outcomes[key] = solve_block(kernel, values, self.guesses, self.budget, assumed, off, given)
+            off, given = (
+                partial(self._off, branch),
+                [n for n in kernel.known if self._is_exact(branch, n)],
+            )
+            self.outcomes[key] = solve_block(
+                kernel, values, self.guesses, self.budget, assumed, off, given
+            )
             if first and any(attempt.method in SEARCHES for attempt in self.outcomes[key].attempts):
                 self._sought[self._kind(step)] += 1
         outcome: BlockOutcome = self.outcomes[key]
@@ -569,10 +635,13 @@ class PathSearch:
         """The error of each number of a branch."""
         found = forward_errors(self.model, branch.values, branch.steps, branch.conditions)
         numbers = {n: v for n, v in branch.values.items() if isinstance(v, float)}
-        return {name: found.error.get(name) or half_unit(number) for name, number in numbers.items()}
+        return {
+            name: found.error.get(name) or half_unit(number) for name, number in numbers.items()
+        }
 
     def _blank(self, branch: Branch, unknowns: Sequence[str], fact: Fact) -> None:
-        """No value of these satisfies the known rules: they stay blank, and rules with them are idle.
+        """No value of these satisfies the known rules: they stay blank, and rules with them are
+        idle.
 
         If a rule is 0/0, that does not exclude a value.
         """
@@ -620,11 +689,15 @@ class PathSearch:
         return False
 
     def _onto_boundary(self, branch: Branch) -> bool:
-        """Whether a branch misses its case by no more than its rounding: a number is moved onto the boundary.
+        """Whether a branch misses its case by no more than its rounding: a number is moved onto the
+        boundary.
 
-        The Reynolds number that a friction factor gives as 2299.9999999999995 belongs to ``Re >= 2300``.
+        The Reynolds number that a friction factor gives as 2299.9999999999995 belongs to ``Re >=
+        2300``.
         """
-        return any(self._moved_onto(branch, pair) for pair, sign in branch.signs.items() if sign > EQUAL)
+        return any(
+            self._moved_onto(branch, pair) for pair, sign in branch.signs.items() if sign > EQUAL
+        )
 
     def _moved_onto(self, branch: Branch, pair: Pair) -> bool:
         """The same for one comparison. If no number can be moved alone the case stays open."""
@@ -634,12 +707,20 @@ class PathSearch:
             if not abs(miss) <= ROUGHLY * sum(abs(slopes[n] * v) for n, v in numbers.items()):
                 return False
             errors = self._off(branch)
-            if abs(miss) > SAFETY * sum(abs(slope) * errors[name] for name, slope in slopes.items()):
+            if abs(miss) > SAFETY * sum(
+                abs(slope) * errors[name] for name, slope in slopes.items()
+            ):
                 return False
             ends = [
-                (n, v - miss / slopes[n]) for n, v in numbers.items() if n not in self.inputs and slopes[n]
+                (n, v - miss / slopes[n])
+                for n, v in numbers.items()
+                if n not in self.inputs and slopes[n]
             ]
-            beside = ((name, math.nextafter(at, to)) for name, at in ends for to in (at, math.inf, -math.inf))
+            beside = (
+                (name, math.nextafter(at, to))
+                for name, at in ends
+                for to in (at, math.inf, -math.inf)
+            )
             trials = (trial for end in beside if self._moved(trial := branch.without(()), *end))
             moved = False
             for trial in trials:
@@ -656,13 +737,17 @@ class PathSearch:
         return moved_into_one_turn(self.graph, branch.values, self.inputs)
 
     def _finish(self, branch: Branch, underdetermined: bool = False) -> None:
-        """Check every rule that is active at the end of a branch with the independent rule check."""
+        """Check every rule that is active at the end of a branch with the independent rule
+        check."""
         branch = branch.fork()
         if branch.signs and self.analysis.contradicted(branch) and not self._onto_boundary(branch):
             self.outside_case.append(Leaf(branch, (), (), 0.0, 0))
             return
         values = branch.values = self._moved_into_one_turn(branch)
-        decided = {**branch.assumed, **self.analysis.outcomes(range(len(self.model.conditions)), branch)}
+        decided = {
+            **branch.assumed,
+            **self.analysis.outcomes(range(len(self.model.conditions)), branch),
+        }
         rules = list(known_rules(self.model, decided, values))
         worst, left = 0.0, tuple(rules)
         if len(rules) > MANY:
@@ -674,7 +759,9 @@ class PathSearch:
             check = check_rule(equation, values)
             if check.holds:
                 worst = max(worst, check.scaled)
-            elif not (equation.guard and self._agreed(branch, equation.index)):  # no step has asked it
+            elif not (
+                equation.guard and self._agreed(branch, equation.index)
+            ):  # no step has asked it
                 self.delicate = self.delicate or check.delicate
                 undefined = indeterminacy(equation, values) if check.miss is None else None
                 conflicts.append(undefined or Conflict((equation.index,), check.miss, values))

@@ -1,8 +1,8 @@
 """The path followed again in many decimal digits, until two precisions agree.
 
-The search in floats gives the number of answers of every step and block, up to the resolution of floats; here
-each is refined by Newton's method. If two may be closer than that, both are found, or one double root, or
-none.
+The search in floats gives the number of answers of every step and block, up to the resolution of
+floats; here each is refined by Newton's method. If two may be closer than that, both are found, or
+one double root, or none.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from solver.kernel.problem import BlockProblem, InputErrors
 from solver.kernel.step import NoPreimage, StepOutcome, StepSolver
 from solver.leaves import Asked, Branch, CaseAnalysis, Exploration
 from solver.numerics.elimination import eliminate
+from solver.numerics.linear_algebra import are_alike
 from solver.numerics.tolerances import (
     AGREEMENT,
     BACKWARD,
@@ -47,7 +48,6 @@ from solver.numerics.tolerances import (
     ROUNDED,
     SMALL,
     SPARE,
-    are_alike,
 )
 from solver.path import Evaluate, SolveBlock, Stage, Step, equations_of
 from solver.solution.explore import Numbers, PathSearch
@@ -55,11 +55,13 @@ from solver.solution.explore import Numbers, PathSearch
 NUDGE = 2.0**-20
 """Relative change of a number by which a second derivative is estimated."""
 INVERSE = math.exp(-1.0)
-"""A power of x moved to where its tangent is 0 keeps a smaller share of itself, an inverse power a larger."""
+"""A power of x moved to where its tangent is 0 keeps a smaller share of itself, an inverse power a
+larger."""
 
 
 def explore_precisely(asked: Asked, floats: Exploration) -> Exploration | None:
-    """The exploration on which two precisions agree; None if none do. ``floats`` is the one in floats."""
+    """The exploration on which two precisions agree; None if none do. ``floats`` is the one in
+    floats."""
     if any(len(step.unknowns) > MAX_UNKNOWNS for step, _ in floats.outcomes):
         return None
     rough: Exploration | None = None
@@ -81,7 +83,9 @@ def _agree(rough: Exploration, fine: Exploration, judged: Sequence[str]) -> bool
     some, others = ((found.leaves, found.contradicted, found.open_cases) for found in (rough, fine))
     if [*map(len, some)] != [*map(len, others)]:
         return False
-    for one, other in ((a.branch, b.branch) for a, b in zip(chain(*some), chain(*others), strict=True)):
+    for one, other in (
+        (a.branch, b.branch) for a, b in zip(chain(*some), chain(*others), strict=True)
+    ):
         if one.values.keys() != other.values.keys() or one.inactive.keys() != other.inactive.keys():
             return False
         for name in one.precise.keys() & other.precise.keys() & {*judged}:
@@ -113,13 +117,17 @@ class _PreciseSearch(PathSearch):
 
     def _stepped(self, branch: Branch, equation: int, unknown: str) -> StepOutcome:
         guess = self.guesses.get(unknown)
-        found = _PreciseStep(self.digits, self.graph, equation, unknown, _known(branch), guess).outcome()
+        found = _PreciseStep(
+            self.digits, self.graph, equation, unknown, _known(branch), guess
+        ).outcome()
         vague = found.delicate and len(found.values) in (0, 2)
         return self._touched(branch, equation, unknown, found) if vague else found
 
-    def _touched(self, branch: Branch, equation: int, unknown: str, found: StepOutcome) -> StepOutcome:
-        """The values of a step; or the double root that rules miss by no more than the last places of
-        given numbers, such as that of ``x^2 - 1.72*x + 0.7396 = 0`` at 0.86."""
+    def _touched(
+        self, branch: Branch, equation: int, unknown: str, found: StepOutcome
+    ) -> StepOutcome:
+        """The values of a step; or the double root that rules miss by no more than the last places
+        of given numbers, such as that of ``x^2 - 1.72*x + 0.7396 = 0`` at 0.86."""
         rule = self.model.equations[equation]
         step = StepSolver(self.graph, equation, unknown, branch.values)
         with suppress(NoPreimage, Undefined):
@@ -151,13 +159,14 @@ class _PreciseSearch(PathSearch):
         return found._replace(attempts=(*floats.attempts, *attempts), cut=floats.cut)
 
     def _asked_before(self, step: SolveBlock, known: Numbers) -> Numbers:
-        """The known numbers of a search in floats that differ by rounding, which has decided nothing
-        there."""
+        """The known numbers of a search in floats that differ by rounding, which has decided
+        nothing there."""
         before = self._before.get(step, ())
         return next((other for other in before if are_alike(known, other, BACKWARD)), known)
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
-        """The change of each number with the last places of the inputs, and of the numbers in the rules."""
+        """The change of each number with the last places of the inputs, and of the numbers in the
+        rules."""
         given = {n: half_unit(v) for n, v in self.inputs.items() if isinstance(v, float)}
         steps, decided = branch.steps, branch.conditions
         return forward_errors(self.model, branch.values, steps, decided, inputs=given).error
@@ -172,7 +181,9 @@ class _PreciseSearch(PathSearch):
             left, right = (extended(side, known, self.digits) for side in sides)
             moved = self._off(branch)
             slopes = [derivatives(side, branch.values)[1].items() for side in sides]
-            reach = sum(abs(slope) * moved[name] for row in slopes for name, slope in row if moved.get(name))
+            reach = sum(
+                abs(slope) * moved[name] for row in slopes for name, slope in row if moved.get(name)
+            )
             near = 10.0 ** (SPARE - self.digits) * max(abs(left), abs(right))
             return bool(abs(left - right) <= reach + near)
 
@@ -185,19 +196,27 @@ class _PreciseSearch(PathSearch):
         floats = {**found, **{name: float(number) for name, number in numbers.items()}}
         values, nothing = {**branch.values, **floats}, 10.0 ** (-self.digits // 2)
         for name, number in numbers.items():
-            if number and abs(number) <= nothing and self._is_rounding(step, values, name, float(number)):
+            if (
+                number
+                and abs(number) <= nothing
+                and self._is_rounding(step, values, name, float(number))
+            ):
                 numbers[name], floats[name] = 0 * number, 0.0
         super()._learn(branch, step, floats)
         branch.precise.update(numbers)
 
-    def _is_rounding(self, step: Step, values: Mapping[str, Value], name: str, number: float) -> bool:
+    def _is_rounding(
+        self, step: Step, values: Mapping[str, Value], name: str, number: float
+    ) -> bool:
         """Whether a number is only the rounding of the terms that it was solved from."""
         rules = [self.model.equations[index] for index in equations_of(step)]
         readers = [rule for rule in rules if name in rule.names and values.keys() >= {*rule.names}]
         share = 10.0 ** (SPARE - self.digits)
         with suppress(Undefined):
             return all(
-                abs(sides(rule, values).slopes.get(name, 0.0) * number) <= share * gross(rule, values) != 0.0
+                abs(sides(rule, values).slopes.get(name, 0.0) * number)
+                <= share * gross(rule, values)
+                != 0.0
                 for rule in readers
             )
         return False
@@ -219,7 +238,9 @@ class _PreciseSearch(PathSearch):
     # --- what rests on rounding ---
 
     def _finish(self, branch: Branch, underdetermined: bool = False) -> None:
-        if not any(isinstance(fact, DoubleRoot) for fact in branch.facts):  # what moves far there is no pole
+        if not any(
+            isinstance(fact, DoubleRoot) for fact in branch.facts
+        ):  # what moves far there is no pole
             branch.facts = (*branch.facts, *self._resting_on_rounding(branch))
         super()._finish(branch, underdetermined)
 
@@ -230,10 +251,14 @@ class _PreciseSearch(PathSearch):
             if name in self.judged and isinstance(step, Evaluate):
                 rule = self.model.equations[step.equation]
                 with suppress(Undefined, ZeroDivisionError):
-                    if self._drops_out(branch, name, rule, moved) or self._inverts(branch, name, rule, moved):
+                    if self._drops_out(branch, name, rule, moved) or self._inverts(
+                        branch, name, rule, moved
+                    ):
                         yield RestsOnRounding(step.equation, name)
 
-    def _drops_out(self, branch: Branch, name: str, rule: Equation, moved: Mapping[str, float]) -> bool:
+    def _drops_out(
+        self, branch: Branch, name: str, rule: Equation, moved: Mapping[str, float]
+    ) -> bool:
         """Whether the slope of a rule along its unknown may be 0."""
         values, total = branch.values, 0.0
         slope = sides(rule, values).slopes.get(name, 0.0)
@@ -245,8 +270,11 @@ class _PreciseSearch(PathSearch):
                 total += abs((there - slope) / (NUDGE * number)) * moved[other]
         return slope != 0.0 and abs(slope) <= total < math.inf
 
-    def _inverts(self, branch: Branch, name: str, rule: Equation, moved: Mapping[str, float]) -> bool:
-        """Whether a number is an inverse power of its argument, and so goes through a pole, not through 0.
+    def _inverts(
+        self, branch: Branch, name: str, rule: Equation, moved: Mapping[str, float]
+    ) -> bool:
+        """Whether a number is an inverse power of its argument, and so goes through a pole, not
+        through 0.
 
         The known numbers are moved to where the tangent is 0.
         """
@@ -274,8 +302,8 @@ def _exact_turn(turn: float, mp: Any) -> Any:
 class _PreciseStep(StepSolver):
     """The known ``values`` may be mpmath numbers, or floats, which are exact.
 
-    Targets are not clamped as in floats for their rounding: a target just inside an image keeps both of its
-    preimages, and one just outside has none.
+    Targets are not clamped as in floats for their rounding: a target just inside an image keeps
+    both of its preimages, and one just outside has none.
     """
 
     def __init__(self, digits: int, *asked: Any) -> None:
@@ -304,7 +332,11 @@ class _PreciseStep(StepSolver):
     def _in_image(self, stage: Stage, target: Any) -> Any:
         """Ends that are not floats (π/2) are left to the operation itself."""
         ends = [end for end in (stage.low, stage.high) if math.isfinite(end)]
-        return super()._in_image(stage, target) if all(float(end).is_integer() for end in ends) else target
+        return (
+            super()._in_image(stage, target)
+            if all(float(end).is_integer() for end in ends)
+            else target
+        )
 
     def _turns(self, principal: Any, period: float, rest: tuple[Stage, ...]) -> list[Any]:
         return super()._turns(principal, _exact_turn(period, self.mp), rest)
@@ -351,7 +383,8 @@ class _RefinedBlock:
         return self._summary()
 
     def _linear(self) -> BlockOutcome:
-        """By elimination; the free unknowns, if rounding may have decided that floats found no answer."""
+        """By elimination; the free unknowns, if rounding may have decided that floats found no
+        answer."""
         system, problem = self.system, self.problem
         try:
             matrix, misses = system.linearised([system.mp.zero] * len(system.unknowns))
@@ -370,7 +403,10 @@ class _RefinedBlock:
 
     def _folded(self, start: Sequence[float]) -> bool:
         """Whether a fold is near: then its roots are kept."""
-        if any(are_alike(root, start, CLOSE, repeat(SMALL * max(map(abs, start)))) for root in self.folded):
+        if any(
+            are_alike(root, start, CLOSE, repeat(SMALL * max(map(abs, start))))
+            for root in self.folded
+        ):
             return True
         fold = resolve_fold(self.system, start, self.problem.scale)
         if fold is None:
@@ -403,23 +439,32 @@ class _RefinedBlock:
         )
         for point in points:
             floats = _floats(point)
-            moved = self.problem.inside(floats)  # what rounding alone takes beyond the end of a range
+            moved = self.problem.inside(
+                floats
+            )  # what rounding alone takes beyond the end of a range
             point = {n: v if moved[n] == floats[n] else moved[n] for n, v in point.items()}
             name = self.problem.outside(_floats(point))
             if name is None:
                 inside.append(Answer(point))
             else:
-                outside = BlockOutcome.out_of_range(self.problem.equations, name, float(point[name]))
+                outside = BlockOutcome.out_of_range(
+                    self.problem.equations, name, float(point[name])
+                )
         answers = sorted(inside, key=lambda answer: self.problem.preference(_floats(answer.values)))
         if answers or self.double:
-            # curves along which some unknowns keep their values; others may be points that rounding joins
-            curves = tuple(fact for fact in self.floats.facts if isinstance(fact, Beside) and fact.values)
+            # curves along which some unknowns keep their values; others may be points that rounding
+            # joins
+            curves = tuple(
+                fact for fact in self.floats.facts if isinstance(fact, Beside) and fact.values
+            )
             return BlockOutcome((*answers, *self.double), complete, curves)
         if outside is not None:
             return outside._replace(complete=complete)
         if self.floats.answers or (complete and not self.floats.complete):
             block = self.problem.kernel.block
-            return BlockOutcome(complete=complete, facts=(NoRoot(block.equations, block.unknowns, complete),))
+            return BlockOutcome(
+                complete=complete, facts=(NoRoot(block.equations, block.unknowns, complete),)
+            )
         return self.floats
 
 
@@ -427,10 +472,10 @@ def _floats(point: Mapping[str, Any]) -> dict[str, float]:
     return {name: float(number) for name, number in point.items()}
 
 
-# --- short stretches of a tear on which the residual is convex or concave: it has two roots there at most ---
+# --- short stretches of a tear on which the residual is convex or concave: two roots at most ---
 #
-# If f'' ≥ m > 0 on a stretch, f ≥ f(x) − f'(x)²/2m there, for any x of it. So a value and a slope, in many
-# digits, tell that there is no root; and two roots, once they are found, are all.
+# If f'' ≥ m > 0 on a stretch, f ≥ f(x) − f'(x)²/2m there, for any x of it. So a value and a slope,
+# in many digits, tell that there is no root; and two roots, once they are found, are all.
 
 MARGIN = 8.0
 """Widths by which a stretch is widened on both sides to look for its roots."""
@@ -443,7 +488,8 @@ def _are_counted(
     roots: Sequence[Mapping[str, Any]],
     doubles: Sequence[Mapping[str, Any]],
 ) -> bool:
-    """Whether all roots on the stretches are among ``roots`` (and the ``doubles``, which count twice).
+    """Whether all roots on the stretches are among ``roots`` (and the ``doubles``, which count
+    twice).
 
     The known values are in ``system`` in many digits, and among the ``floats``.
     """
@@ -454,10 +500,14 @@ def _are_counted(
         enclosure = Enclosure(slope, tuple(numbers))
         if not enclosure.smooth:
             return False
-        ((low, high),) = enclosure.slopes_over([(stretch.low, stretch.high)], list(numbers.values()))
+        ((low, high),) = enclosure.slopes_over(
+            [(stretch.low, stretch.high)], list(numbers.values())
+        )
         if not (low > 0.0 or high < 0.0):  # f'' is not proven not to vanish
             return False
-        curvature = float(low) if low > 0.0 else float(high)  # the value of f'' that is least in size
+        curvature = (
+            float(low) if low > 0.0 else float(high)
+        )  # the value of f'' that is least in size
         count = sum(_lies_on(stretch, root, floats) for root in roots)
         count += 2 * sum(_lies_on(stretch, root, floats) for root in doubles)
         if count < 2 and (count or not _excludes(stretch, slope, curvature, system)):
@@ -490,7 +540,10 @@ def _excludes(stretch: Undecided, slope: Chain, curvature: float, system: ManyDi
             return False
         residual = stretch.kernel.chains[stretch.place].residuals[0]
         value, steepness = values[residual], values[slope.residuals[0]]
-        if value * curvature > 0 and abs(value) * 2 * abs(curvature) > 1.001 * steepness * steepness:
+        if (
+            value * curvature > 0
+            and abs(value) * 2 * abs(curvature) > 1.001 * steepness * steepness
+        ):
             return True
         x = min(max(x + float(-steepness / curvature), stretch.low), stretch.high)
     return False

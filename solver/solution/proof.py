@@ -1,20 +1,23 @@
 """Proofs that each answer exists, and is the only one within its radius.
 
-The rules that an answer was solved with are taken step by step, in the order of the path: the inputs are
-exact, each step proves its unknowns for all known numbers within their balls. Conditions must have the same
-outcome for all numbers in the balls; the remaining rules must not be contradicted.
+The rules that an answer was solved with are taken step by step, in the order of the path: the
+inputs are exact, each step proves its unknowns for all known numbers within their balls. Conditions
+must have the same outcome for all numbers in the balls; the remaining rules must not be
+contradicted.
 
-If K(X) = m − Y F(m) + (I − Y F'(X)) (X − m) lies in the interior of X, then F has exactly one root in X, for
-all known numbers within their balls (R. Krawczyk, Computing 4 (1969) 187–201; A. Neumaier, *Interval Methods
-for Systems of Equations*, 1990, section 5.1). F must be continuous in X: where a function jumps, nothing is
-proved. A double root is proved if rational numbers satisfy the rules with a singular Jacobian.
+If K(X) = m − Y F(m) + (I − Y F'(X)) (X − m) lies in the interior of X, then F has exactly one root
+in X, for all known numbers within their balls (R. Krawczyk, Computing 4 (1969) 187–201; A.
+Neumaier, *Interval Methods for Systems of Equations*, 1990, section 5.1). F must be continuous in
+X: where a function jumps, nothing is proved. A double root is proved if rational numbers satisfy
+the rules with a singular Jacobian.
 
-Two roots, or none, near an apparent double root: near a fold the bordered system F(x) + μ u = 0, v·(x − x₀) =
-t is regular, so that Krawczyk's operator proves one curve x(t) with one μ(t) for all t of an interval at once
-(Lyapunov–Schmidt reduction; W. Govaerts, *Numerical Methods for Bifurcations of Dynamical Equilibria*, 2000,
-chapter 3). F = 0 on it where μ = 0. If μ″ has one sign there, μ is convex or concave: with its value and
-slope at one point next to its extreme, and its values at the ends, that proves that it has two zeros, or
-none. The slopes of the rules must be continuous along it: second derivatives do not see a kink.
+Two roots, or none, near an apparent double root: near a fold the bordered system F(x) + μ u = 0,
+v·(x − x₀) = t is regular, so that Krawczyk's operator proves one curve x(t) with one μ(t) for all t
+of an interval at once (Lyapunov–Schmidt reduction; W. Govaerts, *Numerical Methods for Bifurcations
+of Dynamical Equilibria*, 2000, chapter 3). F = 0 on it where μ = 0. If μ″ has one sign there, μ is
+convex or concave: with its value and slope at one point next to its extreme, and its values at the
+ends, that proves that it has two zeros, or none. The slopes of the rules must be continuous along
+it: second derivatives do not see a kink.
 """
 
 from __future__ import annotations
@@ -59,7 +62,9 @@ BITS = 400
 class _Obstacle(Exception):
     """Why a proof failed, in words; or a double root, or the roots near an apparent one."""
 
-    def __init__(self, said: str, double: tuple[str, ...] = (), beside: ProvedRoots | None = None) -> None:
+    def __init__(
+        self, said: str, double: tuple[str, ...] = (), beside: ProvedRoots | None = None
+    ) -> None:
         self.proof = Proof(False, obstacle=said, double=double, beside=beside)
 
 
@@ -94,7 +99,9 @@ class _Proving:
         for rule in known_rules(self.model, self.decided, self.values):
             guards = ((self.model.conditions[p.condition], p.holds) for p in rule.guard)
             if any(outcome(condition, self._certain) is not needed for condition, needed in guards):
-                raise _Obstacle("a condition that no enclosure decides: two numbers are too near to equal")
+                raise _Obstacle(
+                    "a condition that no enclosure decides: two numbers are too near to equal"
+                )
             if rule.index in used or not self.symbols.isdisjoint(rule.names):
                 continue
             try:  # left and right of a rule that checks must overlap
@@ -136,7 +143,9 @@ class _Proving:
         if all(indices.isdisjoint(equations) for equations in folds):
             return
         names = ", ".join(square.unknowns)
-        near = [number for name in square.unknowns if isinstance(number := self.values[name], float)]
+        near = [
+            number for name in square.unknowns if isinstance(number := self.values[name], float)
+        ]
         if exact_double_root(square, self.balls, near) is not None:
             raise _Obstacle(f"{names}: a double root, exactly", double=tuple(square.unknowns))
         found = unfolded(square, self.balls, middle)
@@ -155,7 +164,9 @@ class _Proving:
         if not isinstance(condition, nodes.Comparison):
             return None
         sides = condition.left, condition.right
-        if any(isinstance(s, Symbol) or (isinstance(s, Name) and s.name in self.symbols) for s in sides):
+        if any(
+            isinstance(s, Symbol) or (isinstance(s, Name) and s.name in self.symbols) for s in sides
+        ):
             return holds(condition, self.values, self.inputs)
         try:
             left, right = (enclosing_ball(side, self.balls) for side in sides)
@@ -194,8 +205,11 @@ class Square(NamedTuple):
         return [enclosing_ball(form, at) for form in self.forms]
 
 
-def proved_root(square: Square, known: Mapping[str, Ball], middle: Sequence[Ball]) -> dict[str, Ball] | None:
-    """Balls around ``middle`` with exactly one root for any ``known`` numbers; None without proof."""
+def proved_root(
+    square: Square, known: Mapping[str, Ball], middle: Sequence[Ball]
+) -> dict[str, Ball] | None:
+    """Balls around ``middle`` with exactly one root for any ``known`` numbers; None without
+    proof."""
     found = only_root(square, known, middle)
     return None if found is None else found[0]
 
@@ -203,26 +217,37 @@ def proved_root(square: Square, known: Mapping[str, Ball], middle: Sequence[Ball
 def only_root(
     square: Square, known: Mapping[str, Ball], middle: Sequence[Ball], radii: Sequence[float] = ()
 ) -> tuple[dict[str, Ball], list[float]] | None:
-    """Balls that hold the root, for any ``known`` numbers in theirs, and the radii around ``middle`` within
-    which it is the only one, for each of these: the given ones or larger; None without a proof."""
-    names, image = square.unknowns, partial(_image, square, known, jumps(square.forms, square.unknowns))
+    """Balls that hold the root, for any ``known`` numbers in theirs, and the radii around
+    ``middle`` within which it is the only one, for each of these: the given ones or larger; None
+    without a proof."""
+    names, image = (
+        square.unknowns,
+        partial(_image, square, known, jumps(square.forms, square.unknowns)),
+    )
     try:
         proved = _inflated(image, list(middle), radii)
         if proved is None:
             return None
         box, inner, wide = proved
-        # the numbers of the root, where they are short: the box has no other root, for any known numbers
+        # the numbers of the root, where they are short: the box has no other root, for any known
+        # numbers
         for point in (middle, [ball(float(m)) for m in middle]):
             inside = all(x.contains(p) for x, p in zip(box, point, strict=True))
             root = dict(zip(names, point, strict=True))
-            if inside and all(r.is_exact() and r.is_zero() for r in square.residual({**known, **root})):
+            if inside and all(
+                r.is_exact() and r.is_zero() for r in square.residual({**known, **root})
+            ):
                 return root, wide
-        for _ in range(RELATIVELY_ZEROENINGS):  # the image of the image, and so on: each holds the root
+        for _ in range(
+            RELATIVELY_ZEROENINGS
+        ):  # the image of the image, and so on: each holds the root
             expect_time()
             if all(float(x.rad()) <= RELATIVELY_ZERO * float(x.abs_upper()) for x in inner):
                 break
             again = image([x.mid() for x in inner], inner)
-            if again is None or not any(k.rad() < 0.5 * x.rad() for k, x in zip(again, inner, strict=True)):
+            if again is None or not any(
+                k.rad() < 0.5 * x.rad() for k, x in zip(again, inner, strict=True)
+            ):
                 break
             inner = [x.intersection(k) for x, k in zip(inner, again, strict=True)]
         return dict(zip(names, inner, strict=True)), wide
@@ -238,10 +263,14 @@ def _image(
     box: Sequence[Ball],
 ) -> list[Ball] | None:
     """K(X) of a ``box`` X around its ``middle`` m; None if F may jump, or F' be singular."""
-    inside, centre = ({**known, **dict(zip(square.unknowns, point, strict=True))} for point in (box, middle))
+    inside, centre = (
+        {**known, **dict(zip(square.unknowns, point, strict=True))} for point in (box, middle)
+    )
     if not continuous(kinks, inside):
         return None
-    found = preconditioned(square.jacobian(inside), square.jacobian(centre), square.residual(centre))
+    found = preconditioned(
+        square.jacobian(inside), square.jacobian(centre), square.residual(centre)
+    )
     if found is None:
         return None
     rest, shift = found
@@ -283,9 +312,11 @@ SPECK = 2.0**-200
 def exact_double_root(
     square: Square, known: Mapping[str, Ball], near: Sequence[float]
 ) -> dict[str, Fraction] | None:
-    """The exact root next to the floats ``near`` at which the Jacobian is singular; None if there is none
-    that is rational, or a number that it depends on is not known exactly."""
-    given = {name: number for name, ball in known.items() if (number := exact_fraction(ball)) is not None}
+    """The exact root next to the floats ``near`` at which the Jacobian is singular; None if there
+    is none that is rational, or a number that it depends on is not known exactly."""
+    given = {
+        name: number for name, ball in known.items() if (number := exact_fraction(ball)) is not None
+    }
     exact = [Fraction(number) for number in near]
     short = ([number.limit_denominator(most) for number in exact] for most in DENOMINATORS)
     for candidate in (exact, *short):
@@ -301,8 +332,9 @@ def exact_double_root(
 def _singular_root(square: Square, numbers: Mapping[str, Fraction]) -> bool:
     """Whether the rules hold, and the determinant of their Jacobian is 0.
 
-    Derivatives by degrees hold π, so the determinant is a sum over powers of π with rational coefficients.
-    As π is transcendental, it is 0 if and only if it is 0 for more numbers in place of π than its degree.
+    Derivatives by degrees hold π, so the determinant is a sum over powers of π with rational
+    coefficients. As π is transcendental, it is 0 if and only if it is 0 for more numbers in place
+    of π than its degree.
     """
     if any(exactly(form, numbers) for form in square.forms):
         return False
@@ -372,7 +404,9 @@ class _LocalCurve:
         at = {**known, **dict(zip(names, self.middle, strict=True))}
         rows = [[float(slope.mid()) for slope in row] for row in square.jacobian(at)]
         numbers = [float(m) for m in self.middle]
-        direction = null_direction(rows, numbers)  # v, with t in units of the largest unknown's size
+        direction = null_direction(
+            rows, numbers
+        )  # v, with t in units of the largest unknown's size
         length = sum(d * d for d in direction) * (max(map(abs, numbers)) or 1.0)
         across = null_direction(list(zip(*rows, strict=True)), [1.0] * self.n)  # u
         pairs = zip(square.forms, across, strict=True)
@@ -428,13 +462,17 @@ class _LocalCurve:
             3 * (float((thin[name] - m).abs_upper()) + reach * abs(float(m)))
             for name, m in zip(self.square.unknowns, middle, strict=False)
         ]
-        high = HIGH * float(thin[MU].abs_upper() + point[MU].abs_upper())  # the system is linear in μ
+        high = HIGH * float(
+            thin[MU].abs_upper() + point[MU].abs_upper()
+        )  # the system is linear in μ
         known = {**self.known, PLACE: around(place, reach)}
         found = only_root(self.bordered, known, middle, [*radii, high])
         if found is None:
             return None
         curve, radii = found
-        box = {n: around(m, r) for n, m, r in zip(self.bordered.unknowns, middle, radii, strict=True)}
+        box = {
+            n: around(m, r) for n, m, r in zip(self.bordered.unknowns, middle, radii, strict=True)
+        }
         return CurvePiece(place, reach, curve, box)
 
     def _two(
@@ -474,7 +512,9 @@ class _LocalCurve:
 
     def _slopes(self, point: Mapping[str, Ball]) -> list[Ball]:
         """x′ (n,) and μ′ for any position of the ``point``."""
-        return solved(self.bordered.jacobian({**self.known, **point}), [*([ball(0)] * self.n), ball(1)])
+        return solved(
+            self.bordered.jacobian({**self.known, **point}), [*([ball(0)] * self.n), ball(1)]
+        )
 
     def _bend(self, point: Mapping[str, Ball]) -> Ball:
         """μ″: by the chain rule J x″ + μ″ u = −F″(x′, x′), with v·x″ = 0."""

@@ -34,7 +34,8 @@ LOOSELY = 1e-3
 DEAR = 1_000
 """Work from which on a search without success is not repeated where many starts serve."""
 NEAR = 1e-9
-"""How near to 0 as a bound that does not belong to them feasible values must come, relative to their size."""
+"""How near to 0 as a bound that does not belong to them feasible values must come, relative to
+their size."""
 BEYOND = (0.25, 0.5, 0.75, 0.99)
 """Shares of the way to an edge, at which nothing is feasible if it is one."""
 
@@ -42,7 +43,8 @@ BEYOND = (0.25, 0.5, 0.75, 0.99)
 
 
 PATIENCE = 50_000
-"""Work that the search for remedies of a solve may take: they are advice, the verdict stands without them."""
+"""Work that the search for remedies of a solve may take: they are advice, the verdict stands
+without them."""
 
 
 class Patience:
@@ -64,8 +66,8 @@ class Patience:
 
 
 class Givings(NamedTuple):
-    """The smallest ``sets`` of inputs that each determine all missing variables, in the order of the
-    sheet; if none is small, the single input that determines ``most``; neither if no inputs are
+    """The smallest ``sets`` of inputs that each determine all missing variables, in the order of
+    the sheet; if none is small, the single input that determines ``most``; neither if no inputs are
     sufficient."""
 
     sets: tuple[tuple[str, ...], ...] = ()
@@ -73,16 +75,19 @@ class Givings(NamedTuple):
 
 
 def givings(asked: Asked, branch: Branch, missing: Set[str], useless: Set[str]) -> Givings:
-    """Which further inputs, ``useless`` ones aside, would determine ``missing``, by the rules' structure.
+    """Which further inputs, ``useless`` ones aside, would determine ``missing``, by the rules'
+    structure.
 
-    At least as many are needed as of ``missing`` itself, and these are among what that determines. All but
-    one of a set given, whatever a missing variable determines completes the set (but for what guards read,
-    which does not follow from the rules that they guard).
+    At least as many are needed as of ``missing`` itself, and these are among what that determines.
+    All but one of a set given, whatever a missing variable determines completes the set (but for
+    what guards read, which does not follow from the rules that they guard).
     """
     names, system = _undetermined_part(asked, branch)
     guarded = any(len(system.occurs[e]) > len(system.resolvable[e]) for e in system.block.equations)
     lacking = [u for u, name in enumerate(names) if name in missing]
-    posted = [u for u, name in enumerate(names) if asked.model.variables[name].posted] or range(len(names))
+    posted = [u for u, name in enumerate(names) if asked.model.variables[name].posted] or range(
+        len(names)
+    )
     useful = [u for u in posted if names[u] not in useless]
     if not useful or not undetermined(system, {*useful}).isdisjoint(lacking):
         return Givings()
@@ -130,7 +135,9 @@ def _undetermined_part(asked: Asked, branch: Branch) -> tuple[tuple[str, ...], I
     for equation in model.equations:
         if activity(equation, case):
             body = plan.graph.occurs[equation.index]
-            awaited = (premise.condition for premise in equation.guard if premise.condition not in decided)
+            awaited = (
+                premise.condition for premise in equation.guard if premise.condition not in decided
+            )
             read = {v for condition in awaited for v in plan.graph.condition_occurs[condition]}
             rows.append(tuple(sorted(place[v] for v in read.union(body) if v in place)))
             own.append({place[v]: 0 for v in body if v in place})
@@ -153,12 +160,14 @@ def _arbitrary(model: Model) -> dict[str, Value]:
 def clash(
     asked: Asked, leaf: Leaf, equations: Sequence[int], patience: Patience
 ) -> tuple[list[int], list[str]]:
-    """Rules (by equation) and inputs that contradict each other: a minimal part of the derivation of a
-    contradiction."""
+    """Rules (by equation) and inputs that contradict each other: a minimal part of the derivation
+    of a contradiction."""
     rules, given = derivation(asked, leaf, equations)
     if len(rules) + len(given) > MAX_FILTER:
         return rules, given
-    counts = _is_overdetermined(asked.model, rules, given)  # else rules repeat one another by their numbers
+    counts = _is_overdetermined(
+        asked.model, rules, given
+    )  # else rules repeat one another by their numbers
     for item in (*reversed(rules), *reversed(given)):
         if patience.lost:
             break
@@ -174,8 +183,12 @@ def _is_overdetermined(model: Model, rules: Sequence[int], given: Sequence[str])
     """Whether some of the rules have fewer unknowns than equations."""
     number: dict[str, int] = {}
     read = ([name for name in model.equations[e].names if name not in given] for e in rules)
-    occurs = tuple(tuple(sorted(number.setdefault(name, len(number)) for name in names)) for names in read)
-    return bool(dulmage_mendelsohn(Incidence(occurs, ({},) * len(occurs), len(number))).over.equations)
+    occurs = tuple(
+        tuple(sorted(number.setdefault(name, len(number)) for name in names)) for names in read
+    )
+    return bool(
+        dulmage_mendelsohn(Incidence(occurs, ({},) * len(occurs), len(number))).over.equations
+    )
 
 
 def derivation(
@@ -205,8 +218,11 @@ def _reads(model: Model, equation: int) -> Iterator[str]:
         yield from nodes.names(model.conditions[premise.condition])
 
 
-def _contradictory(asked: Asked, rules: Sequence[int], given: Sequence[str], patience: Patience) -> bool:
-    """Whether some rules contradict each other, given the variables that they and the conditions use."""
+def _contradictory(
+    asked: Asked, rules: Sequence[int], given: Sequence[str], patience: Patience
+) -> bool:
+    """Whether some rules contradict each other, given the variables that they and the conditions
+    use."""
     model = asked.model
     read = {name for e in rules for name in _reads(model, e)}
     read.update(name for condition in model.conditions for name in nodes.names(condition))
@@ -219,7 +235,9 @@ def _contradictory(asked: Asked, rules: Sequence[int], given: Sequence[str], pat
 
 
 def _possible(leaf: Leaf) -> bool:
-    return leaf.solved and not any(isinstance(fact, Conflict) for fact in leaf.branch.inactive.values())
+    return leaf.solved and not any(
+        isinstance(fact, Conflict) for fact in leaf.branch.inactive.values()
+    )
 
 
 # --- what an input could be ---------------------------------------------------------------------
@@ -239,7 +257,9 @@ def cures(
         rest = {n: v for n, v in asked.inputs.items() if n != name}
         without = asked._replace(inputs=rest, guesses=known)
         tried = patience.shown(explore(without, brief=True, nearby=nearby))
-        solved = (leaf.branch.values for leaf in tried.leaves if leaf.solved and not unsettled(leaf))
+        solved = (
+            leaf.branch.values for leaf in tried.leaves if leaf.solved and not unsettled(leaf)
+        )
         values = [one[name] for one in solved if name in one]
         given, numbers = asked.inputs[name], [value for value in values if isinstance(value, float)]
         if isinstance(given, float) and numbers:
@@ -250,7 +270,8 @@ def cures(
 
 
 class Bound(NamedTuple):
-    """The input ``name`` admits a solution where it is in ``relation`` (``≤``, ``>``, ``≠``) to ``value``."""
+    """The input ``name`` admits a solution where it is in ``relation`` (``≤``, ``>``, ``≠``) to
+    ``value``."""
 
     name: str
     relation: str
@@ -270,7 +291,9 @@ def bounds(
         if not isinstance(given, float) or patience.lost:
             continue
         positive = given == own and given > 0.0 and turn(name) is None
-        trials = _Trials(asked._replace(want=judged, judged=judged), name, patience, positive=positive)
+        trials = _Trials(
+            asked._replace(want=judged, judged=judged), name, patience, positive=positive
+        )
         bound = _bound(trials, given)
         if bound is not None and not patience.lost:
             found.append(bound)
@@ -280,8 +303,8 @@ def bounds(
 def found_near(
     asked: Asked, names: Sequence[str], miss: Mapping[str, float], patience: Patience
 ) -> tuple[tuple[str, float], ...]:
-    """Values of single inputs near the given ones, where Newton's method leads to a solution from the nearest
-    ``miss``: for each input the nearest value that a short search tells."""
+    """Values of single inputs near the given ones, where Newton's method leads to a solution from
+    the nearest ``miss``: for each input the nearest value that a short search tells."""
     found = []
     for name in names:
         given, trials = asked.inputs[name], _Trials(asked, name, patience, miss)
@@ -293,9 +316,9 @@ def found_near(
 
 
 class _Trials:
-    """Whether there is a solution at other values of one input, or at ``positive`` ones; ``known`` is the
-    last one that was found, or a point to begin at, and a search for all of them is ``dear`` if one without
-    success took long."""
+    """Whether there is a solution at other values of one input, or at ``positive`` ones; ``known``
+    is the last one that was found, or a point to begin at, and a search for all of them is ``dear``
+    if one without success took long."""
 
     def __init__(
         self,
@@ -319,7 +342,9 @@ class _Trials:
             return False
         if self.positive and value <= 0.0:
             return False
-        moved = asked._replace(inputs={**asked.inputs, name: value}, guesses=guesses or asked.guesses)
+        moved = asked._replace(
+            inputs={**asked.inputs, name: value}, guesses=guesses or asked.guesses
+        )
         tried = explore(moved, brief=True, enough=lambda leaf: leaf.solved, nearby=nearby)
         leaf = next((leaf for leaf in self.patience.shown(tried).leaves if leaf.solved), None)
         if leaf is not None:
@@ -330,10 +355,11 @@ class _Trials:
 
 
 def _bound(trials: _Trials, given: float) -> Bound | None:
-    """A tested bound from the edge of the feasible values: whether it belongs to them, rounded to one that
-    does.
+    """A tested bound from the edge of the feasible values: whether it belongs to them, rounded to
+    one that does.
 
-    None if there is none, or if a value on the far side of it is feasible, too: then it is not an edge.
+    None if there is none, or if a value on the far side of it is feasible, too: then it is not an
+    edge.
     """
     name, feasible = trials.name, trials.anywhere
     size, edge = abs(given) or 1.0, _edge(trials, given)
@@ -361,8 +387,8 @@ def rounded(value: float, digits: int = 6) -> float:
 
 
 def _edge(trials: _Trials, given: float, close: float = CLOSELY) -> float | None:
-    """The feasible value nearest to the given one along the line, found by a short search: of the same sign,
-    if there is one."""
+    """The feasible value nearest to the given one along the line, found by a short search: of the
+    same sign, if there is one."""
     size = abs(given) or 1.0
     shares = (0.02, 0.1, 0.3, 0.6, 0.999, 1.0, 2.5, 5.0)
     values = [given + sign * share * size for share in shares for sign in (-1, 1)]

@@ -1,7 +1,8 @@
 """Rules read again if a verdict is open: without vanishing factors, or at 0/0 by limits.
 
-If rules lose an unknown (above all at a dead centre), they are solved again without vanishing factors. If a
-block has no answer, its equations may be 0/0 at one, or determine a given number otherwise.
+If rules lose an unknown (above all at a dead centre), they are solved again without vanishing
+factors. If a block has no answer, its equations may be 0/0 at one, or determine a given number
+otherwise.
 """
 
 from __future__ import annotations
@@ -17,7 +18,14 @@ from typing import Any
 
 from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined
-from rulesheets.evaluate.digits import DIGITS, beside, extended, extended_derivatives, indeterminate, vanishes
+from rulesheets.evaluate.digits import (
+    DIGITS,
+    beside,
+    extended,
+    extended_derivatives,
+    indeterminate,
+    vanishes,
+)
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
@@ -51,17 +59,18 @@ from solver.solution.verdict import Verdict, explore_refined, explore_required, 
 
 # --- removable singularities: rules that are 0/0 are taken by their limits ---
 #
-# Forward, the limit stands in for the part that is 0/0. Backward, where the place itself is unknown, an
-# answer is the common limit of the answers for one input a little larger and a little smaller (L. F.
-# Richardson's deferred approach, Phil. Trans. A 226, 1927), and it stands only if every rule holds there,
-# those that are 0/0 by their limits from all sides.
+# Forward, the limit stands in for the part that is 0/0. Backward, where the place itself is
+# unknown, an answer is the common limit of the answers for one input a little larger and a little
+# smaller (L. F. Richardson's deferred approach, Phil. Trans. A 226, 1927), and it stands only if
+# every rule holds there, those that are 0/0 by their limits from all sides.
 
 ROUNDS = 8
 STEPS = (2.0**-20, 2.0**-21, 2.0**-22)
 """How far an input is moved, in units of the power of two next to it."""
 WEIGHTS = (1, -6, 8)
-"""Those of the mean answers at the three steps, times their sum, so that the first and second powers of the
-step cancel on each side: the larger of two capacity flows has a kink where they are equal."""
+"""Those of the mean answers at the three steps, times their sum, so that the first and second
+powers of the step cancel on each side: the larger of two capacity flows has a kink where they are
+equal."""
 APART = 1e-2
 """Relative distance within which answers on both sides belong together."""
 NO_LIMIT = 1e-12
@@ -69,8 +78,8 @@ NO_LIMIT = 1e-12
 NEAR = 1e-4
 """Relative distance within which an answer near a known one is the same, moved."""
 PLACES = 6
-"""Decimals and digits to which a nearest miss is rounded, to see whether a rule is 0/0 there, and to which
-rules must hold."""
+"""Decimals and digits to which a nearest miss is rounded, to see whether a rule is 0/0 there, and
+to which rules must hold."""
 MOST_MOVED = 6
 """Inputs that are moved, one after another, until answers are found."""
 TINY = 1e-30
@@ -102,14 +111,18 @@ def with_limits(asked: Asked, found: Exploration) -> tuple[Model, Exploration]:
     return asked.model, replace(found, leaves=(*solved, *more), complete=False)
 
 
-def _filled(model: Model, values: Mapping[str, Value]) -> Iterator[tuple[int, tuple[Equation, float]]]:
-    """The equations that are 0/0 at the values, with the limit of that part in its place, and that limit."""
+def _filled(
+    model: Model, values: Mapping[str, Value]
+) -> Iterator[tuple[int, tuple[Equation, float]]]:
+    """The equations that are 0/0 at the values, with the limit of that part in its place, and that
+    limit."""
     for equation in model.equations:
         for side in (equation.left, equation.right):
             found = indeterminate(side, values)
             if found is not None and found.limit is not None:
                 left, right = (
-                    exchange(s, found.part, Number(found.limit)) for s in (equation.left, equation.right)
+                    exchange(s, found.part, Number(found.limit))
+                    for s in (equation.left, equation.right)
                 )
                 yield equation.index, (equation.but(left, right), found.limit)
                 break
@@ -119,8 +132,8 @@ def _filled(model: Model, values: Mapping[str, Value]) -> Iterator[tuple[int, tu
 
 
 def answers_between(asked: Asked, known: Sequence[Leaf] = ()) -> tuple[Leaf, ...]:
-    """Answers at which rules are 0/0, as common limits of answers for slightly smaller and slightly larger
-    inputs, except the ``known`` ones."""
+    """Answers at which rules are 0/0, as common limits of answers for slightly smaller and slightly
+    larger inputs, except the ``known`` ones."""
     model, inputs = asked.model, asked.inputs
     every = walk(*(side for e in model.equations for side in (e.left, e.right)))
     if not any(isinstance(part, Quotient) for part in every):
@@ -128,18 +141,24 @@ def answers_between(asked: Asked, known: Sequence[Leaf] = ()) -> tuple[Leaf, ...
     read = Counter(name for e in model.equations for name in e.names)
     rules = {name: (rule, number) for rule in model.equations for name, number in _told_by(rule)}
     given = {**{name: number for name, (_, number) in rules.items()}, **inputs}
-    numbers = {name: number for name, number in given.items() if isinstance(number, float) and read[name]}
+    numbers = {
+        name: number for name, number in given.items() if isinstance(number, float) and read[name]
+    }
     for name in sorted(numbers, key=lambda name: (numbers[name] != 1.0, -read[name]))[:MOST_MOVED]:
         number = numbers[name]
         size = 2.0 ** math.frexp(number)[1] if number else 1.0  # both results hold the step exactly
         moved = (number + sign * step * size for step in STEPS for sign in (1, -1))
-        free = asked if name in inputs else asked._replace(model=_without_rule(model, rules[name][0]))
+        free = (
+            asked if name in inputs else asked._replace(model=_without_rule(model, rules[name][0]))
+        )
         beside = (_beside(free._replace(inputs={**inputs, name: there})) for there in moved)
         sides = list(takewhile(partial(_are_others, known), beside))
         if len(sides) < 2 * len(STEPS):
             continue
         found = (_between(leaf, sides, {**inputs, name: number}) for leaf in sides[-1])
-        leaves = tuple(filter(None, (_standing(model, leaf, inputs) for leaf in found if leaf is not None)))
+        leaves = tuple(
+            filter(None, (_standing(model, leaf, inputs) for leaf in found if leaf is not None))
+        )
         if leaves:
             return leaves
     return ()
@@ -173,7 +192,9 @@ def _beside(asked: Asked) -> tuple[Leaf, ...]:
     return tuple(leaf for leaf in found.leaves if leaf.solved)
 
 
-def _between(leaf: Leaf, sides: Sequence[Sequence[Leaf]], inputs: Mapping[str, Value]) -> Leaf | None:
+def _between(
+    leaf: Leaf, sides: Sequence[Sequence[Leaf]], inputs: Mapping[str, Value]
+) -> Leaf | None:
     """The common limit of the answers that belong to this one; None if they do not converge."""
     nearest = [min(side, key=lambda other: _distance(leaf, other)) for side in sides]
     if max(_distance(leaf, other) for other in nearest) > APART:
@@ -182,9 +203,13 @@ def _between(leaf: Leaf, sides: Sequence[Sequence[Leaf]], inputs: Mapping[str, V
     for name, here in leaf.branch.values.items():
         if isinstance(here, str) or name in inputs:
             continue
-        numbers: list[Any] = [b.precise.get(name, b.values[name]) for b in (one.branch for one in nearest)]
+        numbers: list[Any] = [
+            b.precise.get(name, b.values[name]) for b in (one.branch for one in nearest)
+        ]
         means = [(one + other) / 2 for one, other in zip(numbers[::2], numbers[1::2], strict=True)]
-        limit = sum(weight * mean for weight, mean in zip(WEIGHTS, means, strict=True)) / sum(WEIGHTS)
+        limit = sum(weight * mean for weight, mean in zip(WEIGHTS, means, strict=True)) / sum(
+            WEIGHTS
+        )
         precise[name] = 0 * limit if abs(limit) <= NO_LIMIT * max(map(abs, numbers)) else limit
     floats = {name: float(limit) for name, limit in precise.items()}
     return leaf.but(values={**leaf.branch.values, **floats, **inputs}, precise=precise)
@@ -196,11 +221,15 @@ def _distance(one: Leaf, other: Leaf) -> float:
         return math.inf
     pairs = ((v, w) for n, v in a.items() if isinstance(v, float) and isinstance(w := b[n], float))
     small = 4 * STEPS[0]
-    return max((abs(v - w) / max(abs(v), abs(w), small) for v, w in pairs if abs(v - w) > small), default=0.0)
+    return max(
+        (abs(v - w) / max(abs(v), abs(w), small) for v, w in pairs if abs(v - w) > small),
+        default=0.0,
+    )
 
 
 def _standing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Leaf | None:
-    """The answer with the limits of its rules; None if one of them does not hold, or none is 0/0."""
+    """The answer with the limits of its rules; None if one of them does not hold, or none is
+    0/0."""
     values = leaf.branch.values
     decided = outcomes(model, values, inputs)
     facts = []
@@ -212,7 +241,9 @@ def _standing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Leaf | N
         ):
             return None
         facts += [Filled(equation.index, limit) for limit in limits if limit is not None]
-    admitted = all(v.admits(x) for n, v in model.variables.items() if isinstance(x := values.get(n), float))
+    admitted = all(
+        v.admits(x) for n, v in model.variables.items() if isinstance(x := values.get(n), float)
+    )
     if not facts or not admitted or any(unmet(model, values, decided)):
         return None
     leaf = leaf.but(decided={**leaf.branch.decided, **decided}, facts=tuple(facts))
@@ -236,8 +267,11 @@ def _holds_beside(equation: Equation, values: Mapping[str, Value]) -> bool:
 # --- blocks whose equations are 0/0 where there would be an answer, or another one ---
 
 
-def undefined_beside(asked: Asked, found: Exploration, known: Mapping[str, Value]) -> Iterator[Indeterminacy]:
-    """Rules that are 0/0 at points where those of a block hold in the limit, beside the ``known`` answer."""
+def undefined_beside(
+    asked: Asked, found: Exploration, known: Mapping[str, Value]
+) -> Iterator[Indeterminacy]:
+    """Rules that are 0/0 at points where those of a block hold in the limit, beside the ``known``
+    answer."""
     for (step, _), outcome in found.outcomes.items():
         rules = [asked.model.equations[e] for e in step.equations]
         for point in outcome.holes:
@@ -252,8 +286,8 @@ def _rounded(point: Mapping[str, float]) -> dict[str, float]:
 
 
 def hole(asked: Asked, leaf: Leaf, fact: NoRoot) -> Indeterminacy | None:
-    """A rule that is 0/0 next to the nearest miss of a block, where rules nearly hold, and its limit at the
-    presumed answer."""
+    """A rule that is 0/0 next to the nearest miss of a block, where rules nearly hold, and its
+    limit at the presumed answer."""
     model, best = asked.model, {**leaf.branch.values, **fact.best}
     there = {**best, **_rounded(fact.best)}
     rules = [model.equations[e] for e in fact.equations]
@@ -269,8 +303,8 @@ def hole(asked: Asked, leaf: Leaf, fact: NoRoot) -> Indeterminacy | None:
 
 # --- given numbers that the rules fix otherwise, whatever the unknowns are ---
 #
-# A ratio of speeds does not depend on the free speed. A search for a speed with the given ratio finds none,
-# or approaches 0; but the rules give the ratio the same value at any speed.
+# A ratio of speeds does not depend on the free speed. A search for a speed with the given ratio
+# finds none, or approaches 0; but the rules give the ratio the same value at any speed.
 
 TRIALS = (1.3247180, 7.3890561, 0.0207880, 1.1e-4)
 """Shares of its size at which an unknown is tried."""
@@ -311,11 +345,15 @@ def _fixed(
 ) -> Iterator[Fixed]:
     inputs = asked.inputs
     read = [name for rule in rules for name in rule.names]
-    alone = {side.name for rule in rules for side in (rule.left, rule.right) if isinstance(side, Name)}
+    alone = {
+        side.name for rule in rules for side in (rule.left, rule.right) if isinstance(side, Name)
+    }
     own = {name: variable.value for name, variable in asked.model.variables.items()}
     given = [name for name in inputs if name in read and isinstance(inputs[name], float)]
     given.sort(key=lambda name: (own[name] == inputs[name], name not in alone, read.count(name)))
-    free = sorted((n for n in unknowns if n in read), key=lambda name: (own[name] is None, name in alone))
+    free = sorted(
+        (n for n in unknowns if n in read), key=lambda name: (own[name] is None, name in alone)
+    )
     for unknown in free[:MOST]:
         for name in given[:MOST]:
             ends, number = _whatever(asked, name, unknown, patience), inputs[name]
@@ -326,7 +364,9 @@ def _fixed(
                 yield Fixed(name, ends[0], number, unknown, tuple(rule.index for rule in rules))
 
 
-def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> tuple[float, float] | None:
+def _whatever(
+    asked: Asked, name: str, unknown: str, patience: Patience
+) -> tuple[float, float] | None:
     """The ends of the one value, up to rounding, that the rules give a variable at any trial of an
     unknown; None if there is none."""
     rest = {n: v for n, v in asked.inputs.items() if n != name}
@@ -351,7 +391,8 @@ def _whatever(asked: Asked, name: str, unknown: str, patience: Patience) -> tupl
 
 
 def contradicted_otherwise(asked: Asked, found: Exploration) -> Verdict | None:
-    """The verdict that a rule contradicts every answer of the others; None where these may have more.
+    """The verdict that a rule contradicts every answer of the others; None where these may have
+    more.
 
     What the rule was solved for itself may be only some of its answers, as of ``tan(E/2) = u``.
     """
@@ -370,8 +411,8 @@ def contradicted_otherwise(asked: Asked, found: Exploration) -> Verdict | None:
 
 
 def without_copies(asked: Asked, missed: Exploration, prove: bool) -> Exploration | None:
-    """The answers of the rules without a given number that they give back to its last places; None if there
-    is none, or if all that was found ``missed`` a rule by far.
+    """The answers of the rules without a given number that they give back to its last places; None
+    if there is none, or if all that was found ``missed`` a rule by far.
 
     A number that was copied from an answer carries its rounding, which the rules may amplify.
     """
@@ -385,8 +426,12 @@ def without_copies(asked: Asked, missed: Exploration, prove: bool) -> Exploratio
         others = {other: given for other, given in asked.inputs.items() if other != name}
         if name in planner(asked.model).path(frozenset(others), {}).undetermined:
             continue
-        found = explore_required(asked._replace(inputs=others, judged=(*asked.judged, name)), always=prove)
-        given_back = (_given_back(asked.model, leaf, name, number) for leaf in found.leaves if leaf.solved)
+        found = explore_required(
+            asked._replace(inputs=others, judged=(*asked.judged, name)), always=prove
+        )
+        given_back = (
+            _given_back(asked.model, leaf, name, number) for leaf in found.leaves if leaf.solved
+        )
         if leaves := tuple(leaf for leaf in given_back if leaf is not None):
             return replace(found, leaves=leaves)
     return None
@@ -404,15 +449,20 @@ def _given_back(model: Model, leaf: Leaf, name: str, number: float) -> Leaf | No
     near = isinstance(found, float) and abs(found - number) <= NEIGHBOURS * abs(number)
     active = (rule for rule in model.equations if activity(rule, leaf.branch.conditions))
     known = (rule for rule in active if values.keys() >= {*rule.names})
-    return leaf.but(values=values) if near and all(check_rule(r, values).holds for r in known) else None
+    return (
+        leaf.but(values=values)
+        if near and all(check_rule(r, values).holds for r in known)
+        else None
+    )
 
 
 # --- rules that lose an unknown ---
 #
-# A product with a factor that is 0 at known values does not depend on its other factor, so a rule with such a
-# product does not relate that unknown to the others. Without the product the rules may determine the unknown:
-# at dead centre the slider's acceleration gives the speed of the crank, which its velocity does not.
-# Similarly, of rules of a block that are dependent at these values one is left out.
+# A product with a factor that is 0 at known values does not depend on its other factor, so a rule
+# with such a product does not relate that unknown to the others. Without the product the rules may
+# determine the unknown: at dead centre the slider's acceleration gives the speed of the crank,
+# which its velocity does not. Similarly, of rules of a block that are dependent at these values one
+# is left out.
 
 
 def without_vanishing_factors(
@@ -420,8 +470,8 @@ def without_vanishing_factors(
 ) -> tuple[Model, Exploration, Verdict] | None:
     """The rules without products that vanish, and the verdict on them; None if that is no better.
 
-    For an open ``verdict`` on what was ``found``. Coinciding answers stay: there the rules are at the
-    boundary between the two.
+    For an open ``verdict`` on what was ``found``. Coinciding answers stay: there the rules are at
+    the boundary between the two.
     """
     if any(isinstance(fact, DoubleRoot) for fact in verdict.facts):
         return None
@@ -433,7 +483,8 @@ def without_vanishing_factors(
     values = {  # numbers that all leaves have
         name: value
         for name, value in first.items()
-        if isinstance(value, float) and all(leaf.branch.values.get(name) == value for leaf in found.leaves)
+        if isinstance(value, float)
+        and all(leaf.branch.values.get(name) == value for leaf in found.leaves)
     }
     reduced, open_ = _reduced(model, values)
     repeated = {place for fact in lost if (place := _repeated(model, fact)) is not None}
@@ -459,16 +510,20 @@ def without_vanishing_factors(
 
 
 def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verdict:
-    """The determined values, by the leaves that know most; the reduced rules say what is not determined."""
+    """The determined values, by the leaves that know most; the reduced rules say what is not
+    determined."""
     fewest = min(len(leaf.missing) for leaf in told.leaves)
     leaves = tuple(leaf for leaf in told.leaves if len(leaf.missing) == fewest)
     decided = leaves[0].branch.conditions
     facts = tuple(
         fact
         for fact in open_
-        if fact.unknown not in leaves[0].branch.values and activity(model.equations[fact.equation], decided)
+        if fact.unknown not in leaves[0].branch.values
+        and activity(model.equations[fact.equation], decided)
     )
-    return told._replace(status=Status.SINGULAR, leaves=leaves, facts=facts[:1] or told.facts, structural=())
+    return told._replace(
+        status=Status.SINGULAR, leaves=leaves, facts=facts[:1] or told.facts, structural=()
+    )
 
 
 def _stands(model: Model, leaf: Leaf) -> bool:
@@ -478,7 +533,8 @@ def _stands(model: Model, leaf: Leaf) -> bool:
 
 
 def _repeated(model: Model, fact: RankLoss) -> int | None:
-    """A rule of a block that follows from its others, to first order: the one with the largest share."""
+    """A rule of a block that follows from its others, to first order: the one with the largest
+    share."""
     try:
         slopes = [sides(model.equations[index], fact.point).slopes for index in fact.equations]
     except Undefined:
@@ -501,20 +557,28 @@ def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[As
         without = equation.but(left, right)
         lost = set(equation.names) - set(without.names) - values.keys()
         if lost and (not values.keys() >= set(without.names) or check_rule(without, values).holds):
-            told_nothing += [AsksNothing(equation.index, name) for name in equation.names if name in lost]
+            told_nothing += [
+                AsksNothing(equation.index, name) for name in equation.names if name in lost
+            ]
             equation = without
-        equations.append(equation)  # one that is left with a contradiction has no value for what it loses
+        equations.append(
+            equation
+        )  # one that is left with a contradiction has no value for what it loses
     return replace(model, equations=tuple(equations)), tuple(dict.fromkeys(told_nothing))
 
 
 def _without(side: nodes.Expression, values: Mapping[str, float]) -> nodes.Expression:
     """The expression with 0 for products and quotients of zeros with unknowns."""
     done: list[nodes.Expression] = []
-    for part in nodes.children(side):  # a loop, for one frame a level: trees may be hundreds of levels deep
+    for part in nodes.children(
+        side
+    ):  # a loop, for one frame a level: trees may be hundreds of levels deep
         done.append(_without(part, values))
     pairs = [done] if isinstance(side, nodes.Product | nodes.Quotient) else []
     for factor, other in [*pairs, done[::-1]] if isinstance(side, nodes.Product) else pairs:
-        nothing = nodes.is_number(factor, 0.0) or (_read(factor, values) and vanishes(factor, values))
+        nothing = nodes.is_number(factor, 0.0) or (
+            _read(factor, values) and vanishes(factor, values)
+        )
         if nothing and not _read(other, values):
             return nodes.ZERO
     return nodes.rebuilt(side, tuple(done))
@@ -527,8 +591,8 @@ def _read(part: nodes.Expression, values: Mapping[str, float]) -> bool:
 def judged_again(
     asked: Asked, found: Exploration, verdict: Verdict, prove: bool, limits: bool
 ) -> tuple[Verdict, Exploration, Model]:
-    """The verdict, its exploration, and the model as it was read for it, if they are better than a first
-    ``verdict`` on what was ``found``. When the time is up, the last one."""
+    """The verdict, its exploration, and the model as it was read for it, if they are better than a
+    first ``verdict`` on what was ``found``. When the time is up, the last one."""
     by = asked.model
     if verdict.status in (Status.SINGULAR, Status.PARTIAL):
         with suppress(TimeIsUp):
@@ -540,12 +604,16 @@ def judged_again(
             verdict = judge(asked._replace(model=by), found)._replace(reread=by is not asked.model)
         elif verdict.status is Status.FAILED and verdict.leaves:
             roots = (fact for fact in verdict.facts if isinstance(fact, NoRoot))
-            undefined = tuple(filter(None, (hole(asked, verdict.leaves[0], fact) for fact in roots)))
+            undefined = tuple(
+                filter(None, (hole(asked, verdict.leaves[0], fact) for fact in roots))
+            )
             if undefined:
                 verdict = Verdict(Status.SINGULAR, verdict.leaves, undefined)
         if verdict.status is Status.FAILED and found.contradicted:
             verdict = contradicted_otherwise(asked, found) or verdict
         if verdict.status in (Status.FAILED, Status.INFEASIBLE):
             fixed = fixed_otherwise(asked, verdict.facts)
-            verdict = verdict._replace(status=Status.INCONSISTENT, facts=(fixed,)) if fixed else verdict
+            verdict = (
+                verdict._replace(status=Status.INCONSISTENT, facts=(fixed,)) if fixed else verdict
+            )
     return verdict, found, by

@@ -35,9 +35,10 @@ class Solution(Mapping[str, Value]):
     """One answer: values by full name, inputs included. Names without a value are absent.
 
     ``worst_residual`` is the largest scaled residual |F| / Σ|∂F/∂v·v| over the rules ``checked``.
-    ``accuracy`` holds the error bars and the conditions of the blocks, ``error`` the error bars alone:
-    estimates of the absolute error of every number, 0 for inputs. ``unlikely`` are the names whose values are
-    of unlikely size: a billion times larger or smaller than the rules and the inputs suggest.
+    ``accuracy`` holds the error bars and the conditions of the blocks, ``error`` the error bars
+    alone: estimates of the absolute error of every number, 0 for inputs. ``unlikely`` are the names
+    whose values are of unlikely size: a billion times larger or smaller than the rules and the
+    inputs suggest.
     """
 
     by_name: Mapping[str, Value]
@@ -83,11 +84,12 @@ class Result(Shown):
     """``solutions`` are distinct, the primary one first; ``complete`` if they are known to be all.
 
     ``inputs`` are the values that were given (after overrides and clearing), ``guesses`` likewise.
-    ``wanted`` are the names that decide the status, ``undetermined`` those that stay unknown. If the
-    status is not ``solved``, ``partial`` holds what the inputs determine. ``origins`` are the steps of the
-    path that the values of the primary answer (or of ``partial``) came from; ``attempts`` the methods that
-    were tried on each of its simultaneous blocks, in order. ``gaps`` say why ``solutions`` may not be all.
-    ``near`` solves the same for other inputs, near to given values.
+    ``wanted`` are the names that decide the status, ``undetermined`` those that stay unknown. If
+    the status is not ``solved``, ``partial`` holds what the inputs determine. ``origins`` are the
+    steps of the path that the values of the primary answer (or of ``partial``) came from;
+    ``attempts`` the methods that were tried on each of its simultaneous blocks, in order. ``gaps``
+    say why ``solutions`` may not be all. ``near`` solves the same for other inputs, near to given
+    values.
     """
 
     model: Model
@@ -117,20 +119,29 @@ class Result(Shown):
 
     def __repr__(self) -> str:
         known = self._answer(0)
-        found = {name: known[name] for name in self.wanted if name in known and name not in self.inputs}
-        told = [f"{n} = '{v}" if isinstance(v, str) else f"{n} = {v:.10g}" for n, v in found.items()]
+        found = {
+            name: known[name] for name in self.wanted if name in known and name not in self.inputs
+        }
+        told = [
+            f"{n} = '{v}" if isinstance(v, str) else f"{n} = {v:.10g}" for n, v in found.items()
+        ]
         values = ", ".join([*told[:SHOWN], "…"] if len(told) > SHOWN else told)
-        return f"<Result {self.status}, {plural(len(self.solutions), 'answer')}{values and f': {values}'}>"
+        answers = plural(len(self.solutions), "answer")
+        return f"<Result {self.status}, {answers}{values and f': {values}'}>"
 
     def sensitivity(
-        self, outputs: Iterable[str] | None = None, inputs: Iterable[str] | None = None, answer: int = 0
+        self,
+        outputs: Iterable[str] | None = None,
+        inputs: Iterable[str] | None = None,
+        answer: int = 0,
     ) -> Sensitivities:
-        """Derivatives of ``outputs`` (None: the wanted ones) by ``inputs`` (None: all that are numbers).
+        """Derivatives of ``outputs`` (None: the wanted ones) by ``inputs`` (None: all that are
+        numbers).
 
-        They are exact, at the answer with that number, each input moved alone; the table has ``None`` for
-        a missing one, and ``diagnoses`` that say why. Raises RuleSheetError for names that the model does
-        not have, and for an input that was not given as a number; IndexError for a number without an
-        answer.
+        They are exact, at the answer with that number, each input moved alone; the table has
+        ``None`` for a missing one, and ``diagnoses`` that say why. Raises RuleSheetError for names
+        that the model does not have, and for an input that was not given as a number; IndexError
+        for a number without an answer.
         """
         from solver.derivatives import chosen_inputs, chosen_outputs, sensitivities
 
@@ -138,7 +149,9 @@ class Result(Shown):
         shown = chosen_outputs(self.model, outputs, self.wanted, self.inputs, values)
         by = chosen_inputs(self.model, inputs, self.inputs)
         used = [e for step in self.path.steps for e in equations_of(step)]
-        return sensitivities(self.model, values, self.inputs, shown, by, prefer=used, near=self.near)
+        return sensitivities(
+            self.model, values, self.inputs, shown, by, prefer=used, near=self.near
+        )
 
     def tolerance_bands(
         self,
@@ -148,8 +161,8 @@ class Result(Shown):
     ) -> ToleranceBands:
         """The tolerances of ``outputs`` that follow from those of the inputs, to first order.
 
-        ``tolerances`` override those of the sheet, in the units of the inputs. Raises RuleSheetError for
-        names that the model does not have.
+        ``tolerances`` override those of the sheet, in the units of the inputs. Raises
+        RuleSheetError for names that the model does not have.
         """
         from solver.derivatives import ToleranceBands, tolerances_of
 
@@ -162,7 +175,9 @@ class Result(Shown):
         if not self.solutions:
             return self.partial
         if not 0 <= number < len(self.solutions):
-            raise IndexError(f"there is no answer {number}: answers are 0 to {len(self.solutions) - 1}")
+            raise IndexError(
+                f"there is no answer {number}: answers are 0 to {len(self.solutions) - 1}"
+            )
         return self.solutions[number]
 
 
@@ -181,7 +196,8 @@ def require_proof() -> None:
 CUT = "S593"
 """The code of a note on a list of answers that was cut off."""
 COLLECTION = 100_000, 50, 100
-"""Thresholds of the garbage collector: large sheets are objects that stay, not worth going over often."""
+"""Thresholds of the garbage collector: large sheets are objects that stay, not worth going over
+often."""
 GRACE = 2.0
 """Seconds to explain a verdict whose remedies took too long."""
 
@@ -198,18 +214,18 @@ def solve(
 ) -> Result:
     """Solve a model for whatever is not an input.
 
-    ``inputs`` override those of the sheet; None clears one. ``want`` names the variables that
-    are asked for: nothing else can fail, except requirements that direct steps lead to. ``guesses`` say which
-    of several answers comes first (and start the iteration where there is one). Values are in calculation
-    units.
+    ``inputs`` override those of the sheet; None clears one. ``want`` names the variables that are
+    asked for: nothing else can fail, except requirements that direct steps lead to. ``guesses`` say
+    which of several answers comes first (and start the iteration where there is one). Values are in
+    calculation units.
 
-    ``prove``: every answer is proved to exist and to be the only one within ``solution.radius``, as far as
-    ``solution.proof`` says; this needs python-flint.
+    ``prove``: every answer is proved to exist and to be the only one within ``solution.radius``, as
+    far as ``solution.proof`` says; this needs python-flint.
 
-    ``limits``: rules that are 0/0 at an answer are taken by their limits, forward and backward; so they are
-    where the sheet has ``limits = yes``. ``timeout``: a limit in seconds. When it is met, the answers found
-    until then are listed (``complete`` is False), or the status is ``failed`` and ``partial`` holds what was
-    determined; a diagnosis says so.
+    ``limits``: rules that are 0/0 at an answer are taken by their limits, forward and backward; so
+    they are where the sheet has ``limits = yes``. ``timeout``: a limit in seconds. When it is met,
+    the answers found until then are listed (``complete`` is False), or the status is ``failed`` and
+    ``partial`` holds what was determined; a diagnosis says so.
 
     Raises RuleSheetError for names that the model does not have, numbers that are not finite, and
     values outside the range that the sheet declares; ValueError for a limit that is not positive.
@@ -228,14 +244,20 @@ def solve(
                 return result
             from solver.solution.explain import gap_note
 
-            gaps = tuple(gap_note(model, gap) for gap in sorted(found.gaps, key=lambda gap: not gap.cut))
+            gaps = tuple(
+                gap_note(model, gap) for gap in sorted(found.gaps, key=lambda gap: not gap.cut)
+            )
             cut = tuple(note for note in gaps if note.code == CUT)
             return replace(result, gaps=gaps, diagnoses=(*result.diagnoses, *cut))
     except TimeIsUp as up:
-        return _cut_off(asked, up if isinstance(up, CutOff) else CutOff(Exploration((), False, ()), given))
+        return _cut_off(
+            asked, up if isinstance(up, CutOff) else CutOff(Exploration((), False, ()), given)
+        )
 
 
-def conclude(asked: Asked, *, prove: bool = False, limits: bool) -> tuple[Verdict, Exploration, Model]:
+def conclude(
+    asked: Asked, *, prove: bool = False, limits: bool
+) -> tuple[Verdict, Exploration, Model]:
     """The verdict on these inputs, its exploration, and the model as it was read for it.
 
     Raises TimeIsUp if there is none yet.
@@ -298,7 +320,9 @@ def _result(asked: Asked, by: Model, verdict: Verdict, complete: bool, prove: bo
     model, inputs, _, guesses, judged = asked
     status, leaves = verdict.status, verdict.leaves
     primary = leaves[0] if leaves else None
-    beyond = {name for name in judged if primary is not None and infinite(model, primary.branch, name)}
+    beyond = {
+        name for name in judged if primary is not None and infinite(model, primary.branch, name)
+    }
     refused = any(isinstance(fact, Unmet) for fact in verdict.facts)
     alone = status is Status.INFEASIBLE and len(leaves) == 1 and not refused
     determined = leaves[0].branch.values if alone else inputs  # even though the whole is not solved
@@ -319,7 +343,8 @@ def _result(asked: Asked, by: Model, verdict: Verdict, complete: bool, prove: bo
         model=model,
         status=status,
         solutions=tuple(solutions),
-        complete=status is Status.INFEASIBLE or (complete and not verdict.facts and status is Status.SOLVED),
+        complete=status is Status.INFEASIBLE
+        or (complete and not verdict.facts and status is Status.SOLVED),
         inputs=inputs,
         guesses=guesses,
         wanted=tuple(name for name in judged if name not in beyond),

@@ -1,10 +1,10 @@
 """From a question to its verdict: explored in as many digits as needed, and judged by its leaves.
 
-The given values are exact numbers, so an answer exists to all digits, however ill-conditioned. If the error
-bar of an answer shows that floats lose more than their rounding, the path is followed again in higher
-precision, and in twice that, until two precisions agree: then every value is the float nearest to the exact
-one. If they never agree, the answer in floats stands with its error bars, unless those leave no digit of a
-value.
+The given values are exact numbers, so an answer exists to all digits, however ill-conditioned. If
+the error bar of an answer shows that floats lose more than their rounding, the path is followed
+again in higher precision, and in twice that, until two precisions agree: then every value is the
+float nearest to the exact one. If they never agree, the answer in floats stands with its error
+bars, unless those leave no digit of a value.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from solver.leaves import (
     leaf_errors,
     within_one_turn,
 )
+from solver.numerics.linear_algebra import are_alike
 from solver.numerics.tolerances import (
     LOST,
     MAX_UNKNOWNS,
@@ -42,7 +43,6 @@ from solver.numerics.tolerances import (
     SAFETY,
     SAME_ANSWER,
     VAGUE,
-    are_alike,
 )
 from solver.path import Evaluate, SolveBlock, equations_of
 from solver.path.cases import MIRRORED
@@ -57,8 +57,8 @@ MAX_STEPS = 2_000
 def explore_refined(asked: Asked, always: bool = False) -> Exploration:
     """As ``explore``, with every judged number right to the last digit of a float.
 
-    Leaves that are refined hold their values to more digits in ``branch.precise``; ``always``: all are,
-    needed or not. Raises CutOff at the time limit.
+    Leaves that are refined hold their values to more digits in ``branch.precise``; ``always``: all
+    are, needed or not. Raises CutOff at the time limit.
     """
     try:
         found = explore(asked, thorough=always)
@@ -93,11 +93,13 @@ def _precisely(asked: Asked, found: Exploration) -> Exploration | None:
 
 
 def _meaningless(asked: Asked, leaf: Leaf) -> bool:
-    """Whether some value is only rounding: the sine of 1e90 + x is any number for values of 1e90 that are
-    next to one another, and the rule holds for any x. What only floats lose in a rule (``exp(x) - 1`` at a
-    small x) does not make an answer meaningless."""
+    """Whether some value is only rounding: the sine of 1e90 + x is any number for values of 1e90
+    that are next to one another, and the rule holds for any x. What only floats lose in a rule
+    (``exp(x) - 1`` at a small x) does not make an answer meaningless."""
     branch = leaf.branch
-    numbers = {n: abs(v) for n in asked.judged if isinstance(v := branch.values.get(n), float) and v}
+    numbers = {
+        n: abs(v) for n in asked.judged if isinstance(v := branch.values.get(n), float) and v
+    }
 
     def open_by(errors: ForwardErrors) -> bool:
         return any(MEANINGLESS * v < errors.error[n] < math.inf for n, v in numbers.items())
@@ -144,7 +146,7 @@ def _vague(asked: Asked, leaf: Leaf) -> bool:
     return False
 
 
-# --- requirements on single unknowns as ranges: a search that cannot cover everything keeps to them ---
+# --- requirements on single unknowns as ranges, for a search that cannot cover everything ---
 
 
 def explore_required(asked: Asked, always: bool = False) -> Exploration:
@@ -165,11 +167,14 @@ def explore_required(asked: Asked, always: bool = False) -> Exploration:
         raise CutOff(certain(asked, found), asked.inputs) from None
     some, before = (sum(leaf.solved for leaf in one.leaves) for one in (inside, found))
     better = some >= before if inside.complete else some > 0 == before
-    return replace(inside, contradicted=inside.contradicted or found.contradicted) if better else found
+    return (
+        replace(inside, contradicted=inside.contradicted or found.contradicted) if better else found
+    )
 
 
 def narrowed(model: Model, inputs: Mapping[str, Value]) -> Model | None:
-    """The model with the ranges that requirements imply at these inputs; None if they are no narrower."""
+    """The model with the ranges that requirements imply at these inputs; None if they are no
+    narrower."""
     variables = dict(model.variables)
     for requirement in model.requirements:
         comparison, guarded = requirement.comparison, bool(requirement.guard)
@@ -204,9 +209,9 @@ def _within(variable: Variable, operator: str, limit: float) -> Variable:
 class Verdict(NamedTuple):
     """``leaves`` are the answers (or their determined parts), the primary first.
 
-    ``facts`` are the reasons for the status; ``structural`` the names that these inputs could not determine
-    at any values. ``reread``: rules were read as they are only at these values, so it says nothing about
-    others. (Rules that are only left out still count.)
+    ``facts`` are the reasons for the status; ``structural`` the names that these inputs could not
+    determine at any values. ``reread``: rules were read as they are only at these values, so it
+    says nothing about others. (Rules that are only left out still count.)
     """
 
     status: Status
@@ -243,10 +248,14 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
         verdict = _unfinished(model, _ordered(asked, leaves), inputs)
         if verdict.status in (Status.INFEASIBLE, Status.INCONSISTENT) and not _conclusive(found):
             ends = [
-                f for f in verdict.facts if isinstance(f, facts.NoValue | facts.OutOfRange | facts.NoRoot)
+                f
+                for f in verdict.facts
+                if isinstance(f, facts.NoValue | facts.OutOfRange | facts.NoRoot)
             ]
             before = next((gap.unknowns for gap in found.gaps if gap.unknowns), ())
-            return Verdict(Status.FAILED, verdict.leaves, tuple(facts.DeadEnd(f, before) for f in ends[:1]))
+            return Verdict(
+                Status.FAILED, verdict.leaves, tuple(facts.DeadEnd(f, before) for f in ends[:1])
+            )
         if verdict.status is Status.INFEASIBLE and found.contradicted:
             return _contradicted(found)  # a branch has every value, and only a rule contradicts it
         return verdict
@@ -255,22 +264,32 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
     return Verdict(Status.INFEASIBLE if found.complete else Status.FAILED, ())
 
 
-def _curves(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> Iterator[facts.Beside]:
+def _curves(
+    model: Model, found: Exploration, inputs: Mapping[str, Value]
+) -> Iterator[facts.Beside]:
     """The branches that end with wanted variables free: answers, but not isolated ones."""
     for leaf in found.leaves:
         why = leaf.branch.reasons
-        if leaf.missing and why and all(isinstance(fact, facts.AsksNothing | facts.RankLoss) for fact in why):
+        if (
+            leaf.missing
+            and why
+            and all(isinstance(fact, facts.AsksNothing | facts.RankLoss) for fact in why)
+        ):
             values = leaf.branch.values.items()
             known = ((n, v) for n, v in values if isinstance(v, float) and n not in inputs)
             posted = tuple((n, v) for n, v in known if model.variables[n].posted)
             yield facts.Beside(facts.about(why[0]), leaf.missing, posted)
 
 
-def _uncovered(model: Model, found: Exploration, inputs: Mapping[str, Value]) -> tuple[facts.Uncovered, ...]:
-    """The cases without contradiction in which no rule determines a wanted variable; none if a rule of such
-    a case holds for any value of it: then there is a continuum of answers."""
+def _uncovered(
+    model: Model, found: Exploration, inputs: Mapping[str, Value]
+) -> tuple[facts.Uncovered, ...]:
+    """The cases without contradiction in which no rule determines a wanted variable; none if a rule
+    of such a case holds for any value of it: then there is a continuum of answers."""
     leaves = [
-        leaf for leaf in found.open_cases if not (leaf.underdetermined or leaf.on_boundary or blocked(leaf))
+        leaf
+        for leaf in found.open_cases
+        if not (leaf.underdetermined or leaf.on_boundary or blocked(leaf))
     ]
     why = (fact for leaf in leaves for fact in leaf.branch.reasons)
     if any(isinstance(fact, facts.AsksNothing | facts.RankLoss) for fact in why):
@@ -293,7 +312,9 @@ def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> 
 def unsettled(leaf: Leaf) -> tuple[facts.DoubleRoot | facts.RestsOnRounding, ...]:
     """Why values of a leaf are not an isolated answer."""
     return tuple(
-        fact for fact in leaf.branch.facts if isinstance(fact, facts.DoubleRoot | facts.RestsOnRounding)
+        fact
+        for fact in leaf.branch.facts
+        if isinstance(fact, facts.DoubleRoot | facts.RestsOnRounding)
     )
 
 
@@ -307,17 +328,22 @@ def _fixed(model: Model, leaf: Leaf) -> tuple[Leaf, tuple[facts.Unfixed, ...]]:
         return leaf, ()
     error, branch = leaf_errors(model, leaf).error, leaf.branch
     lost = tuple(n for n in branch.values if n in branch.origins and error.get(n) == math.inf)
-    return replace(leaf, branch=branch.without(lost)), (facts.Unfixed(lost, doubles[0]),) if lost else ()
+    return replace(leaf, branch=branch.without(lost)), (
+        facts.Unfixed(lost, doubles[0]),
+    ) if lost else ()
 
 
 def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -> Verdict:
-    """Wanted variables are missing: because of values (inactive rules), or of the inputs' pattern."""
+    """Wanted variables are missing: because of values (inactive rules), or of the inputs'
+    pattern."""
     leaf = leaves[0]
     undetermined = {*planner(model).path(frozenset(inputs), leaf.branch.conditions).undetermined}
     structural = tuple(name for name in leaf.missing if name in undetermined)  # for any values
     # what stands in the way of the missing names; all there is, where none of it is on their path
     every = leaf.branch.reasons
-    way = planner(model).path(frozenset(inputs), leaf.branch.conditions, want=frozenset(leaf.missing))
+    way = planner(model).path(
+        frozenset(inputs), leaf.branch.conditions, want=frozenset(leaf.missing)
+    )
     used = {equation for step in way.steps for equation in equations_of(step)}
     why = tuple(fact for fact in every if used.intersection(facts.about(fact))) or every
     status = Status.PARTIAL
@@ -350,7 +376,9 @@ def _worst(why: Sequence[Fact]) -> Status:
     if roots:
         return Status.INFEASIBLE if any(fact.proven for fact in roots) else Status.FAILED
     lost = [fact for fact in why if isinstance(fact, facts.RankLoss)]
-    if any(isinstance(fact, facts.AsksNothing) for fact in why) or any(not f.everywhere for f in lost):
+    if any(isinstance(fact, facts.AsksNothing) for fact in why) or any(
+        not f.everywhere for f in lost
+    ):
         return Status.SINGULAR
     return Status.PARTIAL
 
@@ -359,11 +387,18 @@ def _contradicted(found: Exploration) -> Verdict:
     """Every branch ended at a rule that does not hold."""
     conclusive = _conclusive(found)
     refused = [
-        leaf for leaf in found.contradicted if all(isinstance(fact, facts.Unmet) for fact in leaf.conflicts)
+        leaf
+        for leaf in found.contradicted
+        if all(isinstance(fact, facts.Unmet) for fact in leaf.conflicts)
     ]
     if refused:  # the one that breaks the fewest requirements, and these by least
-        misses = [[fact.miss for fact in leaf.conflicts if isinstance(fact, facts.Unmet)] for leaf in refused]
-        worst = [(len(row), max(math.inf if miss is None else miss for miss in row)) for row in misses]
+        misses = [
+            [fact.miss for fact in leaf.conflicts if isinstance(fact, facts.Unmet)]
+            for leaf in refused
+        ]
+        worst = [
+            (len(row), max(math.inf if miss is None else miss for miss in row)) for row in misses
+        ]
         leaf = refused[worst.index(min(worst))]
         return Verdict(Status.INFEASIBLE if conclusive else Status.FAILED, (leaf,), leaf.conflicts)
     for leaf in found.contradicted:
@@ -378,10 +413,15 @@ def _contradicted(found: Exploration) -> Verdict:
     if conclusive:
         return Verdict(Status.INCONSISTENT, (leaf,), leaf.conflicts)
     # blocks may have answers beside those that the leaf was led to, and contradicts rules with
-    numbers = {name: value for name, value in leaf.branch.values.items() if isinstance(value, float)}
+    numbers = {
+        name: value for name, value in leaf.branch.values.items() if isinstance(value, float)
+    }
     open_ = tuple(
         facts.NoRoot(
-            gap.equations, gap.unknowns, False, {n: numbers[n] for n in gap.unknowns if n in numbers}
+            gap.equations,
+            gap.unknowns,
+            False,
+            {n: numbers[n] for n in gap.unknowns if n in numbers},
         )
         for gap in found.gaps
         if gap.equations
@@ -392,8 +432,8 @@ def _contradicted(found: Exploration) -> Verdict:
 def _conclusive(found: Exploration) -> bool:
     """Whether refusals on every branch prove that there is no answer.
 
-    They do if every branch was followed to its end; or if there was only one, of direct steps, none of which
-    has more values than it could count.
+    They do if every branch was followed to its end; or if there was only one, of direct steps, none
+    of which has more values than it could count.
     """
     ends = (*found.leaves, *found.contradicted, *found.open_cases)
     direct = not any(
@@ -420,7 +460,9 @@ def _preferred(model: Model, leaves: list[Leaf]) -> list[Leaf]:
     ] or leaves
     first: dict[str, Value] = {}
     every = ((name, value) for leaf in whole for name, value in leaf.branch.values.items())
-    varying = list(dict.fromkeys(name for name, value in every if first.setdefault(name, value) != value))
+    varying = list(
+        dict.fromkeys(name for name, value in every if first.setdefault(name, value) != value)
+    )
     distinct: list[Leaf] = []
     for leaf in whole:
         if not any(_same_leaf(model, leaf, other, varying) for other in distinct):

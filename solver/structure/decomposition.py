@@ -1,21 +1,25 @@
-"""Which rules determine which unknowns: matching, over- and under-determined parts, blocks to solve in turn.
+"""Which rules determine which unknowns: matching, over- and under-determined parts, blocks to solve
+in turn.
 
 A system is a bipartite graph of integers: equations 0..m-1, unknowns 0..n-1, and two sets of edges:
-which unknowns occur in which equations, and which of them each can be solved for. No algebra is known here.
+which unknowns occur in which equations, and which of them each can be solved for. No algebra is
+known here.
 
-Equations are matched with unknowns one after another, each by a shortest augmenting path: all their lengths
-add up to n log² n at most (A. Bernstein, J. Holm & E. Rotenberg, "Online bipartite matching with amortized
-O(log² n) replacements", J. ACM 66, 2019). The first in the source come first on either side. That is possible
-on both sides at once because matchable sets form a matroid on either side (N. S. Mendelsohn & A. L. Dulmage,
-"Some generalizations of the problem of distinct representatives", 1958).
+Equations are matched with unknowns one after another, each by a shortest augmenting path: all their
+lengths add up to n log² n at most (A. Bernstein, J. Holm & E. Rotenberg, "Online bipartite matching
+with amortized O(log² n) replacements", J. ACM 66, 2019). The first in the source come first on
+either side. That is possible on both sides at once because matchable sets form a matroid on either
+side (N. S. Mendelsohn & A. L. Dulmage, "Some generalizations of the problem of distinct
+representatives", 1958).
 
-The parts are those of A. L. Dulmage & N. S. Mendelsohn, "Coverings of bipartite graphs", Canad. J. Math. 10
-(1958); see A. Pothen & C.-J. Fan, "Computing the block triangular form of a sparse matrix", ACM TOMS 16
-(1990). The blocks are strong components: R. Tarjan, "Depth-first search and linear graph algorithms", SIAM J.
-Comput. 1 (1972), without recursion, so that a chain of any length is no depth.
+The parts are those of A. L. Dulmage & N. S. Mendelsohn, "Coverings of bipartite graphs", Canad. J.
+Math. 10 (1958); see A. Pothen & C.-J. Fan, "Computing the block triangular form of a sparse
+matrix", ACM TOMS 16 (1990). The blocks are strong components: R. Tarjan, "Depth-first search and
+linear graph algorithms", SIAM J. Comput. 1 (1972), without recursion, so that a chain of any length
+is no depth.
 
-scipy's ``maximum_bipartite_matching`` takes exponential time where blocks follow one another in layers (scipy
-issue 26147), as rules do, and loading ``scipy.sparse`` takes longer than most sheets.
+scipy's ``maximum_bipartite_matching`` takes exponential time where blocks follow one another in
+layers (scipy issue 26147), as rules do, and loading ``scipy.sparse`` takes longer than most sheets.
 """
 
 from __future__ import annotations
@@ -86,7 +90,8 @@ class Incidence:
         inside = frozenset(block.unknowns)
         occurs = {e: tuple(u for u in self.occurs[e] if u in inside) for e in block.equations}
         resolvable = {
-            e: {u: cost for u, cost in self.resolvable[e].items() if u in inside} for e in block.equations
+            e: {u: cost for u, cost in self.resolvable[e].items() if u in inside}
+            for e in block.equations
         }
         return Incidence(occurs, resolvable, self.unknowns, block)
 
@@ -94,9 +99,9 @@ class Incidence:
 class Frontier:
     """Propagation of known variables, one at a time.
 
-    An equation with one unknown left is ripe, one with none left is spent (a check); ``ripe`` and ``spent``
-    collect them in order. ``occurs[e]`` are the distinct variables of equation ``e``; if it is active,
-    ``missing[e]`` counts those that are not ``known``.
+    An equation with one unknown left is ripe, one with none left is spent (a check); ``ripe`` and
+    ``spent`` collect them in order. ``occurs[e]`` are the distinct variables of equation ``e``; if
+    it is active, ``missing[e]`` counts those that are not ``known``.
     """
 
     def __init__(self, occurs: Sequence[Sequence[int]], variables: int) -> None:

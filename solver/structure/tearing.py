@@ -1,11 +1,11 @@
 """Tearing: a simultaneous block as a short list of iterated unknowns and explicit steps after them.
 
-H. Elmqvist & M. Otter, "Methods for tearing systems of equations in object-oriented modeling"
-(ESM 1994); F. E. Cellier & E. Kofman, "Continuous System Simulation" (2006), section 7.8.
-Finding a smallest set of tears is NP-complete (it contains feedback vertex set; see A. Baharev, H. Schichl
-& A. Neumaier, "Tearing systems of nonlinear equations" II, 2016), so exact for small blocks only.
-The heuristic is Cellier's: among the equations with the fewest unknowns left, the unknown from
-which most follows.
+H. Elmqvist & M. Otter, "Methods for tearing systems of equations in object-oriented modeling" (ESM
+1994); F. E. Cellier & E. Kofman, "Continuous System Simulation" (2006), section 7.8. Finding a
+smallest set of tears is NP-complete (it contains feedback vertex set; see A. Baharev, H. Schichl &
+A. Neumaier, "Tearing systems of nonlinear equations" II, 2016), so exact for small blocks only. The
+heuristic is Cellier's: among the equations with the fewest unknowns left, the unknown from which
+most follows.
 """
 
 from __future__ import annotations
@@ -23,15 +23,18 @@ Steps: TypeAlias = tuple[tuple[int, int], ...]
 """(equation, unknown) pairs."""
 
 EFFORT = 50_000
-"""Sets times unknowns up to which all sets are tried: five of 15, one or two tears in larger blocks."""
+"""Sets times unknowns up to which all sets are tried: five of 15, one or two tears in larger
+blocks."""
 ORDERING = 20_000
-"""Edges looked at before the search of the best order gives way to taking the cheapest step each time."""
+"""Edges looked at before the search of the best order gives way to taking the cheapest step each
+time."""
 TRIM = 1_000_000
 """Tears times edges up to which a set is searched for idle tears."""
 CANDIDATES = 40
 """How many unknowns the heuristic tries before it takes the best as a tear."""
 SHORT_LIST = 20
-"""How many sets of tears have their steps ordered with full care; the others are judged by a quick order."""
+"""How many sets of tears have their steps ordered with full care; the others are judged by a quick
+order."""
 
 
 class Tearing(NamedTuple):
@@ -49,11 +52,11 @@ class Tearing(NamedTuple):
 def tearings(
     incidence: Incidence, weights: Mapping[int, int], limit: int, effort: int = EFFORT
 ) -> tuple[Tearing, ...]:
-    """Up to ``limit`` tearings with equally many tears, at least one: least cost of the steps first, then
-    least weight, then source order.
+    """Up to ``limit`` tearings with equally many tears, at least one: least cost of the steps
+    first, then least weight, then source order.
 
-    The number of tears is the minimum if all sets can be tried with an ``effort`` of sets times unknowns;
-    else it is a heuristic's. Unknowns without a weight weigh 0.
+    The number of tears is the minimum if all sets can be tried with an ``effort`` of sets times
+    unknowns; else it is a heuristic's. Unknowns without a weight weigh 0.
     """
 
     def rank(judged: tuple[Tears, _Partial]) -> tuple[int, int, Tears]:
@@ -61,13 +64,16 @@ def tearings(
 
     judged = sorted(_smallest_sets(incidence, weights, effort), key=rank)[: max(SHORT_LIST, limit)]
     judged = [
-        (tears, _searched(incidence, tears) or order if order.cost else order) for tears, order in judged
+        (tears, _searched(incidence, tears) or order if order.cost else order)
+        for tears, order in judged
     ]
     found = []
     for tears, order in sorted(judged, key=rank)[:limit]:
         used = {equation for equation, _ in order.steps}
         found.append(
-            Tearing(tears, order.steps, tuple(e for e in incidence.block.equations if e not in used))
+            Tearing(
+                tears, order.steps, tuple(e for e in incidence.block.equations if e not in used)
+            )
         )
     return tuple(found)
 
@@ -76,8 +82,8 @@ def tearings(
 
 
 class _Partial(NamedTuple):
-    """``steps`` and their cost; the known variables after them, the (cost, equation, unknown) that may
-    follow, and the ``fewest`` unknowns left in an equation that has several, 0 without one."""
+    """``steps`` and their cost; the known variables after them, the (cost, equation, unknown) that
+    may follow, and the ``fewest`` unknowns left in an equation that has several, 0 without one."""
 
     cost: int
     steps: Steps
@@ -87,11 +93,13 @@ class _Partial(NamedTuple):
 
 
 def _order(incidence: Incidence, known: Collection[int], ceiling: int | None = None) -> _Partial:
-    """Steps that follow from the known variables, each the cheapest, then first, available, as long as it
-    costs no more than ``ceiling``. (Without one, the known variables at the end do not depend on the
-    order.)"""
+    """Steps that follow from the known variables, each the cheapest, then first, available, as long
+    as it costs no more than ``ceiling``. (Without one, the known variables at the end do not depend
+    on the order.)"""
     reached = set(known)
-    missing = {e: sum(u not in reached for u in incidence.occurs[e]) for e in incidence.block.equations}
+    missing = {
+        e: sum(u not in reached for u in incidence.occurs[e]) for e in incidence.block.equations
+    }
     offers: list[tuple[int, int, int]] = []
     total, steps = 0, list[tuple[int, int]]()
 
@@ -149,7 +157,8 @@ def _searched(incidence: Incidence, tears: Tears) -> _Partial | None:
 def _smallest_sets(
     incidence: Incidence, weights: Mapping[int, int], effort: int
 ) -> list[tuple[Tears, _Partial]]:
-    """Sets of tears of one size with their steps: all of the least size, or the one of the heuristic."""
+    """Sets of tears of one size with their steps: all of the least size, or the one of the
+    heuristic."""
     unknowns = incidence.block.unknowns
     first = _order(incidence, ())
     given = {u for e in incidence.block.equations for u in incidence.resolvable[e]}
@@ -169,8 +178,8 @@ def _complete(
 ) -> Iterator[tuple[Tears, _Partial]]:
     """Sets with ``size`` further tears from which everything follows, in lexicographic order.
 
-    An unknown that follows from the tears before it is skipped: a set with it is not smallest. Sets of fewer
-    tears have been searched before.
+    An unknown that follows from the tears before it is skipped: a set with it is not smallest. Sets
+    of fewer tears have been searched before.
     """
     unknowns = incidence.block.unknowns
     if len(order.known) == len(unknowns):
@@ -184,14 +193,19 @@ def _complete(
 
 
 def _greedy(incidence: Incidence, weights: Mapping[int, int]) -> Tears:
-    """One tear after another; those that follow from the others are dropped, the first taken first."""
+    """One tear after another; those that follow from the others are dropped, the first taken
+    first."""
     unknowns, equations = incidence.block.unknowns, incidence.block.equations
     tears: list[int] = []
     known = _order(incidence, ()).known
     while len(known) < len(unknowns):
         expect_time()
         left = [(e, [u for u in incidence.occurs[e] if u not in known]) for e in equations]
-        open_ = [some for e, some in left if len(some) > 1 and not known.issuperset(incidence.resolvable[e])]
+        open_ = [
+            some
+            for e, some in left
+            if len(some) > 1 and not known.issuperset(incidence.resolvable[e])
+        ]
         fewest = min(map(len, open_), default=0)
         near = dict.fromkeys(u for some in open_ if len(some) == fewest for u in some)
         candidates = list(near)[:CANDIDATES] or [next(u for u in unknowns if u not in known)]

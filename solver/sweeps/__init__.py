@@ -1,5 +1,5 @@
-"""Many solves of one question; this module prepares a model for one pattern of inputs and outputs: floats go
-in, checked floats come out."""
+"""Many solves of one question; this module prepares a model for one pattern of inputs and outputs:
+floats go in, checked floats come out."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def arguments(
 ) -> tuple[Value, ...]:
     """The value of every input, floats and names of symbols.
 
-    Raises TypeError that names the input: for one that is missing, given twice or not prepared for, and for
-    a value that is neither a number nor a symbol.
+    Raises TypeError that names the input: for one that is missing, given twice or not prepared for,
+    and for a value that is neither a number nor a symbol.
     """
     asked = ", ".join(inputs) or "nothing"
     if len(given) > len(inputs):
@@ -62,7 +62,9 @@ def arguments(
         values[name] = value
     missing = [name for name in inputs if name not in values]
     if missing:
-        raise TypeError(f"no value is given for {', '.join(missing)}; this plan takes {asked}, in this order")
+        raise TypeError(
+            f"no value is given for {', '.join(missing)}; this plan takes {asked}, in this order"
+        )
     return tuple(_value(model, name, values[name]) for name in inputs)
 
 
@@ -91,11 +93,11 @@ def turns_of(model: Model, names: Iterable[str]) -> Array:
 
 
 class Plan:
-    """The result of ``prepare``. Numbers are given in the order of ``inputs`` and returned in that of
-    ``want``.
+    """The result of ``prepare``. Numbers are given in the order of ``inputs`` and returned in that
+    of ``want``.
 
-    Rows with the same decisions share the record of the first of them; rows that no record covers are
-    solved step by step.
+    Rows with the same decisions share the record of the first of them; rows that no record covers
+    are solved step by step.
     """
 
     def __init__(
@@ -123,9 +125,11 @@ class Plan:
     if TYPE_CHECKING:
 
         def __call__(self, *numbers: Value, **named: Value) -> tuple[Value, ...]:
-            """The wanted values of the primary answer for a number of each input, by place or by name.
+            """The wanted values of the primary answer for a number of each input, by place or by
+            name.
 
-            Raises Unsolved if there is none, also for an infinite number, TypeError for other types.
+            Raises Unsolved if there is none, also for an infinite number, TypeError for other
+            types.
             """
 
         def all(self, *numbers: Value, **named: Value) -> list[tuple[Value, ...]]:
@@ -142,7 +146,10 @@ class Plan:
     def _bind(self) -> None:
         """Let calls begin with the first record."""
         records = self.records
-        if records.programs and (forms := (*records.first(), records.every[records.order[0]])) != self._bound:
+        if (
+            records.programs
+            and (forms := (*records.first(), records.every[records.order[0]])) != self._bound
+        ):
             self._bound, (*first, every) = forms, forms
             primary = reduce(
                 lambda otherwise, form: with_fallback(form, otherwise), first[::-1], self._primary
@@ -165,7 +172,9 @@ class Plan:
         found = self._known(numbers)
         return self._answers(numbers) if found is None else found
 
-    def _numbers(self, given: tuple[Value | None, ...], named: Mapping[str, Value]) -> tuple[Value, ...]:
+    def _numbers(
+        self, given: tuple[Value | None, ...], named: Mapping[str, Value]
+    ) -> tuple[Value, ...]:
         """The numbers of a call; places that a record has filled hold None."""
         while given and given[-1] is None:
             given = given[:-1]
@@ -180,27 +189,34 @@ class Plan:
     def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
         status, found, verdict = self._solved(numbers)
         if status is not Status.SOLVED:
-            raise Unsolved(status, lambda: self._explained(numbers, verdict or self.judged(numbers)[0]))
+            raise Unsolved(
+                status, lambda: self._explained(numbers, verdict or self.judged(numbers)[0])
+            )
         return found
 
     def outcome(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
-        """The status of one row and, if it is solved, the wanted values of every answer in order."""
+        """The status of one row and, if it is solved, the wanted values of every answer in
+        order."""
         found = self._known(numbers)
         if found is not None:
             self.before = Status.SOLVED
             return Status.SOLVED, found
         return self._solved(numbers)[:2]
 
-    def _solved(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]], Verdict | None]:
+    def _solved(
+        self, numbers: tuple[Value, ...]
+    ) -> tuple[Status, list[tuple[Value, ...]], Verdict | None]:
         """The outcome of a row step by step, and the verdict unless a record refuses it.
 
-        The solve becomes a record, if possible; an infeasible row becomes a refusal. A row that lacks an
-        input, or whose rules were read again, is not recorded. After a row without an answer a brief search
-        comes first.
+        The solve becomes a record, if possible; an infeasible row becomes a refusal. A row that
+        lacks an input, or whose rules were read again, is not recorded. After a row without an
+        answer a brief search comes first.
         """
         if any(refused(*numbers) is not None for refused in self.records.refused):
             return Status.INFEASIBLE, [], None
-        without = self.before in (Status.FAILED, Status.INFEASIBLE) and self._refused(numbers) is None
+        without = (
+            self.before in (Status.FAILED, Status.INFEASIBLE) and self._refused(numbers) is None
+        )
         if without and (brief := self._briefly(numbers)) in (self.before, Status.INFEASIBLE):
             self.before = brief
             return brief, [], None
@@ -211,7 +227,11 @@ class Plan:
         rows = [tuple(leaf.branch.values.get(n, math.nan) for n in self.want) for leaf in leaves]
         rows = [rows[place] for place in different(rows)]
         if not verdict.reread and _finite(numbers):
-            ended = (leaf for leaf in (*found.leaves, *found.open_cases) if not leaf.solved and blocked(leaf))
+            ended = (
+                leaf
+                for leaf in (*found.leaves, *found.open_cases)
+                if not leaf.solved and blocked(leaf)
+            )
             refused = (*found.contradicted, *ended, *found.outside_case)
             if solved and self.records.add(numbers, verdict.leaves, refused):
                 self.records.learned += 1
@@ -223,7 +243,8 @@ class Plan:
         return verdict.status, rows, verdict
 
     def _briefly(self, numbers: tuple[Value, ...]) -> Status:
-        """The status of a row as far as a brief search tells; an infeasible row becomes a refusal."""
+        """The status of a row as far as a brief search tells; an infeasible row becomes a
+        refusal."""
         asked = Asked(self.model, self._values(numbers), self.want, self.guesses, self.want)
         with suppress(TimeIsUp), time_limit(self.timeout):
             found = explore(asked, brief=True)
@@ -236,16 +257,19 @@ class Plan:
         return Status.FAILED
 
     def sweep(self, *columns: Column, jit: bool = False) -> Table:
-        """One solve for each row of arrays (n,) in the order of ``inputs``; a row without an answer is NaN.
+        """One solve for each row of arrays (n,) in the order of ``inputs``; a row without an answer
+        is NaN.
 
-        The primary answer of a row continues a branch, or else comes first in the ranking. With ``jit`` the
-        records are compiled to machine code (extra ``jit``), which pays off from about 1e5 rows. Raises
-        ValueError for columns of different lengths, ImportError without the extra.
+        The primary answer of a row continues a branch, or else comes first in the ranking. With
+        ``jit`` the records are compiled to machine code (extra ``jit``), which pays off from about
+        1e5 rows. Raises ValueError for columns of different lengths, ImportError without the extra.
         """
         if len(columns) != len(self.inputs):
             told = plural(len(self.inputs), "column")
             raise TypeError(f"this plan is prepared for {told}, not for {len(columns)}")
-        arrays = [column_of(column, name) for name, column in zip(self.inputs, columns, strict=True)]
+        arrays = [
+            column_of(column, name) for name, column in zip(self.inputs, columns, strict=True)
+        ]
         one_length(self.inputs, arrays)
         inputs = dict(zip(self.inputs, arrays, strict=True))
         if _is_long(self, arrays) and (table := _in_pieces(self, inputs, jit)) is not None:
@@ -260,17 +284,27 @@ class Plan:
 
     def sweeper(self, jit: bool) -> AnswerSweeper:
         """Solves rows by the existing records."""
-        if self._sweeper is None or self._sweeper.jit is not jit or self._sweeper.records is not self.records:
+        if (
+            self._sweeper is None
+            or self._sweeper.jit is not jit
+            or self._sweeper.records is not self.records
+        ):
             self._sweeper = AnswerSweeper(self.records, jit, self.turns)
         return self._sweeper
 
     def fixing(self, key: Key) -> Plan:
         """The plan of rows with these symbols among their inputs, which takes their numbers."""
-        fixed = {name: symbol for name, symbol in zip(self.inputs, key, strict=True) if symbol is not None}
+        fixed = {
+            name: symbol
+            for name, symbol in zip(self.inputs, key, strict=True)
+            if symbol is not None
+        }
         if fixed and key not in self._fixing:
             names = tuple(name for name in self.inputs if name not in fixed)
             given = {**self.given, **fixed}
-            self._fixing[key] = Plan(self.model, names, self.want, given, self.guesses, self.timeout)
+            self._fixing[key] = Plan(
+                self.model, names, self.want, given, self.guesses, self.timeout
+            )
         return self._fixing[key] if fixed else self
 
     def mark(self) -> Any:
@@ -288,9 +322,9 @@ class Plan:
     def judged(self, numbers: tuple[Value, ...]) -> tuple[Verdict, Exploration]:
         """The verdict on one row, unexplained; its solve becomes a record.
 
-        A nan is a missing input, which is solved for; an infinite number is invalid. Where floats are not
-        accurate enough the row is solved again in extended precision. When the time is up the row is
-        failed.
+        A nan is a missing input, which is solved for; an infinite number is invalid. Where floats
+        are not accurate enough the row is solved again in extended precision. When the time is up
+        the row is failed.
         """
         if (refused := self._refused(numbers)) is not None:
             status, _ = refused
@@ -307,8 +341,8 @@ class Plan:
             return Verdict(Status.FAILED, (), (OutOfTime(()),)), Exploration((), False, ())
 
     def _refused(self, numbers: tuple[Value, ...]) -> tuple[Status, Diagnosis] | None:
-        """The status of a row with an infinite number, or one outside the declared range, and its message;
-        None for other rows."""
+        """The status of a row with an infinite number, or one outside the declared range, and its
+        message; None for other rows."""
         pairs = zip(numbers, (self.model.variables[name] for name in self.inputs), strict=True)
         given = [(float(v), variable) for v, variable in pairs if not isinstance(v, str)]
         for number, variable in given:
@@ -321,8 +355,14 @@ class Plan:
 
     def _values(self, numbers: tuple[Value, ...]) -> dict[str, Value]:
         """The inputs of a row by name, without missing ones."""
-        row = {n: v if isinstance(v, str) else float(v) for n, v in zip(self.inputs, numbers, strict=True)}
-        return {**self.given, **{n: v for n, v in row.items() if isinstance(v, str) or math.isfinite(v)}}
+        row = {
+            n: v if isinstance(v, str) else float(v)
+            for n, v in zip(self.inputs, numbers, strict=True)
+        }
+        return {
+            **self.given,
+            **{n: v for n, v in row.items() if isinstance(v, str) or math.isfinite(v)},
+        }
 
     def _explained(self, numbers: tuple[Value, ...], verdict: Verdict) -> tuple[Diagnosis, ...]:
         if (refused := self._refused(numbers)) is not None:
@@ -344,11 +384,11 @@ def prepare(
 ) -> Plan:
     """Fix the pattern of a solve: ``inputs`` will be given by position, ``want`` is returned.
 
-    The sheet's other inputs, overridden by ``given`` (None clears one), are fixed now. ``want`` defaults
-    to the variables of the sheet that are not inputs, without those that calls only pass on. ``timeout``
-    limits the seconds of a solve step by step; a call that reaches the limit raises Unsolved with the
-    status ``failed``. Raises RuleSheetError for names that the model does not have, ValueError for an
-    input that is named twice.
+    The sheet's other inputs, overridden by ``given`` (None clears one), are fixed now. ``want``
+    defaults to the variables of the sheet that are not inputs, without those that calls only pass
+    on. ``timeout`` limits the seconds of a solve step by step; a call that reaches the limit raises
+    Unsolved with the status ``failed``. Raises RuleSheetError for names that the model does not
+    have, ValueError for an input that is named twice.
     """
     expect_model(model)
     names = variables_named(inputs, model)
@@ -358,7 +398,9 @@ def prepare(
     fixed = {name: value for name, value in effective.values.items() if name not in names}
     wanted = variables_named(want, model) if want is not None else ()
     if want is None:
-        shown = [n for n, v in model.variables.items() if v.posted and not v.passed] or list(model.variables)
+        shown = [n for n, v in model.variables.items() if v.posted and not v.passed] or list(
+            model.variables
+        )
         wanted = tuple(n for n in shown if n not in fixed and n not in names)
     return Plan(model, names, wanted, fixed, effective.guesses, timeout)
 
@@ -372,7 +414,10 @@ def _by_symbols(columns: Sequence[Array]) -> dict[Key, Array]:
     count = len(columns[0]) if columns else 1
     if all(column.dtype != object for column in columns):
         return {(None,) * len(columns): np.arange(count)}
-    kinds = ([value if isinstance(value, str) else None for value in column.tolist()] for column in columns)
+    kinds = (
+        [value if isinstance(value, str) else None for value in column.tolist()]
+        for column in columns
+    )
     found: dict[Key, list[int]] = {}
     for row, key in enumerate(zip(*kinds, strict=True)):
         found.setdefault(key, []).append(row)
@@ -384,8 +429,8 @@ def sweep_answers(
 ) -> tuple[NDArray[np.int8], Answers]:
     """The status codes (n,) of every row, and all its wanted values, the primary answer first.
 
-    The columns (n,) are in the order of the plan's inputs; without any there is one row. In a ``steady``
-    sweep answers are in order as far as ``Answers.runs`` says.
+    The columns (n,) are in the order of the plan's inputs; without any there is one row. In a
+    ``steady`` sweep answers are in order as far as ``Answers.runs`` says.
     """
     groups = _by_symbols(columns)
     if len(groups) == 1 and columns:
@@ -442,20 +487,25 @@ def _is_long(plan: Plan, columns: Sequence[Array]) -> bool:
 
 
 def _in_pieces(plan: Plan, inputs: dict[str, Array], jit: bool) -> Table | None:
-    """A piece begins with the last two rows before it, whose answers are known; none has symbols."""
+    """A piece begins with the last two rows before it, whose answers are known; none has
+    symbols."""
     columns, turns = list(inputs.values()), plan.turns
     steady = Steady(plan.sweeper(jit), columns)
     count = len(columns[0])
     status, counts = np.zeros(count, dtype=np.int8), list[Array]()
     values = columns_of(len(plan.want), count)
-    for start, end in pairwise((*range(0, HEAD + 1, HEAD), *range(HEAD + PIECE, count, PIECE), count)):
+    for start, end in pairwise(
+        (*range(0, HEAD + 1, HEAD), *range(HEAD + PIECE, count, PIECE), count)
+    ):
         rows = slice(max(start - 2, 0), end)
         here, targets = ([column[rows] for column in found] for found in (columns, values))
         before = np.array([column[: start - rows.start] for column in targets])
         counts.append(np.broadcast_to(np.int64(steady(rows.start, before, targets)), end - start))
         if not counts[-1][0]:
             status[rows], answers = sweep_answers(plan, here, jit, steady=True)
-            first = kept(here, answers, turns, count, rows.start, found_again(answers, before, turns))
+            first = kept(
+                here, answers, turns, count, rows.start, found_again(answers, before, turns)
+            )
             counts[-1] = answers.counts[start - rows.start :]
             shown = answers.chosen(first, own=True) or [np.array(np.nan) for _ in values]
             if any(column.dtype == object for column in shown):
@@ -482,7 +532,11 @@ def one_answer(
 
 
 def _table(
-    inputs: Mapping[str, Array], want: Sequence[str], status: Array, values: Sequence[Array], counts: Array
+    inputs: Mapping[str, Array],
+    want: Sequence[str],
+    status: Array,
+    values: Sequence[Array],
+    counts: Array,
 ) -> Table:
     columns = {**dict(zip(want, values, strict=True)), **inputs}
     columns = {name: columns[name] for name in (*inputs, *want)}

@@ -1,4 +1,5 @@
-"""Curves of answers: the unknowns that a curve is followed in, and every branch through its folds."""
+"""Curves of answers: the unknowns that a curve is followed in, and every branch through its
+folds."""
 
 from __future__ import annotations
 
@@ -30,10 +31,12 @@ from solver.sweeps.tracing import Branch, Curve, CurveSystem, CurveTable, Limit,
 def _curve_unknowns(
     graph: ModelGraph, steps: Sequence[Step], parameter: str
 ) -> tuple[tuple[str, ...], frozenset[str]]:
-    """The unknowns that span the curve, and all variables that change with the parameter, itself included.
+    """The unknowns that span the curve, and all variables that change with the parameter, itself
+    included.
 
-    They are the unknowns of the steps that can have several values, and the changing variables that these
-    need, in the order of the steps: none if every step has one value, and no case was assumed.
+    They are the unknowns of the steps that can have several values, and the changing variables that
+    these need, in the order of the steps: none if every step has one value, and no case was
+    assumed.
     """
     made = [(step, names, {*read_by(graph, step)}) for step in steps if (names := given_by(step))]
     assumed = {name for step in steps if isinstance(step, Assume) for name in read_by(graph, step)}
@@ -47,11 +50,14 @@ def _curve_unknowns(
             continue
         if _forks(graph, step) or not (needed | assumed).isdisjoint(names):
             needed.update(names, read & moving)
-    return tuple(n for _, names, _ in made for n in names if n in needed & moving), frozenset(moving)
+    return tuple(n for _, names, _ in made for n in names if n in needed & moving), frozenset(
+        moving
+    )
 
 
 def _forks(graph: ModelGraph, step: Step) -> bool:
-    """Whether a step can have several values; a block of linear rules has one answer, none or all."""
+    """Whether a step can have several values; a block of linear rules has one answer, none or
+    all."""
     if isinstance(step, Evaluate | Select):
         return step.branches > 1
     rules = (graph.model.equations[index] for index in equations_of(step))
@@ -77,8 +83,8 @@ def is_discontinuous(
 ) -> bool:
     """Whether a value jumps, has a pole, or is missing (None) between two places where it is known.
 
-    It is examined closely only if its middle lies outside of those at the ends, or next to one of them.
-    ``turn``: the whole turn of an angle, which makes no difference.
+    It is examined closely only if its middle lies outside of those at the ends, or next to one of
+    them. ``turn``: the whole turn of an angle, which makes no difference.
     """
 
     def apart(one: float, other: float) -> float:
@@ -100,7 +106,11 @@ def is_discontinuous(
         most = max(most, left, right)
         low, a, high, b = (low, a, place, middle) if left >= right else (place, middle, high, b)
         if apart(a, b) <= max(VANISHED * most, ROUNDING * max(abs(a), abs(b))):
-            return turn is None and abs(between) > largest and _grows(start, end, value, GROWN * largest)
+            return (
+                turn is None
+                and abs(between) > largest
+                and _grows(start, end, value, GROWN * largest)
+            )
     return True
 
 
@@ -137,8 +147,8 @@ def follow_sweep(
 ) -> CurveTable:
     """Every branch of answers at some value of the swept variable, followed to its ends.
 
-    Branches are numbered in the order in which they are found, from the first value on. Raises RuleSheetError
-    for unknown names, ValueError if there is no finite value to sweep.
+    Branches are numbered in the order in which they are found, from the first value on. Raises
+    RuleSheetError for unknown names, ValueError if there is no finite value to sweep.
     """
     plan = prepare(model, (name,), want, given, guesses)
     swept = np.atleast_1d(np.asarray(values, dtype=np.float64))
@@ -189,7 +199,9 @@ class _Found(NamedTuple):
         """Whether an answer at a swept value lies on the branch."""
         at = [leaf.branch.values.get(name) for name in self.system.names[:-1]]
         fixed = self.system.fixed.items()
-        if not all(isinstance(v, float) for v in at) or not all(_same(leaf, n, v) for n, v in fixed):
+        if not all(isinstance(v, float) for v in at) or not all(
+            _same(leaf, n, v) for n, v in fixed
+        ):
             return False
         point = np.array([*at, value], dtype=np.float64)
         problem = self.curve.pieces[0].problem
@@ -243,16 +255,22 @@ _Run: TypeAlias = tuple[Sequence[_Row], bool, str, str]
 
 
 def _runs(found: _Found, want: Sequence[str]) -> Iterator[_Run]:
-    """The rows of a branch, separated where there is no answer if nothing can have several values."""
+    """The rows of a branch, separated where there is no answer if nothing can have several
+    values."""
     curve, system = found.curve, found.system
     scale = curve.pieces[0].problem.scale
     rows = [_Row(*row, *system.filled(row[0], want, scale)) for row in found.rows]
     start = _end(curve.first_end, rows[0].point.z, system)
     end = _end(curve.last_end, rows[-1].point.z, system)
     if len(system.names) > 1:
-        # an end where the rules do not hold to rounding goes: a curve comes only near to where it ends
+        # an end where the rules do not hold to rounding goes: a curve comes only near to where it
+        # ends
         edges = () if curve.closed else (0, len(rows) - 1)
-        kept = [r for k, r in enumerate(rows) if k not in edges or r.point.fold or r.status is Status.SOLVED]
+        kept = [
+            r
+            for k, r in enumerate(rows)
+            if k not in edges or r.point.fold or r.status is Status.SOLVED
+        ]
         if kept:
             yield kept, curve.closed, start, end
         return
@@ -278,7 +296,12 @@ def _runs(found: _Found, want: Sequence[str]) -> Iterator[_Run]:
             if any(is_discontinuous(*ends_at, partial(value, name), turn(name)) for name in want):
                 yield rows[first : place + 1], False, begins, BREAK
                 first, begins = place + 1, BREAK
-        yield rows[first : last + 1], False, begins, end if last == len(rows) - 1 else End.DOMAIN.value
+        yield (
+            rows[first : last + 1],
+            False,
+            begins,
+            end if last == len(rows) - 1 else End.DOMAIN.value,
+        )
 
 
 def _end(end: End, z: Vector, system: CurveSystem) -> str:

@@ -1,8 +1,8 @@
 """A sweep from its rows to its table: cut into pieces, solved, joined or written in order.
 
-The cuts depend only on the rows, never on the time: a row can be solved from the answer of its neighbour,
-so pieces decide the last bits. With the same cuts a sweep gives the same bytes in one process, in several,
-and on a cluster.
+The cuts depend only on the rows, never on the time: a row can be solved from the answer of its
+neighbour, so pieces decide the last bits. With the same cuts a sweep gives the same bytes in one
+process, in several, and on a cluster.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from time import time
 from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rulesheets.deadline import interrupted, time_limit
 from rulesheets.diagnosis import RuleSheetError, error
@@ -27,10 +26,12 @@ from solver.facts import Status
 from solver.files import other_sweep, require_extra
 from solver.files.tables import (
     CODES,
+    SPREADS,
     WORDS,
     Array,
     Chunk,
     Column,
+    Samples,
     Table,
     column_of,
     free_name,
@@ -61,27 +62,32 @@ def sweep(
     scheduler: object = None,
     timeout: float | None = None,
 ) -> Table:
-    """Solve the model for every row of ``inputs``: arrays of one length; with ``grid``, each combination.
+    """Solve the model for every row of ``inputs``: arrays of one length; with ``grid``, each
+    combination.
 
-    ``inputs`` is a mapping of names to columns, or a data frame (pandas, polars, Arrow) with these columns.
-    A column may be given with its unit, ``(values, "in")``, or as an array of pint. With ``all`` every
-    answer has a row of its own and a number in the column ``answer`` (0: none), which stays with its branch
-    from row to row. With ``jit`` the rows run through machine code (extra ``jit``), which pays off from
-    about 1e5 of them. ``jobs`` processes share the work (None: as many as pay off), or the workers of a
-    dask cluster, by the address of its ``scheduler``; the table is the same.
+    ``inputs`` is a mapping of names to columns, or a data frame (pandas, polars, Arrow) with these
+    columns. A column may be given with its unit, ``(values, "in")``, or as an array of pint. With
+    ``all`` every answer has a row of its own and a number in the column ``answer`` (0: none), which
+    stays with its branch from row to row. With ``jit`` the rows run through machine code (extra
+    ``jit``), which pays off from about 1e5 of them. ``jobs`` processes share the work (None: as
+    many as pay off), or the workers of a dask cluster, by the address of its ``scheduler``; the
+    table is the same.
 
-    With ``follow`` the curve of answers is followed through its turning points: rows are points along it,
-    every branch has a number, and the table is a ``CurveTable`` with limit positions and ends.
+    With ``follow`` the curve of answers is followed through its turning points: rows are points
+    along it, every branch has a number, and the table is a ``CurveTable`` with limit positions and
+    ends.
 
-    ``timeout``: seconds for the whole sweep; rows that are not solved by then are ``failed``. Raises
-    RuleSheetError for unknown names, ValueError for arrays that are not columns of one length and for a
-    wrong number of ``jobs``.
+    ``timeout``: seconds for the whole sweep; rows that are not solved by then are ``failed``.
+    Raises RuleSheetError for unknown names, ValueError for arrays that are not columns of one
+    length and for a wrong number of ``jobs``.
     """
     expect_model(model)
     if not isinstance(inputs, Mapping):
         names = getattr(inputs, "column_names", None) or getattr(inputs, "columns", None)
         if names is None:
-            raise TypeError(f"inputs are a mapping or a data frame, not of the type {type(inputs).__name__}")
+            raise TypeError(
+                f"inputs are a mapping or a data frame, not of the type {type(inputs).__name__}"
+            )
         inputs = {str(name): np.asarray(inputs[name]) for name in names}
     inputs = {name: _in_its_unit(model, name, column) for name, column in inputs.items()}
     if jobs is not None and jobs < 1:
@@ -110,7 +116,12 @@ def sweep(
 def _in_its_unit(model: Model, name: str, column: Any) -> Any:
     """``(values, "in")`` and arrays of pint in the unit of a variable; others unchanged."""
     variable = variable_named(name, model)
-    if isinstance(column, tuple) and len(column) == 2 and isinstance(column[1], str) and variable.unit:
+    if (
+        isinstance(column, tuple)
+        and len(column) == 2
+        and isinstance(column[1], str)
+        and variable.unit
+    ):
         values, unit = column
     elif hasattr(column, "to_base_units"):
         base = column.to_base_units()
@@ -142,8 +153,8 @@ def work_of(
 
 
 def followed(work: Work, pieces: Iterator[Rows]) -> Iterator[Table]:
-    """The pieces as tables, with branches kept: in the numbers of answers if all are wanted, else in the
-    first. After an interrupt, rows from the first failed one on are dropped."""
+    """The pieces as tables, with branches kept: in the numbers of answers if all are wanted, else
+    in the first. After an interrupt, rows from the first failed one on are dropped."""
     tabled = (Every if work.every else Primary)(work)
     for rows in pieces:
         failed = np.flatnonzero(rows.codes == CODES[Status.FAILED])
@@ -151,50 +162,6 @@ def followed(work: Work, pieces: Iterator[Rows]) -> Iterator[Table]:
             yield tabled(rows.before(int(failed[0])))
             return
         yield tabled(rows)
-
-
-SPREADS = {"uniform": 3**-0.5, "normal": 1 / 3}
-"""The standard deviation of an input in units of its tolerance.
-
-``uniform``: anywhere within the tolerance alike. ``normal``: the tolerance is three standard deviations.
-"""
-
-
-class Samples(NamedTuple):
-    """``table`` has one row for each sample: the inputs drawn, and the outputs, NaN if it is not
-    solved.
-
-    ``spread`` is the standard deviation of an input in units of its tolerance.
-    """
-
-    table: Table
-    tolerances: Mapping[str, float]
-    outputs: tuple[str, ...]
-    distribution: str
-    seed: int
-
-    @property
-    def spread(self) -> float:
-        """The standard deviation of an input, in units of its tolerance."""
-        return SPREADS[self.distribution]
-
-    def solved(self, name: str) -> NDArray[np.float64]:
-        """The values of an output, of the samples that are solved."""
-        column: NDArray[np.float64] = np.asarray(self.table[name], dtype=np.float64)
-        return np.compress(np.isfinite(column), column)
-
-    def statistics(self, name: str) -> tuple[float, float, float, float] | None:
-        """Mean, standard deviation, least and greatest output; None for fewer than two samples."""
-        column = self.solved(name)
-        if len(column) < 2:
-            return None
-        return float(column.mean()), float(column.std(ddof=1)), float(column.min()), float(column.max())
-
-    @property
-    def counts(self) -> dict[Status, int]:
-        """The number of samples of each status."""
-        codes, numbers = np.unique(self.table.status, return_counts=True)
-        return {self.table.STATUSES[code]: int(n) for code, n in zip(codes, numbers, strict=True)}
 
 
 def monte_carlo(
@@ -205,12 +172,13 @@ def monte_carlo(
     tolerances: Mapping[str, float | Tolerance] | None = None,
     outputs: Iterable[str] | None = None,
 ) -> Samples:
-    """Solve for ``samples`` draws of the inputs that have a tolerance, near the primary answer of ``result``.
+    """Solve for ``samples`` draws of the inputs that have a tolerance, near the primary answer of
+    ``result``.
 
-    Inputs are drawn independently; the same ``seed`` gives the same draws. Of several answers of a sample the
-    nearest to the primary one counts. ``tolerances`` override those of the sheet, in the units of the inputs.
-    Raises ValueError for an unknown distribution, for less than two samples, and without an answer to start
-    from; RuleSheetError for unknown names.
+    Inputs are drawn independently; the same ``seed`` gives the same draws. Of several answers of a
+    sample the nearest to the primary one counts. ``tolerances`` override those of the sheet, in the
+    units of the inputs. Raises ValueError for an unknown distribution, for less than two samples,
+    and without an answer to start from; RuleSheetError for unknown names.
     """
     if distribution not in SPREADS:
         raise ValueError(f"the distributions are {', '.join(SPREADS)}, not {distribution}")
@@ -227,7 +195,11 @@ def monte_carlo(
     columns = []
     for name, size in sizes.items():  # deviations in units of a tolerance
         normal = distribution == "normal"
-        off = draw.normal(0.0, SPREADS["normal"], samples) if normal else draw.uniform(-1.0, 1.0, samples)
+        off = (
+            draw.normal(0.0, SPREADS["normal"], samples)
+            if normal
+            else draw.uniform(-1.0, 1.0, samples)
+        )
         columns.append(float(result.inputs[name]) + size * off)
     given = {name: result.inputs.get(name) for name in model.variables}
     plan = prepare(model, list(sizes), wanted, given, numbers)
@@ -280,7 +252,8 @@ class Grid:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The last number is that of the rows of a line, along which only the last input changes."""
+        """The last number is that of the rows of a line, along which only the last input
+        changes."""
         return tuple(map(len, self.axes[:1] if self.zipped else self.axes))
 
     def at(self, places: Array) -> Chunk:
@@ -308,9 +281,11 @@ def grid_chunks(rows: Grid) -> Iterator[Chunk]:
 
 
 def grid_warmup(rows: Grid, total: int | None = None) -> Chunk:
-    """Some rows from all over a grid for records in advance: few enough to be cheap for ``total`` rows, its
-    own if that is None; none for a small grid."""
-    places = np.linspace(0, len(rows) - 1, min(LESSONS, (total or len(rows)) // 64)).astype(np.int64)
+    """Some rows from all over a grid for records in advance: few enough to be cheap for ``total``
+    rows, its own if that is None; none for a small grid."""
+    places = np.linspace(0, len(rows) - 1, min(LESSONS, (total or len(rows)) // 64)).astype(
+        np.int64
+    )
     return rows.at(places) if len(places) else ()
 
 
@@ -346,7 +321,8 @@ def heads(names: Iterable[str], model: Model) -> tuple[str, ...]:
     """The headings of a table: ``v``, or ``v [km/h]`` for a unit other than that of the rules."""
     found = displays(model, names)
     return tuple(
-        f"{name} [{model.variables[name].display_unit}]" if name in found else name for name in names
+        f"{name} [{model.variables[name].display_unit}]" if name in found else name
+        for name in names
     )
 
 
@@ -362,19 +338,24 @@ def resumed(path: str, work: Work, chunks: Iterator[Chunk]) -> tuple[Table, Iter
     """The rows of a file from an earlier run of a sweep, and the remaining chunks.
 
     Failed rows at its end are left out: they are solved again, perhaps with more time. Raises
-    RuleSheetError: E448 for units that are not those of the rules, for a file with other columns or rows,
-    E440, E441.
+    RuleSheetError: E448 for units that are not those of the rules, for a file with other columns or
+    rows, E440, E441.
     """
     if found := next(iter(displays(work.model, work.names)), None):
         notes = (
-            f"{found} is shown in {work.model.variables[found].display_unit}; start anew, or show none so",
+            f"{found} is shown in {work.model.variables[found].display_unit}; start anew, or show "
+            "none so",
         )
-        raise RuleSheetError(error("E448", "--resume goes on in the units of the rules", notes=notes))
+        raise RuleSheetError(
+            error("E448", "--resume goes on in the units of the rules", notes=notes)
+        )
     names = (*work.names, free_name("status", work.names))
     if heading(path)[0] != names:
         raise RuleSheetError(other_sweep(path, "its columns are others"))
     read = list(pieces(path, names))
-    *columns, words = [stacked(column) for column in zip(*read, strict=True)] or [np.zeros(0)] * len(names)
+    *columns, words = [stacked(column) for column in zip(*read, strict=True)] or [
+        np.zeros(0)
+    ] * len(names)
     if not set(WORDS) >= set(words.tolist()):
         raise RuleSheetError(other_sweep(path, "it has rows without a status"))
     codes = np.array([WORDS.index(word) for word in words.tolist()], dtype=np.int8)
@@ -385,7 +366,9 @@ def resumed(path: str, work: Work, chunks: Iterator[Chunk]) -> tuple[Table, Iter
     return table, _after(path, table, chunks, work.inputs)
 
 
-def _after(path: str, table: Table, chunks: Iterator[Chunk], inputs: Sequence[str]) -> Iterator[Chunk]:
+def _after(
+    path: str, table: Table, chunks: Iterator[Chunk], inputs: Sequence[str]
+) -> Iterator[Chunk]:
     """The remaining rows. Raises RuleSheetError (E448) if the earlier ones are different."""
     done, rows = 0, len(table.status)
     for chunk in chunks:
@@ -424,7 +407,10 @@ class Outcome(NamedTuple):
             return "no rows"
         pairs = zip(self.counts, WORDS, strict=True)
         parts = ", ".join(f"{count:,} {status}" for count, status in pairs if count)
-        rows, have = f"{self.rows:,} row{'s' * (self.rows > 1)}", "has" if self.several == 1 else "have"
+        rows, have = (
+            f"{self.rows:,} row{'s' * (self.rows > 1)}",
+            "has" if self.several == 1 else "have",
+        )
         first = f"\n{self.several:,} of {rows} {have} several answers; the first of each is shown"
         return f"{rows}: {parts}{first if self.several else ''}"
 
@@ -438,9 +424,9 @@ def run(
 ) -> Outcome:
     """Hand every piece of a table to every sink, in the display units of a ``model``.
 
-    ``every``: each answer has a row of its own. ``progress`` is called with the number of rows done. An
-    interrupt ends the sweep and keeps what is done. Anything else that ends it early discards the sinks and
-    is raised, as is a second interrupt.
+    ``every``: each answer has a row of its own. ``progress`` is called with the number of rows
+    done. An interrupt ends the sweep and keeps what is done. Anything else that ends it early
+    discards the sinks and is raised, as is a second interrupt.
     """
     counts, several = np.zeros(len(WORDS), dtype=np.int64), 0
     with Interrupts():

@@ -21,7 +21,16 @@ from solver.facts import Status
 from solver.files.tables import Table
 from solver.kernel.block import kernel_of
 from solver.leaves import Asked
-from solver.numerics.continuation import CurvePoint, End, Problem, Vector, crossing, follow, point_at, start
+from solver.numerics.continuation import (
+    CurvePoint,
+    End,
+    Problem,
+    Vector,
+    crossing,
+    follow,
+    point_at,
+    start,
+)
 from solver.numerics.elimination import independent_rows
 from solver.path import SolveBlock
 from solver.path.graph import ModelGraph
@@ -30,7 +39,8 @@ from solver.solution.verdict import judge
 
 
 class CurveSystem:
-    """The rules between ``names``: the unknowns of the curve, then the parameter; others are ``fixed``."""
+    """The rules between ``names``: the unknowns of the curve, then the parameter; others are
+    ``fixed``."""
 
     def __init__(
         self,
@@ -44,7 +54,9 @@ class CurveSystem:
         self.fixed, self.inputs = fixed, inputs
         known = {*fixed, *names}
         self.candidates = [
-            e for e in self.model.equations if known.issuperset(e.names) and set(names).intersection(e.names)
+            e
+            for e in self.model.equations
+            if known.issuperset(e.names) and set(names).intersection(e.names)
         ]
         self.guarded = any(e.guard for e in self.candidates)
         directions = {e.index: found for e in self.candidates if (found := _direction(e))}
@@ -52,7 +64,9 @@ class CurveSystem:
         jumps = dict(directions.values())
         turns = [jumps.get(name) or graph.turn(name) for name in names[:-1]]
         variables = [self.model.variables[name] for name in names]
-        self.low, self.high = (np.array([getattr(v, end) for v in variables]) for end in ("low", "high"))
+        self.low, self.high = (
+            np.array([getattr(v, end) for v in variables]) for end in ("low", "high")
+        )
         self.turn = np.array([turn or np.inf for turn in turns] + [np.inf])
         self.turn[np.isfinite(self.low) | np.isfinite(self.high)] = np.inf
         self.low[-1], self.high[-1] = max(self.low[-1], span[0]), min(self.high[-1], span[1])
@@ -67,10 +81,15 @@ class CurveSystem:
 
     def active(self, z: Vector) -> list[Equation]:
         chosen = {e.index for e in self.candidates}
-        return [e for e in active_equations(self.model, self.values(z), self.inputs) if e.index in chosen]
+        return [
+            e
+            for e in active_equations(self.model, self.values(z), self.inputs)
+            if e.index in chosen
+        ]
 
     def problem(self, at: Vector, scale: Vector) -> Problem | None:
-        """The problem of the rules that are active at ``at``; None if they leave more than a curve."""
+        """The problem of the rules that are active at ``at``; None if they leave more than a
+        curve."""
         values, rows, equations = self.values(at), [], []
         for equation in self.active(at):
             if (row := slopes(equation, values)) is not None:
@@ -81,7 +100,10 @@ class CurveSystem:
             return None
         equations = [equations[i] for i in kept]
         block = SolveBlock(tuple(e.index for e in equations), self.names, ())
-        kernel, jumps = kernel_of(self.graph, block), [self.jump.get(e.index, math.inf) for e in equations]
+        kernel, jumps = (
+            kernel_of(self.graph, block),
+            [self.jump.get(e.index, math.inf) for e in equations],
+        )
         known: list[Any] = [self.fixed[name] for name in kernel.known]
         misses, derivatives = kernel.residual(known), kernel.jacobian(known)
 
@@ -113,11 +135,11 @@ class CurveSystem:
     def filled(
         self, point: CurvePoint, want: Sequence[str], scale: Vector
     ) -> tuple[Status, dict[str, Value]]:
-        """The status and the wanted values that are determined, by an ordinary solve with the curve's
-        unknowns given.
+        """The status and the wanted values that are determined, by an ordinary solve with the
+        curve's unknowns given.
 
-        So is everything that does not change along the curve: of several answers it is that of the branch.
-        A fold is ``singular``.
+        So is everything that does not change along the curve: of several answers it is that of the
+        branch. A fold is ``singular``.
         """
         status, values = self._solved(point.z, want)
         if status is not Status.SOLVED and not point.fold:
@@ -191,7 +213,9 @@ def traced(system: CurveSystem, seed: Vector, scale: Vector) -> Curve | None:
         return Curve(tuple(forward), end, end)
     backward, first_end = _onward(system, problem, _turned(ahead))
     # one run through both: the backward one turned around, arc lengths counted from its far end
-    pieces = [piece._replace(points=tuple(map(_turned, piece.points[::-1]))) for piece in backward[::-1]]
+    pieces = [
+        piece._replace(points=tuple(map(_turned, piece.points[::-1]))) for piece in backward[::-1]
+    ]
     length = backward[-1].points[-1].arc
     moved = (
         piece._replace(points=tuple(p._replace(arc=p.arc + length) for p in piece.points))
@@ -201,7 +225,8 @@ def traced(system: CurveSystem, seed: Vector, scale: Vector) -> Curve | None:
 
 
 def _turned(point: CurvePoint) -> CurvePoint:
-    """The same point on the way back: turning the tangent changes the sign of the bordered determinant."""
+    """The same point on the way back: turning the tangent changes the sign of the bordered
+    determinant."""
     return point._replace(tangent=-point.tangent, arc=-point.arc, orientation=-point.orientation)
 
 
@@ -247,7 +272,9 @@ def curve_rows(curve: Curve, values: Vector) -> Iterator[tuple[CurvePoint, bool]
         yield last, bool(last.tangent[-1] > 0)
 
 
-def _crossing(problem: Problem, here: CurvePoint, there: CurvePoint, value: float) -> CurvePoint | None:
+def _crossing(
+    problem: Problem, here: CurvePoint, there: CurvePoint, value: float
+) -> CurvePoint | None:
     """From the end with the steeper tangent: that of a fold does not reach the swept value."""
     begin, end = (_turned(there), here) if here.fold else (here, there)
     reach = float((end.z - begin.z) / problem.scale @ begin.tangent)
@@ -256,7 +283,8 @@ def _crossing(problem: Problem, here: CurvePoint, there: CurvePoint, value: floa
 
 
 class Limit(NamedTuple):
-    """A limit position: the swept variable turns back at ``value``, its ``greatest`` or least, in ``row``."""
+    """A limit position: the swept variable turns back at ``value``, its ``greatest`` or least, in
+    ``row``."""
 
     value: float
     greatest: bool
@@ -266,8 +294,8 @@ class Limit(NamedTuple):
 class Branch(NamedTuple):
     """One connected branch: its rows from ``first`` up to ``last``, exclusive.
 
-    ``closed``: it returns to its start (the last row is the first one again). Otherwise ``start`` and ``end``
-    say why it does not continue before its first and after its last row.
+    ``closed``: it returns to its start (the last row is the first one again). Otherwise ``start``
+    and ``end`` say why it does not continue before its first and after its last row.
     """
 
     number: int
@@ -282,9 +310,9 @@ class Branch(NamedTuple):
 class CurveTable(Table):
     """Columns by name: the swept variable, the wanted ones, then ``branch`` (1, 2, …) and ``arc``.
 
-    ``arc`` is the length of the curve from the first row of its branch, every variable of the curve in units
-    of its magnitude and angles in radians. Rows at limit positions have the status ``singular``, and the
-    values that are determined there.
+    ``arc`` is the length of the curve from the first row of its branch, every variable of the curve
+    in units of its magnitude and angles in radians. Rows at limit positions have the status
+    ``singular``, and the values that are determined there.
     """
 
     def __init__(

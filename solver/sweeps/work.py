@@ -1,4 +1,5 @@
-"""One piece of a sweep solved, here, by workers or on a cluster alike; branches are kept between pieces."""
+"""One piece of a sweep solved, here, by workers or on a cluster alike; branches are kept between
+pieces."""
 
 from __future__ import annotations
 
@@ -75,9 +76,10 @@ ENDLESS = 2**62
 class Work(NamedTuple):
     """Everything needed to solve any piece of a sweep.
 
-    ``warmup`` are rows (a column for each input) that are recorded in advance. ``every`` requests all answers
-    of a row instead of the primary one, ``jit`` machine code. The primary answer keeps its branch within
-    ``line`` rows. ``until`` is the time limit by the system clock: rows that are solved later fail.
+    ``warmup`` are rows (a column for each input) that are recorded in advance. ``every`` requests
+    all answers of a row instead of the primary one, ``jit`` machine code. The primary answer keeps
+    its branch within ``line`` rows. ``until`` is the time limit by the system clock: rows that are
+    solved later fail.
     """
 
     model: Model
@@ -105,7 +107,8 @@ class Work(NamedTuple):
         return free_name("answer", (*self.inputs, *self.want)) if self.every else None
 
     def packed(self) -> bytes:
-        """Bytes from which ``unpacked`` makes the same work in any process with the same Backsolve."""
+        """Bytes from which ``unpacked`` makes the same work in any process with the same
+        Backsolve."""
         return pickle.dumps(self, protocol=5)
 
 
@@ -120,7 +123,8 @@ def unpacked(data: bytes) -> Work:
 class Solver:
     """Solves pieces of one sweep, each from the same state: earlier pieces have no influence.
 
-    The warm-up rows are recorded in advance; the plan goes back to these records before every piece.
+    The warm-up rows are recorded in advance; the plan goes back to these records before every
+    piece.
     """
 
     def __init__(self, work: Work) -> None:
@@ -130,10 +134,13 @@ class Solver:
         self._known: Any = None
 
     def __call__(self, columns: Sequence[Array]) -> Rows:
-        """Rows whose inputs are missing or out of range get their status, and only the others are solved."""
+        """Rows whose inputs are missing or out of range get their status, and only the others are
+        solved."""
         work, codes = self.work, refusals(columns, self._inputs)
         places = np.flatnonzero(codes == 0)
-        steady = not work.every and work.line > 1  # a branch is kept: not every row has to be sorted
+        steady = (
+            not work.every and work.line > 1
+        )  # a branch is kept: not every row has to be sorted
         with time_limit(None if work.until is None else max(work.until - time(), 1e-9)):
             self._begin()
             here = [column if len(places) == len(column) else column[places] for column in columns]
@@ -151,8 +158,8 @@ class Solver:
 
 
 class Primary:
-    """Pieces as tables with one answer a row: the one that continues the branch of the row before, else the
-    first of the ranking.
+    """Pieces as tables with one answer a row: the one that continues the branch of the row before,
+    else the first of the ranking.
 
     A branch begins anew after the rows of a line: where an outer input of a grid changes.
     """
@@ -209,24 +216,27 @@ class Every:
 
 
 class Follower:
-    """Numbers the answers of each row by those of the row before; each variable has a whole ``turn``.
+    """Numbers the answers of each row by those of the row before; each variable has a whole
+    ``turn``.
 
-    The answers of two neighbouring rows are paired by the least distance between the extrapolation of a
-    branch (a straight line through its last two rows) and an answer. An answer that continues no branch
-    takes the smallest free number. Numbers start anew at every ``line`` rows: where an outer input of a
-    grid changes. The order of the answers within a row stays.
+    The answers of two neighbouring rows are paired by the least distance between the extrapolation
+    of a branch (a straight line through its last two rows) and an answer. An answer that continues
+    no branch takes the smallest free number. Numbers start anew at every ``line`` rows: where an
+    outer input of a grid changes. The order of the answers within a row stays.
     """
 
     def __init__(self, turns: Array, line: int) -> None:
         self._turns, self._line = turns, line
         self._row, self._in_order = 0, False
-        # the branches of the last row: their numbers, where they are (v, k), and their steps to there
+        # the branches of the last row: their numbers, where they are (v, k), and their steps to
+        # there
         self._labels: list[int] = []
         self._at: Points = np.zeros((len(turns), 0))
         self._steps = self._at
 
     def __call__(self, points: Points, counts: Array) -> NDArray[np.int32]:
-        """The numbers of the answers (v, m) of the next rows, so many each; 0 for a row without one."""
+        """The numbers of the answers (v, m) of the next rows, so many each; 0 for a row without
+        one."""
         each = np.maximum(counts, 1)
         starts = np.cumsum(each) - each
         plain = self._plain_rows(points, starts, counts)
@@ -236,7 +246,9 @@ class Follower:
             end = row + 1
             if plain[row] and self._in_order:
                 end = int(ends[np.searchsorted(ends, row)])
-                now, before = (points[:, starts[r] : starts[r] + counts[r]] for r in (end - 1, end - 2))
+                now, before = (
+                    points[:, starts[r] : starts[r] + counts[r]] for r in (end - 1, end - 2)
+                )
                 self._at, self._steps = now, self._apart(now, before)
             else:
                 self._one(points[:, starts[row] : starts[row] + counts[row]])
@@ -265,15 +277,18 @@ class Follower:
         self._at, self._steps = found, steps
 
     def _plain_rows(self, points: Points, starts: Array, counts: Array) -> NDArray[np.bool_]:
-        """Rows in which each answer is nearer to the one at its place in the row before than to any other.
+        """Rows in which each answer is nearer to the one at its place in the row before than to any
+        other.
 
-        Pairing them one by one would give the same, if the row before them is in the order of the one
-        before that; which is so for all rows but a few.
+        Pairing them one by one would give the same, if the row before them is in the order of the
+        one before that; which is so for all rows but a few.
         """
         alike = (np.arange(self._row, self._row + len(counts)) % self._line >= 2) | (counts == 0)
         alike[:2] = False
         alike[2:] &= (counts[2:] == counts[1:-1]) & (counts[2:] == counts[:-2])
-        for count in np.unique(counts[alike & (counts > 1)]).tolist():  # a single answer has no rival
+        for count in np.unique(
+            counts[alike & (counts > 1)]
+        ).tolist():  # a single answer has no rival
             same, places = np.flatnonzero(alike & (counts == count)), np.arange(count)
             for rows in np.array_split(same, 1 + len(same) // ROOM):
                 now, before, earlier = (

@@ -1,8 +1,8 @@
 """Solves the pieces of a sweep in order: here, by several processes, or on a dask cluster.
 
-Each worker is a fresh interpreter, whatever this process has done before (threads, a script without a
-main guard), and a thread of this process communicates with it. If a worker dies, its piece is given
-to a new one.
+Each worker is a fresh interpreter, whatever this process has done before (threads, a script without
+a main guard), and a thread of this process communicates with it. If a worker dies, its piece is
+given to a new one.
 """
 
 from __future__ import annotations
@@ -176,7 +176,10 @@ class Interrupts:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, failure: BaseException | None, trace: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        failure: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
         for number, before in self._before.items():
             signal.signal(number, before)
@@ -264,9 +267,13 @@ def _solver(packed: bytes, expected: str) -> Solver:
 
 
 def _unusable(reason: str, *details: str) -> RuleSheetError:
-    notes = ("workers are started with `dask worker ADDRESS --nthreads 1`, where Backsolve is installed",)
+    notes = (
+        "workers are started with `dask worker ADDRESS --nthreads 1`, where Backsolve is installed",
+    )
     return RuleSheetError(
-        error("E444", f"the cluster cannot be used: {reason}", notes=(*filter(None, details), *notes))
+        error(
+            "E444", f"the cluster cannot be used: {reason}", notes=(*filter(None, details), *notes)
+        )
     )
 
 
@@ -286,13 +293,17 @@ def processors() -> int:
 
 
 def solved_pieces(
-    work: Work, chunks: Iterator[Chunk], total: int | None, jobs: int | None = None, scheduler: object = None
+    work: Work,
+    chunks: Iterator[Chunk],
+    total: int | None,
+    jobs: int | None = None,
+    scheduler: object = None,
 ) -> Iterator[Rows]:
     """The pieces in their order: the same whoever solves them.
 
     ``jobs`` is a number of processes; None starts as many as there are processors if that pays off.
-    Functions that are registered only in this process are computed by it. ``scheduler`` is the address of a
-    dask cluster. An interrupt ends the pieces.
+    Functions that are registered only in this process are computed by it. ``scheduler`` is the
+    address of a dask cluster. An interrupt ends the pieces.
     """
     chunks = takewhile(lambda _: not interrupted(), chunks)
     if scheduler is not None:
@@ -306,13 +317,16 @@ def solved_pieces(
     return map(Solver(work), chunks)
 
 
-def _adaptively(work: Work, chunks: Iterator[Chunk], total: int | None, jobs: int) -> Iterator[Rows]:
+def _adaptively(
+    work: Work, chunks: Iterator[Chunk], total: int | None, jobs: int
+) -> Iterator[Rows]:
     """Solve here, until the remaining work is worth starting workers for.
 
-    If the number of remaining rows is unknown, it is assumed to equal the number solved so far. The first
-    piece makes the records that serve the others, so its time does not count, unless its rows were slow by
-    themselves; of two pieces in a row the quicker counts, since one may have a row that was solved step by
-    step. Processor time is measured: on a busy machine workers pay off no sooner.
+    If the number of remaining rows is unknown, it is assumed to equal the number solved so far. The
+    first piece makes the records that serve the others, so its time does not count, unless its rows
+    were slow by themselves; of two pieces in a row the quicker counts, since one may have a row
+    that was solved step by step. Processor time is measured: on a busy machine workers pay off no
+    sooner.
     """
     solve, done, before = Solver(work), 0, inf
     for number, chunk in enumerate(chunks):

@@ -1,1 +1,2 @@
-"""Prepared plans as records of a solve: each answer's steps as one straight-line program, with guards."""
+"""Prepared plans as records of a solve: each answer's steps as one straight-line program, with
+guards."""

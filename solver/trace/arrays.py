@@ -11,7 +11,17 @@ from numpy.typing import NDArray
 from rulesheets.evaluate.number import TOLERANCE
 from rulesheets.functions.arrays import ARRAYS
 from solver.trace.flow import Flow
-from solver.trace.graph import DEGREE, LEAVES, OPERATIONS, RADIAN, Graph, Schedule, copied, operands, schedule
+from solver.trace.graph import (
+    DEGREE,
+    LEAVES,
+    OPERATIONS,
+    RADIAN,
+    Graph,
+    Schedule,
+    copied,
+    operands,
+    schedule,
+)
 
 Array: TypeAlias = NDArray[Any]
 
@@ -97,7 +107,8 @@ class ArrayKernel:
         self._room: list[tuple[list[Array], list[Array]]] = []
 
     def __call__(self, columns: Sequence[Array], results: Sequence[Array]) -> None:
-        """Fill ``results`` (an array (n,) for each wanted node) from the columns (n,) of the inputs."""
+        """Fill ``results`` (an array (n,) for each wanted node) from the columns (n,) of the
+        inputs."""
         count = len(results[0])
         size = min(BLOCK, count)
         if self._room and size == BLOCK:

@@ -1,8 +1,8 @@
 """Expressions, angles and conditions as operations of a graph.
 
-Simplifications keep the value to rounding: the tangent of the direction of a point is the quotient of
-its coordinates, a cosine shifted by right angles is a sine, and for an angle from a closed form the
-cosine and sine are there already.
+Simplifications keep the value to rounding: the tangent of the direction of a point is the quotient
+of its coordinates, a cosine shifted by right angles is a sine, and for an angle from a closed form
+the cosine and sine are there already.
 """
 
 from __future__ import annotations
@@ -11,10 +11,20 @@ import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import partial, reduce
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rulesheets.functions import TABLE
-from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+)
 from solver.numerics.tolerances import BACKWARD, EPS
 from solver.trace.graph import (
     LEAVES,
@@ -66,9 +76,13 @@ class Flow(Graph):
             case Negative(operand):
                 return self.add("neg", self.expression(operand, values))
             case Sum(terms):
-                return reduce(partial(self.add, "add"), [self.expression(term, values) for term in terms])
+                return reduce(
+                    partial(self.add, "add"), [self.expression(term, values) for term in terms]
+                )
             case Product(left, right):
-                return self.add("mul", self.expression(left, values), self.expression(right, values))
+                return self.add(
+                    "mul", self.expression(left, values), self.expression(right, values)
+                )
             case Quotient(left, right):
                 divided = self.expression(left, values)
                 divisor = self.expression(right, values)
@@ -88,7 +102,11 @@ class Flow(Graph):
 
     def apart_from_zero(self, divisor: int) -> None:
         """Require that a divisor, and each sum in it, is more than its rounding error."""
-        sums = [(factor, terms) for factor in self._factors(divisor) if (terms := self._cancelling(factor))]
+        sums = [
+            (factor, terms)
+            for factor in self._factors(divisor)
+            if (terms := self._cancelling(factor))
+        ]
         for factor, terms in sums:
             self.require(self.beyond(factor, BACKWARD, self.over("add", map(self._reach, terms))))
         if [divisor] != [factor for factor, _ in sums]:
@@ -97,7 +115,9 @@ class Flow(Graph):
     def _reach(self, term: int) -> int:
         """An upper bound of the size of a term; a number for a sine, which saves operations."""
         number, node = self.factor(term) or (1.0, term)
-        return self.constant(abs(number)) if self.nodes[node][0] in _BOUNDED else self.add("abs", term)
+        return (
+            self.constant(abs(number)) if self.nodes[node][0] in _BOUNDED else self.add("abs", term)
+        )
 
     def _factors(self, node: int) -> list[int]:
         """The factors at whose zeros a product, a quotient, or an odd function vanishes."""
@@ -181,7 +201,8 @@ class Flow(Graph):
         first, second = self._directions.get(one), self._directions.get(other)
         if first and second and first.unit == second.unit and first.length is None is second.length:
             y, x = (
-                self.add("where", condition, *pair) for pair in ((first.y, second.y), (first.x, second.x))
+                self.add("where", condition, *pair)
+                for pair in ((first.y, second.y), (first.x, second.x))
             )
             self._directions.setdefault(node, Direction(y, x, first.unit, None))
         return node
@@ -253,7 +274,8 @@ class Flow(Graph):
             if abs(number) > 180.5:
                 return self.false
             if number in (0.0, 180.0):
-                # Neither to the right nor to the left of the origin: away from the axis, for certain.
+                # Neither to the right nor to the left of the origin: away from the axis, for
+                # certain.
                 self.require(self.beyond(known.y, NEAR, self.add("abs", known.x)))
                 return self.false
         near = self.add("near", left, right)
@@ -266,7 +288,8 @@ _CIRCULAR = frozenset({"sind", "cosd", "tand", "sin", "cos", "tan"})
 
 
 class Numbers:
-    """Evaluates nodes at one set of inputs, each once. ``found`` has nodes whose values are given."""
+    """Evaluates nodes at one set of inputs, each once. ``found`` has nodes whose values are
+    given."""
 
     def __init__(self, flow: Flow, inputs: Mapping[int, float]) -> None:
         self.flow, self.inputs = flow, inputs
@@ -274,8 +297,8 @@ class Numbers:
         self._errors: dict[int, float] = {}
 
     def error(self, node: int) -> float:
-        """A first-order bound of the rounding error of a node: running error analysis (Higham, Accuracy
-        and Stability of Numerical Algorithms, 2002, section 3.3)."""
+        """A first-order bound of the rounding error of a node: running error analysis (Higham,
+        Accuracy and Stability of Numerical Algorithms, 2002, section 3.3)."""
         for one in sorted(computed_from(self.flow, [node], self._errors)):
             self._errors[one] = self._error(one)
         return self._errors[node]
@@ -303,9 +326,12 @@ class Numbers:
     def _value(self, node: int) -> float | bool:
         operation, *rest = self.flow.nodes[node]
         if operation in LEAVES:
-            return self.inputs[int(rest[0])] if operation == "input" else rest[0]  # type: ignore[return-value]
+            number: Any = rest[0]
+            return self.inputs[int(number)] if operation == "input" else number
         try:
-            return self._result(operation, rest, [self.found[one] for one in operands(self.flow, node)])
+            return self._result(
+                operation, rest, [self.found[one] for one in operands(self.flow, node)]
+            )
         except (ArithmeticError, ValueError):
             return math.nan
 

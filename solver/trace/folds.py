@@ -1,11 +1,12 @@
 """Ranges of the numbers known to a block in which its roots neither appear nor vanish.
 
-Along a curve of roots their number changes where the slope of the residual is 0 or unknown, or at an end of
-the searched range. Boxes of the tear that may hold a root for known numbers in their ranges are split until
-the slope of each excludes 0: then there are as many roots for any numbers within as for one sample (implicit
-function theorem). From there the ranges are extended along the way of the numbers, as long as the proof
-succeeds; next to a fold it does not. Of a block whose rules hold in one case alone, only the roots in this
-case count: the boxes of the tear end where the case does.
+Along a curve of roots their number changes where the slope of the residual is 0 or unknown, or at
+an end of the searched range. Boxes of the tear that may hold a root for known numbers in their
+ranges are split until the slope of each excludes 0: then there are as many roots for any numbers
+within as for one sample (implicit function theorem). From there the ranges are extended along the
+way of the numbers, as long as the proof succeeds; next to a fold it does not. Of a block whose
+rules hold in one case alone, only the roots in this case count: the boxes of the tear end where the
+case does.
 """
 
 from __future__ import annotations
@@ -45,22 +46,23 @@ MANY, FEW = 2500, 500
 SHARES = 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7
 """How far all sides are moved first, relative to where they are: the farthest that is proved."""
 FIRST, GROWTH, SHRINKING, NEXT, NARROWEST = 0.3, 3.0, 8.0, 1e-2, 1e-3
-"""The share of themselves that numbers are moved first, how much farther or less far after that, how far next
-to a solve, and the least step."""
+"""The share of themselves that numbers are moved first, how much farther or less far after that,
+how far next to a solve, and the least step."""
 STEPS, MANY_STEPS = 12, 30
 """Of one call, and of an extreme row of an array."""
 ROUNDED = 2e-9
-"""How far outside a case, relative to the compared numbers, a solve may take a root for one inside."""
+"""How far outside a case, relative to the compared numbers, a solve may take a root for one
+inside."""
 ORDINARY = 1e40
 """Numbers beyond this, or below 1 over it, have no ranges."""
 HOP, BEYOND = 0.1, 0.02
-"""The relative distance from known numbers within which a solve of as many answers is trusted; and that
-beyond such solves if nothing is proved."""
+"""The relative distance from known numbers within which a solve of as many answers is trusted; and
+that beyond such solves if nothing is proved."""
 
 
 class Case(NamedTuple):
-    """A part of the numbers of a block: the ``limits`` that they satisfy, and names ``known`` to these
-    alone."""
+    """A part of the numbers of a block: the ``limits`` that they satisfy, and names ``known`` to
+    these alone."""
 
     limits: tuple[Assignment, ...] = ()
     known: tuple[str, ...] = ()
@@ -79,17 +81,22 @@ NO_CASE = Case()
 
 
 def case_of(kernel: BlockKernel, signs: Mapping[Pair, Sign], known: Collection[str]) -> Case:
-    """The case of a block in which differences have the assumed ``signs``, or miss them by rounding, as far
-    as they depend on its unknowns, and else on ``known`` numbers."""
+    """The case of a block in which differences have the assumed ``signs``, or miss them by
+    rounding, as far as they depend on its unknowns, and else on ``known`` numbers."""
     limits, read = list[Assignment](), dict[str, None]()
     for pair, sign in signs.items():
         names = dict.fromkeys(name for side in pair for name in nodes.names(side))
-        inside = not names.keys().isdisjoint(kernel.unknowns) and names.keys() <= {*kernel.unknowns, *known}
+        inside = not names.keys().isdisjoint(kernel.unknowns) and names.keys() <= {
+            *kernel.unknowns,
+            *known,
+        }
         turning = any(kernel.graph.turn(name) is not None for name in names)
         if inside and not turning and sign - EQUAL in (LESS, GREATER):
             size = add(*(call("abs", side) for side in pair))
             low, high = (0.0, math.inf) if sign >= GREATER else (-math.inf, 0.0)
-            moved = subtract(*pair) + (Number(ROUNDED) * size if sign >= GREATER else -Number(ROUNDED) * size)
+            moved = subtract(*pair) + (
+                Number(ROUNDED) * size if sign >= GREATER else -Number(ROUNDED) * size
+            )
             limits.append(Assignment(f"#case{len(limits)}", moved, low, high))
             read |= names
     own = {*kernel.unknowns, *kernel.known}
@@ -97,13 +104,13 @@ def case_of(kernel: BlockKernel, signs: Mapping[Pair, Sign], known: Collection[s
 
 
 class ConstantRootCount:
-    """Whether a block has as many roots for some numbers as for a ``sample``, as far as is proved: of those
-    in a ``case``, if there is one, whose numbers follow those known to the block.
+    """Whether a block has as many roots for some numbers as for a ``sample``, as far as is proved:
+    of those in a ``case``, if there is one, whose numbers follow those known to the block.
 
-    The numbers that are ``varying`` lie in one of the ``boxes``, which touch one another; ``ends`` are those
-    of the one that was asked last. Boxes are added when numbers outside are given. ``proved`` tells whether
-    there is a proof for the sample; if there is none they reach hardly beyond numbers with a solve of as many
-    answers.
+    The numbers that are ``varying`` lie in one of the ``boxes``, which touch one another; ``ends``
+    are those of the one that was asked last. Boxes are added when numbers outside are given.
+    ``proved`` tells whether there is a proof for the sample; if there is none they reach hardly
+    beyond numbers with a solve of as many answers.
     """
 
     def __init__(
@@ -154,8 +161,8 @@ class ConstantRootCount:
         return False
 
     def _extended(self, numbers: Sequence[float]) -> bool:
-        """Whether another step towards numbers was made, or a shorter one may be: after a successful step
-        comes a longer one."""
+        """Whether another step towards numbers was made, or a shorter one may be: after a
+        successful step comes a longer one."""
         at = min(range(len(self.boxes)), key=lambda at: max(self._ways(self.boxes[at], numbers)[1]))
         ways, distances = self._ways(self.boxes[at], numbers)
         share, distance = self._shares.get((at, ways), FIRST), max(distances)
@@ -189,7 +196,9 @@ class ConstantRootCount:
         """On which side of a box numbers lie, and how far from it."""
         ends = [box[place] for place in self.places]
         ways = tuple((v > b) - (v < a) for v, (a, b) in zip(numbers, ends, strict=True))
-        return ways, [_distance(min(max(v, a), b), v) for v, (a, b) in zip(numbers, ends, strict=True)]
+        return ways, [
+            _distance(min(max(v, a), b), v) for v, (a, b) in zip(numbers, ends, strict=True)
+        ]
 
     def array(self, *columns: Any) -> NDArray[np.bool_]:
         """The same for rows (n,), as far as boxes can be added."""
@@ -205,8 +214,13 @@ class ConstantRootCount:
     def covers(self, lows: Sequence[Any], highs: Sequence[Any]) -> NDArray[np.bool_]:
         """Whether the ranges (n,) of numbers each lie in one box."""
         columns = list(zip(self.places, lows, highs, strict=True))
-        each = ([(box[k][0] <= low) & (high <= box[k][1]) for k, low, high in columns] for box in self.boxes)
-        found: NDArray[np.bool_] = np.logical_or.reduce([np.logical_and.reduce(some) for some in each])
+        each = (
+            [(box[k][0] <= low) & (high <= box[k][1]) for k, low, high in columns]
+            for box in self.boxes
+        )
+        found: NDArray[np.bool_] = np.logical_or.reduce(
+            [np.logical_and.reduce(some) for some in each]
+        )
         return found
 
 
@@ -258,11 +272,15 @@ def _keeps_roots(
     ranges: Sequence[Ends],
     most: int = FEW,
 ) -> bool:
-    """Whether no root appears or vanishes within the ``wide`` ranges, widened by margins and shares."""
+    """Whether no root appears or vanishes within the ``wide`` ranges, widened by margins and
+    shares."""
     ends = list[float]()
     for (low, high), (margin, share) in zip(compress(ranges, wide), margins, strict=True):
         ends += low - max(margin, share * abs(low)), high + max(margin, share * abs(high))
-    (low, high), turn = kernel.domain(kernel.block.tears[0]), kernel.graph.turn(kernel.block.tears[0])
+    (low, high), turn = (
+        kernel.domain(kernel.block.tears[0]),
+        kernel.graph.turn(kernel.block.tears[0]),
+    )
     edges = [(x, x) for x in (low, high) if math.isfinite(x) and high - low != turn]
     return all(
         not _open(chain, [(*edge, *ends) for edge in edges], numbers)
@@ -278,11 +296,14 @@ def _open(chain: Enclosure, boxes: list[Box], numbers: Sequence[float]) -> list[
 
 
 def _flat(chain: Enclosure, boxes: list[Box], numbers: Sequence[float]) -> list[Box]:
-    """The boxes that may hold a root at which the slope is 0, of the sizes for which a search is complete."""
+    """The boxes that may hold a root at which the slope is 0, of the sizes for which a search is
+    complete."""
     boxes = _open(chain, boxes, numbers)
     slopes = zip(boxes, chain.slopes_over(boxes, numbers), strict=True)
     flat = [b for b, (low, high) in slopes if low <= 0.0 <= high and min(map(abs, b[:2])) < HORIZON]
-    return [b for b in flat if max(map(abs, b[:2])) > 1.0 / HORIZON or _has_root_at(chain, b, numbers)]
+    return [
+        b for b in flat if max(map(abs, b[:2])) > 1.0 / HORIZON or _has_root_at(chain, b, numbers)
+    ]
 
 
 def _has_root_at(chain: Enclosure, box: Box, numbers: Sequence[float]) -> bool:
@@ -294,7 +315,8 @@ def _has_root_at(chain: Enclosure, box: Box, numbers: Sequence[float]) -> bool:
 def _has_no_fold(
     chain: Enclosure, domain: Ends, numbers: Sequence[float], ends: Sequence[float], most: int
 ) -> bool:
-    """Whether the slope is nonzero wherever the residual may be 0, within the usual range of floats.
+    """Whether the slope is nonzero wherever the residual may be 0, within the usual range of
+    floats.
 
     If both may be 0 at a single point of the tear, narrower boxes do not help.
     """

@@ -1,7 +1,7 @@
 """A straight-line program as a graph: every operation once, constants folded.
 
-Nodes are numbered in an order in which they can be computed, and equal operations are one node. A computed
-constant comes with an error bound.
+Nodes are numbered in an order in which they can be computed, and equal operations are one node. A
+computed constant comes with an error bound.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ from rulesheets.functions import TABLE
 
 Operand: TypeAlias = int | float | str
 Node: TypeAlias = tuple[Operand, ...]
-"""An operation and the numbers of its operands; of ``const`` the value (and, where it was computed, how
-far it may be off), of ``call`` the function and of ``root`` and ``unfolded`` the number of the finder first.
-``sooner`` is its second operand, which may be dear to compute: true where the first is true."""
+"""An operation and the numbers of its operands; of ``const`` the value (and, where it was computed,
+how far it may be off), of ``call`` the function and of ``root`` and ``unfolded`` the number of the
+finder first. ``sooner`` is its second operand, which may be dear to compute: true where the first
+is true."""
 
 RADIAN = 0.017453292519943295
 DEGREE = 57.29577951308232
@@ -34,14 +35,17 @@ class NotCompilable(Exception):
 
 
 _SELECTABLE = frozenset({"add", "sub", "mul", "div", "neg", "abs", "sqrt"})
-LOGICAL = frozenset({"lt", "le", "eq", "near", "and", "or", "xor", "not", "finite", "sooner", "unfolded"})
+LOGICAL = frozenset(
+    {"lt", "le", "eq", "near", "and", "or", "xor", "not", "finite", "sooner", "unfolded"}
+)
 LEAVES = frozenset({"const", "input"})
 SELECTORS = frozenset({"call", "root", "item", "unfolded"})
 """Operations whose first operand is no node."""
 
 
 class Operation(NamedTuple):
-    """An operation on floats, on arrays, as Python source (empty for a call by its name), and as one of LLVM.
+    """An operation on floats, on arrays, as Python source (empty for a call by its name), and as
+    one of LLVM.
 
     An array or LLVM form is absent if it is written as other operations.
     """
@@ -66,7 +70,9 @@ OPERATIONS = {
     "sqrt": Operation(math.sqrt, np.sqrt, native=intrinsic("sqrt")),
     "abs": Operation(abs, np.absolute, native=intrinsic("fabs")),
     "rint": Operation(lambda a: float(round(a)), np.rint, native=intrinsic("rint")),
-    "pow": Operation(math.pow, np.power, native="call double @llvm.pow.f64(double {0}, double {1})"),
+    "pow": Operation(
+        math.pow, np.power, native="call double @llvm.pow.f64(double {0}, double {1})"
+    ),
     "expm1": Operation(math.expm1, np.expm1, native="call double @expm1(double {0})"),
     "log1p": Operation(math.log1p, np.log1p, native="call double @log1p(double {0})"),
     "sin": Operation(TABLE["sin"].value, np.sin, native=intrinsic("sin")),
@@ -75,8 +81,12 @@ OPERATIONS = {
     "cosd": Operation(TABLE["cosd"].value),
     "direction": Operation(TABLE["atan2"].value, np.arctan2),
     "directiond": Operation(TABLE["atan2d"].value),
-    "copysign": Operation(math.copysign, native="call double @llvm.copysign.f64(double {0}, double {1})"),
-    "max": Operation(max, lambda a, b, out: np.maximum(a, b, out=out), "({0} if {0} > {1} else {1})"),
+    "copysign": Operation(
+        math.copysign, native="call double @llvm.copysign.f64(double {0}, double {1})"
+    ),
+    "max": Operation(
+        max, lambda a, b, out: np.maximum(a, b, out=out), "({0} if {0} > {1} else {1})"
+    ),
     "lt": Operation(operator.lt, np.less, "({0} < {1})", "fcmp olt double {0}, {1}"),
     "le": Operation(operator.le, np.less_equal, "({0} <= {1})", "fcmp ole double {0}, {1}"),
     "eq": Operation(operator.eq, np.equal, "({0} == {1})", "fcmp oeq double {0}, {1}"),
@@ -98,8 +108,8 @@ OPERATIONS = {
 class Graph:
     """Operations, and the conditions under which the results count.
 
-    ``plain``: as the rules are written, without simplifications that skip special directions or are more
-    exact than the rules are in floats (``cosd(theta + 90)`` for a small ``theta``).
+    ``plain``: as the rules are written, without simplifications that skip special directions or are
+    more exact than the rules are in floats (``cosd(theta + 90)`` for a small ``theta``).
     """
 
     def __init__(self, plain: bool = False) -> None:
@@ -111,8 +121,8 @@ class Graph:
         self.nodes: list[Node] = []
         self.checks: list[int] = []
         self.finders: list[Any] = []
-        """The roots of blocks as functions of known numbers, each a ``BlockNewton``, and whether a block has
-        as many roots, a ``ConstantRootCount``."""
+        """The roots of blocks as functions of known numbers, each a ``BlockNewton``, and whether a
+        block has as many roots, a ``ConstantRootCount``."""
         self._numbers: dict[Node, int] = {}
         self.true = self.constant(True)
         self.false = self.constant(False)
@@ -180,7 +190,9 @@ class Graph:
 
     def node(self, *node: Operand) -> int:
         """The number of an operation, which is added if needed."""
-        key = (node[0], type(node[1]).__name__, *map(repr, node[1:])) if node[0] == "const" else node
+        key = (
+            (node[0], type(node[1]).__name__, *map(repr, node[1:])) if node[0] == "const" else node
+        )
         number = self._numbers.setdefault(key, len(self.nodes))
         if number == len(self.nodes):
             self.nodes.append(node)
@@ -242,7 +254,9 @@ class Graph:
     def selected(self, condition: int, one: int, other: int) -> int:
         """A selection between two nodes, or between the only operands in which they differ."""
         (kind, *parts), (second, *others) = self.nodes[one], self.nodes[other]
-        differ = [place for place, pair in enumerate(zip(parts, others, strict=False)) if len({*pair}) > 1]
+        differ = [
+            place for place, pair in enumerate(zip(parts, others, strict=False)) if len({*pair}) > 1
+        ]
         if kind != second or kind not in _SELECTABLE or len(differ) != 1:
             return self.node("where", condition, one, other)
         (place,) = differ
@@ -254,7 +268,8 @@ class Graph:
 
 
 class Schedule(NamedTuple):
-    """``order`` lists the nodes to compute; ``last`` is the place in it after which a node is not read."""
+    """``order`` lists the nodes to compute; ``last`` is the place in it after which a node is not
+    read."""
 
     order: list[int]
     last: dict[int, int]
@@ -303,9 +318,9 @@ def copied(
 ) -> list[int]:
     """The wanted nodes in another graph, with ``inputs`` (by place) instead of the source's own.
 
-    The roots of blocks become a few steps of their iteration, unless the target has their finders, too;
-    operations that have ``forms`` (by kind, calls by function) become the results of these on the
-    target's nodes.
+    The roots of blocks become a few steps of their iteration, unless the target has their finders,
+    too; operations that have ``forms`` (by kind, calls by function) become the results of these on
+    the target's nodes.
     """
     found: dict[int, int] = {}
     roots: dict[int, list[int]] = {}
@@ -318,7 +333,9 @@ def copied(
 
     for node in schedule(source, wanted).order:
         kind, *rest = source.nodes[node]
-        read_here = [read(one) for one in operands(source, node)] if kind != "item" or not roots else []
+        read_here = (
+            [read(one) for one in operands(source, node)] if kind != "item" or not roots else []
+        )
         form = forms and forms.get(f"call {rest[0]}" if kind == "call" else str(kind))
         if form:
             found[node] = form(target, *read_here)
@@ -470,7 +487,11 @@ def _square(flow: Graph, a: int) -> int | None:
 def _size(flow: Graph, node: int) -> float | None:
     """The absolute value of a number, or of the two alternatives of a selection."""
     kind, *parts = flow.nodes[node]
-    values = [flow.value_of(int(part)) for part in parts[1:]] if kind == "where" else [flow.value_of(node)]
+    values = (
+        [flow.value_of(int(part)) for part in parts[1:]]
+        if kind == "where"
+        else [flow.value_of(node)]
+    )
     sizes = {abs(v) if isinstance(v, float) else None for v in values}
     return sizes.pop() if len(sizes) == 1 else None
 
@@ -485,7 +506,11 @@ def _divide(flow: Graph, a: int, b: int) -> int | None:
     if flow.nodes[b][0] == "neg":
         return flow.add("neg", flow.add("div", a, int(flow.nodes[b][1])))
     number = flow.value_of(b)
-    if isinstance(number, float) and math.frexp(number)[0] in (0.5, -0.5) and 1e-100 < abs(number) < 1e100:
+    if (
+        isinstance(number, float)
+        and math.frexp(number)[0] in (0.5, -0.5)
+        and 1e-100 < abs(number) < 1e100
+    ):
         return flow.add("mul", 1.0 / number, a)  # a power of two: nothing is rounded
     below = flow.nodes[b]
     if below[0] == "div" and flow.value_of(int(below[1])) == 1.0:
@@ -523,7 +548,9 @@ def _larger(flow: Graph, a: int, b: int) -> int | None:
         return a
     for one, other in ((a, b), (b, a)):
         number = flow.value_of(one)
-        if number is not None and (number == -math.inf or (number <= 0.0 and not_negative(flow, other))):
+        if number is not None and (
+            number == -math.inf or (number <= 0.0 and not_negative(flow, other))
+        ):
             return other
     return flow.node("max", b, a) if b < a else None
 

@@ -13,7 +13,18 @@ from typing import NamedTuple
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import ZERO, And, Comparison, Expression, Given, Name, Not, Or, Symbol, subtract
+from rulesheets.syntax.nodes import (
+    ZERO,
+    And,
+    Comparison,
+    Expression,
+    Given,
+    Name,
+    Not,
+    Or,
+    Symbol,
+    subtract,
+)
 from solver.accuracy.rule_sides import heights, jumps
 from solver.numerics.tolerances import BACKWARD
 from solver.path import activity
@@ -23,7 +34,8 @@ from solver.trace.flow import Flow, Numbers
 from solver.trace.graph import LEAVES, NotCompilable
 
 CLEAR = 1e-6
-"""Discriminants and divisors smaller than this, relative to their terms, are left to a full solve."""
+"""Discriminants and divisors smaller than this, relative to their terms, are left to a full
+solve."""
 STRANGE = 1e-6
 """A rule with a larger residual, relative to its terms, is violated."""
 ENOUGH = 0.1
@@ -43,8 +55,8 @@ class Pattern(NamedTuple):
 class State:
     """The nodes of the known variables, and the conditions under which they count.
 
-    ``settled`` are the rules that hold because an unknown was computed from them, ``used`` the conditions
-    that activated the rules that were solved.
+    ``settled`` are the rules that hold because an unknown was computed from them, ``used`` the
+    conditions that activated the rules that were solved.
     """
 
     values: dict[str, int]
@@ -75,14 +87,18 @@ LARGEST = 1e300
 class Guards:
     """A graph in progress, of one model for one pattern, with the decisions of ``sample``."""
 
-    def __init__(self, model: Model, planner: Planner, pattern: Pattern, sample: Mapping[str, Value]) -> None:
+    def __init__(
+        self, model: Model, planner: Planner, pattern: Pattern, sample: Mapping[str, Value]
+    ) -> None:
         self.model, self.planner, self.pattern = model, planner, pattern
         self.graph = planner.graph
         self.sample = sample
         self.flow = Flow()
         self.given = frozenset((*pattern.given, *pattern.inputs))
         values = (sample[name] for name in pattern.inputs)
-        self._numbers = Numbers(self.flow, {k: v for k, v in enumerate(values) if isinstance(v, float)})
+        self._numbers = Numbers(
+            self.flow, {k: v for k, v in enumerate(values) if isinstance(v, float)}
+        )
         self.flow.at = self._numbers
         self.wrapped = set[int]()
         """Angles within one turn by the way they are computed."""
@@ -103,7 +119,9 @@ class Guards:
     def _require(self, condition: int, outcome: bool) -> None:
         self.flow.require(condition if outcome else self.flow.add("not", condition))
 
-    def _condition(self, state: State, condition: nodes.Condition, missing: bool | None = None) -> int | None:
+    def _condition(
+        self, state: State, condition: nodes.Condition, missing: bool | None = None
+    ) -> int | None:
         """The node of a condition; None if a variable is missing.
 
         With ``missing``, unknown terms are left out if the others decide that outcome.
@@ -115,14 +133,18 @@ class Guards:
                     return None
                 one, other = (symbol_of(side, state.symbols) for side in (left, right))
                 if (one, other) != (None, None):
-                    return self.flow.constant((one == other) is (operator == "=") and operator in ("=", "<>"))
+                    return self.flow.constant(
+                        (one == other) is (operator == "=") and operator in ("=", "<>")
+                    )
                 sides = (self._expression(state, side) for side in (left, right))
                 return self.flow.compare(operator, *sides)
             case And(terms) | Or(terms):
                 join = "and" if isinstance(condition, And) else "or"
                 found = [self._condition(state, term) for term in terms]
                 known = [node for node in found if node is not None]
-                if len(known) < len(found) and (missing is None or missing is (join == "and") or not known):
+                if len(known) < len(found) and (
+                    missing is None or missing is (join == "and") or not known
+                ):
                     return None
                 return self.flow.over(join, known)
             case Not(term):
@@ -168,7 +190,11 @@ class Guards:
         """Require every rule, except those that hold because an unknown was computed from them."""
         for equation in self.model.equations:
             known = all(name in state.values or name in state.symbols for name in equation.names)
-            if not known or equation.index in state.settled or activity(equation, state.decided) is False:
+            if (
+                not known
+                or equation.index in state.settled
+                or activity(equation, state.decided) is False
+            ):
                 continue
             active = self._active(state, equation.guard)
             if active is None or active == self.flow.false:
@@ -180,7 +206,8 @@ class Guards:
     def _check_rule(self, state: State, equation: Equation) -> int:
         """Whether an equation holds: |F| ≤ 64 eps · Σ|∂F/∂v · v|, including hidden rounding.
 
-        Next to the pole of a logarithm, where its argument is lost in rounding, both are compared without it.
+        Next to the pole of a logarithm, where its argument is lost in rounding, both are compared
+        without it.
         """
         flow = self.flow
         symbols = [symbol_of(side, state.symbols) for side in (equation.left, equation.right)]
@@ -195,7 +222,9 @@ class Guards:
                 return self._balanced(state, equation, other, ZERO)
         return met
 
-    def _balanced(self, state: State, equation: Equation, left: Expression, right: Expression) -> int:
+    def _balanced(
+        self, state: State, equation: Equation, left: Expression, right: Expression
+    ) -> int:
         """Whether the two sides of an equation are equal up to rounding."""
         flow = self.flow
         flow.reported = True
@@ -260,14 +289,16 @@ class Guards:
             apart = at if function in ("sgn", "step") else flow.add("sub", at, flow.add("rint", at))
             if function == "round":
                 apart = flow.add("sub", flow.add("abs", apart), 0.5)
-            terms = [self._term(state, height, name)[1] for name in dict.fromkeys(nodes.names(height))]
+            terms = [
+                self._term(state, height, name)[1] for name in dict.fromkeys(nodes.names(height))
+            ]
             yield flow.beyond(apart, 2.0 * BACKWARD, flow.over("add", terms))
 
     # --- requirements ---
 
     def _requirement(self, state: State, requirement: Requirement) -> tuple[int, int]:
-        """Whether a requirement applies, and whether it is met. One with unknown values is skipped; next to
-        its boundary a full solve decides."""
+        """Whether a requirement applies, and whether it is met. One with unknown values is skipped;
+        next to its boundary a full solve decides."""
         flow = self.flow
         if not all(name in state.values for name in requirement.names):
             if all(name in state.values or name in state.symbols for name in requirement.names):

@@ -31,7 +31,8 @@ from solver.trace.guards import CLEAR, STRANGE, Guards, State, symbol_of
 
 MAX_TURNS = 8
 LEFT = 1e-4
-"""Share of the terms of a discriminant that must be left of them: its root is right to 1e-12 then."""
+"""Share of the terms of a discriminant that must be left of them: its root is right to 1e-12
+then."""
 Generators = dict[str, int]
 _LINEAR = frozenset({"negative", "sum", "product", "quotient"})
 
@@ -70,7 +71,9 @@ class Inverses(Guards):
             if active == flow.false:
                 continue
             isolation = self._isolation(index, step.unknown)
-            if isolation.branches > 1 or (isolation.identity and symbol_of(isolation.start, state.symbols)):
+            if isolation.branches > 1 or (
+                isolation.identity and symbol_of(isolation.start, state.symbols)
+            ):
                 raise NotCompilable
             with flow.only_if(active):
                 (node,) = self._preimages(state, isolation)
@@ -91,13 +94,16 @@ class Inverses(Guards):
 
     @staticmethod
     def _solved_for(state: State, equation: int, isolation: Isolation) -> None:
-        """A rule that was solved by sums and products holds by construction: one rounding per operation.
+        """A rule that was solved by sums and products holds by construction: one rounding per
+        operation.
 
         It must be linear in the unknown: a sum in a divisor may be far smaller than the unknown.
         """
         operations = [stage.operation for stage in isolation.stages]
         divides = [place for place, stage in enumerate(isolation.stages) if stage.divisor == TARGET]
-        linear = _LINEAR.issuperset(operations) and not any("sum" in operations[place:] for place in divides)
+        linear = _LINEAR.issuperset(operations) and not any(
+            "sum" in operations[place:] for place in divides
+        )
         if linear and isolation.quadratic is None and not isolation.verify:
             state.settled.add(equation)
 
@@ -105,7 +111,9 @@ class Inverses(Guards):
 
     def _preimages(self, state: State, isolation: Isolation) -> list[int]:
         if (form := isolation.quadratic) is not None:
-            one, other = self._roots(*(self._expression(state, part) for part in (form.a, form.b, form.c)))
+            one, other = self._roots(
+                *(self._expression(state, part) for part in (form.a, form.b, form.c))
+            )
             larger = self.flow.add("lt", other, one)
             pairs = (one, other), (other, one)
             return [self.flow.add("where", larger, *pair) for pair in pairs]
@@ -113,7 +121,9 @@ class Inverses(Guards):
         for place, stage in enumerate(isolation.stages):
             targets = [node for target in targets for node in self._undone(state, stage, target)]
             if stage.period is not None:
-                return self._turned_values(state, isolation, stage, isolation.stages[place + 1 :], targets)
+                return self._turned_values(
+                    state, isolation, stage, isolation.stages[place + 1 :], targets
+                )
         return targets
 
     def _undone(self, state: State, stage: Stage, target: int) -> list[int]:
@@ -141,9 +151,15 @@ class Inverses(Guards):
         self._require(even, bool(self._numbers(even)))
 
     def _turned_values(
-        self, state: State, isolation: Isolation, stage: Stage, rest: Sequence[Stage], targets: list[int]
+        self,
+        state: State,
+        isolation: Isolation,
+        stage: Stage,
+        rest: Sequence[Stage],
+        targets: list[int],
     ) -> list[int]:
-        """The remaining stages of an angle, and its whole turns: within the range, else within one turn."""
+        """The remaining stages of an angle, and its whole turns: within the range, else within one
+        turn."""
         variable = self.model.variables[isolation.unknown]
         period, turn = stage.period or 0.0, self.graph.turn(isolation.unknown)
         bounded = variable.low > -math.inf or variable.high < math.inf
@@ -168,8 +184,8 @@ class Inverses(Guards):
     def _usual_turns(
         self, state: State, unknown: str, period: float, rest: Sequence[Stage], targets: list[int]
     ) -> list[int]:
-        """A multiple of an angle in the period around its guess, else in the first one from 0; a sum with
-        an angle in the principal turn."""
+        """A multiple of an angle in the period around its guess, else in the first one from 0; a
+        sum with an angle in the principal turn."""
         flow = self.flow
         ends = [flow.constant(0.0), flow.constant(period), *targets]
         for step in rest:
@@ -181,12 +197,15 @@ class Inverses(Guards):
         low = flow.constant(0.5 - SAME_TURN)
         if guess is not None:
             low = flow.add("sub", flow.add("div", guess, size), SAME_TURN)
-        counts = [flow.add("rint", flow.add("sub", flow.add("div", node, size), low)) for node in found]
+        counts = [
+            flow.add("rint", flow.add("sub", flow.add("div", node, size), low)) for node in found
+        ]
         moved = zip(found, counts, strict=True)
         return [flow.add("sub", node, flow.add("mul", size, count)) for node, count in moved]
 
     def _wrapped(self, node: int, turn: float) -> int:
-        """The angle in the turn around 0, its upper end included, also if rounding moved it past that."""
+        """The angle in the turn around 0, its upper end included, also if rounding moved it past
+        that."""
         flow = self.flow
         half, edge = turn / 2, LIBRARY * EPS * turn - turn / 2
         count = flow.add("rint", flow.add("div", node, turn))
@@ -243,8 +262,8 @@ class Inverses(Guards):
     # --- closed forms ---
 
     def _candidates(self, state: State, step: SolveBlock) -> list[tuple[State, Generators]]:
-        """For each candidate a state of its own, and the nodes of its generators: formulas in order, of which
-        one with two values makes two candidates of each.
+        """For each candidate a state of its own, and the nodes of its generators: formulas in
+        order, of which one with two values makes two candidates of each.
 
         Raises NotCompilable for a block without a closed form.
         """
@@ -253,7 +272,11 @@ class Inverses(Guards):
             raise NotCompilable
         found = [(state.fork(), dict(state.values))]
         for formula in form:
-            found = [after for one, generators in found for after in self._formula(one, generators, formula)]
+            found = [
+                after
+                for one, generators in found
+                for after in self._formula(one, generators, formula)
+            ]
         return found
 
     def _formula(
@@ -274,7 +297,9 @@ class Inverses(Guards):
         flow = self.flow
         match formula.expression:
             case nodes.Call("atan2d" | "atan2" as function, (Name(sine), Name(cosine))):
-                return flow.direction(generators[sine], generators[cosine], function.removeprefix("atan2"))
+                return flow.direction(
+                    generators[sine], generators[cosine], function.removeprefix("atan2")
+                )
         node = flow.expression(formula.expression, generators)
         if formula.size is not None:
             size = flow.expression(formula.size, generators)
@@ -287,7 +312,9 @@ class Inverses(Guards):
         return node
 
     def _coefficients(self, generators: Mapping[str, int], *coefficients: Coefficient) -> list[int]:
-        return [self.flow.expression(coefficient.expression, generators) for coefficient in coefficients]
+        return [
+            self.flow.expression(coefficient.expression, generators) for coefficient in coefficients
+        ]
 
     def _meets(self, a: int, b: int, k: int, square: int) -> Iterator[tuple[int, int]]:
         flow = self.flow

@@ -1,9 +1,9 @@
 """A program as machine code: one loop over the rows, made by LLVM (extra ``jit``), on every core.
 
-The loop has no branches, so that LLVM can take several rows at once: sines and cosines of degrees and arc
-tangents are polynomials of their own (those of ``arrays.py``, and a Chebyshev fit of degree 11 for the arc
-tangent within 22.5 degrees, error below 2e-18), selections are selections. Code is kept on disk by its
-content, so that a pattern is compiled once for a machine.
+The loop has no branches, so that LLVM can take several rows at once: sines and cosines of degrees
+and arc tangents are polynomials of their own (those of ``arrays.py``, and a Chebyshev fit of degree
+11 for the arc tangent within 22.5 degrees, error below 2e-18), selections are selections. Code is
+kept on disk by its content, so that a pattern is compiled once for a machine.
 """
 
 from __future__ import annotations
@@ -22,7 +22,16 @@ from numpy.typing import NDArray
 from rulesheets import store
 from solver.trace.arrays import FORMS
 from solver.trace.flow import Flow
-from solver.trace.graph import DEGREE, OPERATIONS, Graph, NotCompilable, copied, intrinsic, operands, schedule
+from solver.trace.graph import (
+    DEGREE,
+    OPERATIONS,
+    Graph,
+    NotCompilable,
+    copied,
+    intrinsic,
+    operands,
+    schedule,
+)
 
 TANGENT = (
     0.01627194475162406,
@@ -49,7 +58,8 @@ _CALL = re.compile(r"call (.*)")
 
 
 def _direction(flow: Graph, y: int, x: int, right: float, scale: float) -> int:
-    """The direction of (x, y): ``right`` is a right angle, ``scale`` turns radians into its unit."""
+    """The direction of (x, y): ``right`` is a right angle, ``scale`` turns radians into its
+    unit."""
     op = flow.raw
     ay, ax = op("abs", y), op("abs", x)
     steep = op("lt", ax, ay)
@@ -107,7 +117,9 @@ class _Writer:
     def module(self) -> str:
         body = "\n  ".join([*self._loads(), *self.lines, *self._stores()])
         arrays = [f"in{i}" for i in self.inputs] + [f"out{i}" for i in range(len(self.wanted))]
-        arguments = ", ".join(["i64 %start", "i64 %end", *(f"ptr noalias %{name}" for name in arrays)])
+        arguments = ", ".join(
+            ["i64 %start", "i64 %end", *(f"ptr noalias %{name}" for name in arrays)]
+        )
         called = {re.sub(r" (%|0x)\w+", "", call) for call in _CALL.findall("\n".join(self.lines))}
         declarations = "\n".join(f"declare {one}" for one in sorted(called))
         return f"""{declarations}
@@ -206,14 +218,17 @@ class NativeKernel:
         self._engine, self._run = _compiled(self.source, len(self.inputs) + len(self.wanted))
 
     def __call__(self, columns: Sequence[Array], results: Sequence[Array]) -> None:
-        """Fill ``results`` (an array (n,) for each wanted node) from the columns (n,) of the inputs."""
+        """Fill ``results`` (an array (n,) for each wanted node) from the columns (n,) of the
+        inputs."""
         arrays = [np.ascontiguousarray(columns[i], dtype=float) for i in self.inputs]
         pointers = [array.ctypes.data for array in (*arrays, *results)]
         count = len(results[0])
         threads = max(1, min(os.cpu_count() or 1, count // SHARE))
         ends = [*(count // SHARE * part // threads * SHARE for part in range(threads)), count]
         with ThreadPoolExecutor(threads) as pool:
-            others = [pool.submit(self._run, *ends[k : k + 2], *pointers) for k in range(1, threads)]
+            others = [
+                pool.submit(self._run, *ends[k : k + 2], *pointers) for k in range(1, threads)
+            ]
             self._run(*ends[:2], *pointers)
         for part in others:
             part.result()
@@ -227,7 +242,9 @@ def _compiled(source: str, pointers: int) -> tuple[Any, Callable[..., None]]:
     llvm.initialize_native_asmprinter()
     cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
     key = f"{(cpu, features, llvm.llvm_version_info)}\n{source}".encode()
-    if (code := store.load("native", key)) is not None:  # its engine takes a module without the loop
+    if (
+        code := store.load("native", key)
+    ) is not None:  # its engine takes a module without the loop
         source = "\n".join(line for line in source.splitlines() if line.startswith("target"))
     machine = llvm.Target.from_default_triple().create_target_machine(
         cpu=cpu, features=features, opt=3, jit=True, codemodel="jitdefault"
@@ -245,5 +262,7 @@ def _compiled(source: str, pointers: int) -> tuple[Any, Callable[..., None]]:
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
     address = engine.get_function_address("rows")
-    signature = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * pointers)
+    signature = ctypes.CFUNCTYPE(
+        None, ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * pointers
+    )
     return engine, signature(address)

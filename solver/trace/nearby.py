@@ -1,9 +1,10 @@
-"""Boxes of inputs in which the first answer of a record is known to stay the first: others are not computed.
+"""Boxes of inputs in which the first answer of a record is known to stay the first: others are not
+computed.
 
-The answers are computed at both ends of a range of each input. Their values anywhere in all ranges are
-bounded by twice the sum of the moves of all inputs. If the ranking puts one answer first for all values
-within these bounds, it is the first everywhere in the box. If only the sizes of a few others may put them
-first, the ranking of the two is evaluated at every call.
+The answers are computed at both ends of a range of each input. Their values anywhere in all ranges
+are bounded by twice the sum of the moves of all inputs. If the ranking puts one answer first for
+all values within these bounds, it is the first everywhere in the box. If only the sizes of a few
+others may put them first, the ranking of the two is evaluated at every call.
 """
 
 from __future__ import annotations
@@ -37,8 +38,8 @@ Limits: TypeAlias = Mapping[int, Ends]
 
 
 class Asked(NamedTuple):
-    """The ``answers`` that are computed, the limits on their numbers, and those that are ``compared`` with
-    the first one at every call."""
+    """The ``answers`` that are computed, the limits on their numbers, and those that are
+    ``compared`` with the first one at every call."""
 
     answers: list[int]
     limits: Limits
@@ -48,7 +49,9 @@ class Asked(NamedTuple):
 class Nearby:
     """The boxes of a record, the first around its ``sample``; ``settles``: it covers a row."""
 
-    def __init__(self, program: Program, sample: Numbers, settles: Callable[[Numbers], bool]) -> None:
+    def __init__(
+        self, program: Program, sample: Numbers, settles: Callable[[Numbers], bool]
+    ) -> None:
         assert program.ranked is not None
         self.program, self.ranked, self.settles = program, program.ranked, settles
         self.endings = program.endings
@@ -111,8 +114,8 @@ class Nearby:
         self.box.ends, self.box.uses = ends, 0
 
     def _is_nearer(self, place: int, other: int, here: Rows) -> int:
-        """The condition that the sizes of one answer are so much nearer to the suggested ones than those of
-        another that only they decide the ranking, by more than rounding."""
+        """The condition that the sizes of one answer are so much nearer to the suggested ones than
+        those of another that only they decide the ranking, by more than rounding."""
         flow, (ranking, answers, given) = self.program.flow, self.ranked
         zero = tuple(number == 0.0 for number in here[0][len(ranking.read) :])
         _, key = keys_as_nodes(flow, ranking, [answers[place], answers[other]], given, zero)
@@ -131,8 +134,8 @@ class Nearby:
         return found
 
     def _asked(self, place: int, rows: Sequence[Rows], most: int) -> Asked | None:
-        """The conditions, for at ``most`` so many answers, for one of them to be the first. ``rows`` are
-        the answers here and with each number moved."""
+        """The conditions, for at ``most`` so many answers, for one of them to be the first.
+        ``rows`` are the answers here and with each number moved."""
         ranges = [list(map(_around, *some)) for some in zip(*rows, strict=True)]
         keys = [self._keys(some) for some in rows]
         asked, new = list[int](), [place]
@@ -166,17 +169,23 @@ class Nearby:
         """The numbers of every answer that the ranking reads, and the given ones."""
         found: list[tuple[float, ...]] | None = self._values(*numbers)
         count = len(self.program.endings)
-        return found if found is not None and len(found) == count and self.settles(numbers) else None
+        return (
+            found if found is not None and len(found) == count and self.settles(numbers) else None
+        )
 
     def _keys(self, rows: Rows) -> list[Key]:
         count = len(self.ranked.ranking.read)
         return self.ranked.ranking.keys_of_rows([row[:count] for row in rows], rows[0][count:])
 
     def _unclear(
-        self, place: int, ranges: Sequence[Sequence[Ends]], keys: Sequence[Sequence[Key]], limits: Limits
+        self,
+        place: int,
+        ranges: Sequence[Sequence[Ends]],
+        keys: Sequence[Sequence[Key]],
+        limits: Limits,
     ) -> tuple[list[int], set[int]]:
-        """The answers that may come before that of a place somewhere in the ranges, within the limits, and
-        those that only the sizes distinguish from it."""
+        """The answers that may come before that of a place somewhere in the ranges, within the
+        limits, and those that only the sizes distinguish from it."""
         ranking, answers, given = self.ranked
         rows = [
             [
@@ -196,7 +205,9 @@ class Nearby:
         told = self._over(tuple(pair == (0.0, 0.0) for pair in known))(ends)
         others = [other for other in range(len(rows)) if other != place]
         unclear = [
-            k for k in others if not before(told[place], told[k], [(key[place], key[k]) for key in keys])
+            k
+            for k in others
+            if not before(told[place], told[k], [(key[place], key[k]) for key in keys])
         ]
         whole = {k for k in (place, *unclear) if _counts_whole(k, rows, ranking.angles)}
         comparable = set[int]()
@@ -210,8 +221,8 @@ class Nearby:
 
 
 def _counts_whole(place: int, rows: Sequence[Sequence[Ends]], angles: Sequence[bool]) -> bool:
-    """Whether no number of an answer, except angles, is so small in its range that it may count as 0
-    relative to those of the others."""
+    """Whether no number of an answer, except angles, is so small in its range that it may count as
+    0 relative to those of the others."""
     for angle, column in zip(angles, zip(*rows, strict=True), strict=False):
         least = max(column[place][0], -column[place][1], 0.0)
         if not angle and any(least <= 2.0 * ZERO * max(-low, high) for low, high in column):

@@ -1,14 +1,14 @@
 """Newton's method on the rules of a block, started at the recorded answer.
 
-The steps must shrink by ``CONTRACTION`` from one to the next: then the iteration stays on the branch of the
-record (Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 5.1.2: the first contraction factor).
-If they do not, the known numbers are moved from those of the record in smaller and smaller shares. At the end
-the root is rounded to some of its digits and corrected from there, so that its last ones do not depend on the
-start of the iteration.
+The steps must shrink by ``CONTRACTION`` from one to the next: then the iteration stays on the
+branch of the record (Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 5.1.2: the
+first contraction factor). If they do not, the known numbers are moved from those of the record in
+smaller and smaller shares. At the end the root is rounded to some of its digits and corrected from
+there, so that its last ones do not depend on the start of the iteration.
 
-The linear systems are eliminated in straight-line code: the pivots are chosen once, at the numbers of the
-sample, in the order of Markowitz (Management Science 3, 1957, 255-269) among those that are not small in
-their row. Only nonzero entries are computed.
+The linear systems are eliminated in straight-line code: the pivots are chosen once, at the numbers
+of the sample, in the order of Markowitz (Management Science 3, 1957, 255-269) among those that are
+not small in their row. Only nonzero entries are computed.
 """
 
 from __future__ import annotations
@@ -46,7 +46,8 @@ Entries: TypeAlias = dict[tuple[int, int], Any]
 
 @dataclass
 class Elimination:
-    """Solves linear systems of one matrix. ``steps`` are the row operations, ``pivots`` in their order."""
+    """Solves linear systems of one matrix. ``steps`` are the row operations, ``pivots`` in their
+    order."""
 
     flow: Flow
     size: int
@@ -72,8 +73,8 @@ class Elimination:
 
 
 def eliminate(flow: Flow, nodes: Entries, numbers: Entries, scale: Sequence[float]) -> Elimination:
-    """The elimination of a matrix (n, n) of nodes whose columns are of the sizes ``scale``; ``numbers`` are
-    those of the nodes at the sample. Both are overwritten.
+    """The elimination of a matrix (n, n) of nodes whose columns are of the sizes ``scale``;
+    ``numbers`` are those of the nodes at the sample. Both are overwritten.
 
     Raises NotCompilable if the matrix of the sample is singular.
     """
@@ -122,18 +123,20 @@ MAX_UNKNOWNS = 60
 CONTRACTION = 0.25
 ITERATIONS = 12
 CONVERGED = 1e-7
-"""Relative length of a step after which the next one is no more than the correction of a rounded root."""
+"""Relative length of a step after which the next one is no more than the correction of a rounded
+root."""
 LAST = 3e-10
 """Relative length that this correction may have."""
 CONDITION = 1e6
 """The largest error of the unknowns that a record answers for, in units of the last place."""
 ZERO, CANCELLED = 1e-12, 1e-3
-"""Share of the terms of its rule below which an unknown is 0 to rounding, and that it is measured by then."""
+"""Share of the terms of its rule below which an unknown is 0 to rounding, and that it is measured
+by then."""
 QUIET = 0.1
 """Share of ``CONDITION`` below which a record does not ask again next to where it was made."""
 NEXT, BESIDE = 0.05, 5e-3
-"""Next to it: known numbers within so much of themselves, that move no unknown by more than itself. How far
-beside the record its roots are computed, to see how they bend."""
+"""Next to it: known numbers within so much of themselves, that move no unknown by more than itself.
+How far beside the record its roots are computed, to see how they bend."""
 MOST_STEPS = 4
 """Steps that are written one after the other."""
 POWERS = 4
@@ -143,13 +146,15 @@ FINEST = 1.0 / 64.0
 FEWER = 32
 """Rows along a line of many that are followed one after another; the others start between these."""
 SPLITTER = 2.0**17 + 1.0
-"""Multiplied by this and taken away again, a float is rounded to 36 binary digits (Dekker, 1971)."""
+"""Multiplied by this and taken away again, a float is rounded to 36 binary digits (Dekker,
+1971)."""
 BACK = 1e-13
 """Relative distance within which Newton's method at the sample returns to its root."""
 
 
 class BlockNewton:
-    """The root of a block next to a sample, as a function of the ``known`` numbers that are varying."""
+    """The root of a block next to a sample, as a function of the ``known`` numbers that are
+    varying."""
 
     def __init__(
         self,
@@ -181,8 +186,9 @@ class BlockNewton:
             raise NotCompilable from None
 
     def _settled(self) -> tuple[float, ...]:
-        """The root at the sample, by the rules as they are or, if these do not lead back to it, without
-        their logarithms: next to a pole of one a root cannot be rounded. Raises ValueError."""
+        """The root at the sample, by the rules as they are or, if these do not lead back to it,
+        without their logarithms: next to a pole of one a root cannot be rounded. Raises
+        ValueError."""
         kernel = self.kernel
         found, near = self._led_to(kernel.forms, kernel.partials)
         if not near:
@@ -197,7 +203,8 @@ class BlockNewton:
     def _led_to(
         self, forms: Sequence[Expression], partials: Sequence[Expression | None]
     ) -> tuple[tuple[float, ...] | None, bool]:
-        """The root that forms of the rules lead to at the sample, and whether it is that of the record."""
+        """The root that forms of the rules lead to at the sample, and whether it is that of the
+        record."""
         every, unknowns = (*self.kernel.unknowns, *self.known), self.kernel.unknowns
         point = {**dict(zip(every, (*self.start, *self.sample), strict=True)), **self.fixed}
         self.forms, self.partials = forms, partials
@@ -221,9 +228,9 @@ class BlockNewton:
         return None, False
 
     def _write(self) -> None:
-        """The operations of a step, of the root that it leads to (rounded, corrected by its slopes), and of
-        the rounding errors of the unknowns: an inverse of the slopes times the sizes of the rules, with
-        signs drawn once (Higham, Accuracy and Stability, ch. 15)."""
+        """The operations of a step, of the root that it leads to (rounded, corrected by its
+        slopes), and of the rounding errors of the unknowns: an inverse of the slopes times the
+        sizes of the rules, with signs drawn once (Higham, Accuracy and Stability, ch. 15)."""
         self.flow = flow = Flow(plain=True)
         unknowns, every = self.kernel.unknowns, (*self.kernel.unknowns, *self.known)
         places = {name: flow.input(i) for i, name in enumerate(every)}
@@ -239,7 +246,12 @@ class BlockNewton:
         self.root = [flow.raw("sub", near[x], d) for x, d in zip(unknowns, last, strict=True)]
         self.lengths = [self._length(some) for some in (self.step, last, moved)]
         self._tell_quiet([inverse.upper[place] for place in inverse.pivots])
-        parts = [*self.step, self.lengths[0]], [*self.root, self.lengths[1]], [self.alike], self.lengths[2:]
+        parts = (
+            [*self.step, self.lengths[0]],
+            [*self.root, self.lengths[1]],
+            [self.alike],
+            self.lengths[2:],
+        )
         self._newton: Callable[..., tuple[float, ...] | None] = block_function(
             Program(flow, len(every), (Ending(tuple(chain(*parts)), ()),)),
             ", ".join([*_names(len(every)), "near=False"]),
@@ -248,7 +260,8 @@ class BlockNewton:
         )
 
     def _tell_quiet(self, pivots: Sequence[int]) -> None:
-        """Whether rounding hardly moves the root at the sample, and so wherever ``pivots`` are similar."""
+        """Whether rounding hardly moves the root at the sample, and so wherever ``pivots`` are
+        similar."""
         flow, raw = self.flow, self.flow.raw
         at_sample = Numbers(flow, dict(enumerate((*self.start, *self.sample))))
         sizes = {node: float(at_sample(node)) for node in pivots if flow.value_of(node) is None}
@@ -290,15 +303,17 @@ class BlockNewton:
 
     def _terms_of_zeros(self, point: Mapping[str, float]) -> Iterator[float]:
         """For an unknown that is 0 to rounding a share of its cancelling terms; else 0."""
-        sizes = [sum(abs(slope * point[name]) for name, slope in some.items()) for some in self.gradients]
+        sizes = [
+            sum(abs(slope * point[name]) for name, slope in some.items()) for some in self.gradients
+        ]
         for x, column in zip(self.start, zip(*self.slopes, strict=True), strict=True):
             shares = (size / abs(slope) for size, slope in zip(sizes, column, strict=True) if slope)
             terms = min(shares, default=0.0)
             yield CANCELLED * terms if abs(x) <= ZERO * terms else 0.0
 
     def _bends(self) -> list[Array]:
-        """The coefficients (unknowns,) of the second and higher powers of a move of the known number; none of
-        several, or if the roots next to the sample are not found."""
+        """The coefficients (unknowns,) of the second and higher powers of a move of the known
+        number; none of several, or if the roots next to the sample are not found."""
         if len(self.sample) != 1:
             return []
         (number,) = self.sample
@@ -333,7 +348,9 @@ class BlockNewton:
         self.prediction = flow, predicted
         within = [str(self.quiet)]
         for j, number in enumerate(self.sample):
-            share = max(abs(t) / s for t, s in zip(self.tangent[:, j].tolist(), self.scale, strict=True))
+            share = max(
+                abs(t) / s for t, s in zip(self.tangent[:, j].tolist(), self.scale, strict=True)
+            )
             reach = min(NEXT * abs(number), 1.0 / share if share else math.inf)
             within.append(f"{number - reach!r} <= a{j} <= {number + reach!r}")
         near = " and ".join(within)
@@ -345,9 +362,11 @@ class BlockNewton:
         )
 
     def _loop(self, *parts: tuple[list[str], list[str]]) -> list[str]:
-        """The iteration around the statements of a step, and those of the root after it: steps until one is
-        shorter; the last of them is not taken."""
-        (steps, (*off, length)), (below, (*root, last)), (pivots, (alike,)), (error, (moved,)) = parts
+        """The iteration around the statements of a step, and those of the root after it: steps
+        until one is shorter; the last of them is not taken."""
+        (steps, (*off, length)), (below, (*root, last)), (pivots, (alike,)), (error, (moved,)) = (
+            parts
+        )
         names = _names(len(off))
         return [
             "before = inf",
@@ -358,7 +377,8 @@ class BlockNewton:
             "    if not length <= before: return None",
             f"    if length > {QUIET**2!r}: near = False",
             f"    before = length * {CONTRACTION**2!r}",
-            f"    {', '.join(names)} = {', '.join(f'{a} - {d}' for a, d in zip(names, off, strict=True))}",
+            f"    {', '.join(names)} = "
+            f"{', '.join(f'{a} - {d}' for a, d in zip(names, off, strict=True))}",
             "else: return None",
             *below,
             f"if not {last} <= {LAST**2!r}: return None",
@@ -370,8 +390,8 @@ class BlockNewton:
         ]
 
     def unrolled(self, flow: Graph, known: Sequence[int]) -> list[int]:
-        """The root as nodes of another graph, by as many steps as are needed near the record; nan if these
-        are not enough."""
+        """The root as nodes of another graph, by as many steps as are needed near the record; nan
+        if these are not enough."""
         x = self._predicted(flow, known)
         for _ in range(1, self._enough):
             step = copied(self.flow, flow, self.step, [*x, *known])
@@ -382,7 +402,9 @@ class BlockNewton:
         """The root that a last step leads to; nan if that is far, or if rounding may lead far. With
         ``alike``, pivots like those of the record show that it does not."""
         raw, limits = self.flow.raw, (CONVERGED, LAST, CONDITION)
-        asked = [raw("le", length, limit**2) for length, limit in zip(self.lengths, limits, strict=True)]
+        asked = [
+            raw("le", length, limit**2) for length, limit in zip(self.lengths, limits, strict=True)
+        ]
         good = raw("and", raw("and", *asked[:2]), self.alike if alike else asked[2])
         return [raw("where", good, root, math.nan) for root in self.root]
 
@@ -390,16 +412,24 @@ class BlockNewton:
         """Known numbers slightly outside the range in which the powers were fitted."""
         for j, number in enumerate(self.sample):
             for share in (-2.5 * BESIDE, 2.5 * BESIDE):
-                yield [*self.sample[:j], number + share * (abs(number) or 1.0), *self.sample[j + 1 :]]
+                yield [
+                    *self.sample[:j],
+                    number + share * (abs(number) or 1.0),
+                    *self.sample[j + 1 :],
+                ]
 
     @cached_property
     def _alike(self) -> bool:
         """Whether the pivots are similar to those of the record, which rounding hardly moves."""
         try:
-            roots = [(*self.scalar(*known), *known) for known in self._beside()] if self.quiet else []
+            roots = (
+                [(*self.scalar(*known), *known) for known in self._beside()] if self.quiet else []
+            )
         except ValueError:
             return False
-        return self.quiet and all(Numbers(self.flow, dict(enumerate(root)))(self.alike) for root in roots)
+        return self.quiet and all(
+            Numbers(self.flow, dict(enumerate(root)))(self.alike) for root in roots
+        )
 
     @cached_property
     def _enough(self) -> int:
@@ -419,7 +449,8 @@ class BlockNewton:
     def scalar(self, *known: float) -> tuple[float, ...]:
         """The root at these numbers. Raises ValueError if the branch of the record is lost.
 
-        The iteration starts as predicted, or at the root of the last call if that was not enough there.
+        The iteration starts as predicted, or at the root of the last call if that was not enough
+        there.
         """
         last = self._last
         try:
@@ -437,7 +468,11 @@ class BlockNewton:
         return found
 
     def _followed(
-        self, known: Sequence[float], before: Sequence[float], root: tuple[float, ...], share: float = 1.0
+        self,
+        known: Sequence[float],
+        before: Sequence[float],
+        root: tuple[float, ...],
+        share: float = 1.0,
     ) -> tuple[float, ...]:
         """The root, by way of numbers between those ``before`` and these."""
         at = 0.0
@@ -459,7 +494,8 @@ class BlockNewton:
 
     @cached_property
     def _kernels(self) -> tuple[ArrayKernel, ...]:
-        """The kernels for the predicted roots, for steps and their lengths, and for the final root."""
+        """The kernels for the predicted roots, for steps and their lengths, and for the final
+        root."""
         steps = *self.step, self.lengths[0]
         pairs = self.prediction, (self.flow, steps), (self.flow, self._found(False))
         return tuple(ArrayKernel(flow, wanted) for flow, wanted in pairs)
@@ -474,7 +510,9 @@ class BlockNewton:
         """The roots (unknowns, n); nan where the branch is lost."""
         given = [np.atleast_1d(np.asarray(column, dtype=float)) for column in known]
         count = max(map(len, given), default=1)
-        columns = np.array([np.broadcast_to(column, count) for column in given]).reshape(len(given), count)
+        columns = np.array([np.broadcast_to(column, count) for column in given]).reshape(
+            len(given), count
+        )
         with np.errstate(all="ignore"):
             return self._along(columns) if given and _in_line(columns) else self._reached(columns)
 
@@ -483,10 +521,13 @@ class BlockNewton:
         return self._iterate(self._run(0, columns), columns)
 
     def _along(self, columns: Array) -> Array:
-        """The roots (unknowns, n) along a line of known numbers (m, n): of some rows one after another, of
-        those between from these. If two such rows next to one another are lost, so are all between."""
+        """The roots (unknowns, n) along a line of known numbers (m, n): of some rows one after
+        another, of those between from these. If two such rows next to one another are lost, so are
+        all between."""
         count = columns.shape[1]
-        moves = abs(columns[:, -1] - columns[:, 0]) / np.maximum(abs(columns[:, -1]), abs(columns[:, 0]))
+        moves = abs(columns[:, -1] - columns[:, 0]) / np.maximum(
+            abs(columns[:, -1]), abs(columns[:, 0])
+        )
         place = int(np.argmax(np.nan_to_num(moves)))
         rows = np.linspace(0, count - 1, min(count, FEWER)).astype(np.intp)
         known = self._walked(columns[:, rows], place)
@@ -502,8 +543,8 @@ class BlockNewton:
         return found
 
     def _walked(self, columns: Array, place: int) -> Array:
-        """The roots (unknowns, n) of rows (m, n), each from that before it, away from the record by the known
-        number of a place; none after one that is lost."""
+        """The roots (unknowns, n) of rows (m, n), each from that before it, away from the record by
+        the known number of a place; none after one that is lost."""
         found = np.full((len(self.start), columns.shape[1]), np.nan)
         off = columns[place] - self.sample[place]
         order = np.argsort(abs(off), kind="stable")
@@ -512,7 +553,9 @@ class BlockNewton:
             for row in side.tolist():
                 there = tuple(columns[:, row].tolist())
                 try:
-                    root = self.scalar(*there) if root is None else self._followed(there, before, root)
+                    root = (
+                        self.scalar(*there) if root is None else self._followed(there, before, root)
+                    )
                 except ValueError:
                     break
                 found[:, row], before = root, there
@@ -544,7 +587,8 @@ def _in_line(columns: Array) -> bool:
 
 
 def _between(at: Array, rows: Array, roots: Array) -> Array:
-    """The roots (unknowns, n) at numbers (n,) by cubic interpolation of those (unknowns, k) of some rows."""
+    """The roots (unknowns, n) at numbers (n,) by cubic interpolation of those (unknowns, k) of some
+    rows."""
     first = np.clip(np.searchsorted(rows, np.arange(len(at))) - 2, 0, len(rows) - 4)
     near = [at[rows[first + k]] for k in range(4)]
     found = np.zeros((len(roots), len(at)))

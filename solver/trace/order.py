@@ -1,9 +1,10 @@
 """The ranking of answers as operations of a record.
 
-``Ranking`` is written over numbers of any kind; here they are nodes of a program. The keys of the answers
-are written as far as they order them at the sample; if that part is equal for two of them, another record
-decides. Over ranges of numbers the ranking shows in which the order of the sample is kept: interval
-arithmetic without outward rounding, since the ranking compares at a resolution of a millionth.
+``Ranking`` is written over numbers of any kind; here they are nodes of a program. The keys of the
+answers are written as far as they order them at the sample; if that part is equal for two of them,
+another record decides. Over ranges of numbers the ranking shows in which the order of the sample is
+kept: interval arithmetic without outward rounding, since the ranking compares at a resolution of a
+millionth.
 """
 
 from __future__ import annotations
@@ -34,7 +35,10 @@ class KeyRanges:
         ranking, answers, given = ranked
         table, places = Flow(), dict[int, int]()
         rows = [
-            [None if node is None else table.input(places.setdefault(node, len(places))) for node in row]
+            [
+                None if node is None else table.input(places.setdefault(node, len(places)))
+                for node in row
+            ]
             for row in (*answers, given)
         ]
         keys = keys_as_nodes(table, ranking, rows[:-1], rows[-1], zero)
@@ -52,8 +56,8 @@ def before(
 ) -> NDArray[np.bool_]:
     """Whether one key is less than another for all numbers in the ranges, (spans,).
 
-    ``known`` are both keys at some points, as ``spread`` takes them: for parts that are not counts, their
-    distances decide if the ranges do not.
+    ``known`` are both keys at some points, as ``spread`` takes them: for parts that are not counts,
+    their distances decide if the ranges do not.
     """
     sooner, alike = np.False_, np.True_
     for place, (a, b) in enumerate(zip(one, other, strict=True)):
@@ -150,8 +154,8 @@ Ends: TypeAlias = tuple[tuple[int, float, float], ...]
 class Order(NamedTuple):
     """The order of answers: by ``keys``, under ``conditions`` that make these decide.
 
-    If the nodes of ``usual`` lie between their ends the answers are in the order of the sample, whatever the
-    keys are, and if those of ``first`` do the first one is the first.
+    If the nodes of ``usual`` lie between their ends the answers are in the order of the sample,
+    whatever the keys are, and if those of ``first`` do the first one is the first.
     """
 
     keys: tuple[tuple[int, ...], ...] = ()
@@ -162,15 +166,19 @@ class Order(NamedTuple):
     @property
     def nodes(self) -> tuple[int, ...]:
         """Every node that is read to sort the answers."""
-        return (*self.conditions, *(n for key in self.keys for n in key), *(n for n, _, _ in self.usual))
+        return (
+            *self.conditions,
+            *(n for key in self.keys for n in key),
+            *(n for n, _, _ in self.usual),
+        )
 
 
 UNORDERED = Order()
 
 
 class Ranked(NamedTuple):
-    """The input of the ``ranking``: nodes of the names of each answer, and of the given ones; None for one
-    without a number."""
+    """The input of the ``ranking``: nodes of the names of each answer, and of the given ones; None
+    for one without a number."""
 
     ranking: Ranking
     answers: tuple[tuple[int | None, ...], ...]
@@ -178,13 +186,17 @@ class Ranked(NamedTuple):
 
 
 def order(
-    flow: Flow, ranked: Ranked, numbers: Callable[[int], float], beforehand: bool, double: Sequence[bool]
+    flow: Flow,
+    ranked: Ranked,
+    numbers: Callable[[int], float],
+    beforehand: bool,
+    double: Sequence[bool],
 ) -> Order:
-    """Sorts answers that are in order at the sample; ``beforehand``: and the ranges in which this is known.
-    Those at ``double`` roots come last.
+    """Sorts answers that are in order at the sample; ``beforehand``: and the ranges in which this
+    is known. Those at ``double`` roots come last.
 
-    ``numbers`` gives the value of a node at the sample. Raises NotCompilable if the ranking does not
-    distinguish the answers of the sample.
+    ``numbers`` gives the value of a node at the sample. Raises NotCompilable if the ranking does
+    not distinguish the answers of the sample.
     """
 
     ranking, answers, given = ranked
@@ -220,7 +232,8 @@ def keys_as_nodes(
 ) -> list[tuple[int, ...]]:
     """The nodes of the parts of each answer's key; ``zero`` marks the given numbers that are 0."""
     known, *rows = [
-        [math.nan if node is None else Number(flow, node) for node in nodes] for nodes in (given, *answers)
+        [math.nan if node is None else Number(flow, node) for node in nodes]
+        for nodes in (given, *answers)
     ]
     found = ranking.keys_on(_arithmetic(flow), rows, known, zero)
     return [tuple(_node(flow, part) for part in key) for key in found]
@@ -233,7 +246,8 @@ def _usual(
     numbers: Callable[[int], float],
     pairs: Callable[[Sequence[Any]], Iterable[tuple[Any, Any]]],
 ) -> Ends:
-    """The widest ranges around the sample in which the ranking is known to order pairs of answers."""
+    """The widest ranges around the sample in which the ranking is known to order pairs of
+    answers."""
     ranking, answers, given = ranked
     angles = dict(zip(ranking.names, ranking.angles, strict=True))
     kinds = dict[int, bool]()
@@ -269,7 +283,10 @@ def _free(
         turns = dict.fromkeys(found, 0) | {node: turn for turn, node in enumerate(waiting)}
         spans = np.arange(len(waiting))
         free = {node: turns.get(node, len(waiting)) <= spans for node in ranges}
-        ends = {n: (np.where(free[n], -FAR, a), np.where(free[n], FAR, b)) for n, (a, b) in ranges.items()}
+        ends = {
+            n: (np.where(free[n], -FAR, a), np.where(free[n], FAR, b))
+            for n, (a, b) in ranges.items()
+        }
         count = [*told(ends), False].index(False)
         found.update(waiting[:count])
         waiting = waiting[count + 1 :]
@@ -313,6 +330,10 @@ def _arithmetic(flow: Flow) -> Arithmetic:
         return value if isinstance(value, Number) or value == value else other
 
     def rounded(value: Any) -> Any:
-        return Number(flow, flow.add("rint", value.node)) if isinstance(value, Number) else round(value)
+        return (
+            Number(flow, flow.add("rint", value.node))
+            if isinstance(value, Number)
+            else round(value)
+        )
 
     return Arithmetic(there, lambda values: reduce(larger, values), rounded, decade)

@@ -1,11 +1,12 @@
 """The program of a record: a graph of operations, the results of each answer, and their conditions.
 
-On arrays the endings are all answers of a row in their order, none of them twice; if the order is not known
-beforehand they are exchanged in pairs by selections (an insertion sort without branches, stable as the list
-is). Conditions implied by others, by the ranges of the numbers, are left out: a number lies in up to three
-intervals, below zero, at zero and above. Rounding is monotonic, so the ends of a result come from the ends of
-its operands by the operation itself (R. E. Moore, Interval Analysis, 1966, without outward rounding).
-Comparisons are decided only for numbers that are required to be finite.
+On arrays the endings are all answers of a row in their order, none of them twice; if the order is
+not known beforehand they are exchanged in pairs by selections (an insertion sort without branches,
+stable as the list is). Conditions implied by others, by the ranges of the numbers, are left out: a
+number lies in up to three intervals, below zero, at zero and above. Rounding is monotonic, so the
+ends of a result come from the ends of its operands by the operation itself (R. E. Moore, Interval
+Analysis, 1966, without outward rounding). Comparisons are decided only for numbers that are
+required to be finite.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from solver.trace.flow import Flow
 from solver.trace.graph import LOGICAL, OPERATIONS, NotCompilable, computed_from, operands
@@ -22,8 +23,8 @@ from solver.trace.order import UNORDERED, Order, Ranked
 
 
 class Ending(NamedTuple):
-    """One answer as nodes of the graph: the wanted values (a symbol by its name), which count if all of
-    ``holds`` is true."""
+    """One answer as nodes of the graph: the wanted values (a symbol by its name), which count if
+    all of ``holds`` is true."""
 
     results: tuple[int | str, ...]
     holds: tuple[int, ...]
@@ -41,12 +42,14 @@ class Box:
 
 
 class Program(NamedTuple):
-    """``inputs`` is the number of inputs; ``symbols`` are the inputs, by place, that must have these values.
+    """``inputs`` is the number of inputs; ``symbols`` are the inputs, by place, that must have
+    these values.
 
-    The endings are all answers of a row, in the order of the sample; ``order`` gives that of a row. If one of
-    them does not count, none does. ``brief`` computes only the first answer of most rows: of its endings only
-    the first one has to count. If answers are iterated, ``ranked`` orders them. Each input lies within the
-    ``box``. The conditions ``watches`` show that cases without an answer still have none.
+    The endings are all answers of a row, in the order of the sample; ``order`` gives that of a row.
+    If one of them does not count, none does. ``brief`` computes only the first answer of most rows:
+    of its endings only the first one has to count. If answers are iterated, ``ranked`` orders them.
+    Each input lies within the ``box``. The conditions ``watches`` show that cases without an answer
+    still have none.
     """
 
     flow: Flow
@@ -81,10 +84,14 @@ def counts(flow: Flow, conditions: Sequence[int], quick: bool = False) -> int:
     checks, numbers = checks_and_bounds(flow, conditions)
     holds = flow.over("and", (_straight(flow, check, quick) for check in checks))
     opposites = [n for n in computed_from(flow, checks) if flow.nodes[n][0] in ("not", "xor")]
-    read = computed_from(flow, opposites)  # rows have no sines of huge angles (nan), and nan is not less
+    read = computed_from(
+        flow, opposites
+    )  # rows have no sines of huge angles (nan), and nan is not less
     sines = sorted(n for n in read if flow.nodes[n][0] in ("sind", "cosd"))
     finite = dict.fromkeys((*numbers.values(), *sines))
-    return flow.add("and", holds, flow.node("finite", flow.over("add", finite))) if finite else holds
+    return (
+        flow.add("and", holds, flow.node("finite", flow.over("add", finite))) if finite else holds
+    )
 
 
 def _straight(flow: Flow, condition: int, quick: bool) -> int:
@@ -111,11 +118,11 @@ def each_of(flow: Flow, conditions: Iterable[int]) -> Iterator[int]:
 
 
 class AllAnswers(NamedTuple):
-    """``symbols`` (one for each wanted name) are the words that a column of symbols has the numbers of,
-    or None.
+    """``symbols`` (one for each wanted name) are the words that a column of symbols has the numbers
+    of, or None.
 
-    ``places`` are the wanted values of each place; ``there`` tells whether they differ from those of all
-    earlier places. All of it counts if the node ``holds`` is true.
+    ``places`` are the wanted values of each place; ``there`` tells whether they differ from those
+    of all earlier places. All of it counts if the node ``holds`` is true.
     """
 
     places: list[tuple[int, ...]]
@@ -134,7 +141,8 @@ def every(program: Program, in_order: bool, quick: bool) -> AllAnswers:
     holds = counts(flow, program.holds, quick)
     pairs = [zip(ending.results, symbols, strict=True) for ending in program.endings]
     places = [
-        tuple(flow.constant(float(w.index(str(r)))) if w else int(r) for r, w in pair) for pair in pairs
+        tuple(flow.constant(float(w.index(str(r)))) if w else int(r) for r, w in pair)
+        for pair in pairs
     ]
     if in_order:
         holds = flow.over("and", (holds, *order.conditions))
@@ -239,7 +247,11 @@ class _Simplification:
         endings = tuple(
             Ending(
                 tuple(r if isinstance(r, str) else self.nodes[r] for r in ending.results),
-                tuple(dict.fromkeys(kept[one] for one in each_of(self.flow, ending.holds) if one in kept)),
+                tuple(
+                    dict.fromkeys(
+                        kept[one] for one in each_of(self.flow, ending.holds) if one in kept
+                    )
+                ),
             )
             for ending in old.endings
         )
@@ -277,7 +289,8 @@ class _Simplification:
         read = [self.ranges.get(part, ANY) for part in operands(self.flow, node)]
         name = rest[0] if kind == "call" else kind
         if kind == "const":
-            return ANY if isinstance(rest[0], bool) or rest[0] != rest[0] else joined([(rest[0], rest[0])])  # type: ignore[list-item]
+            value: Any = rest[0]
+            return ANY if isinstance(value, bool) or value != value else joined([(value, value)])
         if name in _WITHIN:
             return joined([(-_WITHIN[str(name)], _WITHIN[str(name)])])
         if kind in ("where", "max"):
@@ -308,7 +321,11 @@ class _Simplification:
         return {
             sign
             for (low, high), (least, most) in product(self.ranges[a], self.ranges[b])
-            for sign, can in ((-1, low < most), (0, low <= most and least <= high), (1, high > least))
+            for sign, can in (
+                (-1, low < most),
+                (0, low <= most and least <= high),
+                (1, high > least),
+            )
             if can
         }
 

@@ -1,9 +1,9 @@
 """A program as Python source: one solve on floats, in straight-line code.
 
-For sines and cosines of degrees the angle is reduced to the nearest right angle, exactly, and the rest is
-converted to radians with one rounding: a change of the angle by no more than its last digit. Multiples of 30
-degrees are exact if the exact answer is a float, as in ``rulesheets.functions.floats``, which is more
-accurate and slower.
+For sines and cosines of degrees the angle is reduced to the nearest right angle, exactly, and the
+rest is converted to radians with one rounding: a change of the angle by no more than its last
+digit. Multiples of 30 degrees are exact if the exact answer is a float, as in
+``rulesheets.functions.floats``, which is more accurate and slower.
 """
 
 from __future__ import annotations
@@ -47,10 +47,14 @@ def sine_and_cosine(degrees: float) -> tuple[float, float]:
 
 
 def sine_and_cosine_lines(angle: str, sine: str | None, cosine: str | None) -> list[str]:
-    """Statements that assign the requested values, without a call if the angle needs no reduction."""
+    """Statements that assign the requested values, without a call if the angle needs no
+    reduction."""
     lines = [f"if -{NEAR} <= {angle} <= {NEAR}:", f"    r = {angle} * {RADIAN!r}"]
     if sine:
-        lines += [f"    {sine} = sin(r)", f"    if {angle} * {angle} == 900.0: {sine} = {angle} / 60.0"]
+        lines += [
+            f"    {sine} = sin(r)",
+            f"    if {angle} * {angle} == 900.0: {sine} = {angle} / 60.0",
+        ]
     if cosine:
         lines.append(f"    {cosine} = cos(r)")
     return [*lines, "else:", f"    {sine or '_'}, {cosine or '_'} = sine_and_cosine({angle})"]
@@ -101,8 +105,8 @@ _FUNCTIONS: dict[str, object] = {
 
 
 def compile_scalar(program: Program, all_answers: bool = False) -> Callable[..., Any]:
-    """``f(*numbers)`` returns the wanted values of the primary answer, or None if the program does not cover
-    them.
+    """``f(*numbers)`` returns the wanted values of the primary answer, or None if the program does
+    not cover them.
 
     With ``all_answers`` a list of them, the primary first.
     """
@@ -129,8 +133,8 @@ def block_function(
 ) -> Callable[..., Any]:
     """A function of ``arguments``, inputs ``a0``, ``a1``, … of a program, around its operations.
 
-    ``parts`` are the numbers of results of each part; ``written`` makes the statements of the body from a
-    pair for each part: the statements before its results, and the texts of these.
+    ``parts`` are the numbers of results of each part; ``written`` makes the statements of the body
+    from a pair for each part: the statements before its results, and the texts of these.
     """
     writer, pairs = _Writer(program, False), []
     nodes = [node for node in program.endings[0].results if isinstance(node, int)]
@@ -145,7 +149,9 @@ def block_function(
     return namespace["solve"]  # type: ignore[no-any-return]
 
 
-def with_fallback(function: Callable[..., Any], otherwise: Callable[..., Any]) -> Callable[..., Any]:
+def with_fallback(
+    function: Callable[..., Any], otherwise: Callable[..., Any]
+) -> Callable[..., Any]:
     """A compiled function that calls ``otherwise`` for numbers that it does not cover."""
     known = {**function.__globals__, "otherwise": otherwise}
     return FunctionType(function.__code__, known, function.__name__, function.__defaults__)
@@ -264,7 +270,9 @@ class _Writer:
 
     def text(self, node: int) -> str:
         """Source of a node, after lines for the nodes that it is computed from."""
-        for below in sorted(computed_from(self.flow, [node], self.texts)):  # each after its operands
+        for below in sorted(
+            computed_from(self.flow, [node], self.texts)
+        ):  # each after its operands
             if below not in self.texts:
                 self._write(below, *self.flow.nodes[below])
         return self.texts[node]
@@ -285,7 +293,9 @@ class _Writer:
                 self.texts[node] = name
             case _:
                 parts_of = operands(self.flow, node)
-                self.depths[node] = 1 + max((self.depths.get(part, 0) for part in parts_of), default=0)
+                self.depths[node] = 1 + max(
+                    (self.depths.get(part, 0) for part in parts_of), default=0
+                )
                 self.texts[node] = self._source(str(operation), parts, read)
                 if self.reads[node] > 1 or self.depths[node] > DEEP:
                     self._line(f"{name} = {self.texts[node]}")
@@ -314,10 +324,13 @@ class _Writer:
                 return f"f_{parts[0]}({', '.join(read)})"
             case "unfolded":
                 ends, asked = f"f_{parts[0]}.__self__.ends", f"f_{parts[0]}({', '.join(read)})"
-                within = [f"{ends}[{2 * k}] <= {x} <= {ends}[{2 * k + 1}]" for k, x in enumerate(read)]
+                within = [
+                    f"{ends}[{2 * k}] <= {x} <= {ends}[{2 * k + 1}]" for k, x in enumerate(read)
+                ]
                 return f"({' and '.join(within)} or {asked})"
             case "neg" if self.flow.nodes[parts[0]][0] == "sub" and read[0] != f"t{parts[0]}":
-                return f"({' - '.join(self.texts[part] for part in operands(self.flow, parts[0])[::-1])})"
+                swapped = operands(self.flow, parts[0])[::-1]
+                return f"({' - '.join(self.texts[part] for part in swapped)})"
         source = OPERATIONS[operation].source
         return source.format(*read) if source else f"{operation}({', '.join(read)})"
 

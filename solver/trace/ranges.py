@@ -1,10 +1,12 @@
-"""Ranges of the numbers of a record over spans of rows, and the conditions that hold in all of them.
+"""Ranges of the numbers of a record over spans of rows, and the conditions that hold in all of
+them.
 
-The ends of a result come from the ends of its operands by the operation used for rows. As rounding is
-monotonic, they enclose the results of every row of the span (R. E. Moore, Interval Analysis, 1966, without
-outward rounding); those of functions with errors in the last places are moved outward. So a condition that
-holds for a span holds in each of its rows. If a number might be undefined or infinite, both ends are nan,
-and so are those of all results computed from it; comparisons with it are undecided.
+The ends of a result come from the ends of its operands by the operation used for rows. As rounding
+is monotonic, they enclose the results of every row of the span (R. E. Moore, Interval Analysis,
+1966, without outward rounding); those of functions with errors in the last places are moved
+outward. So a condition that holds for a span holds in each of its rows. If a number might be
+undefined or infinite, both ends are nan, and so are those of all results computed from it;
+comparisons with it are undecided.
 """
 
 from __future__ import annotations
@@ -24,8 +26,8 @@ from solver.trace.flow import Flow
 from solver.trace.graph import DEGREE, operands, schedule
 
 Pair: TypeAlias = tuple[Any, Any]
-"""The least and the largest number (spans,); of a condition where it surely holds and where it surely does
-not, masks (spans,). Constants are the same for all spans."""
+"""The least and the largest number (spans,); of a condition where it surely holds and where it
+surely does not, masks (spans,). Constants are the same for all spans."""
 
 OUTWARD = 16.0 * 2.0**-52
 """How far functions may be off, relative to their value, or to 1 where that is less."""

@@ -1,9 +1,10 @@
 """The record of a solve: for each answer its steps, as one straight-line program with guards.
 
-A direct step is recorded as the inverse that was taken, rules that exclude each other as a selection, a block
-as its closed form or else as Newton's method from the answer. The conditions that were decided or assumed,
-the ends of domains and every rule guard the results: if one of them fails, the next record, or a full solve,
-decides. The same holds if a branch without an answer may come to one, and if a block is ill-conditioned.
+A direct step is recorded as the inverse that was taken, rules that exclude each other as a
+selection, a block as its closed form or else as Newton's method from the answer. The conditions
+that were decided or assumed, the ends of domains and every rule guard the results: if one of them
+fails, the next record, or a full solve, decides. The same holds if a branch without an answer may
+come to one, and if a block is ill-conditioned.
 """
 
 from __future__ import annotations
@@ -43,11 +44,13 @@ APART = 1e-6
 BESIDE = 1e-3, -7e-4
 """How far from the sample answers must be the same that are so at it, relative to its numbers."""
 REMOTE = 1e60
-"""Records are not valid for larger numbers, or for smaller ones than 1 over it: products overflow."""
+"""Records are not valid for larger numbers, or for smaller ones than 1 over it: products
+overflow."""
 MAX_DEAD = 8
 """The most branches without an answer that a record watches."""
 BEYOND = 1e-6
-"""How far outside of an image, relative to the numbers around, a target is refused without a second look."""
+"""How far outside of an image, relative to the numbers around, a target is refused without a second
+look."""
 ROUNDINGS = 2.0**10
 """The least distance outside a range, in multiples of the rounding at the sample."""
 _DIRECTIONS = named(lambda row: row.angle) | {"direction", "directiond"}
@@ -61,8 +64,8 @@ Proof: TypeAlias = tuple[tuple[object, ...], ConstantRootCount]
 class Recording(Inverses):
     """Follows the steps of each of the answers ``leaves`` as they were taken.
 
-    ``corrects``: unknowns are corrected by rules whose residual is too large. ``proofs``: those of other
-    records, to which new ones are added. Raises NotCompilable if a step has no record.
+    ``corrects``: unknowns are corrected by rules whose residual is too large. ``proofs``: those of
+    other records, to which new ones are added. Raises NotCompilable if a step has no record.
     """
 
     def __init__(
@@ -85,8 +88,8 @@ class Recording(Inverses):
         self._proofs: list[Proof] = [] if proofs is None else proofs
 
     def run(self, refused: Sequence[Leaf], ranking: Ranking) -> Program:
-        """The program of the answers, put in their order by the ``ranking``; ``refused`` are branches that
-        contradict a rule at the sample, or come to a step without a value."""
+        """The program of the answers, put in their order by the ``ranking``; ``refused`` are
+        branches that contradict a rule at the sample, or come to a step without a value."""
         start, symbols = self._start()
         states = [self._followed(start, leaf) for leaf in self.leaves]
         places = self._different()
@@ -109,17 +112,23 @@ class Recording(Inverses):
         order = Order()
         if ranked and len(states) > 1:
             order = order_of(self.flow, ranked, self._numbers, not iterated, double)
-        program = Program(self.flow, len(self.pattern.inputs), endings, symbols, order, watches=watches)
+        program = Program(
+            self.flow, len(self.pattern.inputs), endings, symbols, order, watches=watches
+        )
         if any(double):  # the ranking alone does not tell which is the first
             return simplified(program)
         brief = None
         if order.first:
-            brief = simplified(program._replace(endings=endings[:1], order=Order(usual=order.first)))
+            brief = simplified(
+                program._replace(endings=endings[:1], order=Order(usual=order.first))
+            )
         return simplified(program)._replace(brief=brief, ranked=ranked if iterated else None)
 
     def _different(self) -> list[int]:
         """The places of the answers whose wanted values differ, also near the sample."""
-        rows = [[n if isinstance(n, str) else self._numbers(n) for n in e.results] for e in self.endings]
+        rows = [
+            [n if isinstance(n, str) else self._numbers(n) for n in e.results] for e in self.endings
+        ]
         several, places = list(range(len(rows))), different(rows)
         if len(places) == len(rows):
             return several
@@ -127,7 +136,9 @@ class Recording(Inverses):
             Ending((*ending.results, self.flow.constant(float(place))), ())
             for place, ending in enumerate(self.endings)
         )
-        every = compile_scalar(Program(self.flow, len(self.pattern.inputs), tagged), all_answers=True)
+        every = compile_scalar(
+            Program(self.flow, len(self.pattern.inputs), tagged), all_answers=True
+        )
         for share in BESIDE:
             sample = (self.sample[name] for name in self.pattern.inputs)
             numbers = (v if isinstance(v, str) else v + share * (abs(v) or 1.0) for v in sample)
@@ -180,8 +191,8 @@ class Recording(Inverses):
         return state
 
     def _steps(self, state: State, leaf: Leaf, within: bool = True) -> State:
-        """The values that the steps of a leaf have computed, and their conditions: those that it assumed if
-        it is ``within`` its case."""
+        """The values that the steps of a leaf have computed, and their conditions: those that it
+        assumed if it is ``within`` its case."""
         self.branch, self.sample, self.poles = leaf.branch, leaf.branch.values, set[str]()
         if not all(isinstance(fact, Beside | DoubleRoot) for fact in self.branch.facts):
             raise NotCompilable
@@ -220,7 +231,8 @@ class Recording(Inverses):
         return state
 
     def _hold(self, state: State, conditions: Iterable[int]) -> None:
-        """Require the outcomes of the sample, for conditions that are known, or decided by known ones."""
+        """Require the outcomes of the sample, for conditions that are known, or decided by known
+        ones."""
         for index in conditions:
             outcome, condition = self.branch.conditions.get(index), self.model.conditions[index]
             node = None if outcome is None else self._condition(state, condition, outcome)
@@ -231,7 +243,9 @@ class Recording(Inverses):
                 self._require(node, outcome)
 
     def _step(self, state: State, step: Step) -> State:
-        if isinstance(step, SolveBlock) and any(self.sample.get(name) == 0.0 for name in step.unknowns):
+        if isinstance(step, SolveBlock) and any(
+            self.sample.get(name) == 0.0 for name in step.unknowns
+        ):
             with suppress(NotCompilable):
                 return self._vanishing(state.fork(), step)
         if isinstance(step, SolveBlock) and self._is_delicate:
@@ -258,16 +272,21 @@ class Recording(Inverses):
 
     @property
     def _is_delicate(self) -> bool:
-        """Whether the solve took more digits than floats have, or a record by formulas did not hold."""
+        """Whether the solve took more digits than floats have, or a record by formulas did not
+        hold."""
         return self.corrects or bool(self.branch.precise)
 
     def _correct(self, state: State, new: frozenset[str]) -> None:
-        """A rule other than the one that a new unknown was solved from may determine its last places
-        better: as the remainder of terms that cancel."""
+        """A rule other than the one that a new unknown was solved from may determine its last
+        places better: as the remainder of terms that cancel."""
         flow, values = self.flow, state.values
         for rule in self.model.equations:
             known = not new.isdisjoint(rule.names) and values.keys() >= set(rule.names)
-            if not known or rule.index in state.settled or not activity(rule, self.branch.conditions):
+            if (
+                not known
+                or rule.index in state.settled
+                or not activity(rule, self.branch.conditions)
+            ):
                 continue
             holds = self._numbers(self._check_rule(self._on(state.fork()), rule))
             self._on(state)
@@ -275,7 +294,9 @@ class Recording(Inverses):
                 continue
             form = subtract(rule.left, rule.right)
             slopes = {n: self._slope(state, form, n) for n in rule.names if n in new}
-            name = max(slopes, key=lambda n: abs(self._numbers(flow.add("mul", slopes[n], values[n]))))
+            name = max(
+                slopes, key=lambda n: abs(self._numbers(flow.add("mul", slopes[n], values[n])))
+            )
             step = flow.add("div", self._expression(state, form), slopes[name])
             limit = flow.add("mul", MATCHES, flow.add("abs", values[name]))
             limit = flow.add("add", limit, 10.0 * self._numbers.error(values[name]))
@@ -284,10 +305,15 @@ class Recording(Inverses):
             state.settled -= {e.index for e in self.model.equations if name in e.names}
 
     def _otherwise(self, state: State, step: Step) -> State:
-        """A selection by the rule that was active, and Newton's method for a step without a form."""
+        """A selection by the rule that was active, and Newton's method for a step without a
+        form."""
         match step:
             case Select(equations=equations, unknown=unknown):
-                active = (e for e in equations if activity(self.model.equations[e], self.branch.conditions))
+                active = (
+                    e
+                    for e in equations
+                    if activity(self.model.equations[e], self.branch.conditions)
+                )
                 return self._step(state, Evaluate(next(active), unknown))
             case Evaluate(equation=equation, unknown=unknown):
                 step = SolveBlock((equation,), (unknown,), (unknown,), residuals=(equation,))
@@ -304,7 +330,10 @@ class Recording(Inverses):
         state.values |= dict.fromkeys(zeros, self.flow.constant(0.0))
         left = list(step.equations)
         while left:
-            unknown = {index: set(self.model.equations[index].names) - state.values.keys() for index in left}
+            unknown = {
+                index: set(self.model.equations[index].names) - state.values.keys()
+                for index in left
+            }
             index = min(left, key=lambda one: len(unknown[one]))
             left.remove(index)
             match [*unknown[index]]:
@@ -349,7 +378,8 @@ class Recording(Inverses):
         taken, generators = next(
             (one, generators)
             for one, generators in (*candidates, (None, None))
-            if generators is None or all(self._is_sampled(generators[name], name) for name in step.unknowns)
+            if generators is None
+            or all(self._is_sampled(generators[name], name) for name in step.unknowns)
         )
         if taken is None or generators is None:
             raise NotCompilable
@@ -359,7 +389,10 @@ class Recording(Inverses):
             self.flow.require(self._in_range(self.model.variables[name], generators[name]))
         for one, others in candidates:
             if one is not taken:
-                ranges = [self._in_range(self.model.variables[name], others[name]) for name in step.unknowns]
+                ranges = [
+                    self._in_range(self.model.variables[name], others[name])
+                    for name in step.unknowns
+                ]
                 self._stays_out([*one.checks[len(state.checks) :], *ranges])
         return taken
 
@@ -432,7 +465,8 @@ class Recording(Inverses):
         self._guards.update(dict.fromkeys(node for node in checks if node != self.flow.true))
 
     def _watch(self, start: State, leaf: Leaf) -> None:
-        """Require that a branch without an answer still has none, for the first reason that is known to hold.
+        """Require that a branch without an answer still has none, for the first reason that is
+        known to hold.
 
         Raises NotCompilable if there is none.
         """
@@ -453,7 +487,10 @@ class Recording(Inverses):
     def _rootless(self, start: State, leaf: Leaf) -> None:
         """A block of the branch has roots outside the case alone."""
         for place, step in enumerate(leaf.branch.steps if leaf.branch.signs else ()):
-            if not isinstance(step, SolveBlock) or (kernel := kernel_of(self.graph, step)).closed is not None:
+            if (
+                not isinstance(step, SolveBlock)
+                or (kernel := kernel_of(self.graph, step)).closed is not None
+            ):
                 continue
             branch = leaf.branch.fork()
             branch.steps, branch.inactive = branch.steps[:place], {}
@@ -482,7 +519,9 @@ class Recording(Inverses):
                 active, meets = self._requirement(state, self.model.requirements[fact.requirement])
                 broken = flow.add("or", broken, flow.add("and", active, flow.add("not", meets)))
             elif isinstance(fact, Conflict) and len(fact.equations) == 1:
-                broken = flow.add("or", broken, self._broken(state, self.model.equations[fact.equations[0]]))
+                broken = flow.add(
+                    "or", broken, self._broken(state, self.model.equations[fact.equations[0]])
+                )
         if not all(map(self._numbers, (*state.checks, broken))):
             raise NotCompilable
         known = {*self._guards, *(check for _, holds in self.endings for check in holds)}
@@ -528,7 +567,10 @@ class Recording(Inverses):
             newton = BlockNewton(kernel, start, known, varying)
             flow.finders.append(newton)
             root = flow.node("root", len(flow.finders) - 1, *compress(places, varying))
-            self._blocks[key] = newton, [flow.node("item", k, root) for k in range(len(newton.start))]
+            self._blocks[key] = (
+                newton,
+                [flow.node("item", k, root) for k in range(len(newton.start))],
+            )
             self._keep_roots(state, kernel, (self._case(state, kernel), NO_CASE))
         newton, items = self._blocks[key]
         self._numbers.found.update(zip(items, newton.start, strict=True))
@@ -541,9 +583,9 @@ class Recording(Inverses):
     def _keep_roots(
         self, state: State, kernel: BlockKernel, cases: Iterable[Case], proved: bool = False
     ) -> None:
-        """Require that a block has as many roots as at the sample, in the first of the cases for which that
-        is proved for ranges of the known numbers. Raises NotCompilable for none; unless it has to be
-        ``proved``, it is required without a case anyway."""
+        """Require that a block has as many roots as at the sample, in the first of the cases for
+        which that is proved for ranges of the known numbers. Raises NotCompilable for none; unless
+        it has to be ``proved``, it is required without a case anyway."""
         for case in dict.fromkeys(cases):
             names = *kernel.known, *case.known
             if not state.values.keys() >= set(names):
@@ -556,7 +598,9 @@ class Recording(Inverses):
             fixed = (None if varies else v for v, varies in zip(sample, varying, strict=True))
             about = (kernel.block.equations, kernel.unknowns, case, proved, *fixed)
             numbers = list(compress(sample, varying))
-            found = next((one for asked, one in self._proofs if asked == about and one(*numbers)), None)
+            found = next(
+                (one for asked, one in self._proofs if asked == about and one(*numbers)), None
+            )
             if found is None:
                 margins = list(map(self._rounded, places)) if proved else ()
                 found = ConstantRootCount(kernel, sample, varying, margins, case)
@@ -565,7 +609,9 @@ class Recording(Inverses):
                 finders = self.flow.finders
                 if found not in finders:
                     finders.append(found)
-                self._guard(self.flow.node("unfolded", finders.index(found), *compress(places, varying)))
+                self._guard(
+                    self.flow.node("unfolded", finders.index(found), *compress(places, varying))
+                )
                 return
         raise NotCompilable
 
@@ -574,7 +620,8 @@ class Recording(Inverses):
         return BEYOND * abs(self._numbers(node)) + ROUNDINGS * self._numbers.error(node)
 
     def _floats(self, names: Sequence[str], usual: bool = True) -> list[float]:
-        """Numbers of the sample. Raises NotCompilable if one is missing, or not of ``usual`` size."""
+        """Numbers of the sample. Raises NotCompilable if one is missing, or not of ``usual``
+        size."""
         values = [self.sample.get(name) for name in names]
         numbers = [value for value in values if isinstance(value, float)]
         odd = usual and not all(v == 0.0 or 1.0 / REMOTE <= abs(v) <= REMOTE for v in numbers)
@@ -592,22 +639,31 @@ class Recording(Inverses):
         return self._wrapped(node, turn)
 
     def _distinct(self, key: tuple[object, ...], places: list[int]) -> None:
-        """Roots of one block at the same numbers must stay apart: no two branches may come to one root.
+        """Roots of one block at the same numbers must stay apart: no two branches may come to one
+        root.
 
         This is required of the two unknowns that differ most at the sample.
         """
         flow, (newton, items) = self.flow, self._blocks[key]
         for other, (second, others) in self._blocks.items():
-            if other is key or other[0] != key[0] or other[1] != key[1] or list(other[3:]) != places:
+            if (
+                other is key
+                or other[0] != key[0]
+                or other[1] != key[1]
+                or list(other[3:]) != places
+            ):
                 continue
             if items == others:
                 continue
             shares = [
-                abs(a - b) / s for a, b, s in zip(newton.start, second.start, newton.scale, strict=True)
+                abs(a - b) / s
+                for a, b, s in zip(newton.start, second.start, newton.scale, strict=True)
             ]
             most = sorted(range(len(items)), key=shares.__getitem__)[-2:]
             pairs = [(items[k], others[k]) for k in most]
-            apart = (flow.beyond(flow.add("sub", a, b), APART, flow.add("abs", a)) for a, b in pairs)
+            apart = (
+                flow.beyond(flow.add("sub", a, b), APART, flow.add("abs", a)) for a, b in pairs
+            )
             flow.require(flow.over("or", apart))
 
 

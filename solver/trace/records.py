@@ -1,11 +1,12 @@
 """The records of one pattern of inputs, each made from a row that was solved step by step.
 
-A record is valid for every row with the same decisions as the row it was made from. It is tried on the
-remaining rows, and the next one gets those it does not cover; a row that none covers is solved in full, and a
-new record may be made of it. A record that does not reproduce its own row is not used.
+A record is valid for every row with the same decisions as the row it was made from. It is tried on
+the remaining rows, and the next one gets those it does not cover; a row that none covers is solved
+in full, and a new record may be made of it. A record that does not reproduce its own row is not
+used.
 
-A refusal is a record of a row without an answer: every row that comes to the same step by the same decisions
-and asks for the same impossible value, clearly, is infeasible as well.
+A refusal is a record of a row without an answer: every row that comes to the same step by the same
+decisions and asks for the same impossible value, clearly, is infeasible as well.
 """
 
 from __future__ import annotations
@@ -42,23 +43,29 @@ class Refusal(Recording):
     def refused(self) -> Program:
         """The program whose one ending holds if a row is refused as this one was.
 
-        Raises NotCompilable if more than one step without a value was the reason for a leaf, or if known
-        numbers may decide which cases are possible.
+        Raises NotCompilable if more than one step without a value was the reason for a leaf, or if
+        known numbers may decide which cases are possible.
         """
         start, symbols = self._start()
         for leaf in self.leaves:
             branch = leaf.branch
             known = [e for e in self.model.equations if branch.values.keys() >= set(e.names)]
             active = [e.index for e in known if activity(e, branch.conditions)]
-            if branch.inactive and (not branch.checked.issuperset(active) or len(branch.reasons) != 1):
+            if branch.inactive and (
+                not branch.checked.issuperset(active) or len(branch.reasons) != 1
+            ):
                 raise NotCompilable
-            if len(branch.signs) > 1 and any(all(any(names(side)) for side in pair) for pair in branch.signs):
+            if len(branch.signs) > 1 and any(
+                all(any(names(side)) for side in pair) for pair in branch.signs
+            ):
                 raise NotCompilable
             self._watch(start, leaf)
         if any(isinstance(finder, BlockNewton) for finder in self.flow.finders):
             raise NotCompilable  # of the roots of a block it follows those that the sample has
         self._keep_usual()
-        return Program(self.flow, len(self.pattern.inputs), (Ending((), tuple(self._guards)),), symbols)
+        return Program(
+            self.flow, len(self.pattern.inputs), (Ending((), tuple(self._guards)),), symbols
+        )
 
     @property
     def _reasons(self) -> tuple[Callable[[State, Leaf], None], ...]:
@@ -110,7 +117,9 @@ class Refusal(Recording):
         for stage in isolation.stages:
             if stage.low > -math.inf or stage.high < math.inf:
                 margin = self._margin(state, equation, target)
-                outside = self._outside(target, max(stage.low, -1e300), min(stage.high, 1e300), margin)
+                outside = self._outside(
+                    target, max(stage.low, -1e300), min(stage.high, 1e300), margin
+                )
                 if self._numbers(outside) is True:
                     return outside
             target, *others = self._undone(state, stage, target)
@@ -148,9 +157,9 @@ class Refusal(Recording):
             raise NotCompilable
 
     def _margin(self, state: State, equation: int, node: int) -> int:
-        """The distance by which a number must lie outside: its change, to first order, if every input
-        changes by ``BEYOND`` of itself. After an iterated block it is relative to the squares of the
-        rule's numbers, or 1."""
+        """The distance by which a number must lie outside: its change, to first order, if every
+        input changes by ``BEYOND`` of itself. After an iterated block it is relative to the squares
+        of the rule's numbers, or 1."""
         flow, read = self.flow, computed_from(self.flow, [node])
         if any(flow.nodes[one][0] == "root" for one in read):
             numbers = map(state.values.get, self.model.equations[equation].names)
@@ -161,7 +170,9 @@ class Refusal(Recording):
         for place, number in enumerate(inputs):
             if number in read:
                 moved = flow.add("mul", 1.0 + BEYOND, number)
-                (there,) = copied(flow, flow, [node], [*inputs[:place], moved, *inputs[place + 1 :]])
+                (there,) = copied(
+                    flow, flow, [node], [*inputs[:place], moved, *inputs[place + 1 :]]
+                )
                 total = flow.add("add", total, flow.add("abs", flow.add("sub", there, node)))
         return total
 
@@ -181,7 +192,9 @@ class Refusal(Recording):
         for one, _ in self._candidates(state, step):
             self._on(state)
             checks = one.checks[len(state.checks) :]
-            place = next((k for k, c in enumerate(checks) if self._numbers(c) is False), len(checks))
+            place = next(
+                (k for k, c in enumerate(checks) if self._numbers(c) is False), len(checks)
+            )
             for check in checks[:place]:
                 self.flow.require(check)
             yield self._failing(*checks[place : place + 1])
@@ -200,7 +213,8 @@ class Refusal(Recording):
 
 
 MAX_RECORDS = 24
-"""Records of one pattern; a sheet whose rows decide otherwise more often is solved step by step beyond."""
+"""Records of one pattern; a sheet whose rows decide otherwise more often is solved step by step
+beyond."""
 
 MAX_FAILURES = 12
 MAX_VAIN = 3
@@ -212,8 +226,8 @@ AGREEMENT = 1e-6
 
 
 class Records:
-    """The records of one pattern: ``every`` gives all answers of a row by each of the ``programs``, and
-    ``refused`` is not None for a row that is infeasible by one of the ``refusals``."""
+    """The records of one pattern: ``every`` gives all answers of a row by each of the ``programs``,
+    and ``refused`` is not None for a row that is infeasible by one of the ``refusals``."""
 
     def __init__(self, model: Model, planner: Planner, pattern: Pattern) -> None:
         self.model, self.planner, self.pattern = model, planner, pattern
@@ -282,8 +296,11 @@ class Records:
                 return found
         return None
 
-    def add(self, numbers: Sequence[Value], leaves: Sequence[Leaf], refused: Sequence[Leaf]) -> bool:
-        """Make a record of a row that was solved step by step, or note its answers; False if neither.
+    def add(
+        self, numbers: Sequence[Value], leaves: Sequence[Leaf], refused: Sequence[Leaf]
+    ) -> bool:
+        """Make a record of a row that was solved step by step, or note its answers; False if
+        neither.
 
         A new record is added if it reproduces the row and no other does.
         """
@@ -298,8 +315,12 @@ class Records:
         names = (*want, *(name for name in answers[0] if name not in want))
         ranking = Ranking(self.model, (*pattern.inputs, *pattern.given), names, pattern.guesses)
         for corrects in (False, True):
-            with suppress(NotCompilable, TimeIsUp):  # the answers are known, whatever becomes of a record
-                recording = Refusal(self.model, self.planner, pattern, leaves, corrects, self._proofs)
+            with suppress(
+                NotCompilable, TimeIsUp
+            ):  # the answers are known, whatever becomes of a record
+                recording = Refusal(
+                    self.model, self.planner, pattern, leaves, corrects, self._proofs
+                )
                 program = recording.run(refused, ranking)
                 every = compile_scalar(program, all_answers=True)
                 if self._agrees(every(*numbers), answers):
@@ -312,9 +333,12 @@ class Records:
         return False
 
     def _reaches(self, numbers: Sequence[Value], answers: Sequence[Mapping[str, Value]]) -> bool:
-        """Whether a record gives the answers of a row that its proofs do not cover: they are too weak."""
+        """Whether a record gives the answers of a row that its proofs do not cover: they are too
+        weak."""
         for program, every in zip(self.programs, self.every, strict=True):
-            folds = [finder for finder in program.flow.finders if isinstance(finder, ConstantRootCount)]
+            folds = [
+                finder for finder in program.flow.finders if isinstance(finder, ConstantRootCount)
+            ]
             before = [_copied(vars(fold)) for fold in folds]
             for fold in folds:
                 fold.weak = True

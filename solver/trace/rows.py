@@ -1,4 +1,5 @@
-"""Records on arrays: rows that one covers at once, with all their answers, and the others one by one."""
+"""Records on arrays: rows that one covers at once, with all their answers, and the others one by
+one."""
 
 from __future__ import annotations
 
@@ -13,7 +14,15 @@ from numpy.typing import NDArray
 
 from rulesheets.model import Value
 from solver.facts import Status
-from solver.ranking.branches import Answers, continued, far_apart, found_again, moving, steady_runs, together
+from solver.ranking.branches import (
+    Answers,
+    continued,
+    far_apart,
+    found_again,
+    moving,
+    steady_runs,
+    together,
+)
 from solver.trace.arrays import ArrayKernel
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable, computed_from, copied, operands
@@ -34,7 +43,8 @@ WORTH = 16
 MANY = 512
 """The number of rows left by its quick form that is worth the patient form of a record."""
 LARGE = 800
-"""Operations of blocks that take longer to compile to machine code than most sweeps take without it."""
+"""Operations of blocks that take longer to compile to machine code than most sweeps take without
+it."""
 WIDE = 4096
 """Rows of a steady sweep whose inputs are examined together."""
 SPAN, AHEAD = 1024, 1024
@@ -42,12 +52,15 @@ SPAN, AHEAD = 1024, 1024
 FEW = 0.5
 """Share of the spans up to which those that ranges leave open are computed row by row."""
 TOGETHER = 2**17
-"""Rows up to which the columns of a piece share a block of memory, which the next piece takes again."""
+"""Rows up to which the columns of a piece share a block of memory, which the next piece takes
+again."""
 HUGE = 2**18
 """Numbers of a large page of memory. A long column that begins with one is had in few pages."""
 
 
-def kernel_of(flow: Flow, wanted: Sequence[int], jit: bool, unrolled: bool = False) -> Callable[..., None]:
+def kernel_of(
+    flow: Flow, wanted: Sequence[int], jit: bool, unrolled: bool = False
+) -> Callable[..., None]:
     """Machine code if requested and possible for the functions, else blocks of numpy.
 
     ``unrolled``: roots of blocks by a few steps in straight-line code, for any known numbers.
@@ -82,9 +95,9 @@ Outcome: TypeAlias = Callable[[int], tuple[Status, list[tuple[Value, ...]]]]
 class AnswerKernel:
     """One record on arrays: the answers of the rows that it covers, and a mask (n,) of these.
 
-    First the roots of blocks get a few steps in straight-line code, and rules the short form of their checks;
-    the remaining rows get as many steps as they need. ``turns`` (v,) are whole turns of wanted angles, else
-    infinite.
+    First the roots of blocks get a few steps in straight-line code, and rules the short form of
+    their checks; the remaining rows get as many steps as they need. ``turns`` (v,) are whole turns
+    of wanted angles, else infinite.
     """
 
     def __init__(self, program: Program, jit: bool, turns: Array) -> None:
@@ -93,7 +106,9 @@ class AnswerKernel:
         self.program, self.jit, self.turns = program, jit, turns
         self._made = dict[tuple[bool, bool], Callable[..., None]]()
         flow = program.flow
-        within = sorted(n for n in computed_from(flow, program.wanted) if flow.nodes[n][0] == "unfolded")
+        within = sorted(
+            n for n in computed_from(flow, program.wanted) if flow.nodes[n][0] == "unfolded"
+        )
         self._within = [(flow.finders[int(flow.nodes[n][1])], operands(flow, n)) for n in within]
         """Computes whether known numbers of blocks lie in ranges, and the nodes of these."""
         self.symbols = every(program, in_order=False, quick=True).symbols
@@ -102,7 +117,8 @@ class AnswerKernel:
     def _computed(
         self, columns: Sequence[Array], in_order: bool = False, quick: bool = True
     ) -> tuple[_Found, Array]:
-        """The results of one form of the record, compiled on use; and rows that may be in ranges."""
+        """The results of one form of the record, compiled on use; and rows that may be in
+        ranges."""
         form, within = (in_order, quick), self._within if quick else []
         if form not in self._made:
             found = every(self.program, in_order, quick)
@@ -110,7 +126,10 @@ class AnswerKernel:
             wanted = (*chain(*found.places), *found.there, found.holds, *known)
             self._made[form] = kernel_of(self.program.flow, wanted, self.jit, quick)
         count, places, each = len(columns[0]), len(self.program.endings), len(self.symbols)
-        numbers, logical = columns_of(places * each, count), np.empty((places + 1, count), dtype=bool)
+        numbers, logical = (
+            columns_of(places * each, count),
+            np.empty((places + 1, count), dtype=bool),
+        )
         asked = [np.empty((len(some), count)) for _, some in within]
         self._made[form](columns, (*numbers, *logical, *chain(*asked)))
         inside = np.full(count, True)
@@ -122,7 +141,12 @@ class AnswerKernel:
         return (planes, logical[:-1], logical[-1]), inside
 
     def _replace(
-        self, found: _Found, columns: Sequence[Array], rows: Array, in_order: bool = False, quick: bool = True
+        self,
+        found: _Found,
+        columns: Sequence[Array],
+        rows: Array,
+        in_order: bool = False,
+        quick: bool = True,
     ) -> None:
         """Compute some rows again."""
         if not len(rows):
@@ -136,8 +160,8 @@ class AnswerKernel:
     def __call__(
         self, columns: Sequence[Array], steady: bool = False, rows: Array | None = None
     ) -> tuple[Answers, Array]:
-        """In a ``steady`` sweep answers are in order as far as ``Answers.runs`` says, else in every row;
-        ``rows`` (n,) are their places, if some are left out."""
+        """In a ``steady`` sweep answers are in order as far as ``Answers.runs`` says, else in every
+        row; ``rows`` (n,) are their places, if some are left out."""
         found, within = self._computed(columns)
         planes, there, holds = found
         if np.count_nonzero(left := within & ~holds) > MANY:
@@ -172,9 +196,9 @@ class AnswerKernel:
         return Ranges(self.program.flow, (*chain(*found.places), *conditions)), found, conditions
 
     def clear(self, inputs: Sequence[Pair]) -> Array:
-        """The spans (n,), from the ranges of their inputs, in which the answers are far apart and all
-        conditions hold but those checked in every row. Conditions that no span decides are checked in every
-        row from then on."""
+        """The spans (n,), from the ranges of their inputs, in which the answers are far apart and
+        all conditions hold but those checked in every row. Conditions that no span decides are
+        checked in every row from then on."""
         told, found, conditions = self._ranges
         pairs = told(inputs)
         ends = np.empty((len(pairs) - len(conditions), 2, len(inputs[0][0])))
@@ -183,13 +207,16 @@ class AnswerKernel:
         clear = far_apart(ends.reshape(len(found.places), -1, *ends.shape[1:]), self.turns)
         sure = {node: pair[0] for node, pair in zip(conditions, pairs[len(ends) :], strict=True)}
         ranged = (node for node, spans in sure.items() if not spans.any())
-        self._asked.update(node for node in ranged if self.program.flow.nodes[node][0] != "unfolded")
+        self._asked.update(
+            node for node in ranged if self.program.flow.nodes[node][0] != "unfolded"
+        )
         for node in sure.keys() - self._asked:
             clear = clear & sure[node]
         return clear
 
     def each_row(self, columns: Sequence[Array], starts: Array) -> bool:
-        """Whether all conditions hold in all rows of spans, and two before each, answers far apart."""
+        """Whether all conditions hold in all rows of spans, and two before each, answers far
+        apart."""
         rows = starts[:, None] + np.arange(-2, SPAN)
         planes, there, holds = self.quick([column[rows.ravel()] for column in columns])
         numbers: Array = np.array(planes).reshape(len(planes), -1, *rows.shape)
@@ -213,8 +240,8 @@ class AnswerKernel:
     def _sort(
         self, found: _Found, columns: Sequence[Array], runs: Sequence[tuple[int, int]]
     ) -> list[tuple[int, int]]:
-        """Sort the answers of each row; for runs the second row, and the others like it. Returns the
-        runs whose order is known."""
+        """Sort the answers of each row; for runs the second row, and the others like it. Returns
+        the runs whose order is known."""
         planes, there, holds = found
         alone, told = holds.copy(), []
         for start, end in runs:
@@ -283,11 +310,12 @@ _Found: TypeAlias = tuple[list[list[Array]], Array, Array]
 
 
 class Steady:
-    """A long sweep in pieces, of which one answer is computed row by row if all of them continue steadily.
+    """A long sweep in pieces, of which one answer is computed row by row if all of them continue
+    steadily.
 
-    That the others exist, count, and are far apart is shown for a span of rows at once, by the ranges of
-    their numbers; conditions that ranges leave open (that a rule holds to rounding) are checked in every
-    row.
+    That the others exist, count, and are far apart is shown for a span of rows at once, by the
+    ranges of their numbers; conditions that ranges leave open (that a rule holds to rounding) are
+    checked in every row.
     """
 
     def __init__(self, sweeper: AnswerSweeper, columns: Sequence[Array]) -> None:
@@ -297,8 +325,8 @@ class Steady:
 
     def __call__(self, start: int, before: Array, targets: Sequence[Array]) -> int:
         """Fill ``targets``, columns (n,) of the rows from ``start``, with the answer that continues
-        ``before`` (v, 2), its numbers in the first two rows. Returns the number of answers of each row, 0
-        where that is unclear."""
+        ``before`` (v, 2), its numbers in the first two rows. Returns the number of answers of each
+        row, 0 where that is unclear."""
         program = self.sweeper.records.programs[self.sweeper.records.order[0]]
         kernel = self.sweeper.kernel(program)
         count = len(targets[0])
@@ -310,22 +338,29 @@ class Steady:
         if not moving(here, WIDE).all():
             return 0
         clear = self._clear(kernel, start + 2, (count - 2) // SPAN)
-        open_ = [*(2 + SPAN * np.flatnonzero(~clear)), *([count - SPAN] if (count - 2) % SPAN else [])]
+        open_ = [
+            *(2 + SPAN * np.flatnonzero(~clear)),
+            *([count - SPAN] if (count - 2) % SPAN else []),
+        ]
         if len(open_) > FEW * len(clear) or (open_ and not kernel.each_row(here, np.array(open_))):
             return 0
         if not kernel.one(self._place, here, targets):
             return 0
-        if not all((column[:2] == known).all() for column, known in zip(targets, before, strict=True)):
+        if not all(
+            (column[:2] == known).all() for column, known in zip(targets, before, strict=True)
+        ):
             planes = kernel.quick([column[:2] for column in here])[0]
-            place, second = found_again(Answers(np.full(2, len(planes)), planes), before, self.sweeper.turns)
+            place, second = found_again(
+                Answers(np.full(2, len(planes)), planes), before, self.sweeper.turns
+            )
             if place != second or (place != self._place and not kernel.one(place, here, targets)):
                 return 0
             self._place = place
         return len(program.endings)
 
     def _clear(self, kernel: AnswerKernel, first: int, count: int) -> Array:
-        """Of so many spans from row ``first`` those that ranges decide, if the inputs move steadily: their
-        least and largest numbers are then the first and the last."""
+        """Of so many spans from row ``first`` those that ranges decide, if the inputs move
+        steadily: their least and largest numbers are then the first and the last."""
         known, base, clear = self._clear_spans
         at = (first - base) // SPAN
         if known is not kernel or (first - base) % SPAN or not 0 <= at <= at + count <= len(clear):
@@ -345,10 +380,12 @@ class AnswerSweeper:
         """By the number of a graph; the program is kept, so that its number stays its own."""
 
     def run(self, columns: Sequence[Array], outcome: Outcome, keep: Keep, steady: bool) -> Answers:
-        """The answers of the rows of ``columns`` (n,): by existing records and those made of its rows.
+        """The answers of the rows of ``columns`` (n,): by existing records and those made of its
+        rows.
 
-        ``outcome`` solves a row that no record covers (and records it); ``keep`` is called with the status
-        of rows that are not solved. In a ``steady`` sweep only a branch of answers has to be kept.
+        ``outcome`` solves a row that no record covers (and records it); ``keep`` is called with the
+        status of rows that are not solved. In a ``steady`` sweep only a branch of answers has to be
+        kept.
         """
         known = {id(program.flow) for program in (*self.records.programs, *self.records.refusals)}
         self._kernels = {key: kernel for key, kernel in self._kernels.items() if key in known}
@@ -374,15 +411,17 @@ class AnswerSweeper:
                     keep(np.array([row]), status)
                 if (records, refusals) != (len(self.records.programs), len(self.records.refusals)):
                     break  # the new records may cover the others
-            left = np.setdiff1d(left, np.fromiter(alone, left.dtype, len(alone)), assume_unique=True)
+            left = np.setdiff1d(
+                left, np.fromiter(alone, left.dtype, len(alone)), assume_unique=True
+            )
         self.records.useful = best
         if alone:
             parts.append(_one_by_one(alone))
         return together(parts, count)
 
     def _ahead(self, rows: list[int], done: Container[int]) -> Iterator[int]:
-        """The rows, one after the other; after one that was recorded, more and more of them are skipped at
-        first: later records may cover them."""
+        """The rows, one after the other; after one that was recorded, more and more of them are
+        skipped at first: later records may cover them."""
         for place, row in enumerate(rows):
             jump = 1
             while row not in done:
@@ -415,7 +454,9 @@ class AnswerSweeper:
 
     def kernel(self, program: Program) -> AnswerKernel | None:
         """A record on arrays, if possible."""
-        found: AnswerKernel | None = self._kept(program, lambda: AnswerKernel(program, self.jit, self.turns))
+        found: AnswerKernel | None = self._kept(
+            program, lambda: AnswerKernel(program, self.jit, self.turns)
+        )
         return found
 
     def _kept(self, program: Program, made: Callable[[], Any]) -> Any:
@@ -426,12 +467,16 @@ class AnswerSweeper:
                 self._kernels[id(program.flow)] = program, made()
         return self._kernels[id(program.flow)][1]
 
-    def _not_refused(self, program: Program, columns: Sequence[Array], left: Array, keep: Keep) -> Array:
+    def _not_refused(
+        self, program: Program, columns: Sequence[Array], left: Array, keep: Keep
+    ) -> Array:
         """The rows that remain after a refusal was tried."""
         if program.symbols or not len(left):
             return left
         flow, ending = program.flow, program.endings[0]
-        holds_in = self._kept(program, lambda: kernel_of(flow, [counts(flow, ending.holds)], self.jit))
+        holds_in = self._kept(
+            program, lambda: kernel_of(flow, [counts(flow, ending.holds)], self.jit)
+        )
         if holds_in is None:
             return left
         holds = np.empty(len(left), dtype=bool)
@@ -442,7 +487,8 @@ class AnswerSweeper:
 
 
 def _one_by_one(alone: dict[int, list[tuple[Value, ...]]]) -> tuple[Array, Answers]:
-    """Rows that were solved one by one, in their order, which may skip rows that were solved ahead."""
+    """Rows that were solved one by one, in their order, which may skip rows that were solved
+    ahead."""
     rows = sorted(alone)
     return np.array(rows, dtype=np.intp), listed([alone[row] for row in rows])
 
@@ -456,6 +502,9 @@ def listed(rows: Sequence[list[tuple[Value, ...]]]) -> Answers:
         columns = list(zip(*(found[k] if len(found) > k else some for found in rows), strict=True))
         symbolic = [any(isinstance(value, str) for value in column) for column in columns]
         planes.append(
-            [np.array(c, dtype=object if odd else float) for c, odd in zip(columns, symbolic, strict=True)]
+            [
+                np.array(c, dtype=object if odd else float)
+                for c, odd in zip(columns, symbolic, strict=True)
+            ]
         )
     return Answers(counts, planes)

@@ -41,7 +41,8 @@ def gas_mixture(V, T, P, yN, R):
 
 
 def dense_state():
-    """The liquid-like state of the same pressure and compressibility, far below any real temperature."""
+    """The liquid-like state of the same pressure and compressibility, far below any real
+    temperature."""
     a, b, R, V = 3.640, 0.04267, 0.083145, 0.5
     P = R * 320 / (V - b) - a / V**2
     Z = P * V / (R * 320)
@@ -104,7 +105,9 @@ def ammonia(Kp, P):
     return {"x": x, "n": n, "yN": (1 - x) / n, "yH": (3 - 3 * x) / n, "yA": 2 * x / n}
 
 
-@sheet("Antoine constants of benzene and toluene", "T > x1, y1 > x1, y1 > P, T > P", T=(95.1, 0.002))
+@sheet(
+    "Antoine constants of benzene and toluene", "T > x1, y1 > x1, y1 > P, T > P", T=(95.1, 0.002)
+)
 def raoult_bubble(P, x1):
     def pressures(T):
         return 10 ** (6.90565 - 1211.033 / (220.79 + T)), 10 ** (6.95464 - 1344.8 / (219.482 + T))
@@ -145,7 +148,9 @@ def fenske(alpha, xD, xB, F, zF):
     return {"D": D, "B": F - D, "N": N, "rec": D * xD / (F * zF)}
 
 
-@sheet("heat of evaporation of water at its boiling point", "P2 > T2, P2 > H, P2 > T1", P2=(70.1, 0.01))
+@sheet(
+    "heat of evaporation of water at its boiling point", "P2 > T2, P2 > H, P2 > T1", P2=(70.1, 0.01)
+)
 def clausius_clapeyron(P1, T1, H, T2):
     return {"P2": P1 * exp(-H * 1000 / 8.314 * (1 / T2 - 1 / T1))}
 
@@ -176,7 +181,14 @@ def langmuir(c0, V, m, qm, KL):
 def recycle(F, yI, Xs, p):
     A1 = F * (1 - yI) / (1 - (1 - p) * (1 - Xs))
     A2 = A1 * (1 - Xs)
-    return {"A1": A1, "A2": A2, "I1": F * yI / p, "R": A1 * Xs, "PA": p * A2, "X": A1 * Xs / (F * (1 - yI))}
+    return {
+        "A1": A1,
+        "A2": A2,
+        "I1": F * yI / p,
+        "R": A1 * Xs,
+        "PA": p * A2,
+        "X": A1 * Xs / (F * (1 - yI)),
+    }
 
 
 @sheet(OWN, "C > C0, X > k, X > V, C > Q")
@@ -222,7 +234,10 @@ def combustion(R, R5, R6, R7, R8, R9, R10):
             y2 * (y1 + R10 * y2 + three + R8 + R9 * y4) + y1 + y3 * (R5 * y3 + R6) + y4**2 - 1,
         )
 
-    y = [exp(found) for found in fsolve(misses, [log(0.003), log(35), log(0.065), log(0.86)], xtol=1e-12)]
+    y = [
+        exp(found)
+        for found in fsolve(misses, [log(0.003), log(35), log(0.065), log(0.86)], xtol=1e-12)
+    ]
     return {"y1": y[0], "y2": y[1], "y3": y[2], "y4": y[3], "y5": y[0] * (y[1] + 1) / 3}
 
 

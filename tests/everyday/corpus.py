@@ -1,8 +1,10 @@
-"""Ordinary sheets, each with an independent computation of its state, and the questions asked of them.
+"""Ordinary sheets, each with an independent computation of its state, and the questions asked of
+them.
 
-A sheet is a file ``AREA/NAME.tk``; the function NAME of ``AREA.py`` computes everything else from its inputs.
-Forward, the sheet is solved as it stands. Backward, ``"h > v0"`` gives h its forward value and asks for v0;
-the first answer expected is the forward state, or what ``either`` allows beside it.
+A sheet is a file ``AREA/NAME.tk``; the function NAME of ``AREA.py`` computes everything else from
+its inputs. Forward, the sheet is solved as it stands. Backward, ``"h > v0"`` gives h its forward
+value and asks for v0; the first answer expected is the forward state, or what ``either`` allows
+beside it.
 """
 
 from __future__ import annotations
@@ -82,7 +84,8 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Question:
-    """``expected``: the states any of which may come first; a value that is not named is not judged."""
+    """``expected``: the states any of which may come first; a value that is not named is not
+    judged."""
 
     sheet: Sheet
     label: str
@@ -98,7 +101,10 @@ class Question:
 
     def judged(self) -> Verdict:
         return verdict(
-            self.sheet.text, solver.solve(self.sheet.model, self.changes), self.is_expected, self.sheet.state
+            self.sheet.text,
+            solver.solve(self.sheet.model, self.changes),
+            self.is_expected,
+            self.sheet.state,
         )
 
 
@@ -123,7 +129,10 @@ class Verdict:
 
 
 def is_state(answer: Mapping[str, Value], state: Mapping[str, Value], tolerance: float) -> bool:
-    return all(name in answer and _is_close(answer[name], value, tolerance) for name, value in state.items())
+    return all(
+        name in answer and _is_close(answer[name], value, tolerance)
+        for name, value in state.items()
+    )
 
 
 def _is_close(one: Value, other: Value, tolerance: float) -> bool:
@@ -133,16 +142,27 @@ def _is_close(one: Value, other: Value, tolerance: float) -> bool:
 
 
 def verdict(
-    text: str, result: solver.Result, is_expected: Callable[[Mapping[str, Value]], bool], planted: State
+    text: str,
+    result: solver.Result,
+    is_expected: Callable[[Mapping[str, Value]], bool],
+    planted: State,
 ) -> Verdict:
     """Judges a result whose answers include the planted state."""
     right = [is_expected(answer) for answer in result.solutions]
     solved = str(result.status) == "solved"
-    false = [f"{answer}: breaks {rule}" for answer in result.solutions for rule in judge.broken(text, answer)]
+    false = [
+        f"{answer}: breaks {rule}"
+        for answer in result.solutions
+        for rule in judge.broken(text, answer)
+    ]
     if solved:
         unknown = [name for name in planted if name not in result.inputs]
-        far = ((answer, judge.distance_to_root(text, answer, unknown)) for answer in result.solutions)
-        false += [f"{dict(answer)}: the root is {part:.0e} away" for answer, part in far if part > NEAR]
+        far = (
+            (answer, judge.distance_to_root(text, answer, unknown)) for answer in result.solutions
+        )
+        false += [
+            f"{dict(answer)}: the root is {part:.0e} away" for answer, part in far if part > NEAR
+        ]
     if str(result.status) in ("infeasible", "inconsistent"):
         false.append(f"called {result.status}")
     if solved and result.complete and not any(is_state(a, planted, 1e-6) for a in result.solutions):
@@ -150,14 +170,20 @@ def verdict(
     return Verdict(solved and right[:1] == [True], solved and any(right), tuple(false), result)
 
 
-def sheet(source: str, back: str, either: Any = None, tolerance: float = TOLERANCE, **published: Any) -> Any:
+def sheet(
+    source: str, back: str, either: Any = None, tolerance: float = TOLERANCE, **published: Any
+) -> Any:
     """Registers the oracle of the sheet of its name; ``back``: swaps, separated by commas."""
 
     def register(oracle: Callable[..., dict[str, float]]) -> Callable[..., dict[str, float]]:
-        swaps = tuple(" > ".join(part.strip() for part in swap.split(">")) for swap in back.split(","))
+        swaps = tuple(
+            " > ".join(part.strip() for part in swap.split(">")) for swap in back.split(",")
+        )
         area = oracle.__module__.rpartition(".")[2]
         known = {n: (v if isinstance(v, tuple) else (v, 0.01)) for n, v in published.items()}
-        SHEETS.append(Sheet(area, oracle.__name__, source, oracle, swaps, either or {}, known, tolerance))
+        SHEETS.append(
+            Sheet(area, oracle.__name__, source, oracle, swaps, either or {}, known, tolerance)
+        )
         return oracle
 
     return register

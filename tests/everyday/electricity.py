@@ -2,7 +2,22 @@
 
 from __future__ import annotations
 
-from math import acos, atan, atan2, cos, degrees, exp, hypot, log, log10, pi, radians, sin, sqrt, tan
+from math import (
+    acos,
+    atan,
+    atan2,
+    cos,
+    degrees,
+    exp,
+    hypot,
+    log,
+    log10,
+    pi,
+    radians,
+    sin,
+    sqrt,
+    tan,
+)
 
 import numpy as np
 from scipy.optimize import brentq, fsolve
@@ -18,7 +33,9 @@ def root(function, low, high):
     "OpenStax College Physics, Example 23.12",
     "Z > L, f0 > C, Z > R, I > C",
     {
-        "I > C": ({"C": 1 / (2 * pi * 10000 * (2 * 2 * pi * 10000 * 3e-3 - 1 / (2 * pi * 10000 * 5e-6)))},),
+        "I > C": (
+            {"C": 1 / (2 * pi * 10000 * (2 * 2 * pi * 10000 * 3e-3 - 1 / (2 * pi * 10000 * 5e-6)))},
+        ),
     },
     Z=190,
     f0=1300,
@@ -100,7 +117,9 @@ def other_capacity():
     OWN,
     "V > t, I > R, V > C, E > C, E I > Vs R",
     {
-        "I > R": ({"R": root(lambda R: exp(-6e4 / R) / R - exp(-6e4 / 47000) / 47000, 61000, 1e6)},),
+        "I > R": (
+            {"R": root(lambda R: exp(-6e4 / R) / R - exp(-6e4 / 47000) / 47000, 61000, 1e6)},
+        ),
         "E > C": ({"C": other_capacity()},),
     },
 )
@@ -169,7 +188,13 @@ def fast_torque():
 def dc_motor(V, Ra, K, TL, T0):
     current = (TL + T0) / K
     w = (V - current * Ra) / K
-    return {"I": current, "w": w, "n": w * 60 / (2 * pi), "P": TL * w, "eta": TL * w / (V * current)}
+    return {
+        "I": current,
+        "w": w,
+        "n": w * 60 / (2 * pi),
+        "P": TL * w,
+        "eta": TL * w / (V * current),
+    }
 
 
 @sheet(
@@ -183,7 +208,13 @@ def induction_motor(Vth, Rth, Xth, R2, X2, ns, s):
     ws = 2 * pi * ns / 60
     Z = hypot(Rth, Xth + X2)
     T = 3 * Vth**2 * R2 / s / (ws * ((Rth + R2 / s) ** 2 + (Xth + X2) ** 2))
-    return {"n": (1 - s) * ns, "ws": ws, "T": T, "smax": R2 / Z, "Tmax": 3 * Vth**2 / (2 * ws * (Rth + Z))}
+    return {
+        "n": (1 - s) * ns,
+        "ws": ws,
+        "T": T,
+        "smax": R2 / Z,
+        "Tmax": 3 * Vth**2 / (2 * ws * (Rth + Z)),
+    }
 
 
 @sheet(OWN, "I > Is, Vd > R, Pd > Vs, Vd > n")
@@ -199,7 +230,16 @@ def bjt_bias(VCC, R1, R2, RC, RE, VBE, beta):
     IB = (VTH - VBE) / (RTH + (beta + 1) * RE)
     IC, IE = beta * IB, (beta + 1) * IB
     VC, VE = VCC - IC * RC, IE * RE
-    return {"VTH": VTH, "RTH": RTH, "IB": IB, "IC": IC, "IE": IE, "VC": VC, "VE": VE, "VCE": VC - VE}
+    return {
+        "VTH": VTH,
+        "RTH": RTH,
+        "IB": IB,
+        "IC": IC,
+        "IE": IE,
+        "VC": VC,
+        "VE": VE,
+        "VCE": VC - VE,
+    }
 
 
 @sheet(OWN, "i2 > R3, i1 > E1, P2 > E2, i1 i3 > R1 R5, i1 i2 i3 > E1 R3 E2")
@@ -212,7 +252,12 @@ def mesh_currents(E1, E2, R1, R2, R3, R4, R5):
 @sheet(OWN, "P > d, Q1 > V1, P Q2 > d V2, Qloss > X")
 def power_transfer(V1, V2, X, d):
     P, c = V1 * V2 / X * sin(radians(d)), V1 * V2 / X * cos(radians(d))
-    return {"P": P, "Q1": V1**2 / X - c, "Q2": c - V2**2 / X, "Qloss": V1**2 / X + V2**2 / X - 2 * c}
+    return {
+        "P": P,
+        "Q1": V1**2 / X - c,
+        "Q2": c - V2**2 / X,
+        "Qloss": V1**2 / X + V2**2 / X - 2 * c,
+    }
 
 
 @sheet("the high voltage solution is the operating one", "Vr > Q, loss > P, Vr > X, loss Vr > P Q")
@@ -223,7 +268,9 @@ def bus_voltage(Vs, R, X, P, Q):
     return {"Vr": Vr, "I": current, "loss": 3 * current**2 * R}
 
 
-@sheet("voltages near 1 are the operating ones", "d3 > Q3, V3 > V1, d2 > b13, Q2 > V1, V3 d3 > P2 V2")
+@sheet(
+    "voltages near 1 are the operating ones", "d3 > Q3, V3 > V1, d2 > b13, Q2 > V1, V3 d3 > P2 V2"
+)
 def load_flow(V1, V2, P2, P3, Q3, b12, b13, b23):
     def rest(state):
         V3, d2, d3 = state

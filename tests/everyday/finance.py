@@ -37,10 +37,17 @@ def savings_plan(K0, m, p, t):
 @sheet(OWN, "t2 > p, real > infl, K > n, pr > infl, K real > p infl")
 def compound_interest(K0, p, n, infl):
     K, i = K0 * (1 + p / 100) ** n, 1 + infl / 100
-    return {"K": K, "real": K / i**n, "t2": log(2) / log(1 + p / 100), "pr": 100 * ((1 + p / 100) / i - 1)}
+    return {
+        "K": K,
+        "real": K / i**n,
+        "t2": log(2) / log(1 + p / 100),
+        "pr": 100 * ((1 + p / 100) / i - 1),
+    }
 
 
-@sheet("documentation of the spreadsheet function IRR", "pct > c0, pct > c5, r > c2", pct=(8.66, 1e-3))
+@sheet(
+    "documentation of the spreadsheet function IRR", "pct > c0, pct > c5, r > c2", pct=(8.66, 1e-3)
+)
 def irr(c0, c1, c2, c3, c4, c5):
     flows = (c1, c2, c3, c4, c5)
     r = root(lambda r: sum(c / (1 + r) ** k for k, c in enumerate(flows, 1)) - c0, -0.5, 1)

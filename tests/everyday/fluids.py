@@ -59,7 +59,13 @@ def pipe_haaland(D, L, eps, Q, nu, g):
 def laminar_pipe(D, L, Q, mu, rho):
     v = Q / (pi * D**2 / 4)
     dp = 128 * mu * L * Q / (pi * D**4)
-    return {"v": v, "Re": rho * v * D / mu, "f": 64 * mu / (rho * v * D), "dp": dp, "tau": dp * D / (4 * L)}
+    return {
+        "v": v,
+        "Re": rho * v * D / mu,
+        "f": 64 * mu / (rho * v * D),
+        "dp": dp,
+        "tau": dp * D / (4 * L),
+    }
 
 
 @sheet("FHWA HDS-4, normal depth", "v > Q, R > b, v > n", y=(1.61908, 1e-5))
@@ -75,13 +81,23 @@ def manning_trapezoid(b, z, y, n, S):
     return {"A": A, "P": P, "R": A / P, "T": T, "v": v, "Q": v * A, "Fr": v / sqrt(9.81 * A / T)}
 
 
-@sheet("FHWA HEC-14, chapter 6", "y2 > Fr1, dE > y1, dE > Fr1, v2 y2 > y1 Fr1", ratio=(3.7720, 1e-4))
+@sheet(
+    "FHWA HEC-14, chapter 6", "y2 > Fr1, dE > y1, dE > Fr1, v2 y2 > y1 Fr1", ratio=(3.7720, 1e-4)
+)
 def hydraulic_jump(y1, Fr1, g):
     r, v1 = (sqrt(1 + 8 * Fr1**2) - 1) / 2, Fr1 * sqrt(g * y1)
-    return {"v1": v1, "ratio": r, "y2": r * y1, "v2": v1 / r, "dE": (r * y1 - y1) ** 3 / (4 * y1 * r * y1)}
+    return {
+        "v1": v1,
+        "ratio": r,
+        "y2": r * y1,
+        "v2": v1 / r,
+        "dE": (r * y1 - y1) ** 3 / (4 * y1 * r * y1),
+    }
 
 
-ALTERNATE = root(lambda y: y + 2.5**2 / (19.62 * y * y) - 1.8 - 2.5**2 / (19.62 * 1.8**2), 0.1, 0.86)
+ALTERNATE = root(
+    lambda y: y + 2.5**2 / (19.62 * y * y) - 1.8 - 2.5**2 / (19.62 * 1.8**2), 0.1, 0.86
+)
 
 
 @sheet(OWN, "E > y, E > q, yc > q", {"E > y": ({"y": ALTERNATE},)})
@@ -173,7 +189,14 @@ def isentropic_flow(M, k, p0, T0, R):
     t = 1 + (k - 1) / 2 * M**2
     pr = t ** (-k / (k - 1))
     Ar = 1 / M * (2 / (k + 1) * t) ** ((k + 1) / (2 * (k - 1)))
-    return {"Tr": 1 / t, "pr": pr, "Ar": Ar, "T": T0 / t, "p": pr * p0, "v": M * sqrt(k * R * T0 / t)}
+    return {
+        "Tr": 1 / t,
+        "pr": pr,
+        "Ar": Ar,
+        "T": T0 / t,
+        "p": pr * p0,
+        "v": M * sqrt(k * R * T0 / t),
+    }
 
 
 @sheet("NACA 1135, Table II", "M2 > M1, p2 > M1, T2 > M1", pr=(4.5, 1e-4), M2=(0.5774, 1e-4))
@@ -237,7 +260,9 @@ def hazen_williams(L, D, C, Q):
     return {"h": 10.67 * L * Q**1.852 / (C**1.852 * D**4.87), "v": 4 * Q / (pi * D**2)}
 
 
-SLOW = root(lambda v: 0.028 * 9.8 * (v**3 - 55**3) + 0.052 * 12000**2 / 9.8 * (1 / v - 1 / 55), 5, 35)
+SLOW = root(
+    lambda v: 0.028 * 9.8 * (v**3 - 55**3) + 0.052 * 12000**2 / 9.8 * (1 / v - 1 / 55), 5, 35
+)
 """The slow speed of the same power."""
 
 

@@ -1,7 +1,7 @@
 """Judges an answer from the text of a sheet, in fifty digits and apart from the product.
 
-A rule holds at given numbers if its backward error |F| / Σ|∂F/∂v·v| is within the contract's bound: numbers
-within a few units of the last place of those reported satisfy it exactly.
+A rule holds at given numbers if its backward error |F| / Σ|∂F/∂v·v| is within the contract's bound:
+numbers within a few units of the last place of those reported satisfy it exactly.
 """
 
 from __future__ import annotations
@@ -31,13 +31,18 @@ def _in_degrees(function: Any) -> Any:
 
 
 FUNCTIONS: dict[str, Any] = {
-    **{name: getattr(mpmath, name) for name in ("sqrt", "exp", "ln", "sin", "cos", "tan", "asin", "acos")},
+    **{
+        name: getattr(mpmath, name)
+        for name in ("sqrt", "exp", "ln", "sin", "cos", "tan", "asin", "acos")
+    },
     **{
         name: getattr(mpmath, name)
         for name in ("atan", "atan2", "sinh", "cosh", "tanh", "erf", "erfc", "gamma")
     },
     **{name + "d": _degrees(getattr(mpmath, name)) for name in ("sin", "cos", "tan")},
-    **{name + "d": _in_degrees(getattr(mpmath, name)) for name in ("asin", "acos", "atan", "atan2")},
+    **{
+        name + "d": _in_degrees(getattr(mpmath, name)) for name in ("asin", "acos", "atan", "atan2")
+    },
     "log": mpmath.log10,
     "log10": mpmath.log10,
     "abs": abs,
@@ -62,7 +67,9 @@ def rules(text: str) -> Iterator[str]:
 @cache
 def _compiled(expression: str) -> CodeType:
     """Code of an expression of the language, every number in it an mpf of its nearest float."""
-    text = re.sub(r"(?<![\w.])(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", r"mpf(\g<0>)", expression.replace("^", "**"))
+    text = re.sub(
+        r"(?<![\w.])(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", r"mpf(\g<0>)", expression.replace("^", "**")
+    )
     return compile(text, expression, "eval")
 
 
@@ -103,7 +110,10 @@ def holds(rule: str, values: Values, bound: float = BOUND) -> bool:
     with mpmath.workdps(DIGITS):
         try:
             miss = _value(left, _exact(values)) - _value(right, _exact(values))
-            return bool(abs(miss) <= bound * sum(abs(slope(active, values, name)) for name in _names(active)))
+            return bool(
+                abs(miss)
+                <= bound * sum(abs(slope(active, values, name)) for name in _names(active))
+            )
         except (ZeroDivisionError, ValueError, TypeError):
             return False
 
@@ -115,32 +125,44 @@ def slope(rule: str, values: Values, name: str) -> Any:
         return mpmath.mpf(0)
     sides = rule.split("=")
     step = abs(at[name]) * STEP
-    above, below = ([_value(side, {**at, name: at[name] + h}) for side in sides] for h in (step, -step))
+    above, below = (
+        [_value(side, {**at, name: at[name] + h}) for side in sides] for h in (step, -step)
+    )
     return (above[0] - above[1] - below[0] + below[1]) / (2 * STEP)
 
 
 def broken(text: str, values: Values) -> list[str]:
     """Rules of a sheet that an answer breaks; one with a name that has no value is not judged."""
-    return [rule for rule in rules(text) if _names(rule) <= values.keys() and not holds(rule, values)]
+    return [
+        rule for rule in rules(text) if _names(rule) <= values.keys() and not holds(rule, values)
+    ]
 
 
 def distance_to_root(text: str, values: Values, unknown: Sequence[str]) -> float:
-    """How far Newton's method in fifty digits moves an answer, as a share of a value; 0 if it cannot.
+    """How far Newton's method in fifty digits moves an answer, as a share of a value; 0 if it
+    cannot.
 
     Next to a removable 0/0, rounding makes rules hold where none of their roots is.
     """
-    equations = [rule for rule in (_active(rule, values) for rule in rules(text)) if rule and "=" in rule]
+    equations = [
+        rule for rule in (_active(rule, values) for rule in rules(text)) if rule and "=" in rule
+    ]
     moving = [name for name in unknown if isinstance(values.get(name), float) and values[name]]
     at, start = dict(values), dict(values)
     with mpmath.workdps(DIGITS):
         try:
             for _ in range(STEPS):
                 miss = [
-                    _value(left, at) - _value(right, at) for left, right in (e.split("=") for e in equations)
+                    _value(left, at) - _value(right, at)
+                    for left, right in (e.split("=") for e in equations)
                 ]
-                slopes = mpmath.matrix([[slope(rule, at, name) for name in moving] for rule in equations])
+                slopes = mpmath.matrix(
+                    [[slope(rule, at, name) for name in moving] for rule in equations]
+                )
                 step = mpmath.lu_solve(slopes, -mpmath.matrix(miss))
-                at.update((name, at[name] * (1 + share)) for name, share in zip(moving, step, strict=True))
+                at.update(
+                    (name, at[name] * (1 + share)) for name, share in zip(moving, step, strict=True)
+                )
         except (ZeroDivisionError, ValueError, TypeError):
             return 0.0
         return float(max((abs(at[name] / start[name] - 1) for name in moving), default=0))

@@ -16,7 +16,9 @@ def root(function, low, high):
     return float(brentq(function, low, high, xtol=1e-15, rtol=1e-14))
 
 
-@sheet("Shigley, Example 10-1", "F > d, k > D, k F > Na d, y > Na", k=4.13, F=6.46, KB=1.124, C=10.8)
+@sheet(
+    "Shigley, Example 10-1", "F > d, k > D, k F > Na d, y > Na", k=4.13, F=6.46, KB=1.124, C=10.8
+)
 def compression_spring(d, D, Na, G, Ssy):
     C = D / d
     KB = (4 * C + 2) / (4 * C - 3)
@@ -25,7 +27,11 @@ def compression_spring(d, D, Na, G, Ssy):
 
 
 @sheet(
-    "Shigley, Example 8-1", "TR > f, e > p, TL > F, TR TL > f fc", TR=(26.18, 1e-3), TL=(9.77, 1e-3), e=0.311
+    "Shigley, Example 8-1",
+    "TR > f, e > p, TL > F, TR TL > f fc",
+    TR=(26.18, 1e-3),
+    TL=(9.77, 1e-3),
+    e=0.311,
 )
 def power_screw(d, p, n, f, fc, dc, F):
     dm, lead = d - p / 2, n * p
@@ -66,7 +72,15 @@ def column_euler_johnson(L, d, E, Sy, C):
 def bolted_joint(F, N, At, Sp, kb, km):
     Fi, C, P = 0.75 * At * Sp / 1000, kb / (kb + km), F / N
     Fb, Fm = C * P + Fi, (1 - C) * P - Fi
-    return {"Fi": Fi, "C": C, "P": P, "Fb": Fb, "Fm": Fm, "np": Sp * At / 1000 / Fb, "n0": Fi / (P - C * P)}
+    return {
+        "Fi": Fi,
+        "C": C,
+        "P": P,
+        "Fb": Fb,
+        "Fm": Fm,
+        "np": Sp * At / 1000 / Fb,
+        "n0": Fi / (P - C * P),
+    }
 
 
 @sheet(OWN, "p > do, T > delta, sigma > do, T > L")

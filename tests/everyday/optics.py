@@ -53,7 +53,9 @@ def prism_deviation(i1, n=1.62, A=60.0):
     "dev > i1, dmin > n, i2 > A, dev dmin > i1 n",
     {
         "dev > i1": ({"i1": root(lambda i: prism_deviation(i) - prism_deviation(50), 54.2, 89)},),
-        "dev dmin > i1 n": ({"i1": root(lambda i: prism_deviation(i) - prism_deviation(50), 54.2, 89)},),
+        "dev dmin > i1 n": (
+            {"i1": root(lambda i: prism_deviation(i) - prism_deviation(50), 54.2, 89)},
+        ),
     },
 )
 def prism(A, n, i1):
@@ -87,7 +89,12 @@ def grating(N, lam, k, L):
 )
 def fibre(n1, n2, a, lam):
     NA = sqrt(n1**2 - n2**2)
-    return {"NA": NA, "th": degrees(asin(NA)), "V": 2 * pi * a * NA / lam, "lamc": 2 * pi * a * NA / 2.405}
+    return {
+        "NA": NA,
+        "th": degrees(asin(NA)),
+        "V": 2 * pi * a * NA / lam,
+        "lamc": 2 * pi * a * NA / 2.405,
+    }
 
 
 @sheet(OWN, "M > fe, L M > fo fe, exit > D, res > D, N > fo")
@@ -141,7 +148,11 @@ def achromat(f, V1, V2):
     "E > h, E > x, d th > h x, E > I, E th > h I",
     {
         "E > h": (
-            {"h": root(lambda h: h / (h * h + 1.44) ** 1.5 - 1.8 / (1.8**2 + 1.44) ** 1.5, 0.01, 0.8)},
+            {
+                "h": root(
+                    lambda h: h / (h * h + 1.44) ** 1.5 - 1.8 / (1.8**2 + 1.44) ** 1.5, 0.01, 0.8
+                )
+            },
         ),
     },
 )

@@ -83,7 +83,12 @@ def catenary(S, L, w):
 def parabolic_cable(L, f, q):
     H = q * L**2 / (8 * f)
     T, n = hypot(H, q * L / 2), f / L
-    return {"H": H, "T": T, "th": degrees(atan(q * L / (2 * H))), "S": L * (1 + 8 / 3 * n**2 - 32 / 5 * n**4)}
+    return {
+        "H": H,
+        "T": T,
+        "th": degrees(atan(q * L / (2 * H))),
+        "S": L * (1 + 8 / 3 * n**2 - 32 / 5 * n**4),
+    }
 
 
 @sheet(OWN, "Mu > As, Mn > d, a Mn > As d, rho > b")
@@ -155,7 +160,10 @@ def composite_bar(As, Aa, Es, Ea, als, ala, dT, L):
 @sheet(OWN, "smax > P, smax > e, smax > L, Pcr > r")
 def eccentric_column(P, A, r, c, e, L, E):
     x = L * 1000 / (2 * r) * sqrt(P / (E * A))
-    return {"smax": P * 1000 / A * (1 + e * c / r**2 / cos(x)), "Pcr": pi**2 * E * A * r**2 / (L * 1000) ** 2}
+    return {
+        "smax": P * 1000 / A * (1 + e * c / r**2 / cos(x)),
+        "Pcr": pi**2 * E * A * r**2 / (L * 1000) ** 2,
+    }
 
 
 @sheet(OWN, "tau > t, tau > h, phi > L, phi > b")

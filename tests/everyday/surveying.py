@@ -69,7 +69,9 @@ def inverse_problem(xA, yA, xB, yB):
     return {"dx": dx, "dy": dy, "d": hypot(dx, dy), "t": degrees(atan2(dx, dy))}
 
 
-@sheet("standard formulas of highway curves", "E > D, T > R, L > D, E > R, T L > R D, M > D, PT > P0")
+@sheet(
+    "standard formulas of highway curves", "E > D, T > R, L > D, E > R, T L > R D, M > D, PT > P0"
+)
 def circular_curve(R, D, P0):
     T, L = R * tand(D / 2), pi * R * D / 180
     return {

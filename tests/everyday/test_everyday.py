@@ -1,4 +1,5 @@
-"""The first answer to ordinary questions is the one that an engineer expects, and nothing listed is false."""
+"""The first answer to ordinary questions is the one that an engineer expects, and nothing listed is
+false."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ from . import judge
 from .corpus import HERE, Question, Sheet, sheets
 
 OPEN = tomllib.loads((HERE / "open_cases.toml").read_text())
-"""Questions that are not answered as they should be, and why; each is expected to fail until it is mended."""
+"""Questions that are not answered as they should be, and why; each is expected to fail until it is
+mended."""
 
 QUICK = 3
 
@@ -20,7 +22,11 @@ def questions() -> list[object]:
     marked = []
     for place, sheet in enumerate(sheets()):
         for question in sheet.questions():
-            marks = [pytest.mark.xfail(strict=True, reason=OPEN[question.id])] if question.id in OPEN else []
+            marks = (
+                [pytest.mark.xfail(strict=True, reason=OPEN[question.id])]
+                if question.id in OPEN
+                else []
+            )
             if place % QUICK == 0 and question.label == "forward":
                 marks.append(pytest.mark.quick)
             marked.append(pytest.param(question, id=question.id, marks=marks))
@@ -37,12 +43,17 @@ def test_first_answer(question: Question) -> None:
 @pytest.mark.quick
 @pytest.mark.parametrize("sheet", sheets(), ids=lambda sheet: f"{sheet.area}/{sheet.name}")
 def test_oracle(sheet: Sheet) -> None:
-    """The independent computation names every variable, satisfies the sheet, and agrees with its source."""
+    """The independent computation names every variable, satisfies the sheet, and agrees with its
+    source."""
     assert set(sheet.state) == set(sheet.model.variables)
     for rule in judge.rules(sheet.text):
         assert judge.holds(rule, sheet.state, 1e-9), rule
     for name, (value, error) in sheet.published.items():
-        assert math.isclose(sheet.state[name], value, rel_tol=error), (name, sheet.state[name], value)
+        assert math.isclose(sheet.state[name], value, rel_tol=error), (
+            name,
+            sheet.state[name],
+            value,
+        )
 
 
 def test_open_cases_are_questions() -> None:

@@ -1,4 +1,5 @@
-"""Random ordinary sheets: the planted state is found, nothing is false, and no worse answer comes first."""
+"""Random ordinary sheets: the planted state is found, nothing is false, and no worse answer comes
+first."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Sheets that write factors of 1000, 60 or 180/pi by hand, rewritten with units: the answers stay.
 
-``units/NAME.tk`` computes in SI units, takes its inputs and shows its outputs in those of the sheet NAME, and
-has no factor between units. It is asked the questions of that sheet in the same units.
+``units/NAME.tk`` computes in SI units, takes its inputs and shows its outputs in those of the sheet
+NAME, and has no factor between units. It is asked the questions of that sheet in the same units.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ REWRITTEN = {path.stem: rulesheets.load(path) for path in sorted((HERE / "units"
 WITH_CONSTANTS = ("electrolysis", "sphere_tank")
 """A number of a rule is used as written: these rules hold in SI units alone."""
 UNITS = sorted(
-    {name for names in SYSTEMS.values() for name in names.split()} | {"gon", "rpm", "h", "mil", "kA"}
+    {name for names in SYSTEMS.values() for name in names.split()}
+    | {"gon", "rpm", "h", "mil", "kA"}
 )
 
 
@@ -36,7 +37,9 @@ def pairs() -> list[Sheet]:
 def answer_of(model: rulesheets.Model, found: solver.Solution) -> dict[str, float | str]:
     """An answer in the units in which it is shown."""
     values = {name: found[name] for name in model.variables}
-    return {n: shown(v, model.variables[n]) if isinstance(v, float) else v for n, v in values.items()}
+    return {
+        n: shown(v, model.variables[n]) if isinstance(v, float) else v for n, v in values.items()
+    }
 
 
 def asked(question: Question, model: rulesheets.Model) -> dict[str, object]:
@@ -59,7 +62,9 @@ def test_the_answer_is_that_of_the_factors(question: Question) -> None:
     result = solver.solve(model, asked(question, model))
     assert str(result.status) == "solved"
     found = answer_of(model, result.solutions[0])
-    assert any(is_state(found, state, question.sheet.tolerance) for state in question.expected), found
+    assert any(is_state(found, state, question.sheet.tolerance) for state in question.expected), (
+        found
+    )
 
 
 @pytest.mark.quick
@@ -94,11 +99,19 @@ def scaled(name: str, seed: int) -> rulesheets.Model:
 def row(variable: Variable) -> str:
     """The row of a variable in the scaled units, with what is given in those of the sheet."""
     unit = variable.measure
-    own = "".join(f"{'' if b == 'rad' else 'own_'}{b}^{e} " for b, e in unit.bases.items()) if unit else ""
+    own = (
+        "".join(f"{'' if b == 'rad' else 'own_'}{b}^{e} " for b, e in unit.bases.items())
+        if unit
+        else ""
+    )
     of = f"[{variable.unit}]" if own else ""
     value = "" if variable.value is None else f" = {variable.value!r}{of}"
-    ranged = f" in [{variable.low!r}{of}, {variable.high!r}{of}]" if math.isfinite(variable.high) else ""
-    return f"  {variable.name}{value}{ranged}{f' [{own} -> {variable.shown_unit}]' if own else ''}\n"
+    ranged = (
+        f" in [{variable.low!r}{of}, {variable.high!r}{of}]" if math.isfinite(variable.high) else ""
+    )
+    return (
+        f"  {variable.name}{value}{ranged}{f' [{own} -> {variable.shown_unit}]' if own else ''}\n"
+    )
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -106,7 +119,10 @@ def row(variable: Variable) -> str:
 def test_random_units_leave_what_an_answer_means(name: str, seed: int) -> None:
     found, other = solver.solve(REWRITTEN[name]), solver.solve(scaled(name, seed))
     assert other.status is found.status is solver.Status.SOLVED
-    first, second = answer_of(found.model, found.solutions[0]), answer_of(other.model, other.solutions[0])
+    first, second = (
+        answer_of(found.model, found.solutions[0]),
+        answer_of(other.model, other.solutions[0]),
+    )
     assert second == pytest.approx(first, rel=1e-12)
 
 

@@ -36,14 +36,24 @@ def double_glazing(W, H, Lg, kg, La, ka, hi, ho, Ti, To):
     return {"A": A, "Rtot": Rtot, "Q": Q, "T1": Ti - Q / (hi * A)}
 
 
-@sheet("Incropera, Example 11.1", "L > Tho, L > mc, Tco L > mc hi", q=8524, Tco=40.2, LMTD=43.2, L=65.9)
+@sheet(
+    "Incropera, Example 11.1", "L > Tho, L > mc, Tco L > mc hi", q=8524, Tco=40.2, LMTD=43.2, L=65.9
+)
 def oil_cooler(mh, cph, Thi, Tho, mc, cpc, Tci, D, hi, ho):
     q = mh * cph * (Thi - Tho)
     Tco = Tci + q / (mc * cpc)
     U = hi * ho / (hi + ho)
     dT1, dT2 = Thi - Tco, Tho - Tci
     LMTD = (dT1 - dT2) / log(dT1 / dT2)
-    return {"q": q, "Tco": Tco, "U": U, "dT1": dT1, "dT2": dT2, "LMTD": LMTD, "L": q / (U * pi * D * LMTD)}
+    return {
+        "q": q,
+        "Tco": Tco,
+        "U": U,
+        "dT1": dT1,
+        "dT2": dT2,
+        "LMTD": LMTD,
+        "L": q / (U * pi * D * LMTD),
+    }
 
 
 @sheet("Incropera, Example 3.9", "q > D, m > h", q=8.3)
@@ -71,7 +81,9 @@ def thermocouple(rho, cp, k, h, tau, Ti, Tg, T):
     return {"D": D, "Bi": h * D / 6 / k, "t": tau * log((Ti - Tg) / (T - Tg))}
 
 
-@sheet("Çengel, Thermodynamics, Example 6-5", "eta > tH, QL > tL", eta=(0.672, 0.002), QL=(164, 0.003))
+@sheet(
+    "Çengel, Thermodynamics, Example 6-5", "eta > tH, QL > tL", eta=(0.672, 0.002), QL=(164, 0.003)
+)
 def carnot(tH, tL, QH):
     TH, TL = tH + 273, tL + 273
     return {"TH": TH, "TL": TL, "eta": 1 - TL / TH, "QL": QH * TL / TH, "Wnet": QH * (1 - TL / TH)}
@@ -105,7 +117,12 @@ def otto_cycle(r, k, cv, R, P1, T1, qin):
 @sheet("Çengel, Thermodynamics, Example 9-3", "eta > rc, T3 > r", eta=0.632)
 def diesel_cycle(r, rc, k, T1):
     T2 = T1 * r ** (k - 1)
-    return {"T2": T2, "T3": rc * T2, "T4": T1 * rc**k, "eta": 1 - (rc**k - 1) / (k * (rc - 1) * r ** (k - 1))}
+    return {
+        "T2": T2,
+        "T3": rc * T2,
+        "T4": T1 * rc**k,
+        "eta": 1 - (rc**k - 1) / (k * (rc - 1) * r ** (k - 1)),
+    }
 
 
 @sheet(OWN, "wnet > T3, eta > etaT, T2 T4 > etaC etaT")
@@ -175,7 +192,9 @@ def _thin_insulation(r1, r2, k, h):
     def resistance(r):
         return log(r / r1) / k + 1 / (r * h)
 
-    return float(brentq(lambda r: resistance(r) - resistance(r2), r1 / 5, k / h, xtol=1e-15, rtol=1e-14))
+    return float(
+        brentq(lambda r: resistance(r) - resistance(r2), r1 / 5, k / h, xtol=1e-15, rtol=1e-14)
+    )
 
 
 @sheet(OWN, "q > Tp, q > r2", {"q > r2": ({"r2": _thin_insulation(0.005, 0.02, 0.12, 8)},)})
@@ -191,7 +210,11 @@ def sphere_tank(r1, t, k, h, T1, Ta, hfg):
     return {"r2": r2, "q": q, "m": q / hfg, "day": q / hfg * 86400}
 
 
-@sheet("Magnus coefficients of Alduchov and Eskridge 1996", "Tdp > phi, h > T, w > P", Psat=(3.169, 0.003))
+@sheet(
+    "Magnus coefficients of Alduchov and Eskridge 1996",
+    "Tdp > phi, h > T, w > P",
+    Psat=(3.169, 0.003),
+)
 def moist_air(T, phi, P):
     Psat = 0.61094 * exp(17.625 * T / (T + 243.04))
     Pv = phi * Psat
@@ -218,7 +241,9 @@ def polytropic(P1, T1, P2, n, R):
     return {"v1": v1, "v2": v2, "T2": P2 * v2 / R, "w": (P2 * v2 - P1 * v1) / (1 - n)}
 
 
-@sheet("Antoine constants of water in mmHg and degC (1 to 100 degC)", "T > P, T > B", T=(100, 0.001))
+@sheet(
+    "Antoine constants of water in mmHg and degC (1 to 100 degC)", "T > P, T > B", T=(100, 0.001)
+)
 def antoine_boiling(A, B, C, P):
     return {"T": B / (A - log10(P)) - C}
 
@@ -235,12 +260,20 @@ def counterflow_ntu(mh, ch, mc, cc, Thi, Tci, UA):
     left = exp(-UA / hot * (1 - hot / cold))
     e = (1 - left) / (1 - hot / cold * left)
     q = e * hot * (Thi - Tci)
-    return {"Cr": hot / cold, "N": UA / hot, "e": e, "q": q, "Tho": Thi - q / hot, "Tco": Tci + q / cold}
+    return {
+        "Cr": hot / cold,
+        "N": UA / hot,
+        "e": e,
+        "q": q,
+        "Tho": Thi - q / hot,
+        "Tco": Tci + q / cold,
+    }
 
 
 @sheet(
     OWN,
-    "A > U, A > Thi, A > Tho, A > Tci, A > Tco, q > Tci, LMTD > Tho, LMTD > Tci, dT1 > Thi, mh > Tho,"
+    "A > U, A > Thi, A > Tho, A > Tci, A > Tco, q > Tci, LMTD > Tho, LMTD > Tci, dT1 > Thi, mh > "
+    "Tho,"
     " eps > Tci",
 )
 def water_exchanger(Thi, Tho, Tci, Tco, U, mc, cp):
@@ -250,7 +283,10 @@ def water_exchanger(Thi, Tho, Tci, Tco, U, mc, cp):
     return {"dT1": dT1, "dT2": dT2, "LMTD": LMTD, "q": q, "mh": mh, "A": q / (U * LMTD), "eps": eps}
 
 
-@sheet("W. M. Rohsenow (1952), N. Zuber (1959)", "q > Ts, qmax > rv, ratio mb > rv Ts, qmax mb > Csf rv")
+@sheet(
+    "W. M. Rohsenow (1952), N. Zuber (1959)",
+    "q > Ts, qmax > rv, ratio mb > rv Ts, qmax mb > Csf rv",
+)
 def pool_boiling(Ts, Tsat, D, mu, hfg, rl, rv, s, cp, Csf, Pr):
     dT = Ts - Tsat
     qs = mu * hfg * sqrt(9.81 * (rl - rv) / s) * (cp * dT / (Csf * hfg * Pr)) ** 3

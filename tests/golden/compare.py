@@ -2,8 +2,9 @@
 
     python -m tests.golden.compare [--source NAME] [--every N] [--from K] [--limit SECONDS]
 
-Status, number of answers, completeness and codes are compared exactly; values to four units of the last place
-and four of the error bars that were recorded, which are the conditioning of the question times its rounding.
+Status, number of answers, completeness and codes are compared exactly; values to four units of the
+last place and four of the error bars that were recorded, which are the conditioning of the question
+times its rounding.
 """
 
 from __future__ import annotations
@@ -72,14 +73,20 @@ def compared(asked: list[Question], limit: int) -> Iterator[tuple[str, str, str]
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Ask the golden questions again and report what differs.")
+    parser = argparse.ArgumentParser(
+        description="Ask the golden questions again and report what differs."
+    )
     parser.add_argument("--source", choices=SOURCES)
     parser.add_argument("--every", type=int, default=1, metavar="N", help="each N-th question only")
-    parser.add_argument("--from", type=int, default=0, metavar="K", dest="first", help="the first of them")
+    parser.add_argument(
+        "--from", type=int, default=0, metavar="K", dest="first", help="the first of them"
+    )
     parser.add_argument("--limit", type=int, default=60, metavar="SECONDS", help="of the processor")
     options = parser.parse_args()
     sources = [options.source] if options.source else SOURCES
-    asked = [question for source in sources for question in SOURCES[source]()][options.first :: options.every]
+    asked = [question for source in sources for question in SOURCES[source]()][
+        options.first :: options.every
+    ]
     counts: Counter[str] = Counter()
     for kind, name, detail in compared(asked, options.limit):
         counts[kind] += 1

@@ -72,7 +72,9 @@ def _corpus() -> Iterator[Question]:
     for family in random_sheets.FAMILIES:
         for seed in range(CORPUS):
             made = random_sheets.random_sheet(random.Random(f"{family}{seed}"), family)
-            yield Question("corpus", f"{family} {seed}", lambda text=made.text: rulesheets.loads(text))
+            yield Question(
+                "corpus", f"{family} {seed}", lambda text=made.text: rulesheets.loads(text)
+            )
 
 
 def _redistributions() -> Iterator[Question]:
@@ -82,7 +84,9 @@ def _redistributions() -> Iterator[Question]:
             for seed in range(CHOICES):
                 choice = redistribution.well_posed_choice(of, getattr(of, pool), seed)
                 label = f"{name}: {pool} {seed}"
-                yield Question("redistributions", label, lambda of=of: of.model, of.inputs_of(choice))
+                yield Question(
+                    "redistributions", label, lambda of=of: of.model, of.inputs_of(choice)
+                )
 
 
 def _standard() -> Iterator[Question]:
@@ -103,7 +107,9 @@ def _everyday() -> Iterator[Question]:
 def _hostile() -> Iterator[Question]:
     for seed in range(HOSTILE):
         made = hostile_kinds.sheet(seed)
-        yield Question("hostile", f"{made.kind} {seed}", lambda text=made.text: rulesheets.loads(text))
+        yield Question(
+            "hostile", f"{made.kind} {seed}", lambda text=made.text: rulesheets.loads(text)
+        )
 
 
 SOURCES: dict[str, Callable[[], Iterator[Question]]] = {

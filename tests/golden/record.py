@@ -1,4 +1,5 @@
-"""What a question is answered, as it is kept: status, answers with their error bars, completeness, codes."""
+"""What a question is answered, as it is kept: status, answers with their error bars, completeness,
+codes."""
 
 from __future__ import annotations
 
@@ -54,7 +55,9 @@ def entry(result: solver.Result) -> Entry:
         kept["undetermined"] = sorted(result.undetermined)
     if result.solutions and str(result.status) in ("solved", "singular"):
         kept["names"] = names
-        kept["values"] = [[answer.get(name) for name in names] for answer in result.solutions[:ANSWERS]]
+        kept["values"] = [
+            [answer.get(name) for name in names] for answer in result.solutions[:ANSWERS]
+        ]
         kept["bars"] = [_bar(result.solutions[0], name) for name in names]
     return kept
 

@@ -1,4 +1,5 @@
-"""A sample of the golden record: the same status, answers and values, no new claim to completeness."""
+"""A sample of the golden record: the same status, answers and values, no new claim to
+completeness."""
 
 from __future__ import annotations
 

@@ -1,1 +1,2 @@
-"""Independent references for the models: closed forms and 50-digit arithmetic, no solver of ours."""
+"""Independent references for the models: closed forms and 50-digit arithmetic, no solver of
+ours."""

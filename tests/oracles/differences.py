@@ -1,7 +1,9 @@
-"""Derivatives of an answer as central differences at 50 digits, from the active rules and nothing else.
+"""Derivatives of an answer as central differences at 50 digits, from the active rules and nothing
+else.
 
-The perturbed answers are found by Newton steps with the pseudo-inverse of the float Jacobian, taken of all
-active rules at once, on residuals of 50 digits: no path, no block and no derivative of the solver is used.
+The perturbed answers are found by Newton steps with the pseudo-inverse of the float Jacobian, taken
+of all active rules at once, on residuals of 50 digits: no path, no block and no derivative of the
+solver is used.
 """
 
 from __future__ import annotations
@@ -35,7 +37,9 @@ class Differences:
         self.inverse = np.linalg.pinv(rows / self.row_size[:, None], rcond=1e-15)
 
     def _row(self, equation: Equation) -> Any:
-        left, right = (derivatives(side, self.values)[1] for side in (equation.left, equation.right))
+        left, right = (
+            derivatives(side, self.values)[1] for side in (equation.left, equation.right)
+        )
         slopes = [left.get(n, 0.0) - right.get(n, 0.0) for n in self.unknowns]
         return np.array(slopes) * self.size
 
@@ -47,7 +51,8 @@ class Differences:
                 point[given] += step
             for _ in range(60):
                 misses = [
-                    extended(e.left, point, DIGITS) - extended(e.right, point, DIGITS) for e in self.equations
+                    extended(e.left, point, DIGITS) - extended(e.right, point, DIGITS)
+                    for e in self.equations
                 ]
                 scaled = [m / float(s) for m, s in zip(misses, self.row_size, strict=True)]
                 largest = max(map(abs, scaled))
@@ -66,13 +71,19 @@ class Differences:
             return {name: float((above[name] - below[name]) / (2 * step)) for name in self.unknowns}
 
 
-def _active(model: Model, equation: Equation, values: Mapping[str, Value], inputs: Collection[str]) -> bool:
+def _active(
+    model: Model, equation: Equation, values: Mapping[str, Value], inputs: Collection[str]
+) -> bool:
     if not all(name in values for name in equation.names):
         return False
     for side in (equation.left, equation.right):
-        if isinstance(side, Symbol) or (isinstance(side, Name) and isinstance(values[side.name], str)):
+        if isinstance(side, Symbol) or (
+            isinstance(side, Name) and isinstance(values[side.name], str)
+        ):
             return False
     try:
-        return all(holds(model.conditions[p.condition], values, inputs) is p.holds for p in equation.guard)
+        return all(
+            holds(model.conditions[p.condition], values, inputs) is p.holds for p in equation.guard
+        )
     except (KeyError, Undefined):
         return False

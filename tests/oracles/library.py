@@ -41,13 +41,17 @@ class Reference:
             return self.state(**{name: mpf(value) for name, value in self.parameters.items()})
 
     def derivatives(self) -> tuple[list[str], np.ndarray]:
-        """(names, J) with J[i, j] = ∂ ln|variable i| / ∂ ln|parameter j|, rows scaled to length 1."""
+        """(names, J) with J[i, j] = ∂ ln|variable i| / ∂ ln|parameter j|, rows scaled to length
+        1."""
         base = self.exact
         with mpmath.workdps(DIGITS):
             step = mpf(10) ** (-DIGITS // 2)
             columns = []
             for name, value in self.parameters.items():
-                moved = {**{n: mpf(v) for n, v in self.parameters.items()}, name: mpf(value) * (1 + step)}
+                moved = {
+                    **{n: mpf(v) for n, v in self.parameters.items()},
+                    name: mpf(value) * (1 + step),
+                }
                 after = self.state(**moved)
                 columns.append([float((after[n] - base[n]) / step) for n in base])
         jacobian = np.array(columns).T
@@ -57,7 +61,8 @@ class Reference:
 
 @dataclass(frozen=True)
 class Swap:
-    """A choice of inputs; the ``determinant`` of its scaled derivatives tells how well it determines."""
+    """A choice of inputs; the ``determinant`` of its scaled derivatives tells how well it
+    determines."""
 
     inputs: tuple[str, ...]
     determinant: float
@@ -76,14 +81,19 @@ def swaps(reference: Reference) -> Iterator[Swap]:
     names, jacobian = reference.derivatives()
     count = len(reference.parameters)
     for rows in combinations(range(len(names)), count):
-        yield Swap(tuple(names[row] for row in rows), abs(float(np.linalg.det(jacobian[list(rows)]))))
+        yield Swap(
+            tuple(names[row] for row in rows), abs(float(np.linalg.det(jacobian[list(rows)])))
+        )
 
 
 def elsewhere(reference: Reference, draw: random.Random) -> Reference:
-    """A random state of the same model: parameters off by up to a third, within the ranges of the sheet."""
+    """A random state of the same model: parameters off by up to a third, within the ranges of the
+    sheet."""
     variables = rulesheets.load(MODELS / reference.model / "model.tk").variables
     while True:
-        parameters = {name: value * draw.uniform(0.7, 1.3) for name, value in reference.parameters.items()}
+        parameters = {
+            name: value * draw.uniform(0.7, 1.3) for name, value in reference.parameters.items()
+        }
         moved = Reference(reference.model, parameters, reference.state)
         state = moved.exact
         real = all(isinstance(value, mpf) for value in state.values())
@@ -99,7 +109,12 @@ def cone_frustum(r1: mpf, r2: mpf, th: mpf) -> State:
         slant = mpmath.hypot(r, height)
         s |= {"h" + end: height, "s" + end: slant, "AB" + end: mpmath.pi * r**2}
         s |= {"AC" + end: mpmath.pi * r * slant, "V" + end: mpmath.pi * r**2 * height / 3}
-    s |= {"h": s["h2"] - s["h1"], "s": s["s2"] - s["s1"], "AC": s["AC2"] - s["AC1"], "V": s["V2"] - s["V1"]}
+    s |= {
+        "h": s["h2"] - s["h1"],
+        "s": s["s2"] - s["s1"],
+        "AC": s["AC2"] - s["AC1"],
+        "V": s["V2"] - s["V1"],
+    }
     return s | {"AT": s["AB1"] + s["AB2"] + s["AC"]}
 
 
@@ -111,7 +126,13 @@ def loan(loan: mpf, downpay: mpf, rate: mpf, term: mpf) -> State:
 
 def planetary_gear(ns: mpf, nr: mpf) -> State:
     planet = (nr - ns) / 2
-    ratios = {"pl": 1 + nr / ns, "st": nr / ns, "sl": 1 + ns / nr, "mx": planet / ns, "mi": nr / planet}
+    ratios = {
+        "pl": 1 + nr / ns,
+        "st": nr / ns,
+        "sl": 1 + ns / nr,
+        "mx": planet / ns,
+        "mi": nr / planet,
+    }
     return {"ns": ns, "nr": nr, "np": planet, **ratios}
 
 
@@ -119,7 +140,16 @@ def two_stage_planetary_gear(npr: mpf, ns: mpf, nps: mpf, p: mpf, ds: mpf) -> St
     centre = ds * (ns + nps) / (2 * ns)
     ring = 4 * p * centre - (ns + nps) + npr
     ratio = 1 + nps * ring / (ns * npr)
-    return {"npr": npr, "ns": ns, "nps": nps, "p": p, "ds": ds, "C": centre, "nr": ring, "pl": ratio}
+    return {
+        "npr": npr,
+        "ns": ns,
+        "nps": nps,
+        "p": p,
+        "ds": ds,
+        "C": centre,
+        "nr": ring,
+        "pl": ratio,
+    }
 
 
 def triangle(a: mpf, b: mpf, C: mpf) -> State:
@@ -129,7 +159,15 @@ def triangle(a: mpf, b: mpf, C: mpf) -> State:
     return {"a": a, "b": b, "c": mpmath.hypot(x - b, y), "A": A, "B": 180 - A - C, "C": C}
 
 
-BRACKETS = ((0, 10), (11000, 12), (44725, 22), (95375, 24), (182100, 32), (231250, 35), (578125, 37))
+BRACKETS = (
+    (0, 10),
+    (11000, 12),
+    (44725, 22),
+    (95375, 24),
+    (182100, 32),
+    (231250, 35),
+    (578125, 37),
+)
 """From which income on, what per cent."""
 
 
@@ -215,7 +253,9 @@ def cubic_roots() -> list[mpf]:
 
 def _real_roots(coefficients: Sequence[mpf]) -> list[mpf]:
     roots = mpmath.polyroots(list(coefficients), maxsteps=200, extraprec=200)
-    return sorted(mpmath.re(root) for root in roots if abs(mpmath.im(root)) < mpf(10) ** (10 - DIGITS))
+    return sorted(
+        mpmath.re(root) for root in roots if abs(mpmath.im(root)) < mpf(10) ** (10 - DIGITS)
+    )
 
 
 REFERENCES = (
@@ -233,17 +273,25 @@ REFERENCES = (
         Reference("tax_brackets", {"income": income}, tax_brackets)
         for income in (5000.0, 30000.0, 60000.0, 100000.0, 200000.0, 400000.0, 1e6)
     ),
-    Reference("two_circles", {"x": 4.5, "y": -1.0, "x1": 0.5, "y1": 0.25, "x2": 6.0, "y2": 2.0}, two_circles),
+    Reference(
+        "two_circles",
+        {"x": 4.5, "y": -1.0, "x1": 0.5, "y1": 0.25, "x2": 6.0, "y2": 2.0},
+        two_circles,
+    ),
     Reference("kepler", {"e": 0.1, "a": 1.5, "E": 40.0}, kepler),
     Reference("kepler", {"e": 0.95, "a": 1.5, "E": -10.0}, kepler),
-    Reference("colebrook", {"D": 0.1, "k": 1e-5, "L": 100.0, "nu": 1e-6, "g": 9.81, "v": 1.25}, colebrook),
+    Reference(
+        "colebrook", {"D": 0.1, "k": 1e-5, "L": 100.0, "nu": 1e-6, "g": 9.81, "v": 1.25}, colebrook
+    ),
     Reference(
         "rachford_rice",
         {"V": 0.25, "x1": 0.06, "x2": 0.19, "K1": 4.2, "K2": 1.75, "K3": 0.74, "K4": 0.34},
         rachford_rice,
     ),
     Reference(
-        "van_der_waals", {"Vm": 0.366, "T": 500.0, "a": 3.592, "b": 0.04267, "R": 0.0820573661}, van_der_waals
+        "van_der_waals",
+        {"Vm": 0.366, "T": 500.0, "a": 3.592, "b": 0.04267, "R": 0.0820573661},
+        van_der_waals,
     ),
     Reference("projectile", {"v0": 82.0, "theta": 27.5, "h": 12.0, "g": 9.8}, projectile),
     Reference("ohms_law", {"I": 3.0, "R": 4.0}, ohms_law),

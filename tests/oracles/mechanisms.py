@@ -1,4 +1,5 @@
-"""The mechanisms by complex numbers, at 50 digits: closed-form positions, and their time derivatives.
+"""The mechanisms by complex numbers, at 50 digits: closed-form positions, and their time
+derivatives.
 
 Nothing here knows of velocity or acceleration diagrams: each mechanism is drawn at a crank angle
 by intersecting circles and lines in the complex plane, and the motion is that drawing
@@ -34,8 +35,8 @@ class Drawing:
 class Mechanism:
     """How to draw a mechanism from its crank angle, in each of its modes.
 
-    ``slides`` names, for each length, its velocity and acceleration, and their sign. Modes are answers of
-    one sheet, unless ``choices`` has the inputs that choose each.
+    ``slides`` names, for each length, its velocity and acceleration, and their sign. Modes are
+    answers of one sheet, unless ``choices`` has the inputs that choose each.
     """
 
     model: str
@@ -56,11 +57,14 @@ class Mechanism:
             numbers = {length: mpf(value) for length, value in self.inputs(mode).items()}
             now = self.draw(mpf(theta), numbers, mode)
             if name.startswith("theta"):
-                return float(mpmath.arg(now.directions[name.removeprefix("theta")]) * 180 / mpmath.pi)
+                return float(
+                    mpmath.arg(now.directions[name.removeprefix("theta")]) * 180 / mpmath.pi
+                )
             return float(now.lengths[name])
 
     def state(self, theta: float, omega: float, alpha: float, mode: int) -> dict[str, mpf]:
-        """Every position, velocity and acceleration of the model by name, driver and lengths included."""
+        """Every position, velocity and acceleration of the model by name, driver and lengths
+        included."""
         with mpmath.workdps(DIGITS):
             numbers = {name: mpf(value) for name, value in self.inputs(mode).items()}
             h = mpf(STEP)
@@ -71,13 +75,19 @@ class Mechanism:
             found = {f"theta{self.crank}": mpf(theta), f"omega{self.crank}": mpf(omega)}
             found |= {**numbers, f"alpha{self.crank}": mpf(alpha)}
             for name in now.directions:
-                turned = (mpmath.arg(d.directions[name] / now.directions[name]) for d in (before, after))
+                turned = (
+                    mpmath.arg(d.directions[name] / now.directions[name]) for d in (before, after)
+                )
                 rate, second = _differences(mpf(0), *turned)
                 angle = mpmath.arg(now.directions[name]) * 180 / mpmath.pi
                 found |= {f"theta{name}": angle, f"omega{name}": rate, f"alpha{name}": second}
             for name, (velocity, acceleration, sign) in self.slides.items():
                 rate, second = _differences(*(d.lengths[name] for d in (now, before, after)))
-                found |= {name: now.lengths[name], velocity: sign * rate, acceleration: sign * second}
+                found |= {
+                    name: now.lengths[name],
+                    velocity: sign * rate,
+                    acceleration: sign * second,
+                }
             for name in now.points:
                 rate, second = _differences(*(d.points[name] for d in (now, before, after)))
                 small = name.lower()
@@ -130,7 +140,8 @@ def rigid_link_chain(theta: Any, v: Numbers, mode: int) -> Drawing:
 
 
 def _piston(B: Any, rod: Any, along: Any) -> Any:
-    """Distance from the origin of the piston on the half-line ``along`` at the end of a rod from B."""
+    """Distance from the origin of the piston on the half-line ``along`` at the end of a rod from
+    B."""
     local = B / along
     return local.real + mpmath.sqrt(rod * rod - local.imag**2)
 

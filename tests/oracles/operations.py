@@ -17,7 +17,8 @@ def operations(action: Callable[[], object]) -> int:
 def growth(action: Callable[[int], Callable[[], object]], size: int, factor: int = 4) -> float:
     """By how much the cost grows with the size, as an exponent: 1 is linear, 2 is quadratic.
 
-    ``action(size)`` prepares, uncounted, and returns what is counted. The first run is for what is made once.
+    ``action(size)`` prepares, uncounted, and returns what is counted. The first run is for what is
+    made once.
     """
     from math import log
 

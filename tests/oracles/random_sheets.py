@@ -1,4 +1,5 @@
-"""Random rule sheets with a planted solution, and a witness at 50 digits that shares nothing with the solver.
+"""Random rule sheets with a planted solution, and a witness at 50 digits that shares nothing with
+the solver.
 
 A rule is made as text; the witness reads that text as a Python expression (``^`` as ``**``) over
 mpmath numbers. Parsing, binding of names, expansion of calls and evaluation are thus all judged
@@ -58,7 +59,8 @@ class RandomRule:
 
 @dataclass(frozen=True)
 class RandomSheet:
-    """``state`` satisfies every rule, to the rounding of its constant; ``inputs`` are some of its names."""
+    """``state`` satisfies every rule, to the rounding of its constant; ``inputs`` are some of its
+    names."""
 
     rules: tuple[RandomRule, ...]
     inputs: tuple[str, ...]
@@ -134,7 +136,8 @@ def backward_error(left: str, right: str, values: Mapping[str, float]) -> float:
 
 
 def jacobian(sheet: RandomSheet, values: Mapping[str, float]) -> Any:
-    """Derivatives of the active equations by the unknowns times the values: (equations, unknowns)."""
+    """Derivatives of the active equations by the unknowns times the values: (equations,
+    unknowns)."""
     with mpmath.workdps(DIGITS):
         at = exact(values)
         rows = []
@@ -143,7 +146,9 @@ def jacobian(sheet: RandomSheet, values: Mapping[str, float]) -> Any:
             for name in sheet.unknowns:
                 step = mpmath.mpf(10) ** -20 * (abs(at[name]) or 1)
                 up, down = {**at, name: at[name] + step}, {**at, name: at[name] - step}
-                change = evaluated(f"({left})-({right})", up) - evaluated(f"({left})-({right})", down)
+                change = evaluated(f"({left})-({right})", up) - evaluated(
+                    f"({left})-({right})", down
+                )
                 row.append(float(change / (2 * step) * (abs(at[name]) or 1)))
             rows.append(row)
         return rows
@@ -176,7 +181,8 @@ def is_square(rows: Sequence[Collection[str]], unknowns: Collection[str]) -> boo
 
 
 def undetermined(rows: Sequence[Collection[str]], unknowns: Collection[str]) -> set[str]:
-    """Unknowns that an alternating path reaches from one without a row (Dulmage & Mendelsohn 1958)."""
+    """Unknowns that an alternating path reaches from one without a row (Dulmage & Mendelsohn
+    1958)."""
     owner = _match(rows)
     of_row = {row: name for name, row in owner.items()}
     reached: set[str] = set()
@@ -227,7 +233,9 @@ def polynomial(draw: random.Random, names: Sequence[str], state: Mapping[str, fl
     return _plain(" + ".join(terms), state)
 
 
-def trigonometric(draw: random.Random, names: Sequence[str], state: Mapping[str, float]) -> RandomRule:
+def trigonometric(
+    draw: random.Random, names: Sequence[str], state: Mapping[str, float]
+) -> RandomRule:
     """``state`` holds angles in degrees under names that begin with ``t``."""
     terms = []
     for name in names:
@@ -235,7 +243,9 @@ def trigonometric(draw: random.Random, names: Sequence[str], state: Mapping[str,
             other = next((n for n in draw.sample(names, len(names)) if not n.startswith("t")), "3")
             terms.append(f"{other}*{draw.choice(('sind', 'cosd'))}({name})")
         else:
-            terms.append(draw.choice(("{c}*{a}", "{a}", "{a}^2")).format(c=_coefficient(draw), a=name))
+            terms.append(
+                draw.choice(("{c}*{a}", "{a}", "{a}^2")).format(c=_coefficient(draw), a=name)
+            )
     return _plain(" + ".join(terms), state)
 
 
@@ -246,16 +256,21 @@ def rational(draw: random.Random, names: Sequence[str], state: Mapping[str, floa
     return _plain(form.format(a=first, b=below), state)
 
 
-def transcendental(draw: random.Random, names: Sequence[str], state: Mapping[str, float]) -> RandomRule:
+def transcendental(
+    draw: random.Random, names: Sequence[str], state: Mapping[str, float]
+) -> RandomRule:
     terms = []
     for name in names:
-        form = draw.choice(("exp({a}/10)", "sqrt(abs({a}))", "abs({a})", "ln(1 + {a}^2)", "{a}", "2*{a}"))
+        form = draw.choice(
+            ("exp({a}/10)", "sqrt(abs({a}))", "abs({a})", "ln(1 + {a}^2)", "{a}", "2*{a}")
+        )
         terms.append(form.format(a=name))
     return _plain(draw.choice((" + ", " - ")).join(terms), state)
 
 
 def guarded(draw: random.Random, names: Sequence[str], state: Mapping[str, float]) -> RandomRule:
-    """``if a > t then … else …``: the planted side holds at the state, the other asks something else."""
+    """``if a > t then … else …``: the planted side holds at the state, the other asks something
+    else."""
     pivot = draw.choice(names)
     threshold = state[pivot] + draw.choice((-3.0, -1.0, 1.0, 3.0))
     guard = f"{pivot} > ({threshold!r})"
@@ -303,7 +318,8 @@ FAMILIES: Mapping[str, tuple[Maker, ...]] = {
 
 
 def random_sheet(draw: random.Random, family: str, rules: int | None = None) -> RandomSheet:
-    """A structurally well-posed sheet: each rule has one unknown of its own, and up to two other names."""
+    """A structurally well-posed sheet: each rule has one unknown of its own, and up to two other
+    names."""
     count = rules or draw.randint(1, 5)
     known = draw.randint(1, 3)
     names = [f"x{i}" for i in range(count + known)]
@@ -313,7 +329,9 @@ def random_sheet(draw: random.Random, family: str, rules: int | None = None) -> 
     owned = draw.sample(names, count)
     made = []
     for own in owned:
-        others = draw.sample([n for n in names if n != own], min(draw.choice((0, 1, 1, 2)), len(names) - 1))
+        others = draw.sample(
+            [n for n in names if n != own], min(draw.choice((0, 1, 1, 2)), len(names) - 1)
+        )
         made.append(draw.choice(FAMILIES[family])(draw, [own, *others], state))
     inputs = tuple(name for name in names if name not in owned)
     return RandomSheet(tuple(made), inputs, state)

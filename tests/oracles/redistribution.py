@@ -1,8 +1,8 @@
 """Random choices of the inputs of the slider crank, and what is true of each, judged from outside.
 
-A linkage is drawn and put in motion by the closed form; six of its numbers are given back besides the
-branch. Which choices are well-posed is decided on a hand-made transcription of the rules: by a matching
-for the pattern, by the Jacobian at 50 digits for the values.
+A linkage is drawn and put in motion by the closed form; six of its numbers are given back besides
+the branch. Which choices are well-posed is decided on a hand-made transcription of the rules: by a
+matching for the pattern, by the Jacobian at 50 digits for the values.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ MODELS = Path(__file__).parents[2] / "models"
 SHEETS = {"offset_slider_crank": AS_PRINTED, "offset_slider_crank_slope_free": SLOPE_FREE}
 GIVEN = 6
 SINGULAR = 1e-12
-"""Least singular value of the scaled Jacobian over the largest, where a choice determines nothing."""
+"""Least singular value of the scaled Jacobian over the largest, where a choice determines
+nothing."""
 
 State = Mapping[str, Any]
 Row = tuple[str, str]
@@ -37,7 +38,8 @@ Row = tuple[str, str]
 
 @dataclass(frozen=True)
 class Choice:
-    """A linkage at a state, and the numbers that are given back. ``condition``: of the scaled Jacobian."""
+    """A linkage at a state, and the numbers that are given back. ``condition``: of the scaled
+    Jacobian."""
 
     crank: Crank
     state: State
@@ -81,7 +83,8 @@ class Sheet:
         return set(re.findall(r"[A-Za-z_]\w*", " ".join(expressions))).intersection(self.numbers)
 
     def active_rules(self, values: State) -> list[Row]:
-        """The rules that ask something at these values; a guard or side that lacks a value asks nothing."""
+        """The rules that ask something at these values; a guard or side that lacks a value asks
+        nothing."""
         known = exact(values)
         found = []
         for guard, left, right in self.rules:
@@ -96,13 +99,15 @@ class Sheet:
         return random_sheets.is_square([self.quantities(*row) & unknowns for row in rows], unknowns)
 
     def inputs_of(self, choice: Choice) -> dict[str, Any]:
-        """What to hand to ``solve``: the sheet's own inputs cleared, the choice and the branch given."""
+        """What to hand to ``solve``: the sheet's own inputs cleared, the choice and the branch
+        given."""
         cleared = {n: None for n, v in self.model.variables.items() if v.value is not None}
         given = {self.full[name]: choice.state[name] for name in choice.inputs}
         return {**cleared, **given, "branch": choice.state["branch"]}
 
     def is_state(self, solution: Mapping[str, Any], choice: Choice) -> bool:
-        """Whether every number of the state is there, to what rounding of the inputs makes of it."""
+        """Whether every number of the state is there, to what rounding of the inputs makes of
+        it."""
         tolerance = max(1e-9, 1e-13 * choice.condition)
         for name in self.numbers:
             apart = abs(solution.get(self.full[name], math.inf) - choice.state[name])
@@ -125,7 +130,11 @@ def exact(values: State) -> dict[str, Any]:
 def random_crank(draw: random.Random) -> Crank:
     """A linkage in general position."""
     while True:
-        lengths = round(draw.uniform(1, 4), 2), round(draw.uniform(5, 9), 2), round(draw.uniform(-2, 2), 2)
+        lengths = (
+            round(draw.uniform(1, 4), 2),
+            round(draw.uniform(5, 9), 2),
+            round(draw.uniform(-2, 2), 2),
+        )
         rates = round(draw.uniform(-20, 20), 1), round(draw.uniform(-20, 20), 1)
         crank = Crank(*lengths, *rates, float(draw.randint(-179, 179)), draw.random() < 0.5)
         upright = crank.thetaAO % 90 == 0 or abs(slider_crank.rise(crank)) > 0.98 * crank.AB
@@ -139,7 +148,8 @@ def state_of(crank: Crank) -> State:
 
 
 def well_posed_choice(of: Sheet, pool: Collection[str], seed: int) -> Choice:
-    """A random linkage, and six numbers that determine it by their pattern; the branch is given besides."""
+    """A random linkage, and six numbers that determine it by their pattern; the branch is given
+    besides."""
     draw = random.Random(seed)
     while True:
         crank = random_crank(draw)
@@ -159,8 +169,12 @@ def _condition(of: Sheet, rows: Sequence[Row], state: State, inputs: Collection[
         for i, (left, right) in enumerate(rows):
             for name in of.quantities(left, right) & set(unknowns):
                 size = abs(at[name]) or 1
-                up, down = ({**at, name: at[name] + sign * size * mpmath.mpf(10) ** -20} for sign in (1, -1))
-                change = evaluated(f"({left})-({right})", up) - evaluated(f"({left})-({right})", down)
+                up, down = (
+                    {**at, name: at[name] + sign * size * mpmath.mpf(10) ** -20} for sign in (1, -1)
+                )
+                change = evaluated(f"({left})-({right})", up) - evaluated(
+                    f"({left})-({right})", down
+                )
                 matrix[i, unknowns.index(name)] = float(change / 2 * mpmath.mpf(10) ** 20)
     matrix /= np.abs(matrix).max(axis=1)[:, None]
     singular = np.linalg.svd(matrix, compute_uv=False)

@@ -50,7 +50,8 @@ class Crank:
 
 
 def _tidy(value: mpmath.mpf) -> mpmath.mpf:
-    """Snap to ±1/2 and ±1, which are the only rational values of sind and cosd besides 0 (Niven)."""
+    """Snap to ±1/2 and ±1, which are the only rational values of sind and cosd besides 0
+    (Niven)."""
     doubled = 2 * value
     near = mpmath.nint(doubled)
     return near / 2 if near != 0 and abs(doubled - near) < mpmath.mpf(10) ** (5 - DIGITS) else value
@@ -132,7 +133,9 @@ def sensitivity(crank: Crank) -> dict[str, float]:
     v = {name: points[:, k] for k, name in enumerate(names)}
     angle = v["thetaAO"] * (np.pi / 180)
     side = 1.0 if crank.open else -1.0
-    q = _quantities(v, np.sin(angle), np.cos(angle), side, np.sqrt, _complex_direction, _complex_magnitude)
+    q = _quantities(
+        v, np.sin(angle), np.cos(angle), side, np.sqrt, _complex_direction, _complex_magnitude
+    )
     slope = (q["yA"] - q["yB"]) / (q["xA"] - q["xB"])
     q["m1"] = slope
     if slope[0].real != 0:
@@ -150,7 +153,8 @@ def _complex_magnitude(z: Any) -> Any:
 
 
 def crank_angles(AO: float, AB: float, offset: float, xB: float) -> list[mpmath.mpf]:
-    """Crank angles that put the slider at xB, in (-180, 180], ascending; none where it is out of reach.
+    """Crank angles that put the slider at xB, in (-180, 180], ascending; none where it is out of
+    reach.
 
     B is at the distance D from O in the direction psi; the law of cosines in the triangle O A B
     gives the angle between OA and OB. At the ends of the reach the two angles are one.
@@ -180,7 +184,8 @@ def crank_rates(
 ) -> tuple[mpmath.mpf, mpmath.mpf]:
     """(omegaAO, alphaAO) that give the slider the velocity vB and the acceleration aB there.
 
-    vB = K omegaAO and aB = K alphaAO + L omegaAO², K and L from the geometry alone; K is 0 at dead centre.
+    vB = K omegaAO and aB = K alphaAO + L omegaAO², K and L from the geometry alone; K is 0 at dead
+    centre.
     """
     with mpmath.workdps(DIGITS):
         sine, cosine, a = sind(thetaAO), cosd(thetaAO), mpmath.mpf(AO)

@@ -1,4 +1,5 @@
-"""The three subsheets as equations over bare names: those of the paper, by hand, and those without slopes.
+"""The three subsheets as equations over bare names: those of the paper, by hand, and those without
+slopes.
 
 Each is (guard, left, right) in Python syntax, to be evaluated by ``random_sheets.evaluated``.
 """

@@ -43,7 +43,9 @@ HEADS = {"use", "function", "parameters", "variables", "rules", "list", "procedu
 identifiers = st.from_regex(r"[A-Za-zθéЖ_][A-Za-z0-9_θ]{0,6}", fullmatch=True).filter(
     lambda word: (
         word.lower()
-        not in RESERVED | HEADS | {"rule", "variable", "equation", "equations", "formula", "formulas"}
+        not in RESERVED
+        | HEADS
+        | {"rule", "variable", "equation", "equations", "formula", "formulas"}
     )
 )
 numbers = st.one_of(
@@ -68,13 +70,17 @@ def _larger(parts):
         st.builds(Product, parts, parts),
         st.builds(Quotient, parts, parts),
         st.builds(Power, parts, parts),
-        st.builds(Call, identifiers.map(str.lower).filter(lambda word: word != "given"), tuples(parts, 0)),
+        st.builds(
+            Call, identifiers.map(str.lower).filter(lambda word: word != "given"), tuples(parts, 0)
+        ),
     )
 
 
 expressions = st.recursive(atoms, _larger, max_leaves=8)
 values = expressions | identifiers.map(Symbol)
-comparisons = st.builds(Comparison, st.sampled_from(["=", "<>", "<", "<=", ">", ">="]), values, values)
+comparisons = st.builds(
+    Comparison, st.sampled_from(["=", "<>", "<", "<=", ">", ">="]), values, values
+)
 conditions = st.recursive(
     comparisons | identifiers.map(Given),
     lambda parts: tuples(parts, 2).map(And) | tuples(parts, 2).map(Or) | parts.map(Not),
@@ -86,7 +92,10 @@ equalities = st.one_of(
     st.builds(lambda name, right: Equality((Name(name),), (right,)), identifiers, values),
     st.builds(lambda left, name: Equality((left,), (Name(name),)), expressions, identifiers),
     st.builds(
-        lambda n, a, b: Equality((Name(n), *a), b), identifiers, tuples(expressions), tuples(expressions)
+        lambda n, a, b: Equality((Name(n), *a), b),
+        identifiers,
+        tuples(expressions),
+        tuples(expressions),
     ),
 )
 calls = st.builds(CallRule, identifiers.map(str.lower), tuples(values, 0), tuples(expressions, 0))
@@ -152,7 +161,9 @@ full_names = st.builds(
     tuples(st.builds(lambda f, n: f + n, identifiers, st.sampled_from(["", "#2", "#13"])), 0, 2),
     identifiers,
 )
-coordinates = st.one_of(expressions, full_names, st.builds(Sum, tuples(expressions | full_names, 2)))
+coordinates = st.one_of(
+    expressions, full_names, st.builds(Sum, tuples(expressions | full_names, 2))
+)
 
 
 def marks_of_kind(kind: str, row: Kind):
@@ -172,7 +183,9 @@ figures = st.builds(
     Figure,
     identifiers,
     st.none() | units,
-    tuples(marks | comment_lines, 1, 4).filter(lambda lines: any(isinstance(line, Mark) for line in lines)),
+    tuples(marks | comment_lines, 1, 4).filter(
+        lambda lines: any(isinstance(line, Mark) for line in lines)
+    ),
     comments,
     above=tuples(comment_lines, 0, 2),
 )

@@ -84,7 +84,10 @@ def test_a_long_product_converts_without_deep_recursion():
         ("y = -(a + b)*c", "y = -(a + b)*c"),
         ("y = a - -3", "y = a - -3"),
         ("if branch <> 'open then y = 1", "y = 1   if branch <> 'open"),
-        ("if and (z >= 1, a > 0, given('z)) then y = 1", "y = 1   if z >= 1 and a > 0 and given('z)"),
+        (
+            "if and (z >= 1, a > 0, given('z)) then y = 1",
+            "y = 1   if z >= 1 and a > 0 and given('z)",
+        ),
         ("if or (a = 1, and(b > 2, c < 3)) then y = 1", "y = 1   if a = 1 or b > 2 and c < 3"),
     ],
 )

@@ -6,7 +6,15 @@ import re
 
 import pytest
 
-from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, catalogue, error, render
+from rulesheets.diagnosis import (
+    Diagnosis,
+    Label,
+    RuleSheetError,
+    Severity,
+    catalogue,
+    error,
+    render,
+)
 from rulesheets.syntax import Source, Span
 
 

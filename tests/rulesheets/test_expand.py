@@ -10,12 +10,18 @@ from tests.oracles.operations import growth
 
 
 def equations(model: Model) -> list[str]:
-    return [f"{format_expression(item.left)} = {format_expression(item.right)}" for item in model.equations]
+    return [
+        f"{format_expression(item.left)} = {format_expression(item.right)}"
+        for item in model.equations
+    ]
 
 
 def guards(model: Model) -> list[list[tuple[str, bool]]]:
     return [
-        [(format_condition(model.conditions[premise.condition]), premise.holds) for premise in item.guard]
+        [
+            (format_condition(model.conditions[premise.condition]), premise.holds)
+            for premise in item.guard
+        ]
         for item in model.equations
     ]
 
@@ -103,8 +109,12 @@ def test_a_call_in_an_expression_becomes_the_variable_of_its_result():
 
 
 def test_a_call_as_a_whole_side_binds_its_result_to_the_other_side():
-    assert equations(loads("y = double(x)" + DOUBLE)) == equations(loads("call double(x; y)" + DOUBLE))
-    assert equations(loads("double(x) = y" + DOUBLE)) == equations(loads("call double(x; y)" + DOUBLE))
+    assert equations(loads("y = double(x)" + DOUBLE)) == equations(
+        loads("call double(x; y)" + DOUBLE)
+    )
+    assert equations(loads("double(x) = y" + DOUBLE)) == equations(
+        loads("call double(x; y)" + DOUBLE)
+    )
 
 
 def test_a_call_as_actual_needs_no_variable_of_its_own():
@@ -137,7 +147,9 @@ def test_an_else_arm_shares_the_condition_of_its_then_arm():
 
 
 def test_premises_of_nested_ifs_accumulate():
-    model = loads("if x > 3 then if y > 4 then z = 1 else z = 2 else if y = 5 then z = 3 else z = 4")
+    model = loads(
+        "if x > 3 then if y > 4 then z = 1 else z = 2 else if y = 5 then z = 3 else z = 4"
+    )
     assert guards(model) == [
         [("x > 3", True), ("y > 4", True)],
         [("x > 3", True), ("y > 4", False)],
@@ -158,7 +170,8 @@ def test_a_call_in_a_condition_is_not_guarded_by_it():
 
 def test_conditions_inside_a_function_are_under_full_names():
     model = loads(
-        "call f(p; q)\nfunction f(a; b)\nrules\n  t = a\n  if and(t > 1, given('a)) then b = 1 else b = 2\n"
+        "call f(p; q)\nfunction f(a; b)\nrules\n  t = a\n  if and(t > 1, given('a)) then b = 1 "
+        "else b = 2\n"
     )
     assert format_condition(model.conditions[0]) == "f.t > 1 and given('p)"
 
@@ -191,7 +204,8 @@ def test_many_rules_expand_quickly_and_without_recursion():
 
     def chain(n: int):
         rules = tuple(
-            Rule(Equality((Name(f"x{k + 1}"),), (Sum((Name(f"x{k}"), Number(1.0))),))) for k in range(n)
+            Rule(Equality((Name(f"x{k + 1}"),), (Sum((Name(f"x{k}"), Number(1.0))),)))
+            for k in range(n)
         )
         return lambda: build(Program(RuleSheet(rules=rules), {}), "chain")
 
@@ -201,7 +215,16 @@ def test_many_rules_expand_quickly_and_without_recursion():
 
 def test_a_long_chain_of_else_ifs_is_no_deep_recursion():
     from rulesheets.build import build
-    from rulesheets.syntax.nodes import Comparison, Equality, IfRule, Name, Number, Rule, RuleBody, RuleSheet
+    from rulesheets.syntax.nodes import (
+        Comparison,
+        Equality,
+        IfRule,
+        Name,
+        Number,
+        Rule,
+        RuleBody,
+        RuleSheet,
+    )
     from rulesheets.syntax.program import Program
 
     body: RuleBody = Equality((Name("y"),), (Number(0.0),))
@@ -225,7 +248,9 @@ def test_functions_that_multiply_are_stopped():
 
 
 def test_calls_that_nest_too_deep_are_stopped():
-    text = "y = f0(x)\n" + "".join(f"function f{k}(a; b)\nrules\n  b = f{k + 1}(a)\n" for k in range(150))
+    text = "y = f0(x)\n" + "".join(
+        f"function f{k}(a; b)\nrules\n  b = f{k + 1}(a)\n" for k in range(150)
+    )
     text += "function f150(a; b)\nrules\n  b = a\n"
     with pytest.raises(RuleSheetError) as caught:
         loads(text)

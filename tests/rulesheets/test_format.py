@@ -9,7 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rulesheets.files import read_source
-from rulesheets.format import format_condition, format_expression, format_number, format_rule, format_sheet
+from rulesheets.format import (
+    format_condition,
+    format_expression,
+    format_number,
+    format_rule,
+    format_sheet,
+)
 from rulesheets.parse.sections import parse
 from rulesheets.syntax import Source
 from rulesheets.syntax.nodes import Name, Negative, Number, Power, Product, RuleSheet, Sum
@@ -63,7 +69,8 @@ def test_numbers_keep_every_bit(value: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "text"), [(3.0, "3"), (0.1, "0.1"), (1e-5, "1e-5"), (1e22, "1e22"), (1e15, "1000000000000000")]
+    ("value", "text"),
+    [(3.0, "3"), (0.1, "0.1"), (1e-5, "1e-5"), (1e22, "1e22"), (1e15, "1000000000000000")],
 )
 def test_numbers_are_short(value: float, text: str) -> None:
     assert format_number(value) == text
@@ -155,7 +162,10 @@ rules
 
 
 def test_long_chains_stand_arm_by_arm() -> None:
-    text = "if a > 1 then x = 1 else if a > 2 then x = a_very_long_name else if a > 3 then x = 3 else x = 4"
+    text = (
+        "if a > 1 then x = 1 else if a > 2 then x = a_very_long_name else if a > 3 then x = 3 "
+        "else x = 4"
+    )
     assert format_sheet(read(text)).splitlines()[1:] == [
         "  if a > 1 then x = 1",
         "    else if a > 2 then x = a_very_long_name",

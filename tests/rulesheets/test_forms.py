@@ -1,4 +1,5 @@
-"""Rules read as others of their shape: the trees that the grammar makes, in the place of the rule."""
+"""Rules read as others of their shape: the trees that the grammar makes, in the place of the
+rule."""
 
 from __future__ import annotations
 
@@ -129,5 +130,7 @@ def _tree(node: Any) -> Any:
         return node.start, node.end
     if isinstance(node, Node):
         told = {"like", "span"} if isinstance(node, Operators) else {"like"}
-        return type(node).__name__, *(_tree(getattr(node, f)) for f in node.__match_args__ if f not in told)
+        return type(node).__name__, *(
+            _tree(getattr(node, f)) for f in node.__match_args__ if f not in told
+        )
     return tuple(map(_tree, node)) if isinstance(node, tuple) else node

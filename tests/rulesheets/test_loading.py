@@ -28,7 +28,9 @@ def crank(tmp_path):
     folder = tmp_path / "crank"
     (folder / "parts").mkdir(parents=True)
     (folder / "model.tk").write_text('use "parts/pin.tk", "parts/rod.tk"\n\nx = pin(30) + rod(2)\n')
-    (folder / "parts" / "pin.tk").write_text('use "rod.tk"\n\nfunction pin(a; b)\nrules\n  b = rod(a) + 1\n')
+    (folder / "parts" / "pin.tk").write_text(
+        'use "rod.tk"\n\nfunction pin(a; b)\nrules\n  b = rod(a) + 1\n'
+    )
     (folder / "parts" / "rod.tk").write_text("function rod(a; b)\nrules\n  b = 2*a\n")
     return folder
 
@@ -42,7 +44,11 @@ def test_a_file_a_folder_and_a_path_object_load_the_same_model(crank):
 def test_use_is_relative_to_the_file_that_names_it_and_reads_a_file_once(crank):
     model = load(crank)
     assert "pin.rod.b" in model.variables
-    assert {os.path.basename(item.rule.file) for item in model.equations} == {"model.tk", "pin.tk", "rod.tk"}
+    assert {os.path.basename(item.rule.file) for item in model.equations} == {
+        "model.tk",
+        "pin.tk",
+        "rod.tk",
+    }
 
 
 def test_a_text_uses_files_relative_to_its_base(crank):
@@ -67,7 +73,9 @@ def test_a_circle_of_uses_is_refused(crank):
 
 def test_a_long_chain_of_uses_is_followed(tmp_path):
     for k in range(300):
-        (tmp_path / f"f{k}.tk").write_text(f'use "f{k + 1}.tk"\nfunction f{k}(a; b)\nrules\n  b = a\n')
+        (tmp_path / f"f{k}.tk").write_text(
+            f'use "f{k + 1}.tk"\nfunction f{k}(a; b)\nrules\n  b = a\n'
+        )
     (tmp_path / "f300.tk").write_text("function f300(a; b)\nrules\n  b = 2*a\n")
     assert len(loads('use "f0.tk"\ny = f300(x)', base=tmp_path).equations) == 1
 
@@ -96,7 +104,9 @@ def test_everything_wrong_is_told_at_once():
 
 
 def test_variables_keep_the_order_of_the_section_then_of_the_rules():
-    model = loads('variables\n  b = 2 [mm]  " width\n  a ~ 3\n  unused\nrules\n  c = a + b\n  d = c\n')
+    model = loads(
+        'variables\n  b = 2 [mm]  " width\n  a ~ 3\n  unused\nrules\n  c = a + b\n  d = c\n'
+    )
     assert list(model.variables) == ["b", "a", "unused", "c", "d"]
     assert [item.posted for item in model.variables.values()] == [True] * 5
     assert model.variables["b"].value == 2.0
@@ -106,7 +116,9 @@ def test_variables_keep_the_order_of_the_section_then_of_the_rules():
 
 
 def test_inputs_are_evaluated_once():
-    model = loads("variables\n  a = 2*3 + sqrt(16)\n  b = 'open\n  c = -30\n  d = pi()\nrules\n  a = c")
+    model = loads(
+        "variables\n  a = 2*3 + sqrt(16)\n  b = 'open\n  c = -30\n  d = pi()\nrules\n  a = c"
+    )
     values = {name: item.value for name, item in model.variables.items()}
     assert values == {"a": 10.0, "b": "open", "c": -30.0, "d": 3.141592653589793}
 
@@ -117,7 +129,9 @@ def test_names_that_sheets_need_stay_free(name):
 
 
 def test_a_declared_variable_may_share_the_name_of_a_function_of_the_sheet():
-    model = loads("variables\n  area\nrules\n  area = 2*area(x)\nfunction area(a; b)\nrules\n  b = a^2\n")
+    model = loads(
+        "variables\n  area\nrules\n  area = 2*area(x)\nfunction area(a; b)\nrules\n  b = a^2\n"
+    )
     assert list(model.variables) == ["area", "x", "area.b"]
 
 
@@ -134,7 +148,9 @@ def parses(tmp_path, monkeypatch):
     monkeypatch.setenv("BACKSOLVE_CACHE", str(tmp_path / "cache"))
     seen: list[str] = []
     monkeypatch.setattr(
-        rulesheets.parse.sections, "parse", lambda source: (seen.append(source.name), parse(source))[1]
+        rulesheets.parse.sections,
+        "parse",
+        lambda source: (seen.append(source.name), parse(source))[1],
     )
     return seen
 
@@ -166,7 +182,9 @@ def test_a_kept_model_lies_where_its_files_lie(crank, parses, monkeypatch):
     other = crank.parent / "other" / crank.name
     shutil.copytree(crank, other)
     monkeypatch.chdir(other)
-    assert load("model.tk").files == tuple(str(other / Path(file).relative_to(crank)) for file in first.files)
+    assert load("model.tk").files == tuple(
+        str(other / Path(file).relative_to(crank)) for file in first.files
+    )
     outside = crank.parent / "rod.tk"
     (other / "parts" / "rod.tk").rename(outside)
     (other / "parts" / "rod.tk").symlink_to(outside)

@@ -190,13 +190,17 @@ def test_rules(text: str, tree) -> None:
         ),
         (
             "x = 3 [m] in [-1, 4]",
-            VariableRow("x", Number(3.0), range=Range(Negative(Number(1.0)), Number(4.0)), unit="m"),
+            VariableRow(
+                "x", Number(3.0), range=Range(Negative(Number(1.0)), Number(4.0)), unit="m"
+            ),
         ),
         ("x > 0", VariableRow("x", range=Range(Number(0.0), low_open=True))),
         ("x > 0, <= 5", VariableRow("x", range=Range(Number(0.0), Number(5.0), low_open=True))),
         (
             "x ~ 1 ≥ 0 < 5",
-            VariableRow("x", guess=Number(1.0), range=Range(Number(0.0), Number(5.0), high_open=True)),
+            VariableRow(
+                "x", guess=Number(1.0), range=Range(Number(0.0), Number(5.0), high_open=True)
+            ),
         ),
         ('x = 3 " length', VariableRow("x", Number(3.0), comment="length")),
         ("x = 3 ; length", VariableRow("x", Number(3.0), comment="length")),
@@ -267,7 +271,11 @@ def test_sections() -> None:
     sheet = read(SHEET)
     assert sheet.comments == (CommentLine("A crank"),)
     assert sheet.uses == (Use(("position.tk", "rest; of it.tk"), "two files"),)
-    assert sheet.variables == (VariableRow("AO", Number(3.0)), CommentLine("a line"), VariableRow("xB"))
+    assert sheet.variables == (
+        VariableRow("AO", Number(3.0)),
+        CommentLine("a line"),
+        VariableRow("xB"),
+    )
     assert [row.gap for row in sheet.variables] == [False, False, True]
     assert sheet.rules[0] == CommentLine("all")
     assert sheet.rules[1].body == CallRule("position", (Name("AO"),), (Name("xB"),))
@@ -326,12 +334,22 @@ def every_node(sheet: RuleSheet):
     [
         ("x = (a + b)*c", ["x = (a + b)*c", "x", "(a + b)*c", "(a + b)", "a", "b", "c"]),
         ("(a, b) = f(x)", ["(a, b) = f(x)", "a", "b", "f(x)", "x"]),
-        ("x = -sqrt( a )^2", ["x = -sqrt( a )^2", "x", "-sqrt( a )^2", "sqrt( a )^2", "sqrt( a )", "a", "2"]),
+        (
+            "x = -sqrt( a )^2",
+            ["x = -sqrt( a )^2", "x", "-sqrt( a )^2", "sqrt( a )^2", "sqrt( a )", "a", "2"],
+        ),
         ("x = a - b", ["x = a - b", "x", "a - b", "a", "- b", "b"]),
         ("call f(a; x)", ["call f(a; x)", "a", "x"]),
         (
             "if not given('a) then x = 'open",
-            ["if not given('a) then x = 'open", "not given('a)", "given('a)", "x = 'open", "x", "'open"],
+            [
+                "if not given('a) then x = 'open",
+                "not given('a)",
+                "given('a)",
+                "x = 'open",
+                "x",
+                "'open",
+            ],
         ),
     ],
 )
@@ -414,7 +432,9 @@ def test_a_long_chain_of_products_is_read_and_printed() -> None:
 
 
 @pytest.mark.parametrize("row", ["x = {}", "x ~ {}", "x = 3 ± {}", "x in [0, {}]", "x < a*{}"])
-@pytest.mark.parametrize(("code", "deep"), [("E124", "-" * 5000 + "1"), ("E217", "1" + "*1" * 5000)])
+@pytest.mark.parametrize(
+    ("code", "deep"), [("E124", "-" * 5000 + "1"), ("E217", "1" + "*1" * 5000)]
+)
 def test_no_number_of_a_row_is_too_deep(row: str, code: str, deep: str) -> None:
     assert codes("variables\n" + row.format(deep) + "\nrules\ny = x*a") == [code]
 
@@ -449,7 +469,8 @@ def test_byte_order_mark_and_line_ends_are_dropped(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "code"), [(b"x = 3\0", "E303"), (b"\xff\xfe", "E303"), (b"\x89PNG\r\n\x1a\n\0", "E303")]
+    ("content", "code"),
+    [(b"x = 3\0", "E303"), (b"\xff\xfe", "E303"), (b"\x89PNG\r\n\x1a\n\0", "E303")],
 )
 def test_what_is_no_text_is_refused(tmp_path: Path, content: bytes, code: str) -> None:
     path = tmp_path / "sheet.tk"
@@ -460,7 +481,11 @@ def test_what_is_no_text_is_refused(tmp_path: Path, content: bytes, code: str) -
 
 
 def test_missing_files_and_folders_are_refused(tmp_path: Path) -> None:
-    for path, code in ((tmp_path / "none.tk", "E301"), (tmp_path, "E302"), (tmp_path / "a\0b", "E304")):
+    for path, code in (
+        (tmp_path / "none.tk", "E301"),
+        (tmp_path, "E302"),
+        (tmp_path / "a\0b", "E304"),
+    ):
         with pytest.raises(RuleSheetError) as caught:
             read_source(path)
         assert caught.value.diagnoses[0].code == code

@@ -1,4 +1,5 @@
-"""Slopes to many digits: against differences at twice the digits, for every function and operation."""
+"""Slopes to many digits: against differences at twice the digits, for every function and
+operation."""
 
 from __future__ import annotations
 
@@ -29,7 +30,9 @@ def assert_right(expression: Expression, at: dict[str, float]) -> None:
         step = mpmath.mpf(10) ** -30
         for name in at:
             ahead, behind = ({**at, name: mpmath.mpf(at[name]) + sign * step} for sign in (1, -1))
-            moved = extended(expression, ahead, 2 * DIGITS) - extended(expression, behind, 2 * DIGITS)
+            moved = extended(expression, ahead, 2 * DIGITS) - extended(
+                expression, behind, 2 * DIGITS
+            )
             assert_equal(slopes[name], moved / (2 * step))
 
 
@@ -68,7 +71,9 @@ def test_operations_together(x: float, y: float) -> None:
     left, at = OPERATIONS.left, {"x": x, "y": y}
     assert_right(left, at)
     assert_right(OPERATIONS.right, {"x": x})
-    slopes = {name: float(slope) for name, slope in extended_derivatives(left, at, DIGITS)[1].items()}
+    slopes = {
+        name: float(slope) for name, slope in extended_derivatives(left, at, DIGITS)[1].items()
+    }
     assert slopes == pytest.approx(derivatives(left, at)[1], rel=1e-9, abs=1e-9)
 
 

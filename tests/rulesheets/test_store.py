@@ -121,7 +121,9 @@ def test_a_folder_that_cannot_be_written_does_no_harm(
     assert store.load("thing", KEY) == b"said"
 
 
-def test_a_folder_below_a_file_does_no_harm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_below_a_file_does_no_harm(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("BACKSOLVE_CACHE", str(tmp_path / "file" / "store"))
     store.save("thing", KEY, b"said")
@@ -178,7 +180,10 @@ def _write(number: int) -> None:
     ],
 )
 def test_the_folder_is_where_the_system_keeps_such(
-    platform: str, environment: dict[str, str], expected: str | None, monkeypatch: pytest.MonkeyPatch
+    platform: str,
+    environment: dict[str, str],
+    expected: str | None,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     for name in ("BACKSOLVE_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"):
         monkeypatch.delenv(name, raising=False)

@@ -187,7 +187,9 @@ def test_wrong_inputs_are_refused(inputs, guesses, code, note):
         ("eta = Pi/r\nr = Pi*PI", {"eta", "r"}),
     ],
 )
-def test_a_row_or_a_rule_that_begins_with_pi_in_capitals_names_a_variable(text: str, names: set[str]):
+def test_a_row_or_a_rule_that_begins_with_pi_in_capitals_names_a_variable(
+    text: str, names: set[str]
+):
     assert loads(text).variables.keys() == names
 
 

@@ -17,7 +17,8 @@ Run: TypeAlias = Callable[..., tuple[int, str, str]]
 
 @pytest.fixture
 def processor_clock(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Limits in time are seconds of the processor: what else the machine does is none of a solve's."""
+    """Limits in time are seconds of the processor: what else the machine does is none of a
+    solve's."""
     monkeypatch.setattr(deadline, "monotonic", process_time)
 
 

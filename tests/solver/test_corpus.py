@@ -1,4 +1,5 @@
-"""Random sheets with a planted solution: found again, nothing false, whatever the order of the rules."""
+"""Random sheets with a planted solution: found again, nothing false, whatever the order of the
+rules."""
 
 from __future__ import annotations
 
@@ -33,7 +34,8 @@ def sheets(families: tuple[str, ...], seeds: int = SEEDS, rules: int | None = No
 
 
 def regularity(sheet: RandomSheet) -> float:
-    """Smallest over largest singular value of the scaled Jacobian at the state; 0 where it is not square."""
+    """Smallest over largest singular value of the scaled Jacobian at the state; 0 where it is not
+    square."""
     rows = np.array(oracle.jacobian(sheet, sheet.state))
     if rows.shape != (len(sheet.unknowns),) * 2:
         return 0.0
@@ -66,7 +68,10 @@ def assert_true_success(result: Any, sheet: RandomSheet) -> None:
         values = {name: solution[name] for name in sheet.state}
         for rule in sheet.rules:
             for left, right in oracle.active(rule, oracle.exact(values)):
-                assert oracle.backward_error(left, right, values) <= 80 * oracle.EPS, (rule.text, values)
+                assert oracle.backward_error(left, right, values) <= 80 * oracle.EPS, (
+                    rule.text,
+                    values,
+                )
 
 
 def answers(result: Any, sheet: RandomSheet) -> list[tuple[float, ...]]:
@@ -75,7 +80,8 @@ def answers(result: Any, sheet: RandomSheet) -> list[tuple[float, ...]]:
 
 
 def unknown(result: Any, sheet: RandomSheet) -> set[str]:
-    """Names of the sheet itself that stay unknown (locals are numbered in the order of the calls)."""
+    """Names of the sheet itself that stay unknown (locals are numbered in the order of the
+    calls)."""
     return set(result.undetermined) & set(sheet.state)
 
 
@@ -112,7 +118,9 @@ def test_without_a_rule_the_right_names_stay_unknown(family: str, seed: int, rul
     assert unknown(result, sheet) == oracle.undetermined(dropped.rows, dropped.unknowns)
 
 
-@pytest.mark.parametrize(("family", "seed", "rules"), sheets(("linear", "polynomial", "trigonometric"), 5))
+@pytest.mark.parametrize(
+    ("family", "seed", "rules"), sheets(("linear", "polynomial", "trigonometric"), 5)
+)
 def test_redundant_rule_is_a_check(family: str, seed: int, rules: int | None) -> None:
     draw = random.Random(f"redundant {family}{seed}")
     sheet = oracle.random_sheet(draw, family, rules)

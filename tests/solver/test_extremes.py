@@ -23,7 +23,9 @@ def solve(rules: str, variables: str = "", **inputs: Any) -> Result:
 
 def test_a_step_that_overflows_in_floats_is_taken_in_more_digits() -> None:
     result = solve("w^2/x^1.5 = 0.25", x=1e240)
-    assert [solution["w"] for solution in result.solutions] == pytest.approx([5e179, -5e179], rel=1e-15)
+    assert [solution["w"] for solution in result.solutions] == pytest.approx(
+        [5e179, -5e179], rel=1e-15
+    )
 
 
 def test_a_value_beyond_floats_is_not_called_impossible() -> None:
@@ -39,7 +41,9 @@ def test_nothing_is_proven_absent_where_no_search_looks() -> None:
 
 def test_answers_of_any_size_are_put_in_order() -> None:
     result = solve("x^2 = 1e300", variables="x ~ 1")
-    assert [solution["x"] for solution in result.solutions] == pytest.approx([1e150, -1e150], rel=1e-15)
+    assert [solution["x"] for solution in result.solutions] == pytest.approx(
+        [1e150, -1e150], rel=1e-15
+    )
     assert str(solve("x^2/1e250 = 1e280", variables="x ~ 1e-150").status) == "solved"
 
 
@@ -59,7 +63,9 @@ def test_a_term_that_vanishes_leads_nowhere_and_proves_nothing(term: str) -> Non
 
 def test_an_exponent_that_vanishes_leads_nowhere_and_proves_nothing() -> None:
     result = solve("c*exp(0*a) = 4\nc^0.5*a^2 = 18")
-    assert sorted(float(str(solution["a"])) for solution in result.solutions) == pytest.approx([-3.0, 3.0])
+    assert sorted(float(str(solution["a"])) for solution in result.solutions) == pytest.approx(
+        [-3.0, 3.0]
+    )
 
 
 def test_a_rule_that_does_not_depend_on_its_unknown_holds_to_rounding() -> None:
@@ -73,7 +79,9 @@ def test_a_rule_that_does_not_depend_on_its_unknown_holds_to_rounding() -> None:
 def test_roots_of_polynomials_of_any_size(exponent: int) -> None:
     result = solve(f"((d - d) + d*d)^3 = 1e{exponent}")
     root = 10.0 ** (exponent / 6)
-    assert [solution["d"] for solution in result.solutions] == pytest.approx([root, -root], rel=1e-12)
+    assert [solution["d"] for solution in result.solutions] == pytest.approx(
+        [root, -root], rel=1e-12
+    )
 
 
 def test_a_window_of_more_turns_than_can_be_counted() -> None:
@@ -87,13 +95,19 @@ def test_known_numbers_whose_square_overflows() -> None:
 def test_an_angle_tied_to_a_number_by_a_sum_is_no_mere_angle() -> None:
     """Whole turns of x make a difference to b, so that x is not looked for within one turn."""
     result = solve("b + x = 10\nsin(x) + b = 2")
-    assert [solution["x"] for solution in result.solutions] == pytest.approx([8.678736792814396], rel=1e-12)
+    assert [solution["x"] for solution in result.solutions] == pytest.approx(
+        [8.678736792814396], rel=1e-12
+    )
     assert result["b"] == pytest.approx(2 - math.sin(8.678736792814396), rel=1e-12)
 
 
 def test_constants_of_a_compiled_path_that_overflow() -> None:
-    sheet = "variables\nc = -2.2531715901509086e-69\nx ~ -6.76e+254\nd\nw\nrules\nw + d = -8.59e-93\n"
-    rules = "((c + w)*x) + ((d/1e-3)*(c/x)) = 2.9741864989991993e+186\nd^-1 = -1.1641443538998836e+92\n"
+    sheet = (
+        "variables\nc = -2.2531715901509086e-69\nx ~ -6.76e+254\nd\nw\nrules\nw + d = -8.59e-93\n"
+    )
+    rules = (
+        "((c + w)*x) + ((d/1e-3)*(c/x)) = 2.9741864989991993e+186\nd^-1 = -1.1641443538998836e+92\n"
+    )
     plan = solver.prepare(rulesheets.loads(sheet + rules), inputs=["c"], want=["d", "w", "x"])
     for c in (-2.2531715901509086e-69, -2.253e-69, -2.3e-69):
         assert plan(c)[0] == pytest.approx(1 / -1.1641443538998836e92, rel=1e-14)
@@ -105,8 +119,11 @@ def test_constants_of_a_compiled_path_that_overflow() -> None:
     st.integers(-200, 200),
     st.sampled_from([(1, 2), (-1, 3), (0, 5), (-4, -1), (0, -7)]),
 )
-def test_quadratics_of_any_size_have_both_roots(level: int, size: int, roots: tuple[int, int]) -> None:
-    """a·(x − p)(x − q), in powers of 2: squares of its coefficients are no floats, its roots are."""
+def test_quadratics_of_any_size_have_both_roots(
+    level: int, size: int, roots: tuple[int, int]
+) -> None:
+    """a·(x − p)(x − q), in powers of 2: squares of its coefficients are no floats, its roots
+    are."""
     one, other = sorted(r * 2.0**size for r in roots)
     a = 2.0 ** max(-1000, min(1000, level - 2 * size))
     b, c = -a * (one + other), a * one * other
@@ -151,7 +168,9 @@ def test_an_unknown_that_floats_lose_beside_the_other_is_no_reason_to_drop_an_an
         ("x + 1e-9*y = 0\ny + z = 0\n1e-9*x + y + z = 1", (1e9, -1e18, 1e18)),
     ],
 )
-def test_linear_rules_of_unlike_sizes_do_not_contradict(rules: str, answer: tuple[float, ...]) -> None:
+def test_linear_rules_of_unlike_sizes_do_not_contradict(
+    rules: str, answer: tuple[float, ...]
+) -> None:
     result = solve(rules)
     assert result.status is Status.SOLVED
     assert [result[name] for name in "xyz"] == pytest.approx(answer, rel=1e-15)
@@ -208,14 +227,18 @@ def test_linear_rules_with_answers_up_to_1e60(data: st.DataObject) -> None:
         lefts[1] = f"({lefts[0]})*{factor}"
         matrix[1] = [a * Fraction(float(factor)) for a in matrix[0]]
     rights = [str(data.draw(st.sampled_from(RIGHT_SIDES))) for _ in range(n)]
-    result = solve("\n".join(f"{left} = {right}" for left, right in zip(lefts, rights, strict=True)))
+    result = solve(
+        "\n".join(f"{left} = {right}" for left, right in zip(lefts, rights, strict=True))
+    )
     for solution in result.solutions:
         assert all(map(math.isfinite, solution.values()))
         for row, right in zip(matrix, rights, strict=True):
             read = [(a, solution.get(v)) for v, a in zip("xyz", row, strict=False) if a]
             if all(isinstance(number, float) for _, number in read):
                 terms = [a * Fraction(number) for a, number in read]
-                below = sum(abs(a) for a, _ in read) * Fraction(2**-1022)  # of numbers that are no floats
+                below = sum(abs(a) for a, _ in read) * Fraction(
+                    2**-1022
+                )  # of numbers that are no floats
                 slack = Fraction(2**-46) * (sum(map(abs, terms)) + below)
                 assert abs(sum(terms) - Fraction(float(right))) <= slack
     if result.status in (Status.INFEASIBLE, Status.INCONSISTENT):
@@ -232,14 +255,16 @@ def rank(matrix: list[list[Fraction]]) -> int:
         if top is not None:
             rows.remove(top)
             rows = [
-                [a - row[column] / top[column] * b for a, b in zip(row, top, strict=True)] for row in rows
+                [a - row[column] / top[column] * b for a, b in zip(row, top, strict=True)]
+                for row in rows
             ]
             found += 1
     return found
 
 
 @pytest.mark.parametrize(
-    ("rule", "answer"), [("x = a/sqrt(a*b)", 1.0), ("x = atan2d(a*b, a*a)", 45.0), ("x = ln(a*a/b)", None)]
+    ("rule", "answer"),
+    [("x = a/sqrt(a*b)", 1.0), ("x = atan2d(a*b, a*a)", 45.0), ("x = ln(a*a/b)", None)],
 )
 def test_a_known_number_that_is_0_for_want_of_smaller_floats_is_not_0(
     rule: str, answer: float | None

@@ -1,4 +1,5 @@
-"""Two answers that nearly meet at 0, where neither is far from the other but beside its own size."""
+"""Two answers that nearly meet at 0, where neither is far from the other but beside its own
+size."""
 
 from __future__ import annotations
 
@@ -36,7 +37,8 @@ def roots(function: Callable[[Any], Any], d: float) -> list[Any]:
 @pytest.mark.parametrize("rule", FOLDS)
 @pytest.mark.parametrize("gap", [1e-13, 3e-14, 1e-14, 3e-15, 1e-15])
 def test_both_answers_are_found_to_the_last_digit(rule: str, gap: float) -> None:
-    """Points between the two satisfy the rules as far as floats tell: that makes them no one answer."""
+    """Points between the two satisfy the rules as far as floats tell: that makes them no one
+    answer."""
     result = solver.solve(rulesheets.loads(rule), {"d": 1.0 + gap})
     assert result.status is solver.Status.SOLVED
     assert result.complete

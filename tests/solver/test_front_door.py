@@ -37,7 +37,10 @@ LENS = "variables\n  f = 50\n  u = 200\n  v\nrules\n  1/f = 1/u + 1/v"
         (lambda m: solver.solve("lens.tk"), "a Model is needed, which rulesheets.load gives"),
         (lambda m: solver.prepare(None, ["u"]), "this is of the type NoneType"),
         (lambda m: solver.sweep({}, {"u": [1.0]}), "this is of the type dict"),
-        (lambda m: solver.solve(m, ["f"]), "inputs are a mapping of names to values, not of the type list"),
+        (
+            lambda m: solver.solve(m, ["f"]),
+            "inputs are a mapping of names to values, not of the type list",
+        ),
         (lambda m: solver.solve(m, guesses="f=3"), "guesses are a mapping of names to values"),
         (lambda m: solver.solve(m, {3: 1.0}), "a variable is named by a text, and 3 is none"),
         (lambda m: solver.solve(m, want=[3]), "a variable is named by a text, and 3 is none"),
@@ -80,7 +83,9 @@ def test_models_and_results_pickle_whatever_was_found_out_about_them(prove: bool
         pytest.importorskip("flint")
     model = rulesheets.load("offset_slider_crank")
     for angle in (-30.0, -20.0):
-        result = solver.solve(model, {"thetaAO": None, "xB": 9.5}, guesses={"thetaAO": angle}, prove=prove)
+        result = solver.solve(
+            model, {"thetaAO": None, "xB": 9.5}, guesses={"thetaAO": angle}, prove=prove
+        )
     again = pickle.loads(pickle.dumps(result))
     assert again == result
     for one, other in zip(again.solutions, result.solutions, strict=True):
@@ -89,7 +94,10 @@ def test_models_and_results_pickle_whatever_was_found_out_about_them(prove: bool
             other.radius,
             other.worst_residual,
         )
-    assert again.sensitivity(["vB"], ["xB"])["vB", "xB"] == result.sensitivity(["vB"], ["xB"])["vB", "xB"]
-    assert solver.solve(pickle.loads(pickle.dumps(model)), {"thetaAO": 12.0})["xB"] == pytest.approx(
-        solver.solve(model, {"thetaAO": 12.0})["xB"], rel=1e-15
+    assert (
+        again.sensitivity(["vB"], ["xB"])["vB", "xB"]
+        == result.sensitivity(["vB"], ["xB"])["vB", "xB"]
     )
+    assert solver.solve(pickle.loads(pickle.dumps(model)), {"thetaAO": 12.0})[
+        "xB"
+    ] == pytest.approx(solver.solve(model, {"thetaAO": 12.0})["xB"], rel=1e-15)

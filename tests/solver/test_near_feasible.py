@@ -1,7 +1,8 @@
-"""A unit in the last place inside or outside of what can be reached: no status claims what is not so.
+"""A unit in the last place inside or outside of what can be reached: no status claims what is not
+so.
 
-Whether the given doubles can be met is decided in rational numbers. ``infeasible`` is said of none that can,
-``solved`` of none that can't.
+Whether the given doubles can be met is decided in rational numbers. ``infeasible`` is said of none
+that can, ``solved`` of none that can't.
 """
 
 from __future__ import annotations
@@ -76,8 +77,15 @@ def test_kepler(units: int) -> None:
 def test_four_link_chain(units: int) -> None:
     """The crank at 180 degrees, coupler and rocker stretched."""
     rocker = moved(2.234905040932233 + 3.3800976976508093 - 3.005324586607604, units)
-    inputs = {"PQ": 2.234905040932233, "PS": 3.3800976976508093, "QR": 3.005324586607604, "RS": rocker}
-    margin = Fraction(inputs["QR"]) + Fraction(rocker) - Fraction(inputs["PQ"]) - Fraction(inputs["PS"])
+    inputs = {
+        "PQ": 2.234905040932233,
+        "PS": 3.3800976976508093,
+        "QR": 3.005324586607604,
+        "RS": rocker,
+    }
+    margin = (
+        Fraction(inputs["QR"]) + Fraction(rocker) - Fraction(inputs["PQ"]) - Fraction(inputs["PS"])
+    )
     assert_honest("four_link_chain", {**inputs, "QM": 0.5, "thetaPQ": 180.0}, margin)
 
 

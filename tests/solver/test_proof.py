@@ -74,13 +74,17 @@ def test_the_crank_where_the_rod_rests(angle: float) -> None:
 def test_the_crank_a_hair_before_dead_centre() -> None:
     model = rulesheets.load(MODELS / "offset_slider_crank" / "model.tk")
     given = {"xB": 11 * (1 - 1e-14), "offset": 0.0, "vB": -4.0, "aB": -70.0}
-    result = solver.solve(model, {**given, "thetaAO": None, "omegaAO": None, "alphaAO": None}, prove=True)
+    result = solver.solve(
+        model, {**given, "thetaAO": None, "omegaAO": None, "alphaAO": None}, prove=True
+    )
     assert_proved(result, 2)
     angles = [float(angle) for angle in oracle.crank_angles(3.0, 8.0, 0.0, given["xB"])]
     assert sorted(solution["thetaAO"] for solution in result.solutions) == angles
 
 
-@pytest.mark.parametrize("name", ["four_link_chain", "rigid_link_chain", "whitworth_quick_return", "kepler"])
+@pytest.mark.parametrize(
+    "name", ["four_link_chain", "rigid_link_chain", "whitworth_quick_return", "kepler"]
+)
 def test_linkages(name: str) -> None:
     result = solver.solve(rulesheets.load(MODELS / name / "model.tk"), prove=True)
     assert str(result.status) == "solved"
@@ -128,7 +132,9 @@ def test_linear_systems_against_fractions(entries: list[int], rhs: list[int]) ->
         return
     text = "\n".join(f"{p}*x + {q}*y + {r}*z = {s}" for (p, q, r), s in zip(rows, rhs, strict=True))
     solution = proved(text).solutions[0]
-    exact = Fraction(rhs[0] * (e * k - f * h) - b * (rhs[1] * k - f * rhs[2]) + c * (rhs[1] * h - e * rhs[2]))
+    exact = Fraction(
+        rhs[0] * (e * k - f * h) - b * (rhs[1] * k - f * rhs[2]) + c * (rhs[1] * h - e * rhs[2])
+    )
     x = exact / determinant
     assert solution.proof.proved
     assert abs(Fraction(solution["x"]) - x) <= Fraction(solution.radius.get("x", 0.0))
@@ -157,7 +163,9 @@ def test_balls_hold_the_value_of_every_function(name: str, x: float) -> None:
 
 
 @given(st.integers(1, 9), st.floats(-4, 4), st.floats(0, 3), st.floats(-1, 1))
-def test_a_ball_around_zero_has_powers(exponent: int, middle: float, radius: float, part: float) -> None:
+def test_a_ball_around_zero_has_powers(
+    exponent: int, middle: float, radius: float, part: float
+) -> None:
     with precision(100):
         for centre in (middle, 0.0):
             base = around(ball(centre), radius)
@@ -190,7 +198,10 @@ def test_balls_refuse_what_is_undefined() -> None:
 
 
 def test_the_command_tells_what_is_proved(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["solve", "offset_slider_crank", "--clear", "thetaAO", "--set", "xB=9.79", "--prove"]) == 0
+    assert (
+        main(["solve", "offset_slider_crank", "--clear", "thetaAO", "--set", "xB=9.79", "--prove"])
+        == 0
+    )
     out = capsys.readouterr().out
     assert "proved: 2 answers, every number the float nearest to the exact one" in out
     assert "proved: there are no others" in out
@@ -214,7 +225,9 @@ def test_extended_values_agree_with_balls() -> None:
 
 
 @pytest.mark.parametrize(
-    "system", (*SYSTEMS, more_cosnard(12), yamamura(5), economics(6)), ids=lambda system: system.name
+    "system",
+    (*SYSTEMS, more_cosnard(12), yamamura(5), economics(6)),
+    ids=lambda system: system.name,
 )
 def test_classic_systems_have_their_roots_and_no_others(system: IntervalSystem) -> None:
     assert_proved(proved(system.sheet), system.roots)

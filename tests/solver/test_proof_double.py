@@ -1,4 +1,5 @@
-"""Double roots: exactly there, or two answers, or none, a hair on either side; each told for what it is."""
+"""Double roots: exactly there, or two answers, or none, a hair on either side; each told for what
+it is."""
 
 from __future__ import annotations
 
@@ -39,8 +40,11 @@ def circles(a: float, b: float, first: float, second: float) -> solver.Result:
     [((3, 4, 5), 2, False), ((5, 12, 13), 20, False), ((8, 15, 17), 3, True)],
     ids=["side by side", "the second within", "the first within"],
 )
-def test_touching_circles(triple: tuple[int, int, int], radius: int, within: bool, hair: int) -> None:
-    """Whole numbers: the distance of the middles is exactly the sum of the radii, or their difference.
+def test_touching_circles(
+    triple: tuple[int, int, int], radius: int, within: bool, hair: int
+) -> None:
+    """Whole numbers: the distance of the middles is exactly the sum of the radii, or their
+    difference.
 
     One unit in the last place of a radius makes two answers, or none.
     """
@@ -52,7 +56,9 @@ def test_touching_circles(triple: tuple[int, int, int], radius: int, within: boo
         overlap = (hair > 0) is not within
         assert str(result.status) == ("solved" if overlap else "infeasible")
         assert len(result.solutions) == (2 if overlap else 0)
-        assert all(solution.proof is not None and solution.proof.proved for solution in result.solutions)
+        assert all(
+            solution.proof is not None and solution.proof.proved for solution in result.solutions
+        )
         return
     assert str(result.status) == "singular"
     (solution,) = result.solutions
@@ -68,7 +74,9 @@ def test_dead_centre_in_line(x: float, branch: str) -> None:
     inputs = {"xB": x, "offset": 0.0, "thetaAO": None, "branch": branch}
     result = solver.solve(CRANK, inputs, prove=True)
     assert str(result.status) == "singular"
-    assert any("thetaAO" in solution.proof.double for solution in result.solutions if solution.proof)
+    assert any(
+        "thetaAO" in solution.proof.double for solution in result.solutions if solution.proof
+    )
 
 
 def test_a_dead_centre_that_no_float_hits_is_not_proved() -> None:
@@ -111,7 +119,8 @@ def test_a_dead_centre_that_no_float_hits_is_two_answers_or_none(
 
 @given(st.floats(0.1, 9.0), st.integers(-4, 4))
 def test_the_double_root_of_a_quadratic_is_two_or_none(a: float, hairs: int) -> None:
-    """x² − 2ax + b, b some hairs from the float next to a²: its discriminant is a rational number."""
+    """x² − 2ax + b, b some hairs from the float next to a²: its discriminant is a rational
+    number."""
     b = a * a
     for _ in range(abs(hairs)):
         b = math.nextafter(b, math.inf if hairs > 0 else 0.0)
@@ -133,13 +142,18 @@ def test_the_double_root_of_a_quadratic_is_two_or_none(a: float, hairs: int) -> 
 def test_two_answers_a_hair_apart_are_told(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["solve", "offset_slider_crank", "--clear", "thetaAO", "--want", "thetaAO", "--prove"]
     assert main([*words, "--set", "xB=sqrt(117)"]) == 1
-    assert "proved: for the numbers exactly as they are there is no answer here" in capsys.readouterr().out
+    assert (
+        "proved: for the numbers exactly as they are there is no answer here"
+        in capsys.readouterr().out
+    )
     crank = [*words, "--set", "AO=1.3", "--set", "AB=7.3", "--set", "offset=0"]
     assert main([*crank, "--set", "xB=6", "--json"]) == 1
     (proof,) = json.loads(capsys.readouterr().out)["proofs"]
     assert proof["proved"] is False
     assert proof["beside"]["roots"] == 2
-    assert proof["beside"]["apart"]["thetaAO"] == pytest.approx(apart_of_two(1.3, 7.3, 6.0), rel=1e-9)
+    assert proof["beside"]["apart"]["thetaAO"] == pytest.approx(
+        apart_of_two(1.3, 7.3, 6.0), rel=1e-9
+    )
 
 
 def apart_of_two(crank: float, rod: float, x: float) -> float:
@@ -161,9 +175,9 @@ def test_the_command_tells_of_a_double_root(
 
 def test_exact_values() -> None:
     equation = rulesheets.loads("y = sind(90)*x^-2/6 - sqrt(x/4) + abs(-x)*cosd(180)").equations[0]
-    assert exactly(equation.right, {"x": Fraction(9, 25)}) == Fraction(625, 486) - Fraction(3, 10) - Fraction(
-        9, 25
-    )
+    assert exactly(equation.right, {"x": Fraction(9, 25)}) == Fraction(625, 486) - Fraction(
+        3, 10
+    ) - Fraction(9, 25)
     for text in ("y = sqrt(2)", "y = sind(20)", "y = 1/(x - x)", "y = x^0.5", "y = x + z"):
         with pytest.raises(Inexact):
             exactly(rulesheets.loads(text).equations[0].right, {"x": Fraction(2)})

@@ -1,4 +1,5 @@
-"""Proofs next to a jump: where a rule jumps over its root there is none, whatever its slopes say."""
+"""Proofs next to a jump: where a rule jumps over its root there is none, whatever its slopes
+say."""
 
 from __future__ import annotations
 
@@ -33,7 +34,8 @@ def proofs(rule: str, **options: object) -> list[tuple[float, solver.Solution]]:
     ],
 )
 def test_a_limit_that_a_rule_jumps_away_from_is_no_proved_root(rule: str) -> None:
-    """Each comes as near to equality as one likes on one side of a jump, and is off by much at it."""
+    """Each comes as near to equality as one likes on one side of a jump, and is off by much at
+    it."""
     for x, answer in proofs(rule):
         edge = min((1.0, 1.5, 2.0), key=lambda edge: abs(x - edge))
         assert abs(x - edge) > 1e-9 or not answer.proof.proved
@@ -49,7 +51,9 @@ def test_a_limit_that_a_rule_jumps_away_from_is_no_proved_root(rule: str) -> Non
         ("abs(x - 1) + x^3 + x = 1.5", lambda x: x**3 - 0.5, 0.8),
     ],
 )
-def test_a_root_away_from_the_jumps_is_proved(rule: str, smooth: Callable[[Any], Any], guess: float) -> None:
+def test_a_root_away_from_the_jumps_is_proved(
+    rule: str, smooth: Callable[[Any], Any], guess: float
+) -> None:
     with mpmath.workdps(50):
         root = mpmath.findroot(smooth, guess)
         found = [answer for x, answer in proofs(rule) if abs(x - root) < 1e-9]

@@ -1,4 +1,5 @@
-"""Ranges that a sheet declares: what lies beyond an end by rounding alone is that end; nothing else is."""
+"""Ranges that a sheet declares: what lies beyond an end by rounding alone is that end; nothing else
+is."""
 
 from __future__ import annotations
 
@@ -60,7 +61,10 @@ def test_a_range_of_one_point_that_is_a_multiple_root(rules: str, point: int) ->
 
 WIDE = {
     "crank": ("a b", "3*cosd(a) + 8*cosd(b) = 9.79\n3*sind(a) = 2 + 8*sind(b)"),
-    "triangle": ("A B C", "2*sind(B) = 3*sind(A)\n3^2 = 2^2 + 4^2 - 2*2*4*cosd(B)\nA + B + C = 180"),
+    "triangle": (
+        "A B C",
+        "2*sind(B) = 3*sind(A)\n3^2 = 2^2 + 4^2 - 2*2*4*cosd(B)\nA + B + C = 180",
+    ),
     "four bars": ("a b", "2*cos(a) + 3*cos(b) = 4\n2*sin(a) - 3*sin(b) = 0.5"),
     "hyperbola": ("x y", "x^2 + y^2 = 5\nx*y = 2"),
     "equilibrium": ("x y", "x^2/((1 - x - y)*(2 - x)) = 3\ny*(x + y)/(1 - x - y) = 0.2"),
@@ -69,11 +73,16 @@ WIDE = {
 
 @pytest.mark.parametrize("names, rules", WIDE.values(), ids=WIDE)
 def test_a_wide_range_loses_no_answer(names: str, rules: str) -> None:
-    """Of four bars, ranges of 1e8 have room for 1e15 pairs of whole turns: only some are looked at."""
-    free = solver.solve(rulesheets.loads(f"variables\n{names.replace(' ', chr(10))}\nrules\n{rules}\n"))
+    """Of four bars, ranges of 1e8 have room for 1e15 pairs of whole turns: only some are looked
+    at."""
+    free = solver.solve(
+        rulesheets.loads(f"variables\n{names.replace(' ', chr(10))}\nrules\n{rules}\n")
+    )
     ranges = "\n".join(f"{name} in [-1e8, 1e8]" for name in names.split())
     wide = solver.solve(rulesheets.loads(f"variables\n{ranges}\nrules\n{rules}\n"))
-    inside = [answer for answer in free.solutions if all(abs(float(v)) <= 1e8 for v in answer.values())]
+    inside = [
+        answer for answer in free.solutions if all(abs(float(v)) <= 1e8 for v in answer.values())
+    ]
     assert inside
     for answer in inside:
         assert any(dict(other) == pytest.approx(dict(answer), rel=1e-9) for other in wide.solutions)

@@ -1,4 +1,5 @@
-"""Rank within rounding: what drops out, or repeats itself, but for the last places of its numbers."""
+"""Rank within rounding: what drops out, or repeats itself, but for the last places of its
+numbers."""
 
 from __future__ import annotations
 
@@ -107,17 +108,21 @@ def test_matrix_that_is_singular_but_for_exact_numbers_is_solved() -> None:
 
 @pytest.mark.parametrize("given", [("e", "M", "E"), ("e", "M", "nu"), ("M", "E", "nu")])
 def test_orbit_whose_size_nothing_tells(given: tuple[str, ...]) -> None:
-    """Angles and shape alone: the equations for size and distance are homogeneous, and repeat one another."""
+    """Angles and shape alone: the equations for size and distance are homogeneous, and repeat one
+    another."""
     sheet = rulesheets.load(MODELS / "kepler" / "model.tk")
     known = solver.solve(sheet, {"e": 0.1, "E": 40.0, "M": None, "a": 1.5})
-    result = solver.solve(sheet, {"a": None, "e": None, "M": None, **{name: known[name] for name in given}})
+    result = solver.solve(
+        sheet, {"a": None, "e": None, "M": None, **{name: known[name] for name in given}}
+    )
     assert str(result.status) == "singular"
     assert set(result.undetermined) == {"a", "r"}
 
 
 @pytest.mark.parametrize("units", [-9, -2, -1, 0, 1, 3, 40])
 def test_scale_that_two_slopes_leave_free(units: int) -> None:
-    """Two numbers that say the same to a few units of the last place: no length follows, let alone 0."""
+    """Two numbers that say the same to a few units of the last place: no length follows, let alone
+    0."""
     slope = 0.7391
     other = slope + units * 2.0**-53
     for sheet in ("y = s*x\ny = c*x", "variables\n s\n c\n x > 0\n y\nrules\n y = s*x\n y = c*x"):
@@ -128,7 +133,9 @@ def test_scale_that_two_slopes_leave_free(units: int) -> None:
 
 
 def test_scale_is_0_where_slopes_differ_by_more_than_rounding() -> None:
-    result = solved("variables\n s\n c\n x > 0\n y\nrules\n y = s*x\n y = c*x", {"s": 0.7, "c": 0.7000000007})
+    result = solved(
+        "variables\n s\n c\n x > 0\n y\nrules\n y = s*x\n y = c*x", {"s": 0.7, "c": 0.7000000007}
+    )
     assert str(result.status) == "infeasible"
 
 
@@ -142,7 +149,11 @@ def test_root_that_leads_to_a_contradiction_says_nothing_of_the_other() -> None:
 
 CURVES = {
     "logarithms": ("x*y = p\nln(x) + ln(y) = q", {"p": 6.1, "q": 1.80828877117927}, {"x", "y"}),
-    "squares": ("x^2 + y^2 = p\nsqrt(x^2 + y^2) = q\nz = 3*p", {"p": 7.0, "q": 7.0**0.5}, {"x", "y"}),
+    "squares": (
+        "x^2 + y^2 = p\nsqrt(x^2 + y^2) = q\nz = 3*p",
+        {"p": 7.0, "q": 7.0**0.5},
+        {"x", "y"},
+    ),
     "powers": ("x*y^2 = p\nx^3*y^6 = q", {"p": 1.3, "q": 1.3**3}, {"x", "y"}),
     "three": (
         "x*y = p\ny*z = q\nx/z = r\nx^2 + u^2 = 50",
@@ -150,7 +161,8 @@ CURVES = {
         {"x", "y", "z", "u"},
     ),
     "angles": (
-        "variables\n a\n b\n c > 0\n d > 0\n e\nrules\n c*sind(a) = d*sind(b)\n c/d = e\n a + b = 100",
+        "variables\n a\n b\n c > 0\n d > 0\n e\nrules\n c*sind(a) = d*sind(b)\n c/d = e\n a + b = "
+        "100",
         {"a": 70.3, "e": math.sin(math.radians(29.7)) / math.sin(math.radians(70.3))},
         {"c", "d"},
     ),
@@ -191,13 +203,17 @@ def dependent(draw: st.DrawFn) -> list[list[Decimal]]:
     count = draw(st.integers(1, 2))
     rows = [[draw(shares) for _ in range(count + 2)] for _ in range(count)]
     parts = [draw(shares) for _ in range(count)]
-    made = [sum(p * a for p, a in zip(parts, column, strict=True)) for column in zip(*rows, strict=True)]
+    made = [
+        sum(p * a for p, a in zip(parts, column, strict=True)) for column in zip(*rows, strict=True)
+    ]
     return [*rows, [Decimal(number) for number in made]]
 
 
 def sheet(rows: list[list[Decimal]]) -> str:
     names = "xyz"[: len(rows)]
-    sums = (" + ".join(f"({a})*{name}" for a, name in zip(row[:-1], names, strict=True)) for row in rows)
+    sums = (
+        " + ".join(f"({a})*{name}" for a, name in zip(row[:-1], names, strict=True)) for row in rows
+    )
     return "\n".join(f"{total} = {row[-1]}" for total, row in zip(sums, rows, strict=True))
 
 
@@ -226,12 +242,16 @@ def test_dependent_decimals_determine_nothing(rows: list[list[Decimal]]) -> None
 
 @settings(max_examples=40, deadline=None)
 @given(dependent(), st.integers(3, 9))
-def test_dependent_decimals_with_a_wrong_constant_contradict(rows: list[list[Decimal]], places: int) -> None:
+def test_dependent_decimals_with_a_wrong_constant_contradict(
+    rows: list[list[Decimal]], places: int
+) -> None:
     assume(regular(rows))
     rows[-1][-1] += Decimal(10) ** -places
     result = solved(sheet(rows))
     assert str(result.status) == "inconsistent", sheet(rows)
-    assert sorted(label.span.line for label in result.diagnoses[0].labels) == list(range(1, len(rows) + 1))
+    assert sorted(label.span.line for label in result.diagnoses[0].labels) == list(
+        range(1, len(rows) + 1)
+    )
 
 
 # --- what is divided by no more than the last places of given numbers -------------------
@@ -246,7 +266,8 @@ DIVIDED = {
 
 @pytest.mark.parametrize("text", DIVIDED.values(), ids=DIVIDED)
 def test_quotient_by_the_last_places_of_inputs_is_no_answer(text: str) -> None:
-    """0.1 + 0.2 and 0.3 are the same number but for a unit in the last place: V may have either sign."""
+    """0.1 + 0.2 and 0.3 are the same number but for a unit in the last place: V may have either
+    sign."""
     result = solved(text, {"a": 0.1 + 0.2, "b": 0.3})
     assert str(result.status) == "singular"
     assert {"V"} <= set(result.undetermined) <= {"V", "W"}
@@ -279,7 +300,8 @@ RECORDED = (
 
 @pytest.mark.parametrize("text", RECORDED)
 def test_rows_that_divide_by_the_last_places_are_no_answers_either(text: str) -> None:
-    """The compiled way, learned from rows that are well determined, leaves such a row to be told."""
+    """The compiled way, learned from rows that are well determined, leaves such a row to be
+    told."""
     plan = solver.prepare(rulesheets.loads(text), inputs=["a"], want=["V"], given={"b": 0.3})
     for a in (0.7, 0.8, 0.9):
         assert plan(a)[0] == pytest.approx(solved(text, {"a": a, "b": 0.3})["V"], rel=1e-12)
@@ -303,7 +325,8 @@ def test_what_is_divided_by_in_another_case_does_not_hold_up_a_record() -> None:
 
 
 def test_contradiction_beside_a_coefficient_of_any_size_is_told() -> None:
-    """What the rules may miss by is far smaller than their coefficients, by more than floats hold."""
+    """What the rules may miss by is far smaller than their coefficients, by more than floats
+    hold."""
     text = "a*c + d/1e6 = 0.0437\na*c + d/1e6 = 1.0690"
     for a in (1e300, -1e300, 1e150, 3.0):
         result = solved(text, {"a": a, "d": 0.106})
@@ -312,10 +335,13 @@ def test_contradiction_beside_a_coefficient_of_any_size_is_told() -> None:
 
 
 def test_what_moves_least_is_named_too() -> None:
-    """c moves by a share of itself that is worth telling, beside a b sixty orders larger that does not."""
+    """c moves by a share of itself that is worth telling, beside a b sixty orders larger that does
+    not."""
     text = (
-        "variables\nd = 4.797921057202893e-24\nb ~ 1.2349606592391611e+38\nc ~ 2.9125588589441427e-24\n"
-        "y ~ -2.5337591923563436e+16\nrules\n(c*b) - (b/y) = 2.611593162265802e+21\nb + y = 4.61e+37\n"
+        "variables\nd = 4.797921057202893e-24\nb ~ 1.2349606592391611e+38\nc ~ "
+        "2.9125588589441427e-24\n"
+        "y ~ -2.5337591923563436e+16\nrules\n(c*b) - (b/y) = 2.611593162265802e+21\nb + y = "
+        "4.61e+37\n"
         "(2/1 + (d + c))*b = 9.22e+37\n"
     )
     result = solver.solve(rulesheets.loads(text))
@@ -325,7 +351,8 @@ def test_what_moves_least_is_named_too() -> None:
 
 @pytest.mark.parametrize(("off", "status"), [(0.0, "partial"), (1e-9, "inconsistent")])
 def test_rules_that_repeat_one_another_but_for_rounding_leave_free(off: float, status: str) -> None:
-    """The down payment cancels in what is saved; the instalment is known to some 1e-14 of itself."""
+    """The down payment cancels in what is saved; the instalment is known to some 1e-14 of
+    itself."""
     lease = rulesheets.loads(
         "pay = (P - rest/(1 + r)^n)*r/(1 - (1 + r)^(-n))\ntotal = pay*n + down\nP = price - down\n"
         "saved = price - rest - total\n"

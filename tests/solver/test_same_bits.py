@@ -1,4 +1,5 @@
-"""The same question gives the same bits: after any other questions, in any order, and in any thread."""
+"""The same question gives the same bits: after any other questions, in any order, and in any
+thread."""
 
 from __future__ import annotations
 
@@ -50,7 +51,17 @@ QUESTIONS: dict[str, list[Question]] = {
         *(({"xB": place, "thetaAO": None}, None) for place in (9.79, 5.0)),
         ({"thetaAO": -31.0}, ("vB",)),
         ({"thetaAO": -30.0, "branch": "crossed"}, None),
-        ({"xB": 9.79, "vB": -40.0, "aB": 100.0, "thetaAO": None, "omegaAO": None, "alphaAO": None}, None),
+        (
+            {
+                "xB": 9.79,
+                "vB": -40.0,
+                "aB": 100.0,
+                "thetaAO": None,
+                "omegaAO": None,
+                "alphaAO": None,
+            },
+            None,
+        ),
         ({"xB": 100.0, "thetaAO": None}, None),
     ],
     "colebrook": [
@@ -77,7 +88,10 @@ def bits(result: Result) -> object:
         result.status,
         result.complete,
         result.undetermined,
-        [{n: v.hex() if isinstance(v, float) else v for n, v in s.items()} for s in result.solutions],
+        [
+            {n: v.hex() if isinstance(v, float) else v for n, v in s.items()}
+            for s in result.solutions
+        ],
         [{n: e.hex() for n, e in solution.error.items()} for solution in result.solutions],
         [(str(d.code), d.message, d.notes) for d in result.diagnoses],
         {name: [attempt.method for attempt in tried] for name, tried in result.attempts.items()},
@@ -118,7 +132,11 @@ def test_in_any_thread(fresh: dict[tuple[str, int], object]) -> None:
 
     def some(share: list[tuple[str, int]]) -> list[tuple[str, int]]:
         together.wait()
-        return [(name, k) for name, k in share if asked(models[name], QUESTIONS[name][k]) != fresh[name, k]]
+        return [
+            (name, k)
+            for name, k in share
+            if asked(models[name], QUESTIONS[name][k]) != fresh[name, k]
+        ]
 
     with ThreadPoolExecutor(4) as threads:
         different = list(threads.map(some, (order[k::4] for k in range(4))))

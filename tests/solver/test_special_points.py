@@ -1,4 +1,5 @@
-"""Small sheets at special points, which a search of ``benchmarks/hostile.py --small`` has found wanting."""
+"""Small sheets at special points, which a search of ``benchmarks/hostile.py --small`` has found
+wanting."""
 
 from __future__ import annotations
 
@@ -22,7 +23,9 @@ def test_an_answer_beside_a_number_that_hides_it(size: float) -> None:
         roots = [float(size * (1 + root)), float(size * (1 - root))]
     result = solved(f"(x - {size!r})^2 - {size!r}^2 = -360*{size!r}")
     assert result.complete
-    assert sorted(solution["x"] for solution in result.solutions) == pytest.approx(sorted(roots), rel=1e-15)
+    assert sorted(solution["x"] for solution in result.solutions) == pytest.approx(
+        sorted(roots), rel=1e-15
+    )
 
 
 def test_a_number_that_is_lost_beside_a_larger_one_is_not_out_of_its_range() -> None:

@@ -1,4 +1,5 @@
-"""The standard nonlinear systems, from their standard starts and from ten and a hundred times that."""
+"""The standard nonlinear systems, from their standard starts and from ten and a hundred times
+that."""
 
 from __future__ import annotations
 
@@ -25,7 +26,10 @@ MULTIPLE = (2, 18, 19)
 QUICK = (2, 3, 5, 8, 11, 12, 15, 16, 17, 19, 20, 21, 22, 23)
 FARTHER = [
     pytest.param(
-        problem, factor, id=f"{problem.number} from {factor}", marks=() if quick else pytest.mark.slow
+        problem,
+        factor,
+        id=f"{problem.number} from {factor}",
+        marks=() if quick else pytest.mark.slow,
     )
     for factor in (10.0, 100.0)
     for problem in PROBLEMS
@@ -78,7 +82,9 @@ def refined(problem: Problem, values: list[Any]) -> list[float]:
             for j in range(len(values)):
                 ahead = x.copy()
                 ahead[j] += mpmath.mpf(10) ** -30
-                for i, (b, a) in enumerate(zip(problem.residuals(list(ahead), Digits), here, strict=True)):
+                for i, (b, a) in enumerate(
+                    zip(problem.residuals(list(ahead), Digits), here, strict=True)
+                ):
                     jacobian[i, j] = (b - a) * mpmath.mpf(10) ** 30
             x -= mpmath.lu_solve(jacobian, mpmath.matrix(here))
         return [float(v) for v in x]
@@ -107,7 +113,8 @@ def test_the_methods_tried_are_told() -> None:
 
 
 def test_what_descent_does_not_find_trust_regions_do() -> None:
-    """Descent from the standard start of the trigonometric function ends in a minimum that is no root."""
+    """Descent from the standard start of the trigonometric function ends in a minimum that is no
+    root."""
     problem = PROBLEMS[10]
     (block,) = solved(problem, 1.0).attempts
     kernel = BlockKernel(planner(model(problem.number)).graph, block)
@@ -130,6 +137,7 @@ def test_no_finite_root_is_said() -> None:
 
 @pytest.mark.parametrize("number", [15, 16])
 def test_a_limit_at_infinity_is_no_root(number: int) -> None:
-    """Far out, square roots of a trace near 0 satisfy each rule to rounding; there are two that exist."""
+    """Far out, square roots of a trace near 0 satisfy each rule to rounding; there are two that
+    exist."""
     result = solved(PROBLEMS[number - 1], 1.0)
     assert all(abs(abs(float(str(solution["x1"]))) - 0.01) <= 1e-6 for solution in result.solutions)

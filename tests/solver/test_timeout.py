@@ -36,7 +36,9 @@ def endless(n: int = 40) -> str:
         " + ".join(f"sin({draw.uniform(0.5, 2.0):.3f}*x{j}*x{(i + j) % n})" for j in range(n))
         for i in range(n)
     )
-    return "".join(f"{terms} + exp(x{i}/5) = {draw.uniform(-1, 3):.3f}\n" for i, terms in enumerate(sums))
+    return "".join(
+        f"{terms} + exp(x{i}/5) = {draw.uniform(-1, 3):.3f}\n" for i, terms in enumerate(sums)
+    )
 
 
 @pytest.fixture
@@ -83,9 +85,23 @@ def test_a_limit_is_positive(seconds: float) -> None:
 def test_what_would_run_for_hours_ends(tmp_path: Path) -> None:
     sheet = tmp_path / "endless.tk"
     sheet.write_text(f"y = 2*z\nz = 3\n{endless()}")
-    words = [sys.executable, "-m", "solver", "solve", sheet, "--timeout", "1", "--json", "--no-cache"]
+    words = [
+        sys.executable,
+        "-m",
+        "solver",
+        "solve",
+        sheet,
+        "--timeout",
+        "1",
+        "--json",
+        "--no-cache",
+    ]
     done = subprocess.run(
-        words, capture_output=True, text=True, timeout=120, env=os.environ | {"PYTHONPATH": str(ROOT)}
+        words,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
     )
     assert done.returncode == 1, done.stderr
     told = json.loads(done.stdout)
@@ -123,11 +139,15 @@ def test_nothing_false_is_said_wherever_a_solve_is_cut_off(text: str) -> None:
         assert found.status in (Status.FAILED, whole.status)
         assert not found.complete or found.status is Status.INFEASIBLE
         if found.status is Status.SOLVED:
-            assert all(any(_alike(one, other) for other in whole.solutions) for one in found.solutions)
+            assert all(
+                any(_alike(one, other) for other in whole.solutions) for one in found.solutions
+            )
         if found.status is Status.FAILED:
             assert not found.solutions
             for name, value in found.partial.items():
-                assert all(other[name] == pytest.approx(value, rel=1e-9) for other in whole.solutions), name
+                assert all(
+                    other[name] == pytest.approx(value, rel=1e-9) for other in whole.solutions
+                ), name
     assert statuses
 
 
@@ -202,13 +222,26 @@ def test_a_sweep_keeps_the_rows_that_were_solved_in_time(monkeypatch: pytest.Mon
 
 
 @pytest.mark.parametrize("jobs", ["1", "2"])
-def test_rows_that_take_too_long_fail(tmp_path: Path, capsys: pytest.CaptureFixture[str], jobs: str) -> None:
+def test_rows_that_take_too_long_fail(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], jobs: str
+) -> None:
     (tmp_path / "endless.tk").write_text(endless().replace("exp(x0/5)", "exp(x0/5) + c"))
-    words = ("sweep", str(tmp_path / "endless.tk"), "--over", "c=1:3:1", "--want", "x1", "--jobs", jobs)
+    words = (
+        "sweep",
+        str(tmp_path / "endless.tk"),
+        "--over",
+        "c=1:3:1",
+        "--want",
+        "x1",
+        "--jobs",
+        jobs,
+    )
     assert main((*words, "--timeout", "1")) == 1
     said = capsys.readouterr()
     assert said.out == "c,x1,answers,status\n1,,0,failed\n2,,0,failed\n3,,0,failed\n"
-    assert said.err.splitlines()[0] == "the time was up: rows that were not solved by then are failed"
+    assert (
+        said.err.splitlines()[0] == "the time was up: rows that were not solved by then are failed"
+    )
 
 
 def test_a_curve_that_takes_too_long_is_not_said_to_be_none(

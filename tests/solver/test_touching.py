@@ -1,4 +1,5 @@
-"""Rules that touch in the decimals in which they are written, though doubles miss each other by an ulp."""
+"""Rules that touch in the decimals in which they are written, though doubles miss each other by an
+ulp."""
 
 from __future__ import annotations
 
@@ -39,7 +40,9 @@ def test_a_last_decimal_decides(number: int, form: str, beside: str) -> None:
     assert result.status is (solver.Status.INFEASIBLE if square > r * r else solver.Status.SOLVED)
     if result.solutions:
         root = float((r * r - square).sqrt())
-        assert sorted(a["x"] for a in result.solutions) == pytest.approx([float(r) - root, float(r) + root])
+        assert sorted(a["x"] for a in result.solutions) == pytest.approx(
+            [float(r) - root, float(r) + root]
+        )
 
 
 @given(st.integers(11, 999))

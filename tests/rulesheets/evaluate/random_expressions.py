@@ -4,9 +4,33 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
-from rulesheets.syntax.nodes import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+)
 
-SMOOTH = ("sqrt", "exp", "ln", "sin", "cos", "atan", "sind", "cosd", "tand", "asind", "atand", "tanh", "erf")
+SMOOTH = (
+    "sqrt",
+    "exp",
+    "ln",
+    "sin",
+    "cos",
+    "atan",
+    "sind",
+    "cosd",
+    "tand",
+    "asind",
+    "atand",
+    "tanh",
+    "erf",
+)
 
 leaves = st.one_of(
     st.sampled_from([Name("x"), Name("y")]),

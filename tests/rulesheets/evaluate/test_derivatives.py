@@ -37,7 +37,9 @@ MP = context(60)
 def slope(expression: Expression, point: dict[str, float], name: str) -> float:
     """Central difference to about 20 digits."""
     step = MP.mpf(10) ** -20
-    at = [extended(expression, {**point, name: MP.mpf(point[name]) + s * step}, 60) for s in (1, -1)]
+    at = [
+        extended(expression, {**point, name: MP.mpf(point[name]) + s * step}, 60) for s in (1, -1)
+    ]
     return float((at[0] - at[1]) / (2 * step))
 
 
@@ -65,7 +67,10 @@ def well_conditioned(expression: Expression, name: str, point: dict[str, float])
     tree = differentiate(expression, name)
     try:
         here = float(extended(tree, point))
-        near = [float(extended(tree, {k: v * (1.0 + s) for k, v in point.items()})) for s in (1e-12, -1e-12)]
+        near = [
+            float(extended(tree, {k: v * (1.0 + s) for k, v in point.items()}))
+            for s in (1e-12, -1e-12)
+        ]
     except Undefined:
         return False
     return max(abs(each - here) for each in near) < 1e-8 and math.isfinite(here)
@@ -123,7 +128,8 @@ def test_undefined_blames_the_users_operation() -> None:
 
 
 def test_slopes_of_a_sum_are_those_of_its_terms_by_each_name() -> None:
-    """Only terms that hold a name are differentiated by it: a sum of n names takes n derivatives, not n²."""
+    """Only terms that hold a name are differentiated by it: a sum of n names takes n derivatives,
+    not n²."""
     terms = (
         Product(X, Y),
         Negative(Sum((Power(X, Number(3.0)), Name("z")))),

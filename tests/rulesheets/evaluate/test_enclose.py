@@ -11,7 +11,17 @@ from hypothesis import strategies as st
 
 from rulesheets.evaluate import Undefined, differentiate, enclose
 from rulesheets.evaluate.digits import extended
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Quotient, Sum, Symbol
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    Symbol,
+)
 from tests.rulesheets.evaluate.random_expressions import expressions
 
 X, Y = Name("x"), Name("y")
@@ -44,7 +54,9 @@ def test_contains_the_value_and_the_slope(
 
 def test_ends_are_rounded_outward() -> None:
     low, high = enclose(Product(X, Y), {"x": (0.1, 0.3), "y": (0.7, 1.1)})
-    assert Fraction(low) < Fraction(0.1) * Fraction(0.7) and Fraction(high) > Fraction(0.3) * Fraction(1.1)
+    assert Fraction(low) < Fraction(0.1) * Fraction(0.7) and Fraction(high) > Fraction(
+        0.3
+    ) * Fraction(1.1)
     assert (low, high) == pytest.approx((0.07, 0.33), rel=1e-15)
 
 

@@ -1,4 +1,5 @@
-"""Powers with huge exponents to many digits, held to exact whole numbers and to mpmath with many more."""
+"""Powers with huge exponents to many digits, held to exact whole numbers and to mpmath with many
+more."""
 
 from __future__ import annotations
 
@@ -15,7 +16,13 @@ POWER = rulesheets.loads("y = x^z").equations[0].right
 @pytest.mark.parametrize("digits", [50, 400])
 @pytest.mark.parametrize(
     ("x", "z"),
-    [(1.0000001, 1e15), (-1.0000000000000002, 1e16 + 2), (-3.0, 2.0**53 - 1), (2.5, 1e20), (0.3, -(2.0**70))],
+    [
+        (1.0000001, 1e15),
+        (-1.0000000000000002, 1e16 + 2),
+        (-3.0, 2.0**53 - 1),
+        (2.5, 1e20),
+        (0.3, -(2.0**70)),
+    ],
 )
 def test_a_huge_whole_exponent_keeps_all_digits(x: float, z: float, digits: int) -> None:
     found = extended(POWER, {"x": x, "z": z}, digits)
@@ -39,7 +46,9 @@ def test_an_exponent_of_hundreds_of_digits() -> None:
         for k in range(20):
             found = extended(POWER, {"x": -0.3 - k, "z": -1e200}, 800)
             expected = mpmath.mpf(-1e200) * mpmath.ln(0.3 + k)
-            assert mpmath.almosteq(mpmath.ln(mpmath.mpf(found)), expected, rel_eps=mpmath.mpf("1e-990"))
+            assert mpmath.almosteq(
+                mpmath.ln(mpmath.mpf(found)), expected, rel_eps=mpmath.mpf("1e-990")
+            )
 
 
 @pytest.mark.parametrize(("x", "bits"), [(2.0, 200_000), (-2.0, 10**12)])

@@ -89,7 +89,11 @@ def test_extended_takes_floats_as_they_are() -> None:
     third = extended(Quotient(number(1.0), number(3.0)), {}, digits=40)
     assert str(third)[:40] == "0." + "3" * 38
     assert extended(Sum((number(0.1), X)), {"x": -0.1}) == 0
-    assert extended(Call("sind", (X,)), {"x": 1e15 + 180.0}) + extended(Call("sind", (X,)), {"x": 1e15}) == 0
+    assert (
+        extended(Call("sind", (X,)), {"x": 1e15 + 180.0})
+        + extended(Call("sind", (X,)), {"x": 1e15})
+        == 0
+    )
 
 
 def test_a_long_sum_and_a_deep_tree() -> None:
@@ -102,7 +106,8 @@ def test_a_long_sum_and_a_deep_tree() -> None:
 
 @given(expression=continuous, x=positive, y=nonzero)
 def test_floats_and_digits_agree(expression: Expression, x: float, y: float) -> None:
-    """The float value is one that some point near by has: compared by a bound on the conditioning."""
+    """The float value is one that some point near by has: compared by a bound on the
+    conditioning."""
     point = {"x": x, "y": y}
     try:
         exact = extended(expression, point, 60)

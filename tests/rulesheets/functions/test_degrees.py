@@ -84,7 +84,12 @@ def test_directions(form: Callable[..., float], y: float, x: float, direction: f
 
 
 def test_refusals() -> None:
-    for name, arguments in {"tand": (90.0,), "asind": (1.5,), "acosd": (-1.5,), "atan2d": (0.0, 0.0)}.items():
+    for name, arguments in {
+        "tand": (90.0,),
+        "asind": (1.5,),
+        "acosd": (-1.5,),
+        "atan2d": (0.0, 0.0),
+    }.items():
         with pytest.raises((ValueError, ZeroDivisionError)):
             scalar(name, *arguments)
         assert math.isnan(array(name, *arguments))
@@ -135,7 +140,9 @@ def test_direction_is_accurate_to_two_ulp(form: Callable[..., float], y: float, 
 @given(angle=st.floats(-180.0, 180.0, exclude_min=True))
 def test_direction_undoes_sine_and_cosine(angle: float) -> None:
     direction = scalar("atan2d", scalar("sind", angle), scalar("cosd", angle))
-    assert direction == pytest.approx(angle, rel=1e-15, abs=1e-300) or abs(angle) == pytest.approx(180.0)
+    assert direction == pytest.approx(angle, rel=1e-15, abs=1e-300) or abs(angle) == pytest.approx(
+        180.0
+    )
 
 
 @given(st.floats(1e-300, 1e6), st.sampled_from([("sind", -1), ("cosd", 1), ("tand", -1)]))

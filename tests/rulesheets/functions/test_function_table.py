@@ -14,7 +14,8 @@ from rulesheets.functions import PLANNED, TABLE
 from rulesheets.functions.row import Inverse
 from rulesheets.syntax.nodes import Call, Name, Number
 
-# Arguments at which a function is smooth; those of one argument are tried at each, of two at each pair.
+# Arguments at which a function is smooth; those of one argument are tried at each, of two at each
+# pair.
 ANYWHERE = (-2.3, -0.4, 0.7, 3.1)
 UNIT = (-0.9, -0.2, 0.3, 0.8)
 POSITIVE = (0.2, 0.9, 1.7, 6.5)
@@ -82,15 +83,21 @@ def test_every_branch_is_a_solution(name: str, target: float) -> None:
     assert inverse is not None
     if _reaches(inverse, target):
         for branch in inverse.branches(Name("t")):
-            assert TABLE[name].value(value(branch, {"t": target})) == pytest.approx(target, rel=1e-12)
+            assert TABLE[name].value(value(branch, {"t": target})) == pytest.approx(
+                target, rel=1e-12
+            )
 
 
-@pytest.mark.parametrize("name", [name for name, row in TABLE.items() if row.inverse and row.inverse.period])
+@pytest.mark.parametrize(
+    "name", [name for name, row in TABLE.items() if row.inverse and row.inverse.period]
+)
 def test_branches_are_all_solutions_of_a_period(name: str) -> None:
     row = TABLE[name]
     assert row.inverse is not None and row.inverse.period is not None
     period, target = row.inverse.period, 0.3
-    found = sorted(value(branch, {"t": target}) % period for branch in row.inverse.branches(Number(target)))
+    found = sorted(
+        value(branch, {"t": target}) % period for branch in row.inverse.branches(Number(target))
+    )
     points = [period * (k + 0.01) / 3600 for k in range(3601)]
     crossings = [
         left
@@ -119,7 +126,9 @@ def test_images_are_exact() -> None:
         assert inverse is not None and _reaches(inverse, target) is expected, name
 
 
-@pytest.mark.parametrize("name", [name for name, row in TABLE.items() if row.domain != (-math.inf, math.inf)])
+@pytest.mark.parametrize(
+    "name", [name for name, row in TABLE.items() if row.domain != (-math.inf, math.inf)]
+)
 def test_domains(name: str) -> None:
     low, high = TABLE[name].domain
     for outside in (math.nextafter(low, -math.inf), math.nextafter(high, math.inf)):
@@ -137,7 +146,11 @@ def test_conventions_of_the_parts_of_a_number() -> None:
     assert [value_of["round"](x) for x in (-2.5, -0.5, 0.5, 0.49999999999999994, 1.5, 2.5)] == [
         *(-3.0, -1.0, 1.0, 0.0, 2.0, 3.0)
     ]
-    assert [value_of["mod"](*pair) for pair in ((7.0, 3.0), (-7.0, 3.0), (7.0, -3.0))] == [1.0, -1.0, 1.0]
+    assert [value_of["mod"](*pair) for pair in ((7.0, 3.0), (-7.0, 3.0), (7.0, -3.0))] == [
+        1.0,
+        -1.0,
+        1.0,
+    ]
     assert [value_of["sgn"](x) for x in (-0.1, 0.0, 9.0)] == [-1.0, 0.0, 1.0]
     assert [value_of["step"](*pair) for pair in ((1.0, 1.0), (0.9, 1.0))] == [1.0, 0.0]
     assert value_of["max"](1.0, 4.0, 2.0) == 4.0

@@ -42,7 +42,9 @@ WHOLE = ("jn", "yn")
 def ends(random: np.random.Generator, boxes: int, tiny: bool) -> tuple[np.ndarray, np.ndarray]:
     """Random boxes of all sizes, some with ends where something happens."""
     middle = random.normal(size=boxes) * 10.0 ** random.uniform(-3, 2, boxes)
-    width = np.abs(random.normal(size=boxes)) * 10.0 ** random.uniform(-12 if tiny else -3, 1, boxes)
+    width = np.abs(random.normal(size=boxes)) * 10.0 ** random.uniform(
+        -12 if tiny else -3, 1, boxes
+    )
     low, high = middle - width, middle + width
     special = random.choice(SPECIAL, boxes)
     low = np.where(random.random(boxes) < 0.2, special, low)
@@ -225,7 +227,9 @@ def test_there_is_a_form_of_every_function() -> None:
         ("erfc", (27.0,)),
     ],
 )
-def test_contains_the_value_next_to_overflow_and_underflow(name: str, point: tuple[float, ...]) -> None:
+def test_contains_the_value_next_to_overflow_and_underflow(
+    name: str, point: tuple[float, ...]
+) -> None:
     """Where the libraries lose digits, or are infinite or 0 before the function is."""
     exact = EXACT[name](*map(MP.mpf, point))
     ends = [end for x in point for end in (x, x)]
@@ -251,8 +255,14 @@ HOSTILE = (-INF, -1e308, -2.0, -1e-200, -5e-324, -0.0, 0.0, 5e-324, 1e-200, 0.5,
 
 @pytest.mark.parametrize("form", [multiply, divide], ids=["multiply", "divide"])
 def test_contains_the_results_of_its_corners(form: Callable[..., tuple[float, float]]) -> None:
-    """Ends that overflow, underflow or are zeros with a sign: signs of the operands are kept, too."""
-    boxes = [(low, high) for low in HOSTILE for high in HOSTILE if low <= high and INF not in (low, -high)]
+    """Ends that overflow, underflow or are zeros with a sign: signs of the operands are kept,
+    too."""
+    boxes = [
+        (low, high)
+        for low in HOSTILE
+        for high in HOSTILE
+        if low <= high and INF not in (low, -high)
+    ]
     for a in boxes:
         for b in boxes:
             low, high = form(*a, *b)

@@ -72,13 +72,15 @@ def test_functions_of_ones_own_are_no_part_of_a_kept_model(tmp_path: Path) -> No
 
 
 def entropy(t: float) -> float:
-    """Of air in kJ/kg K, by a cubic polynomial for the specific heat (Cengel & Boles, table A-2c)."""
+    """Of air in kJ/kg K, by a cubic polynomial for the specific heat (Cengel & Boles, table
+    A-2c)."""
     return (28.11 * math.log(t) + 0.1967e-2 * t + 0.2401e-5 * t**2 - 0.6553e-9 * t**3) / 28.97
 
 
 @pytest.mark.parametrize("guesses", [{}, {"T2": 800.0}])
 def test_a_large_value_of_a_small_slope_is_solved_for(guesses: dict[str, float]) -> None:
-    """The rounding of an entropy of 7 moves the temperature by more than a rule of the language may miss."""
+    """The rounding of an entropy of 7 moves the temperature by more than a rule of the language may
+    miss."""
     rulesheets.function("entropy", entropy)
     model = rulesheets.loads("T1 = 1400\nr = 10\nentropy(T2) = entropy(T1) - 0.287*ln(r)\n")
     result = solver.solve(model, guesses=guesses)
@@ -91,7 +93,8 @@ def test_a_large_value_of_a_small_slope_is_solved_for(guesses: dict[str, float])
 
 
 def test_a_step_through_a_function_of_floats_is_not_refused_for_want_of_digits() -> None:
-    """The wet bulb at 22 °C: where floats leave an answer vague, more digits have no value of psat."""
+    """The wet bulb at 22 °C: where floats leave an answer vague, more digits have no value of
+    psat."""
 
     def psat(t: float) -> float:
         return 0.61078 * math.exp(17.27 * t / (t + 237.3))
@@ -140,13 +143,18 @@ def test_the_command_asks_to_be_allowed(sheet: Path) -> None:
     command = [sys.executable, "-m", "solver", "solve", str(sheet), "--csv"]
     refused = subprocess.run(command, capture_output=True, text=True, check=False)
     assert refused.returncode == 2 and "--allow-python" in refused.stderr
-    allowed = subprocess.run([*command, "--allow-python"], capture_output=True, text=True, check=False)
+    allowed = subprocess.run(
+        [*command, "--allow-python"], capture_output=True, text=True, check=False
+    )
     assert allowed.returncode == 0 and "354.53" in allowed.stdout
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
-    [("1/0", "ZeroDivisionError"), ("import rulesheets\nrulesheets.function('sin', abs)", "of the language")],
+    [
+        ("1/0", "ZeroDivisionError"),
+        ("import rulesheets\nrulesheets.function('sin', abs)", "of the language"),
+    ],
 )
 def test_a_file_that_fails_is_named(sheet: Path, text: str, said: str) -> None:
     (sheet.parent / "properties.py").write_text(text, encoding="utf-8")
@@ -204,7 +212,12 @@ def test_sensitivities_are_those_of_the_slope() -> None:
 
 @pytest.mark.parametrize(
     ("value", "x", "slope"),
-    [(math.exp, 1.0, math.e), (math.sin, 0.0, 1.0), (math.log, 1e-3, 1e3), (lambda x: x**3, 1e6, 3e12)],
+    [
+        (math.exp, 1.0, math.e),
+        (math.sin, 0.0, 1.0),
+        (math.log, 1e-3, 1e3),
+        (lambda x: x**3, 1e6, 3e12),
+    ],
 )
 def test_slopes_by_differences_know_their_error(
     value: Callable[[float], float], x: float, slope: float

@@ -14,7 +14,9 @@ from rulesheets.library import convert, library
 from rulesheets.units import SYSTEMS, with_display_unit, with_display_units
 from solver.__main__ import main
 
-SHEET = "variables\n v = 10 [m/s]\n T = 20 [degC]\n M = 5 [N-m]\n E = 3 [kJ]\n n = 2\nrules\n x = v*n\n"
+SHEET = (
+    "variables\n v = 10 [m/s]\n T = 20 [degC]\n M = 5 [N-m]\n E = 3 [kJ]\n n = 2\nrules\n x = v*n\n"
+)
 
 
 @pytest.mark.parametrize("system", SYSTEMS)
@@ -60,7 +62,9 @@ def test_the_zero_of_a_scale_is_kept() -> None:
     assert convert(20.0, library().unit("degC"), library().unit("K")) == 293.15
 
 
-def test_a_solve_warns_of_units_and_keeps_its_status(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_solve_warns_of_units_and_keeps_its_status(
+    tmp_path, capsys: pytest.CaptureFixture[str]
+) -> None:
     sheet = tmp_path / "sheet.tk"
     rules = "".join(f" x{k} = N + A/{k}\n" for k in range(2, 7))
     sheet.write_text(f"variables\n N = 3 [N]\n A = 4 [mm^2]\nrules\n{rules}")

@@ -1,4 +1,5 @@
-"""Values given and shown in other units, and the check of rules against the units of their variables."""
+"""Values given and shown in other units, and the check of rules against the units of their
+variables."""
 
 from __future__ import annotations
 
@@ -31,10 +32,14 @@ rules
 @pytest.mark.parametrize("given", ["8 in", "8in", "8 [in]", "0.2032m", (8, "in"), (20.32, "cm")])
 def test_a_value_is_converted_to_the_unit_of_its_variable(given: object) -> None:
     model = rulesheets.loads(LENS)
-    assert solver.solve(model, {"u": given})["v"] == pytest.approx(solver.solve(model)["v"], rel=1e-15)
+    assert solver.solve(model, {"u": given})["v"] == pytest.approx(
+        solver.solve(model)["v"], rel=1e-15
+    )
 
 
-@pytest.mark.parametrize("given", ["180 1/min", "180 min^-1", "180[1/min]", (180, "1/min"), "180 1 / min"])
+@pytest.mark.parametrize(
+    "given", ["180 1/min", "180 min^-1", "180[1/min]", (180, "1/min"), "180 1 / min"]
+)
 def test_the_unit_of_a_value_may_be_an_inverse(given: object) -> None:
     model = rulesheets.loads("variables\n f [1/s]\nrules\n T = 1/f")
     assert solver.solve(model, {"f": given})["f"] == pytest.approx(3.0, rel=1e-15)
@@ -132,7 +137,11 @@ def test_the_shipped_models_have_units_that_fit(name: str) -> None:
 def test_a_number_of_a_row_is_converted_to_its_unit() -> None:
     rows = "x = 3[in] [mm]\n T = -40[degF] [K]\n y = 2[in]\n z = 1[m] ± 1[in] [mm]\n w ~ 1[ft] [in]"
     variables = rulesheets.loads(f"variables\n {rows}\nrules\n w = x + y").variables
-    assert (variables["x"].value, variables["T"].value, variables["z"].value) == (76.2, 233.15, 1000.0)
+    assert (variables["x"].value, variables["T"].value, variables["z"].value) == (
+        76.2,
+        233.15,
+        1000.0,
+    )
     assert (variables["y"].value, variables["y"].unit) == (2.0, "in")
     assert variables["z"].tolerance is not None and variables["z"].tolerance.size == 25.4
     assert variables["w"].guess == 12.0
@@ -240,14 +249,21 @@ def test_own_units_survive_a_process_and_the_formatter() -> None:
 
 def test_a_used_file_may_bring_units(tmp_path: Path) -> None:
     (tmp_path / "money.tk").write_text("units\n  SEK = 0.09 USD\n")
-    (tmp_path / "sheet.tk").write_text('use "money.tk"\nvariables\n p = 100[SEK] [USD]\nrules\n q = 2*p\n')
+    (tmp_path / "sheet.tk").write_text(
+        'use "money.tk"\nvariables\n p = 100[SEK] [USD]\nrules\n q = 2*p\n'
+    )
     assert solver.solve(rulesheets.load(tmp_path / "sheet.tk"))["q"] == 18.0
 
 
 def test_ends_of_ranges_are_converted() -> None:
-    model = rulesheets.loads("variables\n T > 0[K], < 212[degF] [degC]\n x in [0, 5[in]] [mm]\nrules\n T = x")
+    model = rulesheets.loads(
+        "variables\n T > 0[K], < 212[degF] [degC]\n x in [0, 5[in]] [mm]\nrules\n T = x"
+    )
     assert [model.variables[name].low for name in ("T", "x")] == [-273.15, 0.0]
-    assert [model.variables[name].high for name in ("T", "x")] == [pytest.approx(100.0, rel=1e-15), 127.0]
+    assert [model.variables[name].high for name in ("T", "x")] == [
+        pytest.approx(100.0, rel=1e-15),
+        127.0,
+    ]
 
 
 @pytest.mark.parametrize(
@@ -270,18 +286,26 @@ def test_ends_of_ranges_are_converted() -> None:
         ("g [dB],p [W],q [W]", "g = 10*log(p/q)"),
     ],
 )
-def test_angles_counts_and_inferred_sizes_that_fit_are_not_warned_of(variables: str, rules: str) -> None:
+def test_angles_counts_and_inferred_sizes_that_fit_are_not_warned_of(
+    variables: str, rules: str
+) -> None:
     assert warnings(variables, rules) == []
 
 
 @pytest.mark.parametrize(
     ("variables", "rules", "factor"),
     [
-        ("b [mm],F [kN],L [m],E [GPa],w [mm]", "I = b*h^3/12\nh = 2*b\nw = F*L^3/(48*E*I)", "1e+09"),
+        (
+            "b [mm],F [kN],L [m],E [GPa],w [mm]",
+            "I = b*h^3/12\nh = 2*b\nw = F*L^3/(48*E*I)",
+            "1e+09",
+        ),
         ("m [kg],v [m/s],P [kW],t [s]", "E = 0.5*m*v^2\nP = E/t", "1000"),
     ],
 )
-def test_numbers_in_a_chain_of_rules_excuse_no_other_factor(variables: str, rules: str, factor: str) -> None:
+def test_numbers_in_a_chain_of_rules_excuse_no_other_factor(
+    variables: str, rules: str, factor: str
+) -> None:
     (warning,) = warnings(variables, rules)
     assert f"a factor of {factor} is missing" in warning
 
@@ -310,12 +334,16 @@ def test_a_swept_column_has_a_unit_and_a_value_is_read_in_another() -> None:
     model = rulesheets.loads(LENS)
     table = solver.sweep(model, {"u": ([8.0, 16.0], "in")}, want=["v"])
     assert table["u"].tolist() == [203.2, 406.4]
-    assert rulesheets.in_unit(model, "v", table["v"], "m") == pytest.approx(table["v"] / 1000, rel=1e-15)
+    assert rulesheets.in_unit(model, "v", table["v"], "m") == pytest.approx(
+        table["v"] / 1000, rel=1e-15
+    )
     assert rulesheets.in_unit(model, "u", 254.0, "in") == 10.0
     with pytest.raises(RuleSheetError):
         solver.sweep(model, {"u": ([8.0], "kg")})
     pint = pytest.importorskip("pint")
-    same = solver.sweep(model, {"u": pint.UnitRegistry().Quantity(np.array([8.0, 16.0]), "inch")}, want=["v"])
+    same = solver.sweep(
+        model, {"u": pint.UnitRegistry().Quantity(np.array([8.0, 16.0]), "inch")}, want=["v"]
+    )
     assert same["v"] == pytest.approx(table["v"], rel=1e-14)
 
 

@@ -1,4 +1,5 @@
-"""Unit texts against definitions of NIST Special Publication 811 (2008), appendix B, and against pint."""
+"""Unit texts against definitions of NIST Special Publication 811 (2008), appendix B, and against
+pint."""
 
 from __future__ import annotations
 
@@ -102,7 +103,9 @@ def test_what_is_no_unit_is_told_with_its_place(text: str, place: int, name: str
         (491.67, "R", "degC", 0.0),
     ],
 )
-def test_scales_that_begin_elsewhere(number: float, source: str, target: str, expected: float) -> None:
+def test_scales_that_begin_elsewhere(
+    number: float, source: str, target: str, expected: float
+) -> None:
     assert convert(number, library().unit(source), library().unit(target)) == pytest.approx(
         expected, abs=1e-13
     )
@@ -113,7 +116,9 @@ def test_a_difference_has_no_beginning() -> None:
 
 
 def test_turns_are_exact_but_for_pi() -> None:
-    assert convert(30.0, library().unit("rpm"), library().unit("rad/s")) == pytest.approx(math.pi, rel=1e-15)
+    assert convert(30.0, library().unit("rpm"), library().unit("rad/s")) == pytest.approx(
+        math.pi, rel=1e-15
+    )
     assert convert(0.25, library().unit("rev"), library().unit("deg")) == 90.0
 
 
@@ -131,7 +136,9 @@ def test_a_meaning_with_no_number_is_told(meaning: str) -> None:
 
 
 def test_a_meaning_may_divide_decimals() -> None:
-    assert Library().meant("2.5/5 K + 1.5/3 K") == Unit(Fraction(1, 2), 0, {"K": Fraction(1)}, Fraction(1, 2))
+    assert Library().meant("2.5/5 K + 1.5/3 K") == Unit(
+        Fraction(1, 2), 0, {"K": Fraction(1)}, Fraction(1, 2)
+    )
 
 
 @pytest.mark.parametrize(
@@ -150,7 +157,9 @@ ALIKE = ("mm", "in", "ft", "km", "mi", "um", "nmi", "Mm")
 @given(st.floats(-1e9, 1e9), st.sampled_from(ALIKE), st.sampled_from(ALIKE))
 def test_there_and_back_is_the_same_number(number: float, source: str, target: str) -> None:
     one, other = library().unit(source), library().unit(target)
-    assert convert(convert(number, one, other), other, one) == pytest.approx(number, rel=4.5e-16, abs=1e-300)
+    assert convert(convert(number, one, other), other, one) == pytest.approx(
+        number, rel=4.5e-16, abs=1e-300
+    )
 
 
 def test_pint_knows_names_that_the_library_lacks() -> None:

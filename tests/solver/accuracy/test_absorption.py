@@ -1,4 +1,5 @@
-"""Rules that no number satisfies, though some miss by less than any digits show; and rules that hold."""
+"""Rules that no number satisfies, though some miss by less than any digits show; and rules that
+hold."""
 
 from __future__ import annotations
 

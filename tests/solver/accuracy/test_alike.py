@@ -19,7 +19,10 @@ COUNT = 40
 SHAPES: list[tuple[str, Callable[[int], float]]] = [
     ("y{k} = {k}*x{k}^2 + {k}", lambda k: k * x(k) ** 2 + k),
     ("y{k} - sqrt(x{k})*{k}.5 = 0", lambda k: math.sqrt(x(k)) * (k + 0.5)),
-    ("sind(y{k}) = x{k}/200 - 0.{k}", lambda k: math.degrees(math.asin(x(k) / 200 - float(f"0.{k}")))),
+    (
+        "sind(y{k}) = x{k}/200 - 0.{k}",
+        lambda k: math.degrees(math.asin(x(k) / 200 - float(f"0.{k}"))),
+    ),
     ("0 = exp(-y{k}) - x{k}", lambda k: -math.log(x(k))),
     ("x{k}*abs(x{k}) = y{k}^3", lambda k: (x(k) * abs(x(k))) ** (1 / 3)),
     ("x{k}^y{k} = {k}.5/7", lambda k: math.log((k + 0.5) / 7) / math.log(x(k))),
@@ -35,7 +38,9 @@ def x(k: int) -> float:
 
 @pytest.mark.parametrize("shape,answer", SHAPES)
 @pytest.mark.parametrize("off", [0.0, 1e-15, 1e-12, 0.5])
-def test_rows_are_what_single_rules_are(shape: str, answer: Callable[[int], float], off: float) -> None:
+def test_rows_are_what_single_rules_are(
+    shape: str, answer: Callable[[int], float], off: float
+) -> None:
     model = rulesheets.loads("\n".join(shape.format(k=k) for k in range(1, COUNT + 1)) + "\n")
     values: dict[str, float | str] = {}
     for k in range(1, COUNT + 1):
@@ -67,7 +72,9 @@ def test_what_does_not_hold_is_left_to_single_rules() -> None:
 
 
 def test_parts_of_a_model_have_the_shapes_of_the_whole() -> None:
-    rules = [f"y{k} = {k}*x{k}^2" for k in range(COUNT)] + [f"z{k} = y{k} + {k}*x{k}" for k in range(COUNT)]
+    rules = [f"y{k} = {k}*x{k}^2" for k in range(COUNT)] + [
+        f"z{k} = y{k} + {k}*x{k}" for k in range(COUNT)
+    ]
     model = rulesheets.loads("\n".join(rules) + "\n")
     chosen = [model.equations[place] for place in (3, 50, 41, 7, 9)]
     part = shapes(model).of(chosen)

@@ -119,9 +119,12 @@ def test_bars_of_roots_of_higher_multiplicity_hold_them() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rule", "root"), [("x^3 - 3*x^2 + 3*x = 1", 1.0), ("x^4 - 8*x^3 + 24*x^2 - 32*x + 16 = 0", 2.0)]
+    ("rule", "root"),
+    [("x^3 - 3*x^2 + 3*x = 1", 1.0), ("x^4 - 8*x^3 + 24*x^2 - 32*x + 16 = 0", 2.0)],
 )
-def test_a_multiple_root_of_a_polynomial_is_what_it_is_in_exact_numbers(rule: str, root: float) -> None:
+def test_a_multiple_root_of_a_polynomial_is_what_it_is_in_exact_numbers(
+    rule: str, root: float
+) -> None:
     result = solver.solve(rulesheets.loads(rule))
     assert str(result.status) == "singular"
     assert result["x"] == root

@@ -24,10 +24,13 @@ EXACTLY = {
 
 
 def roots(function: str, slope: Fraction, level: Fraction) -> list[Fraction]:
-    """All x of the range with f(x) + slope·x = level: of the lines between jumps, what holds as written."""
+    """All x of the range with f(x) + slope·x = level: of the lines between jumps, what holds as
+    written."""
     f, steep = EXACTLY[function], slope + (function == "frac")
     shifts = range(LOW - 2, HIGH + 3)
-    found = {(level - (-n if function == "frac" else n)) / steep for n in shifts} if steep else set()
+    found = (
+        {(level - (-n if function == "frac" else n)) / steep for n in shifts} if steep else set()
+    )
     return [x for x in found if LOW <= x <= HIGH and f(x) + slope * x == level]
 
 
@@ -74,7 +77,9 @@ def test_an_edge_that_satisfies_its_rule_is_an_answer(rule: str, edge: float) ->
 
 def test_another_variable_may_make_up_for_rounding_next_to_an_edge() -> None:
     """int(x) is 1: 3·y rounds, and y explains it."""
-    (answer,) = solver.solve(rulesheets.loads("int(x) + 3*y = 3.1"), {"x": 2.0 - 2.0**-52}).solutions
+    (answer,) = solver.solve(
+        rulesheets.loads("int(x) + 3*y = 3.1"), {"x": 2.0 - 2.0**-52}
+    ).solutions
     assert answer["y"] == pytest.approx(0.7, rel=1e-15)
 
 

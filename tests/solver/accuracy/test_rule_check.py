@@ -115,7 +115,9 @@ def test_values_next_to_a_sum_that_cancels(small: float, large: float, shares: f
 def test_a_rate_that_floats_make_up_is_no_answer() -> None:
     """``(1 + rate)^-term`` is 1 in floats at a tiny rate, and the payment comes out as it may."""
     sheet = "variables\npayment = 350\nloan = 12000\nterm = 36\nrate\nrules\n"
-    result = solver.solve(rulesheets.loads(sheet + "payment = loan*(rate/(1 - (1 + rate)^(-term)))\n"))
+    result = solver.solve(
+        rulesheets.loads(sheet + "payment = loan*(rate/(1 - (1 + rate)^(-term)))\n")
+    )
     assert str(result.status) == "solved"
     assert result["rate"] == pytest.approx(0.00266144471, rel=1e-8)
     assert all(abs(solution["rate"]) > 1e-3 for solution in result.solutions)
@@ -127,7 +129,8 @@ def test_rules_agree_that_say_the_same_of_parts_of_pi(rules: str) -> None:
 
 
 def test_no_digit_of_pi_makes_a_coefficient() -> None:
-    """``sin(pi)`` is 0 at all digits of π, so that no value of the others makes 3e-51 of the product."""
+    """``sin(pi)`` is 0 at all digits of π, so that no value of the others makes 3e-51 of the
+    product."""
     result = solver.solve(rulesheets.loads("cos(y*z)*((b - z)*sin(pi)) = 3e-51\ny = 0.6\nb = 2"))
     assert result.status in (solver.Status.INFEASIBLE, solver.Status.INCONSISTENT)
     assert not result.solutions
@@ -164,14 +167,16 @@ def test_a_divisor_below_floats_is_no_zero() -> None:
 
 
 def test_a_quotient_of_floats_makes_no_root() -> None:
-    """6.7077/36 is 0.186325 to decimals, and another number to the floats next to them: the payments of a
-    loan without interest, which the formula does not hold for at 0, are no nearer to it beside 0.
+    """6.7077/36 is 0.186325 to decimals, and another number to the floats next to them: the
+    payments of a loan without interest, which the formula does not hold for at 0, are no nearer to
+    it beside 0.
     """
     assert not holds("6.7077*(x/(1 - (1 + x)^(-36))) = 6.7077/36", x=-2.684022334860396e-18)
 
 
 def test_a_slope_leads_no_farther_than_its_function() -> None:
-    """The slope of a cosine at 1e261 takes it by 1e245 within the last places of its angle: it is below 1."""
+    """The slope of a cosine at 1e261 takes it by 1e245 within the last places of its angle: it is
+    below 1."""
     assert not holds("cos(d) + y = 7.28e252", d=-1.17e261, y=7.279999893284968e252)
     assert holds("cos(d) + y = 7.28e252", d=-1.17e261, y=7.28e252)
 
@@ -199,7 +204,9 @@ def test_rounding_below_the_smallest_float_is_rounding() -> None:
         ("sgn(sind(x)) = 0", {"x": 5e-324}),
     ],
 )
-def test_what_is_beyond_the_digits_looked_at_is_not_there(rule: str, values: dict[str, float]) -> None:
+def test_what_is_beyond_the_digits_looked_at_is_not_there(
+    rule: str, values: dict[str, float]
+) -> None:
     assert not holds(rule, **values)
 
 
@@ -207,7 +214,8 @@ def test_what_is_beyond_the_digits_looked_at_is_not_there(rule: str, values: dic
     "rule", ["a + b - c = 0", "0 = a + b - c", "a*d - c*d + b*d = 0", "d*(a + b - c) = 0"]
 )
 def test_a_rule_that_adds_up_to_nothing_is_judged_by_its_terms(rule: str) -> None:
-    """Kirchhoff's and Newton's laws are often written so; moved to the other side, terms say no more."""
+    """Kirchhoff's and Newton's laws are often written so; moved to the other side, terms say no
+    more."""
     a, b, d = 1.7, 2.9000000000000004, 3.3
     for share in (0.0, 2e-16, 8e-16):
         assert holds(rule, a=a, b=b, c=(a + b) * (1 + share), d=d)
@@ -221,7 +229,8 @@ def test_a_rule_that_adds_up_to_nothing_is_judged_by_its_terms(rule: str) -> Non
     st.sampled_from(["{b}^x = {z}", "{b}^(-x)*{z} = 1", "({b})^x/4 + 1 = {quarter} + 1"]),
 )
 def test_powers_of_negative_decimals_have_their_exponents(b: Decimal, n: int, form: str) -> None:
-    """No exponent beside n has a power there: what may give is the last place of the written numbers."""
+    """No exponent beside n has a power there: what may give is the last place of the written
+    numbers."""
     rule = form.format(b=f"({b})", z=f"({b**n})", quarter=f"({b**n / 4})")
     assume(b not in (-1, 0) and len((b**n / 4).as_tuple().digits) <= 15)
     result = solver.solve(rulesheets.loads(f"rules\n{rule}\n"))

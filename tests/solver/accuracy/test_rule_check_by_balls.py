@@ -1,7 +1,9 @@
-"""The rule check beside a proof: over a box of the changes that it admits, a rule that holds has a zero.
+"""The rule check beside a proof: over a box of the changes that it admits, a rule that holds has a
+zero.
 
-The rules are those of the small sheets at special points, the values planted ones, and these changed by
-little, by much, and to others. Balls of 4,200 bits enclose what a rule misses by over the whole box.
+The rules are those of the small sheets at special points, the values planted ones, and these
+changed by little, by much, and to others. Balls of 4,200 bits enclose what a rule misses by over
+the whole box.
 """
 
 from __future__ import annotations
@@ -63,7 +65,10 @@ def test_no_rule_holds_that_no_change_admitted_satisfies(part: int) -> None:
                 drawn = hostile_small.special(special)
                 values[name] = _changed(planted.get(name, drawn), dice, drawn)
             constants = (
-                p.value for s in (equation.left, equation.right) for p in walk(s) if isinstance(p, Number)
+                p.value
+                for s in (equation.left, equation.right)
+                for p in walk(s)
+                if isinstance(p, Number)
             )
             if any(v and not 1e-60 <= abs(v) <= 1e60 for v in (*values.values(), *constants)):
                 continue  # see docs/limits.md
@@ -73,9 +78,13 @@ def test_no_rule_holds_that_no_change_admitted_satisfies(part: int) -> None:
                 box = {}
                 for name, value in values.items():
                     middle = flint.arb(value)
-                    box[name] = middle + flint.arb(0, (abs(middle) * 2 * rule_check.BACKWARD + LEAST).upper())
+                    box[name] = middle + flint.arb(
+                        0, (abs(middle) * 2 * rule_check.BACKWARD + LEAST).upper()
+                    )
                 try:
-                    missed = enclosing_ball(equation.left, box) - enclosing_ball(equation.right, box)
+                    missed = enclosing_ball(equation.left, box) - enclosing_ball(
+                        equation.right, box
+                    )
                 except Undefined:
                     continue
                 judged += 1

@@ -1,4 +1,5 @@
-"""The chart: references against a closed form, marks that tell right from wrong, and the command."""
+"""The chart: references against a closed form, marks that tell right from wrong, and the
+command."""
 
 from __future__ import annotations
 
@@ -16,7 +17,14 @@ import rulesheets
 import solver
 from solver.__main__ import main
 from solver.commands import Request
-from solver.commands.chart import COLUMNS, chart_csv, exact_state, measure, plain_newton, stability_table
+from solver.commands.chart import (
+    COLUMNS,
+    chart_csv,
+    exact_state,
+    measure,
+    plain_newton,
+    stability_table,
+)
 from solver.numerics.elimination import eliminate
 from solver.numerics.newton import METHODS, scipy_root
 from solver.pictures import Measurement
@@ -87,7 +95,8 @@ def test_over_an_input_the_references_follow_the_guards(crank: rulesheets.Model)
 
 
 def test_scipy_may_call_a_minimum_a_success() -> None:
-    """least_squares ends at the minimum of |x³ - 2x + 2| near 0.8 and is content; hybr says it is none."""
+    """least_squares ends at the minimum of |x³ - 2x + 2| near 0.8 and is content; hybr says it is
+    none."""
 
     def residual(x: Any) -> list[float]:
         return [x[0] ** 3 - 2 * x[0] + 2]
@@ -159,7 +168,11 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: An
     assert "3 of 3  0      0" in capsys.readouterr().out
     head, *lines = (tmp_path / "chart.csv").read_text().splitlines()
     assert head == ",".join(COLUMNS)
-    assert [line.split(",")[2] for line in lines if line.startswith("backsolve,,")] == ["0.5", "1.0", "1.5"]
+    assert [line.split(",")[2] for line in lines if line.startswith("backsolve,,")] == [
+        "0.5",
+        "1.0",
+        "1.5",
+    ]
     assert run("kepler.tk", "--approach", "e=1:1e-1..1e-3", "-o", "chart.png") == 0
     assert (tmp_path / "chart.png").read_bytes().startswith(b"\x89PNG")
 

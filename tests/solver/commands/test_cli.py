@@ -60,7 +60,9 @@ def test_a_sheet_of_direct_steps_loads_no_heavy_package() -> None:
         "heavy = {'sympy', 'pint', 'rich', 'matplotlib'} & set(sys.modules)\n"
         "sys.exit(' '.join(heavy) or 0)"
     )
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False
+    )
     assert (done.returncode, done.stderr) == (0, "")
 
 
@@ -108,9 +110,13 @@ def test_a_variable_sheet_beside_the_model_needs_no_path(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    code, out, _ = run("solve", "offset_slider_crank", "slider_driven.csv", "--want", "thetaAO", "--all")
+    code, out, _ = run(
+        "solve", "offset_slider_crank", "slider_driven.csv", "--want", "thetaAO", "--all"
+    )
     assert code == 0
-    assert abs(float(value(out, "thetaAO")) + 30) < 0.1  # the slider at 9.79, two digits of where -30 puts it
+    assert (
+        abs(float(value(out, "thetaAO")) + 30) < 0.1
+    )  # the slider at 9.79, two digits of where -30 puts it
     Path("slider_driven.csv").write_text("Name,Input\nthetaAO,90\n")
     code, out, _ = run("solve", "offset_slider_crank", "slider_driven.csv", "--want", "xB")
     assert (code, value(out, "xB")) == (0, "7.937253933")
@@ -138,7 +144,9 @@ def test_options_may_stand_anywhere(run: Run, sheet: str, tmp_path: Path) -> Non
         (["--clear", "a", "--set", "c=3"], "infeasible"),
     ],
 )
-def test_the_exit_code_says_whether_it_is_solved(run: Run, sheet: str, words: list[str], status: str) -> None:
+def test_the_exit_code_says_whether_it_is_solved(
+    run: Run, sheet: str, words: list[str], status: str
+) -> None:
     code, out, _ = run("solve", sheet, *words, "--json")
     assert json.loads(out)["status"] == status
     assert code == (0 if status == "solved" else 1)
@@ -321,7 +329,17 @@ def test_ranges_of_a_sweep_are_decimal(run: Run, sheet: str) -> None:
 
 @pytest.mark.parametrize(
     "stretch",
-    ["a", "a=", "a=1:2", "a=1,", "a=1:2:0", "a=1:2:-1", "a=0:1:1e-13", "a=0:1e309:1e308", "z=1:2:1"],
+    [
+        "a",
+        "a=",
+        "a=1:2",
+        "a=1,",
+        "a=1:2:0",
+        "a=1:2:-1",
+        "a=0:1:1e-13",
+        "a=0:1e309:1e308",
+        "z=1:2:1",
+    ],
 )
 def test_a_wrong_range_of_a_sweep(run: Run, sheet: str, stretch: str) -> None:
     code, out, err = run("sweep", sheet, "--over", stretch)
@@ -376,13 +394,17 @@ def test_a_sheet_that_is_not_there(
 # --- the process ----------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("helped", "heavy"), [([], {"numpy", "sympy"}), (COMMANDS, {"sympy", "matplotlib"})])
+@pytest.mark.parametrize(
+    ("helped", "heavy"), [([], {"numpy", "sympy"}), (COMMANDS, {"sympy", "matplotlib"})]
+)
 def test_help_waits_for_no_heavy_library(helped: Iterable[str], heavy: set[str]) -> None:
     """That of the whole does not wait for numpy, those of the commands not for sympy."""
     asked = [[name, "--help"] for name in helped] or [["--help"]]
     code = f"import sys; from solver.__main__ import main; [main(words) for words in {asked!r}]"
     code += f"; print({heavy!r} & {{*sys.modules}})"
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
     assert done.stdout.splitlines()[-1] == "set()"
     assert done.stdout.count("usage: backsolve") == len(asked)
 

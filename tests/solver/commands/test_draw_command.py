@@ -39,7 +39,8 @@ Run = Callable[..., tuple[int, str, str]]
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
-    """``backsolve draw crank.tk …`` in an empty folder: exit code, standard output, standard error."""
+    """``backsolve draw crank.tk …`` in an empty folder: exit code, standard output, standard
+    error."""
     monkeypatch.chdir(tmp_path)
     Path("crank.tk").write_text(CRANK)
 
@@ -55,7 +56,9 @@ def pictures() -> set[str]:
     return {file.name for file in Path().iterdir()} - {"crank.tk"}
 
 
-@pytest.mark.parametrize(("kind", "begin"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
+@pytest.mark.parametrize(
+    ("kind", "begin"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")]
+)
 def test_a_picture(run: Run, kind: str, begin: bytes) -> None:
     assert run("--figure", "position", "-o", f"a.{kind}") == (0, f"a.{kind}: position\n", "")
     first = Path(f"a.{kind}").read_bytes()
@@ -77,7 +80,9 @@ def test_a_figure_without_a_value_is_left_out_and_said(run: Run) -> None:
 
 
 def test_states_and_answers_side_by_side(run: Run) -> None:
-    code, out, _ = run("--over", "theta=0,90", "--over", "l=4,5", "--figure", "position", "-o", "a.png")
+    code, out, _ = run(
+        "--over", "theta=0,90", "--over", "l=4,5", "--figure", "position", "-o", "a.png"
+    )
     assert (code, out) == (0, "a.png: position; 4 side by side\n")
     code, out, _ = run("--all", "--figure", "position", "-o", "b.png")
     assert (code, out) == (0, "b.png: position; 2 side by side\n")
@@ -101,14 +106,26 @@ def test_a_range_overrides_the_variable_sheet(run: Run) -> None:
 
 
 def test_a_film_of_every_answer(run: Run) -> None:
-    words = ("--over", "theta=0:90:45", "--over", "l=4,5", "--figure", "position", "--dpi", "40", "--all")
+    words = (
+        "--over",
+        "theta=0:90:45",
+        "--over",
+        "l=4,5",
+        "--figure",
+        "position",
+        "--dpi",
+        "40",
+        "--all",
+    )
     code, out, _ = run(*words, "-o", "a.gif")
     assert (code, out) == (0, "a.gif: 3 frames\n")
 
 
 def test_a_film_shows_an_only_answer_that_is_not_the_first(run: Run) -> None:
     """The first branch ends at y = 2, and the second goes on alone."""
-    sheet = "variables\ny = 0\nx\nrules\ny = x^3 - 3*x\nfigure f\npoint A = (x, 0)\npoint O = (y, 1)\n"
+    sheet = (
+        "variables\ny = 0\nx\nrules\ny = x^3 - 3*x\nfigure f\npoint A = (x, 0)\npoint O = (y, 1)\n"
+    )
     Path("cubic.tk").write_text(sheet)
     words = ("--over", "y=-3:3:1", "--dpi", "40", "--all", "-o", "a.gif")
     assert run(*words, sheet="cubic.tk")[:2] == (0, "a.gif: 7 frames\n")
@@ -116,8 +133,11 @@ def test_a_film_shows_an_only_answer_that_is_not_the_first(run: Run) -> None:
 
 @pytest.mark.parametrize("words", [(), ("--all",)])
 def test_a_film_of_inputs_alone(run: Run, words: tuple[str, ...]) -> None:
-    """Nothing is solved for; a variable may be called as the column of the numbers of answers is."""
-    crank = CRANK.replace("point B = (x, 0)", "point B = (l, 0)").replace("  w\n", "  w\n  answer\n", 1)
+    """Nothing is solved for; a variable may be called as the column of the numbers of answers
+    is."""
+    crank = CRANK.replace("point B = (x, 0)", "point B = (l, 0)").replace(
+        "  w\n", "  w\n  answer\n", 1
+    )
     Path("inputs.tk").write_text(crank.replace("= l^2\n", "= l^2\n  answer = r\n"))
     film = ("--over", "theta=0:90:45", "--figure", "position", "--dpi", "40", "-o", "a.gif")
     assert run(*film, *words, sheet="inputs.tk")[:2] == (0, "a.gif: 3 frames\n")
@@ -154,8 +174,14 @@ def test_without_an_answer_nothing_is_written(run: Run) -> None:
     assert (code, out) == (1, "")
     assert "infeasible: there is no real solution" in err and "error[S" in err
     assert pictures() == set()
-    code, out, err = run("--over", "theta=40:50:5", "--figure", "position", "--set", "l=1", "-o", "a.gif")
-    assert (code, out, err) == (1, "", "not drawn, infeasible: theta = 40; theta = 45; theta = 50\n")
+    code, out, err = run(
+        "--over", "theta=40:50:5", "--figure", "position", "--set", "l=1", "-o", "a.gif"
+    )
+    assert (code, out, err) == (
+        1,
+        "",
+        "not drawn, infeasible: theta = 40; theta = 45; theta = 50\n",
+    )
     assert pictures() == set()
 
 

@@ -1,4 +1,5 @@
-"""A path that was found once is not looked for again in a later run, and answers do not depend on it."""
+"""A path that was found once is not looked for again in a later run, and answers do not depend on
+it."""
 
 from __future__ import annotations
 
@@ -46,15 +47,23 @@ def asked(sheet: Path, **inputs: float) -> Result:
     return remembered(Request(load(sheet), inputs, {}, None))
 
 
-def test_a_path_is_built_once_for_inputs_of_the_same_names(sheet: Path, built: list[object]) -> None:
+def test_a_path_is_built_once_for_inputs_of_the_same_names(
+    sheet: Path, built: list[object]
+) -> None:
     first = asked(sheet, r=5.0, s=1.0)
-    assert sorted((answer["x"], answer["y"]) for answer in first.solutions) == [(-3.0, 4.0), (4.0, -3.0)]
+    assert sorted((answer["x"], answer["y"]) for answer in first.solutions) == [
+        (-3.0, 4.0),
+        (4.0, -3.0),
+    ]
     count = len(built)
     again = asked(sheet, r=5.0, s=1.0)
     assert again == first
     assert again.complete is first.complete
     other = asked(sheet, r=13.0, s=-7.0)
-    assert sorted((answer["x"], answer["y"]) for answer in other.solutions) == [(-12.0, 5.0), (5.0, -12.0)]
+    assert sorted((answer["x"], answer["y"]) for answer in other.solutions) == [
+        (-12.0, 5.0),
+        (5.0, -12.0),
+    ]
     assert len(built) == count
 
 
@@ -117,8 +126,21 @@ def test_a_later_run_imports_nothing_that_builds(sheet: Path) -> None:
         "import sys; from solver.__main__ import main; main(sys.argv[1:]); "
         "print({'solver.path.building', 'solver.path.elimination'}.isdisjoint(sys.modules))"
     )
-    words = [sys.executable, "-c", code, "solve", str(sheet), "--set", "r=5", "--set", "s=1", "--all"]
-    runs = [subprocess.run(words, capture_output=True, text=True, check=True).stdout for _ in range(2)]
+    words = [
+        sys.executable,
+        "-c",
+        code,
+        "solve",
+        str(sheet),
+        "--set",
+        "r=5",
+        "--set",
+        "s=1",
+        "--all",
+    ]
+    runs = [
+        subprocess.run(words, capture_output=True, text=True, check=True).stdout for _ in range(2)
+    ]
     (first, builds), (second, builds_again) = (run.rstrip().rsplit("\n", 1) for run in runs)
     assert first == second
     assert (builds, builds_again) == ("False", "True")

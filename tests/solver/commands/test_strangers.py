@@ -149,7 +149,9 @@ def test_a_used_file_of_assignments_is_not_quoted(folder: Path) -> None:
         ("sweep", "offset_slider_crank", "--rows", "../secret.txt"),
     ],
 )
-def test_the_command_quotes_no_other_file(folder: Path, words: tuple[str, ...], capsys: Capture) -> None:
+def test_the_command_quotes_no_other_file(
+    folder: Path, words: tuple[str, ...], capsys: Capture
+) -> None:
     assert main(words) == WRONG
     said = capsys.readouterr()
     assert said.err.startswith("error[")
@@ -222,7 +224,9 @@ def test_a_pipe_is_no_sheet(folder: Path, capsys: Capture) -> None:
         assert "it is a pipe or a device" in capsys.readouterr().err, words
 
 
-def test_a_dash_is_standard_input(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+def test_a_dash_is_standard_input(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
     text = 'use "good.tk"\nb = f(a)\n'
     monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
     assert main(("solve", "-", "--set", "a=4")) == 0

@@ -66,7 +66,14 @@ def test_the_tutor_runs_what_is_typed_and_goes_on_at_enter(tmp_path: Path) -> No
     said, _ = tutor.communicate(typed, timeout=120)
     assert tutor.returncode == 0
     assert "every command begins with backsolve" in said and "nothing wrong" in said
-    for found in ("1728", "26 ", "19.39692621", "V ≤ 2000", "V = h*(a - 2*h)^2 = 3*(30 - 2*3)^2", "10,1000"):
+    for found in (
+        "1728",
+        "26 ",
+        "19.39692621",
+        "V ≤ 2000",
+        "V = h*(a - 2*h)^2 = 3*(30 - 2*3)^2",
+        "10,1000",
+    ):
         assert found in said
     assert f"{count} of {count}" in said and "backsolve open" in said
     assert list(tmp_path.iterdir()) == []
@@ -81,11 +88,15 @@ def test_the_tutor_ends_where_the_reader_leaves(tmp_path: Path) -> None:
 def completed(*words: str, folder: Path) -> list[str]:
     """What bash offers for the last of the words."""
     script = subprocess.run(
-        [sys.executable, "-m", "solver", "completion", "bash"], capture_output=True, text=True, check=True
+        [sys.executable, "-m", "solver", "completion", "bash"],
+        capture_output=True,
+        text=True,
+        check=True,
     ).stdout
     line = " ".join(f"'{word}'" for word in words)
     ask = (
-        f"COMP_WORDS=({line}); COMP_CWORD={len(words) - 1}; _backsolve; printf '%s\\n' \"${{COMPREPLY[@]}}\""
+        f"COMP_WORDS=({line}); COMP_CWORD={len(words) - 1}; _backsolve; printf '%s\\n' "
+        f'"${{COMPREPLY[@]}}"'
     )
     done = subprocess.run(
         ["bash", "-c", script + ask], capture_output=True, text=True, cwd=folder, check=True
@@ -103,7 +114,9 @@ def test_bash_completes_commands_options_choices_and_sheets(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_the_script_of_a_shell_is_one(shell: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_script_of_a_shell_is_one(
+    shell: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["completion", shell]) == 0
     script = capsys.readouterr().out
     assert all(command in script for command in COMMANDS) and "--no-such" not in script

@@ -22,7 +22,9 @@ def test_rows_are_the_slopes_of_left_minus_right() -> None:
 
 def test_blocks_come_in_the_order_in_which_they_need_one_another() -> None:
     found = linearized(
-        "c = a*b\na + b = s\na - b = d", {"s": 5.0, "d": 1.0, "a": 3.0, "b": 2.0, "c": 6.0}, {"s", "d"}
+        "c = a*b\na + b = s\na - b = d",
+        {"s": 5.0, "d": 1.0, "a": 3.0, "b": 2.0, "c": 6.0},
+        {"s", "d"},
     )
     assert [set(block.unknowns) for block in found.blocks] == [{"a", "b"}, {"c"}]
     assert [set(block.equations) for block in found.blocks] == [{1, 2}, {0}]

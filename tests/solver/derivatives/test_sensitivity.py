@@ -35,12 +35,16 @@ def assert_right(result: solver.Result, inputs: tuple[str, ...]) -> None:
     for given in inputs:
         right = oracle.by(given)
         for output in found.outputs:
-            assert found[output, given] == pytest.approx(right.get(output, 0.0), rel=1e-10, abs=1e-20), output
+            assert found[output, given] == pytest.approx(
+                right.get(output, 0.0), rel=1e-10, abs=1e-20
+            ), output
     assert found.diagnoses == ()
 
 
 @pytest.mark.parametrize("path", SHEETS, ids=lambda path: path.parent.name)
-def test_every_derivative_of_a_shipped_sheet_agrees_with_differences_at_50_digits(path: Path) -> None:
+def test_every_derivative_of_a_shipped_sheet_agrees_with_differences_at_50_digits(
+    path: Path,
+) -> None:
     result = solved(path)
     assert_right(result, result.sensitivity([]).inputs)
 
@@ -76,7 +80,8 @@ def test_near_dead_centre_the_digits_are_right(distance: float) -> None:
     found = solver.solve(model, {"x": x}).sensitivity(["theta"], ["x"])
     with mpmath.workdps(60):
         exact = mpmath.diff(
-            lambda s: mpmath.degrees(mpmath.acos((mpmath.mpf(9) + s * s - 64) / (6 * s))), mpmath.mpf(x)
+            lambda s: mpmath.degrees(mpmath.acos((mpmath.mpf(9) + s * s - 64) / (6 * s))),
+            mpmath.mpf(x),
         )
     assert found["theta", "x"] == pytest.approx(float(exact), rel=1e-12)
 
@@ -94,7 +99,9 @@ def test_the_slider_crank_near_the_end_of_its_stroke(distance: float) -> None:
         exact = -mpmath.degrees((1 + 55 / far**2) / 6 / mpmath.sqrt(1 - cosine**2))
     for answer, solution in enumerate(result.solutions):
         found = result.sensitivity(["thetaAO"], ["xB"], answer)["thetaAO", "xB"]
-        assert found == pytest.approx(math.copysign(1.0, solution["thetaAO"]) * float(exact), rel=1e-14)
+        assert found == pytest.approx(
+            math.copysign(1.0, solution["thetaAO"]) * float(exact), rel=1e-14
+        )
 
 
 # --- where there is no derivative -----------------------------------------------------
@@ -128,7 +135,9 @@ def test_a_corner_has_no_derivative_and_its_two_slopes_are_told() -> None:
 
 def test_an_edge_where_the_rules_agree_to_first_order_has_a_derivative() -> None:
     model = rulesheets.loads("if x >= 0 then y = x^2 + x else y = sind(x)*180/pi()")
-    assert solver.solve(model, {"x": 0.0}).sensitivity(["y"])["y", "x"] == pytest.approx(1.0, rel=1e-15)
+    assert solver.solve(model, {"x": 0.0}).sensitivity(["y"])["y", "x"] == pytest.approx(
+        1.0, rel=1e-15
+    )
 
 
 def test_a_rule_that_holds_at_a_point_only_says_nothing_of_slopes() -> None:
@@ -144,14 +153,19 @@ def test_an_edge_that_an_input_does_not_move_is_none_for_it() -> None:
 
 
 @pytest.mark.parametrize(("theta", "offset"), [(90.0, 2.0), (0.0, 0.0)])
-def test_where_rules_have_no_slope_or_are_exchanged_the_limit_is_told(theta: float, offset: float) -> None:
-    """Link AB at rest, and horizontal: the printed rules there against those that need no slope of AB."""
+def test_where_rules_have_no_slope_or_are_exchanged_the_limit_is_told(
+    theta: float, offset: float
+) -> None:
+    """Link AB at rest, and horizontal: the printed rules there against those that need no slope of
+    AB."""
     given, names = (
         {"thetaAO": theta, "offset": offset},
         (["vB", "omegaAB", "aB", "alphaAB"], ["thetaAO", "offset"]),
     )
     printed = solver.solve(rulesheets.load("offset_slider_crank"), given).sensitivity(*names)
-    plain = solver.solve(rulesheets.load("offset_slider_crank_slope_free"), given).sensitivity(*names)
+    plain = solver.solve(rulesheets.load("offset_slider_crank_slope_free"), given).sensitivity(
+        *names
+    )
     assert printed.diagnoses == plain.diagnoses == ()
     for pair, slope in plain.items():
         assert printed[pair] == pytest.approx(slope, rel=1e-12, abs=1e-15), pair
@@ -184,14 +198,16 @@ def test_corners_and_jumps_of_functions(rule: str, x: float, slope: float | None
 
 
 def test_a_jump_has_no_derivative_though_its_slopes_agree() -> None:
-    found = solver.solve(rulesheets.loads("if x >= 1 then y = x + 1 else y = x"), {"x": 1.0}).sensitivity(
-        ["y"]
-    )
+    found = solver.solve(
+        rulesheets.loads("if x >= 1 then y = x + 1 else y = x"), {"x": 1.0}
+    ).sensitivity(["y"])
     assert found["y", "x"] is None
 
 
 def test_a_rule_without_a_slope_is_blamed() -> None:
-    found = solver.solve(rulesheets.loads("y = sqrt(x)\nz = y + 1"), {"x": 0.0}).sensitivity(["y", "z"])
+    found = solver.solve(rulesheets.loads("y = sqrt(x)\nz = y + 1"), {"x": 0.0}).sensitivity(
+        ["y", "z"]
+    )
     assert set(found.values()) == {None}
     assert "this rule has no slope at these values" in reasons(found)
 
@@ -238,5 +254,7 @@ def test_the_command_prints_the_table_and_the_object(capsys: pytest.CaptureFixtu
     members = json.loads(capsys.readouterr().out)["sensitivities"]
     (one,) = members
     answer = solver.solve(rulesheets.load("offset_slider_crank"))["vB"]
-    assert one["value"] == pytest.approx(answer / -15.0, rel=1e-12)  # velocities are proportional to omegaAO
+    assert one["value"] == pytest.approx(
+        answer / -15.0, rel=1e-12
+    )  # velocities are proportional to omegaAO
     assert (one["output"], one["input"], one["unit"]) == ("vB", "omegaAO", "1/(rad/s)")

@@ -86,8 +86,14 @@ def test_worst_case_root_sum_square_and_contributions() -> None:
     assert bands.tolerances == {"I": 0.1, "R": pytest.approx(0.3)}
     voltage, power = bands["V"], bands["P"]
     assert voltage is not None and power is not None
-    assert (voltage.worst, voltage.rss) == (pytest.approx(0.6 + 0.6), pytest.approx(math.hypot(0.6, 0.6)))
-    assert (power.worst, power.rss) == (pytest.approx(2.4 + 1.2), pytest.approx(math.hypot(2.4, 1.2)))
+    assert (voltage.worst, voltage.rss) == (
+        pytest.approx(0.6 + 0.6),
+        pytest.approx(math.hypot(0.6, 0.6)),
+    )
+    assert (power.worst, power.rss) == (
+        pytest.approx(2.4 + 1.2),
+        pytest.approx(math.hypot(2.4, 1.2)),
+    )
     assert [part.input for part in power.contributions] == ["I", "R"]
     assert [part.share for part in power.contributions] == [pytest.approx(0.8), pytest.approx(0.2)]
 
@@ -119,11 +125,15 @@ def test_tolerances_that_cannot_be_are_refused() -> None:
 
 
 @pytest.mark.parametrize(("distribution", "spread"), [("uniform", 3**-0.5), ("normal", 1 / 3)])
-def test_samples_spread_as_first_order_says_where_rules_are_linear(distribution: str, spread: float) -> None:
+def test_samples_spread_as_first_order_says_where_rules_are_linear(
+    distribution: str, spread: float
+) -> None:
     result = solver.solve(rulesheets.loads("y = 3*a - 4*b"), {"a": 5.0, "b": 1.0})
     samples = solver.monte_carlo(result, 2000, 7, distribution, {"a": 0.1, "b": 0.1})
     column = samples.solved("y")
-    assert column.std() == pytest.approx(0.5 * spread, rel=0.06)  # 4 standard errors of 2000 samples
+    assert column.std() == pytest.approx(
+        0.5 * spread, rel=0.06
+    )  # 4 standard errors of 2000 samples
     assert column.mean() == pytest.approx(11.0, abs=4 * 0.5 * spread / 2000**0.5)
     np.testing.assert_allclose(
         samples.table["y"], 3 * samples.table["a"] - 4 * samples.table["b"], rtol=1e-14
@@ -168,7 +178,9 @@ def test_what_cannot_be_sampled_is_refused() -> None:
 # --- the command ----------------------------------------------------------------------
 
 
-def test_the_command_prints_and_tells_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_prints_and_tells_json(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     sheet = tmp_path / "ohm.tk"
     sheet.write_text(OHM, encoding="utf-8")
     assert main(["solve", str(sheet), "--json", "--monte-carlo", "10", "--seed", "3"]) == 0

@@ -1,4 +1,5 @@
-"""The words of a sheet as a TextMate grammar; ``python -m tests.solver.editor.grammar`` writes the file."""
+"""The words of a sheet as a TextMate grammar; ``python -m tests.solver.editor.grammar`` writes the
+file."""
 
 from __future__ import annotations
 
@@ -58,10 +59,14 @@ def grammar() -> dict[str, Any]:
             },
             "words": {
                 "patterns": [
-                    _is("keyword.control.section", rf"^\s*{_any(HEADS)}\b(?=\s*(?:$|[\";]|[^\W\d]))"),
+                    _is(
+                        "keyword.control.section", rf"^\s*{_any(HEADS)}\b(?=\s*(?:$|[\";]|[^\W\d]))"
+                    ),
                     _is("keyword.control", rf"\b{_any(RESERVED)}\b"),
                     _is("keyword.operator.word", r"\b(?i:given)(?=\s*\()|\b(?i:in)(?=\s*\[)"),
-                    _is("support.type.mark", rf"^\s*{_any(MARKS)}\b(?=\s*(?:\(|[^\W\d]\w*\s*[=(]))"),
+                    _is(
+                        "support.type.mark", rf"^\s*{_any(MARKS)}\b(?=\s*(?:\(|[^\W\d]\w*\s*[=(]))"
+                    ),
                     _is("support.function", rf"\b{_any(TABLE)}(?=\s*\()"),
                     _is("entity.name.function", r"\b[^\W\d]\w*(?=\s*\()"),
                     _is("variable.other", r"(?:[^\W\d]\w*(?:#\d+)?\.)+[^\W\d]\w*"),

@@ -70,7 +70,9 @@ class Editor(LanguageClient):
 
     async def complete(self, line: int, character: int) -> list[str]:
         place = lsp.Position(line, character)
-        items = await self.text_document_completion_async(lsp.CompletionParams(self.document, place))
+        items = await self.text_document_completion_async(
+            lsp.CompletionParams(self.document, place)
+        )
         return [item.label for item in items]  # type: ignore[union-attr]
 
     async def definition(self, line: int, character: int) -> Any:
@@ -83,7 +85,9 @@ class Editor(LanguageClient):
         return list(edit.changes[self.uri])  # type: ignore[union-attr,index]
 
 
-def edited(folder: Path, text: str, steps: Callable[[Editor, list[lsp.Diagnostic]], Awaitable[Any]]) -> Any:
+def edited(
+    folder: Path, text: str, steps: Callable[[Editor, list[lsp.Diagnostic]], Awaitable[Any]]
+) -> Any:
     """What ``steps`` find in a sheet of the folder that is opened with a text."""
     (folder / "square.tk").write_text(SQUARE)
     (folder / "sheet.tk").write_text(text)
@@ -102,8 +106,12 @@ def edited(folder: Path, text: str, steps: Callable[[Editor, list[lsp.Diagnostic
 
 def test_a_mistake_is_told_while_it_is_typed_and_goes_when_it_is_healed(tmp_path: Path) -> None:
     async def steps(editor: Editor, first: list[lsp.Diagnostic]) -> Any:
-        wrong, healed = await editor.change(AREA.replace("A*α", "A = = α")), await editor.change(AREA)
-        # nothing is solved while it is typed: the rules contradict each other only once they are saved
+        wrong, healed = (
+            await editor.change(AREA.replace("A*α", "A = = α")),
+            await editor.change(AREA),
+        )
+        # nothing is solved while it is typed: the rules contradict each other only once they are
+        # saved
         apart = await editor.change("x = 2\nx + y = 3\ny = 7\n")
         editor.text_document_did_save(lsp.DidSaveTextDocumentParams(editor.document))
         return first, wrong, healed, apart, await editor.diagnostics()
@@ -122,7 +130,9 @@ def test_hover_completion_definition_and_format(tmp_path: Path) -> None:
         assert "`α = 3 cm` (input)" in await editor.hover(2, 2)
         assert await editor.hover(0, 0) == ""
 
-        side, function, file = [await editor.definition(*place) for place in ((6, 8), (5, 9), (0, 6))]
+        side, function, file = [
+            await editor.definition(*place) for place in ((6, 8), (5, 9), (0, 6))
+        ]
         assert (side.range.start.line, side.range.start.character) == (2, 2)
         assert function.uri.endswith("square.tk") and function.range.start.character == 9
         assert file.uri == function.uri

@@ -50,8 +50,12 @@ def test_every_word_of_a_shipped_sheet_has_a_kind(sheet: Path) -> None:
 
 
 def test_a_text_that_is_no_sheet_has_words_too() -> None:
-    kinds = [(word.kind, word.text) for word in words('variables\n x = ) $ "a (\nfunction f(x; y\n')]
-    assert ("error", "$") in kinds and ("comment", '"a (') in kinds and ("head", "function") in kinds
+    kinds = [
+        (word.kind, word.text) for word in words('variables\n x = ) $ "a (\nfunction f(x; y\n')
+    ]
+    assert (
+        ("error", "$") in kinds and ("comment", '"a (') in kinds and ("head", "function") in kinds
+    )
 
 
 def test_a_name_in_a_function_is_another_than_on_the_sheet() -> None:
@@ -73,7 +77,8 @@ def test_given_names_a_variable() -> None:
 
 def test_the_words_are_those_of_the_language() -> None:
     assert all(
-        head_word(f"{head} f(x)" if head == "function" else f"{head} x") or head_word(head) for head in HEADS
+        head_word(f"{head} f(x)" if head == "function" else f"{head} x") or head_word(head)
+        for head in HEADS
     )
     grammar = (ROOT / "rulesheets" / "rules.lark").read_text(encoding="utf-8")
     (reserved,) = re.findall(r"NAME: /\(\?!\(\?:([a-z|]+)\)", grammar)
@@ -103,7 +108,9 @@ def test_pygments_loses_nothing(sheet: Path) -> None:
 
 
 def test_the_grammar_in_the_folder_is_the_one_that_is_written() -> None:
-    assert FILE.read_text(encoding="utf-8") == written(), "python -m tests.solver.editor.grammar writes it"
+    assert FILE.read_text(encoding="utf-8") == written(), (
+        "python -m tests.solver.editor.grammar writes it"
+    )
 
 
 def test_textmate_tells_words_alike() -> None:
@@ -120,7 +127,9 @@ def test_textmate_tells_words_alike() -> None:
             for scope, said in line
             if scope.removesuffix(".tk") in SCOPES and said.strip()
         ]
-        ours = [(w.kind, w.text) for w in words(sheet.read_text(encoding="utf-8")) if w.kind in kinds]
+        ours = [
+            (w.kind, w.text) for w in words(sheet.read_text(encoding="utf-8")) if w.kind in kinds
+        ]
         assert theirs == ours, sheet
 
 
@@ -147,6 +156,9 @@ def test_the_extension_tells_words_as_the_language_does() -> None:
     assert configuration["comments"] == {"lineComment": '"'}
     assert not [pair for pair in configuration["autoClosingPairs"] if pair[0] in "\"'"]
     package = json.loads((VSCODE / "package.json").read_text(encoding="utf-8"))
-    (language,), (grammar,) = package["contributes"]["languages"], package["contributes"]["grammars"]
+    (language,), (grammar,) = (
+        package["contributes"]["languages"],
+        package["contributes"]["grammars"],
+    )
     assert language["extensions"] == [".tk"] and grammar["language"] == language["id"]
     assert (VSCODE / language["configuration"]).is_file() and (VSCODE / grammar["path"]).is_file()

@@ -153,7 +153,9 @@ def test_a_long_name_is_no_obstacle(tmp_path: Path) -> None:
     assert [found.read_bytes() for found in tmp_path.iterdir()] == [b"text"]
 
 
-@pytest.mark.parametrize("failure", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt()])
+@pytest.mark.parametrize(
+    "failure", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt()]
+)
 def test_what_fails_at_the_last_bytes_leaves_the_old_file(
     tmp_path: Path, monkeypatch: Patch, failure: BaseException
 ) -> None:
@@ -181,7 +183,10 @@ def test_bytes_are_on_the_disk_before_the_name_changes(tmp_path: Path, monkeypat
 def test_a_folder_that_is_removed_meanwhile_is_told(tmp_path: Path) -> None:
     folder = tmp_path / "folder"
     folder.mkdir()
-    with pytest.raises(RuleSheetError, match="No such file"), Replacement(str(folder / "table")) as file:
+    with (
+        pytest.raises(RuleSheetError, match="No such file"),
+        Replacement(str(folder / "table")) as file,
+    ):
         file.write(b"x" * 100)
         shutil.rmtree(folder)
 
@@ -194,7 +199,9 @@ def test_the_next_run_removes_what_a_killed_one_left(folder: Path) -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "solver", *words], env=os.environ | {"PYTHONPATH": str(ROOT)}
     )
-    while process.poll() is None and not any(f.stat().st_size for f in folder.glob(f"out.csv.*{UNFINISHED}")):
+    while process.poll() is None and not any(
+        f.stat().st_size for f in folder.glob(f"out.csv.*{UNFINISHED}")
+    ):
         time.sleep(0.05)
     with Replacement("other.csv") as living:  # a file of a living process stays
         process.send_signal(signal.SIGKILL)

@@ -39,7 +39,9 @@ def test_blocks_that_share_their_code_have_the_answers_that_they_have_alone() ->
 
 def test_stages_that_are_called_again_are_worked_out_once(monkeypatch: pytest.MonkeyPatch) -> None:
     asked, slope_chain = [], enclosure.slope_chain
-    monkeypatch.setattr(enclosure, "slope_chain", lambda chain: asked.append(chain) or slope_chain(chain))
+    monkeypatch.setattr(
+        enclosure, "slope_chain", lambda chain: asked.append(chain) or slope_chain(chain)
+    )
     stages([1.5 + 0.01 * k for k in range(20)])
     assert len(asked) == 1
 
@@ -68,7 +70,8 @@ BLOCK = "x{k} + {a}*y{k}^3 = c\nexp(x{k}) - {b}*y{k} = c{more}\n"
 def test_what_tells_blocks_apart(other: dict[str, str], ranges: str, same: bool) -> None:
     texts = [{"a": "2", "b": "5", "more": ""}, {"a": "2", "b": "5", "more": ""} | other]
     rules = "".join(
-        BLOCK.format(k=k, **{name: text.format(k=k) for name, text in texts[k - 1].items()}) for k in (1, 2)
+        BLOCK.format(k=k, **{name: text.format(k=k) for name, text in texts[k - 1].items()})
+        for k in (1, 2)
     )
     one, two = kernels(f"variables\n c = 4{ranges}\nrules\n{rules}")
     assert (one._shared is two._shared) == same

@@ -1,4 +1,5 @@
-"""Answers of algebraic equations in one unknown are known to be all: as many as numpy's roots allow."""
+"""Answers of algebraic equations in one unknown are known to be all: as many as numpy's roots
+allow."""
 
 from __future__ import annotations
 
@@ -19,7 +20,11 @@ ALGEBRAIC = [
         {"q": 50.0, "Ta": 300.0, "T1": 77.0, "r1": 0.25, "k": 0.02, "h": 10.0},
         2,
     ),
-    ("C = D/d\nKB = (4*C + 2)/(4*C - 3)\nF = pi*d^3*S/(8*KB*D)", {"F": 200.0, "D": 0.02, "S": 4e8}, 2),
+    (
+        "C = D/d\nKB = (4*C + 2)/(4*C - 3)\nF = pi*d^3*S/(8*KB*D)",
+        {"F": 200.0, "D": 0.02, "S": 4e8},
+        2,
+    ),
     (
         "beta = D2/D1\nv2 = Cd*sqrt(2*dp/(rho*(1 - beta^4)))\nQ = v2*pi*D2^2/4",
         {"D1": 0.1, "Cd": 0.98, "dp": 5000.0, "rho": 1000.0, "Q": 0.01},
@@ -32,7 +37,9 @@ ALGEBRAIC = [
 
 
 @pytest.mark.parametrize(("text", "inputs", "count"), ALGEBRAIC)
-def test_algebraic_blocks_are_complete(text: str, inputs: dict[str, float], count: int | None) -> None:
+def test_algebraic_blocks_are_complete(
+    text: str, inputs: dict[str, float], count: int | None
+) -> None:
     result = solver.solve(rulesheets.loads(text), inputs)
     assert str(result.status) == "solved"
     assert result.complete
@@ -75,7 +82,9 @@ def test_a_root_at_the_corner_of_two_ranges_is_found() -> None:
 def _biot(number: int) -> float:
     """The root of ``z*tan(z) = 0.5`` next above a multiple of π."""
     low = number * math.pi
-    return float(scipy.optimize.brentq(lambda z: z * math.sin(z) - 0.5 * math.cos(z), low, low + math.pi / 2))
+    return float(
+        scipy.optimize.brentq(lambda z: z * math.sin(z) - 0.5 * math.cos(z), low, low + math.pi / 2)
+    )
 
 
 @pytest.mark.parametrize(("guess", "numbers"), [(None, range(20)), (100.0, range(26, 38))])
@@ -91,30 +100,37 @@ def test_of_endless_roots_the_nearest_are_listed(guess: float | None, numbers: r
 
 
 def test_a_range_lists_all_of_its_roots() -> None:
-    result = solver.solve(rulesheets.loads("variables\nz in [0, 300]\nrules\nz*tan(z) = 0.5\nw = 3*z"))
+    result = solver.solve(
+        rulesheets.loads("variables\nz in [0, 300]\nrules\nz*tan(z) = 0.5\nw = 3*z")
+    )
     assert result.complete
     expected = [_biot(number) for number in range(96)]
     assert sorted(answer["z"] for answer in result.solutions) == pytest.approx(expected, rel=1e-11)
 
 
 def test_amounts_in_equilibrium_are_positive() -> None:
-    """Nickel and its complexes with ammonia: one root in free ammonia, of a polynomial of degree five, is
-    positive, and most starts lead to others."""
+    """Nickel and its complexes with ammonia: one root in free ammonia, of a polynomial of degree
+    five, is positive, and most starts lead to others."""
     stages = [10**2.81, 10**2.27, 10**1.77, 10**1.27]
     rules = [f"Ni{k + 1}/(Ni{k}*A) = {stage!r}" for k, stage in enumerate(stages)]
     rules += ["Ni0 + Ni1 + Ni2 + Ni3 + Ni4 = 0.01", "A + Ni1 + 2*Ni2 + 3*Ni3 + 4*Ni4 = 0.03"]
     first = solver.solve(rulesheets.loads("\n".join(rules))).solutions[0]
     beta = [1.0, *map(math.prod, (stages[: k + 1] for k in range(4)))]
     bound, whole = [k * b for k, b in enumerate(beta)], beta
-    balance = numpy.polyadd(numpy.polymul(whole[::-1], [1.0, -0.03]), [0.01 * share for share in bound[::-1]])
-    free = [root.real for root in numpy.roots(balance) if abs(root.imag) < 1e-12 and root.real > 0.0]
+    balance = numpy.polyadd(
+        numpy.polymul(whole[::-1], [1.0, -0.03]), [0.01 * share for share in bound[::-1]]
+    )
+    free = [
+        root.real for root in numpy.roots(balance) if abs(root.imag) < 1e-12 and root.real > 0.0
+    ]
     assert [first["A"]] == pytest.approx(free, rel=1e-9)
     assert all(float(value) > 0.0 for value in first.values())
 
 
 @pytest.mark.parametrize(("reach", "count"), [(1.8, 1), (1.5, 2), (1.9, 0)])
 def test_an_arm_of_two_links_reaches_in_two_ways_or_stretched(reach: float, count: int) -> None:
-    """The second angle is measured from the first link: by the law of cosines, where they are not in line."""
+    """The second angle is measured from the first link: by the law of cosines, where they are not
+    in line."""
     text = "x = cos(a) + 0.8*cos(a + b)\ny = sin(a) + 0.8*sin(a + b)"
     result = solver.solve(rulesheets.loads(text), {"x": reach, "y": 0.0})
     bend = math.acos(min((reach**2 - 1.64) / 1.6, 1.0))

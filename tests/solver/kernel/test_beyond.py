@@ -1,4 +1,5 @@
-"""Rules whose terms grow beyond 1e100, or fall below 1e-100, with and without roots of ordinary size."""
+"""Rules whose terms grow beyond 1e100, or fall below 1e-100, with and without roots of ordinary
+size."""
 
 from __future__ import annotations
 

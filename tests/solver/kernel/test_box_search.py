@@ -36,6 +36,7 @@ def test_ranges_without_a_root_are_proven_infeasible() -> None:
 
 def test_no_box_is_left_where_the_first_is_ruled_out() -> None:
     sheet = (
-        "variables\n  x in [0, 1]\n  y in [0, 1]\nrules\n  x + sin(y*x) = 5 - y*x\n  y + exp(-x*y) = 5 + x\n"
+        "variables\n  x in [0, 1]\n  y in [0, 1]\nrules\n  x + sin(y*x) = 5 - y*x\n  y + "
+        "exp(-x*y) = 5 + x\n"
     )
     assert str(solver.solve(rulesheets.loads(sheet)).status) == "infeasible"

@@ -1,4 +1,5 @@
-"""Isolated answers beside a curve of others: such a list is not complete, and rules on a curve can hold."""
+"""Isolated answers beside a curve of others: such a list is not complete, and rules on a curve can
+hold."""
 
 from __future__ import annotations
 
@@ -47,7 +48,8 @@ def test_rules_divided_by_an_unknown_that_is_not_zero_stay_complete() -> None:
 
 
 def test_an_answer_beside_a_curve_on_which_unknowns_vanish() -> None:
-    """Two pucks collide: with a first one of no mass its speed can be anything; it has a mass of 2."""
+    """Two pucks collide: with a first one of no mass its speed can be anything; it has a mass of
+    2."""
     model = rulesheets.loads(
         "m1*u = m1*v1*cosd(t1) + m2*v2*cosd(t2)\n0 = m1*v1*sind(t1) - m2*v2*sind(t2)\n"
         "m1*u^2 = m1*v1^2 + m2*v2^2"
@@ -68,7 +70,8 @@ x*y^2 = 0
 
 
 def test_an_unknown_left_free_saves_no_rule_of_its_block() -> None:
-    """For b = -1.1 the first three rules ask x = y = 0, whatever a is, and the last refuses that."""
+    """For b = -1.1 the first three rules ask x = y = 0, whatever a is, and the last refuses
+    that."""
     result = solver.solve(rulesheets.loads(LAGRANGE), {"b": -1.1})
     assert result.status in (solver.Status.INCONSISTENT, solver.Status.FAILED)
 

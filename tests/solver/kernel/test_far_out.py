@@ -34,7 +34,9 @@ def chain(residual: str) -> Chain:
 @pytest.mark.parametrize("residual", RESIDUALS)
 @settings(max_examples=30, deadline=None)
 @given(st.floats(4096, 1e60), st.sampled_from([1.0, -1.0]))
-def test_the_residual_has_its_sign_over_the_reciprocal(residual: str, size: float, sign: float) -> None:
+def test_the_residual_has_its_sign_over_the_reciprocal(
+    residual: str, size: float, sign: float
+) -> None:
     """... of 80 digits, and a box around the reciprocal does not exclude a value that it holds."""
     original, x = chain(residual), sign * size
     with mpmath.workdps(80):

@@ -32,12 +32,16 @@ def test_a_triangle_that_its_sides_do_not_make_is_infeasible(text: str) -> None:
     [
         ("x*y = 3*x\nx + y = 5", [0.0, 2.0]),
         ("w*(x - 2) = (x - 2)*(x + 1)\nw = 9 - x", [2.0, 4.0]),
-        ("w*(x - 2) = (x - 2)*(x + 1)\nw^2 = 9 - x", [-4.701562118716424, 1.7015621187164243, 2.0, 2.0]),
+        (
+            "w*(x - 2) = (x - 2)*(x + 1)\nw^2 = 9 - x",
+            [-4.701562118716424, 1.7015621187164243, 2.0, 2.0],
+        ),
         ("u*x = x*v\nu*v = 6 - x\nv = x + 1", [-4.192582403567252, 0.0, 1.1925824035672519]),
     ],
 )
 def test_a_factor_that_vanishes_leaves_an_answer(text: str, values: list[float]) -> None:
-    """A rule that is a product divides by nothing: what is undone by a quotient must not be cancelled."""
+    """A rule that is a product divides by nothing: what is undone by a quotient must not be
+    cancelled."""
     found = solver.solve(rulesheets.loads(text))
     assert sorted(answer["x"] for answer in found.solutions) == pytest.approx(values, rel=1e-9)
 
@@ -45,7 +49,12 @@ def test_a_factor_that_vanishes_leaves_an_answer(text: str, values: list[float])
 @pytest.mark.parametrize(
     ("text", "given", "unknown", "values"),
     [
-        ("A = P*i/(1 - (1 + i)^(-n))", {"A": 150.0, "P": 9_000.0, "n": 71.0}, "i", [0.004822449456]),
+        (
+            "A = P*i/(1 - (1 + i)^(-n))",
+            {"A": 150.0, "P": 9_000.0, "n": 71.0},
+            "i",
+            [0.004822449456],
+        ),
         ("1/x + 1/(x - 1) = 3", {}, "x", [0.2324081207560018, 1.4342585459106648]),
         ("e = 1 - (r^1.4 - 1)/(1.4*(r - 1)*18^0.4)", {"e": 0.63}, "r", [2.033821158]),
         ("variables\n D in [0, 180]\nrules\n T = R*tand(D/2)\n pi*R*D = 180*L", {}, "D", [42.0]),
@@ -62,9 +71,9 @@ def test_poles_and_holes_are_no_gaps(
 
 
 def test_a_pole_of_several_denominators_is_no_gap() -> None:
-    """Backwater in a trapezoidal channel: the velocity head has A^2 below, friction A^2 R^(4/3). Their common
-    denominator tells that a depth of -b/z, where the area vanishes, is no answer. One depth is, by Brent's
-    method."""
+    """Backwater in a trapezoidal channel: the velocity head has A^2 below, friction A^2 R^(4/3).
+    Their common denominator tells that a depth of -b/z, where the area vanishes, is no answer. One
+    depth is, by Brent's method."""
 
     def energy(y: float, sign: float) -> float:
         area, wetted = y * (8.0 + 1.5 * y), 8.0 + 2.0 * math.sqrt(3.25) * y

@@ -1,4 +1,5 @@
-"""Compiled enclosures contain what the expressions are at points of the boxes, as the interpreted ones do."""
+"""Compiled enclosures contain what the expressions are at points of the boxes, as the interpreted
+ones do."""
 
 from __future__ import annotations
 
@@ -11,7 +12,17 @@ from hypothesis import strategies as st
 
 from rulesheets.evaluate import Undefined, enclose, value
 from rulesheets.functions.intervals import scaled, square
-from rulesheets.syntax.nodes import Expression, Name, Negative, Number, Power, Product, Quotient, Sum, call
+from rulesheets.syntax.nodes import (
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    call,
+)
 from solver.kernel.interval_code import IntervalEmitter
 
 X, Y, K = Name("x"), Name("y"), Name("k")
@@ -47,10 +58,16 @@ def compiled(tree: Expression, x: Ends, y: Ends, k: float) -> Ends:
 
 
 @given(TREES, st.tuples(ENDS, ENDS), st.tuples(ENDS, ENDS), ENDS, st.floats(0, 1), st.floats(0, 1))
-def test_values_lie_within(tree: Expression, x: Ends, y: Ends, k: float, s: float, t: float) -> None:
+def test_values_lie_within(
+    tree: Expression, x: Ends, y: Ends, k: float, s: float, t: float
+) -> None:
     x, y = (min(x), max(x)), (min(y), max(y))
     low, high = compiled(tree, x, y, k)
-    point = {"x": min(x[0] + s * (x[1] - x[0]), x[1]), "y": min(y[0] + t * (y[1] - y[0]), y[1]), "k": k}
+    point = {
+        "x": min(x[0] + s * (x[1] - x[0]), x[1]),
+        "y": min(y[0] + t * (y[1] - y[0]), y[1]),
+        "k": k,
+    }
     try:
         number = value(tree, point)
     except Undefined:
@@ -65,7 +82,9 @@ def test_as_tight_as_the_interpreted_ones(tree: Expression, x: Ends, y: Ends, k:
     x, y = (min(x), max(x)), (min(y), max(y))
     low, high = compiled(tree, x, y, k)
     below, above = enclose(tree, {"x": x, "y": y, "k": (k, k)})
-    if math.isnan(low):  # the interpreted ones do not see of every rule that it is undefined all over
+    if math.isnan(
+        low
+    ):  # the interpreted ones do not see of every rule that it is undefined all over
         for at_x, at_y in product((x[0], sum(x) / 2, x[1]), (y[0], sum(y) / 2, y[1])):
             with pytest.raises(Undefined):
                 value(tree, {"x": at_x, "y": at_y, "k": k})
@@ -80,7 +99,9 @@ def test_as_tight_as_the_interpreted_ones(tree: Expression, x: Ends, y: Ends, k:
 @pytest.mark.parametrize("ends", [(1e3, 1e300), (-1e300, -1e3), (1e3, math.inf)])
 def test_what_saturates_has_its_limit(ends: Ends) -> None:
     """x/(1 + 2x), a law of Monod or Langmuir, is next to 1/2 far out, however wide a box is."""
-    low, high = compiled(Quotient(X, Sum((Number(1.0), Product(Number(2.0), X)))), ends, (0.0, 0.0), 0.0)
+    low, high = compiled(
+        Quotient(X, Sum((Number(1.0), Product(Number(2.0), X)))), ends, (0.0, 0.0), 0.0
+    )
     assert 0.499 < low <= high < 0.501
 
 
@@ -96,7 +117,9 @@ def test_a_known_factor_keeps_signs(factor: float) -> None:
 
 
 def test_squares_are_not_negative() -> None:
-    (crossed, above), (tiny, _), zero = (square(*ends) for ends in ((-2.0, 1.0), (1e-200, 2.0), (0.0, 0.0)))
+    (crossed, above), (tiny, _), zero = (
+        square(*ends) for ends in ((-2.0, 1.0), (1e-200, 2.0), (0.0, 0.0))
+    )
     assert crossed == tiny == 0.0
     assert zero == (0.0, 0.0)
     assert above >= 4.0

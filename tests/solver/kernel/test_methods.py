@@ -1,4 +1,5 @@
-"""The chain of methods: what the structure of a block admits, in order; blocks that ask for the last."""
+"""The chain of methods: what the structure of a block admits, in order; blocks that ask for the
+last."""
 
 from __future__ import annotations
 
@@ -17,7 +18,9 @@ from solver.path.planner import planner
 
 def kernel(text: str) -> BlockKernel:
     model = rulesheets.loads(text)
-    inputs = frozenset(name for name, variable in model.variables.items() if variable.value is not None)
+    inputs = frozenset(
+        name for name, variable in model.variables.items() if variable.value is not None
+    )
     (block,) = (s for s in planner(model).path(inputs, {}).steps if isinstance(s, SolveBlock))
     return BlockKernel(planner(model).graph, block)
 

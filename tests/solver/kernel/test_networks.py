@@ -1,4 +1,5 @@
-"""Networks that need more than a plain Newton step: their answers beside the laws written out here."""
+"""Networks that need more than a plain Newton step: their answers beside the laws written out
+here."""
 
 from __future__ import annotations
 
@@ -46,13 +47,20 @@ def test_friction_factors_do_not_hold_back_the_flows_of_water() -> None:
             balance.get(node, []).append(term)
     lines += [f"{' '.join(terms)} = 0" for terms in balance.values()]
     lines += ["function pipe(H1, H2, L, D; Q)", "parameters nu, rough, g", "rules"]
-    lines += ["v = 4*Q/(pi*D^2)", "Re = abs(v)*D/nu", "f = 0.25/log10(rough/(3.7*D) + 5.74/Re^0.9)^2"]
+    lines += [
+        "v = 4*Q/(pi*D^2)",
+        "Re = abs(v)*D/nu",
+        "f = 0.25/log10(rough/(3.7*D) + 5.74/Re^0.9)^2",
+    ]
     result = _solved([*lines, "H1 - H2 = f*L/D*v*abs(v)/(2*g)"])
     inflow = np.zeros(15)
     for k, (a, b) in enumerate(pipes):
         length, diameter, flow = 90 + 17 * k, 0.2 + 0.02 * (k % 7), result[f"Q{k}"]
         v = 4 * flow / (math.pi * diameter**2)
-        f = 0.25 / math.log10(1e-4 / (3.7 * diameter) + 5.74 / (abs(v) * diameter / 1e-6) ** 0.9) ** 2
+        f = (
+            0.25
+            / math.log10(1e-4 / (3.7 * diameter) + 5.74 / (abs(v) * diameter / 1e-6) ** 0.9) ** 2
+        )
         loss = f * length / diameter * v * abs(v) / (2 * 9.81)
         assert math.isclose(result[f"H{a}"] - result[f"H{b}"], loss, rel_tol=1e-9, abs_tol=1e-12)
         inflow[a] -= flow
@@ -61,7 +69,8 @@ def test_friction_factors_do_not_hold_back_the_flows_of_water() -> None:
 
 
 def test_brackets_that_cancel_do_not_make_a_cable_net_steep() -> None:
-    """A square net of cables, prestressed by 1 % and loaded: lengths by Pythagoras, displacements unknown."""
+    """A square net of cables, prestressed by 1 % and loaded: lengths by Pythagoras, displacements
+    unknown."""
     n, inner = 4, range(1, 5)
     ends = [((i, j), (i + 1, j)) for i in range(n + 1) for j in inner]
     ends += [((i, j), (i, j + 1)) for i in inner for j in range(n + 1)]
@@ -134,7 +143,14 @@ def test_flows_that_are_rounding_leave_no_heat_conduction_undetermined() -> None
 
     lines = ["s = 500"]
     for i, j, k in product(range(1, n + 1), repeat=3):
-        near = (i - 1, j, k), (i + 1, j, k), (i, j - 1, k), (i, j + 1, k), (i, j, k - 1), (i, j, k + 1)
+        near = (
+            (i - 1, j, k),
+            (i + 1, j, k),
+            (i, j - 1, k),
+            (i, j + 1, k),
+            (i, j, k - 1),
+            (i, j, k + 1),
+        )
         heat = " + ".join(f"cond({other}, {at(i, j, k)})" for other in starmap(at, near))
         lines.append(f"{heat} + s = 0")
     lines += ["function cond(a, b; q)", "rules", "q = (15 + 0.01*(a + b)/2)*(a - b)"]
@@ -157,7 +173,8 @@ def test_a_large_singular_sparse_matrix_is_not_made_dense() -> None:
 
 
 def _viscous(n: int) -> list[str]:
-    """Burgers' equation, u u' = 0.1 u'' from 1 to -0.8, whose front nearly floats between the ends."""
+    """Burgers' equation, u u' = 0.1 u'' from 1 to -0.8, whose front nearly floats between the
+    ends."""
     dx = 2.0 / (n + 1)
     u = ["1", *(f"u{i}" for i in range(1, n + 1)), "-0.8"]
     rules = [
@@ -192,7 +209,11 @@ def test_steps_tell_how_far_a_root_is_alone(other: float, alone: float) -> None:
 
 def test_nodes_led_far_off_do_not_hold_back_a_net_of_springs() -> None:
     """Ten by ten weights in a net of springs, coordinates unknown: limited steps unfold it."""
-    n, lines, ends = 10, ["k = 200"], dict[tuple[int, int], list[tuple[str, list[str], list[str]]]]()
+    n, lines, ends = (
+        10,
+        ["k = 200"],
+        dict[tuple[int, int], list[tuple[str, list[str], list[str]]]](),
+    )
 
     def place(i: int, j: int) -> list[str]:
         if 0 < i < n + 1 and 0 < j < n + 1:
@@ -239,8 +260,8 @@ def test_populations_are_positive(n: int) -> None:
 def test_voltages_below_the_rounding_of_exponentials_keep_their_meaning(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A ladder whose nodes take a fifth of the one before: the last stands at 1e-120 V. Few rules need more
-    digits than floats have."""
+    """A ladder whose nodes take a fifth of the one before: the last stands at 1e-120 V. Few rules
+    need more digits than floats have."""
     looked_at = list[Equation]()
     look_again = rule_in_digits.look_again
 
@@ -264,14 +285,24 @@ def test_voltages_below_the_rounding_of_exponentials_keep_their_meaning(
 
 
 @pytest.mark.parametrize(("side", "supply", "every", "load"), [(12, 24, 4, 5000), (9, 15, 2, 500)])
-def test_tangents_bring_the_voltages_of_a_circuit_down(side: int, supply: int, every: int, load: int) -> None:
-    """Resistors and diodes between the nodes of a grid, where exp(supply/0.026) is beyond floats."""
+def test_tangents_bring_the_voltages_of_a_circuit_down(
+    side: int, supply: int, every: int, load: int
+) -> None:
+    """Resistors and diodes between the nodes of a grid, where exp(supply/0.026) is beyond
+    floats."""
     node = {place: f"V{k}" for k, place in enumerate(product(range(side), range(side)))}
-    lines, near = ["Is = 1e-14", "nVt = 0.026", f"V0 = {supply}"], {name: ["0"] for name in node.values()}
+    lines, near = (
+        ["Is = 1e-14", "nVt = 0.026", f"V0 = {supply}"],
+        {name: ["0"] for name in node.values()},
+    )
     beside = [((i, j), (i + di, j + dj)) for (i, j) in node for di, dj in ((1, 0), (0, 1))]
     for k, (one, other) in enumerate(pair for pair in beside if pair[1] in node):
         a, b = (node[one], node[other]) if k % 3 else (node[other], node[one])
-        law = f"Is*(exp(({a} - {b})/nVt) - 1)" if k % every == 0 else f"({a} - {b})/{100 + 37 * (k % 29)}"
+        law = (
+            f"Is*(exp(({a} - {b})/nVt) - 1)"
+            if k % every == 0
+            else f"({a} - {b})/{100 + 37 * (k % 29)}"
+        )
         lines.append(f"i{k} = {law}")
         near[a].append(f"- i{k}")
         near[b].append(f"+ i{k}")
@@ -282,7 +313,8 @@ def test_tangents_bring_the_voltages_of_a_circuit_down(side: int, supply: int, e
 
 @pytest.mark.parametrize("n", [30, 100])
 def test_fractions_are_positive_and_not_next_to_a_pole(n: int) -> None:
-    """An absorber of n stages, whose ratios x/(1 - x) have a pole where fractions are of the size of 1."""
+    """An absorber of n stages, whose ratios x/(1 - x) have a pole where fractions are of the size
+    of 1."""
     lines = ["L0 = 40", "x0 = 0.001", f"G{n + 1} = 100", f"y{n + 1} = 0.08"]
     for i in range(1, n + 1):
         lines.append(f"y{i}/(1 - y{i}) = 0.7*x{i}/(1 - x{i}) + 0.2*x{i}^2")
@@ -325,7 +357,8 @@ def test_a_nearest_miss_out_of_the_domain_is_not_told() -> None:
 
 
 def test_logarithmic_means_begin_with_positive_differences() -> None:
-    """Heat exchangers in counterflow, whose differences of temperature vanish where all are of one size."""
+    """Heat exchangers in counterflow, whose differences of temperature vanish where all are of one
+    size."""
     n, lines = 700, ["c0 = 290", "ch = 1.8", "cc = 2", "h701 = 480"]
     for i in range(1, n + 1):
         lines += [f"Q{i} = ch*(h{i + 1} - h{i})", f"Q{i} = cc*(c{i} - c{i - 1})"]
@@ -355,8 +388,15 @@ def test_nothing_flows_through_closed_valves() -> None:
     side, lines = 25, ["H0 = 60"]
     number = {place: k for k, place in enumerate(product(range(side), repeat=2))}
     balance: list[list[str]] = [[] for _ in number]
-    pipes = [(k, number[p]) for (i, j), k in number.items() for p in ((i + 1, j), (i, j + 1)) if p in number]
-    valves = [(number[i + 1, j + 1], number[i, j]) for i in range(0, 24, 3) for j in range(0, 24, 5)]
+    pipes = [
+        (k, number[p])
+        for (i, j), k in number.items()
+        for p in ((i + 1, j), (i, j + 1))
+        if p in number
+    ]
+    valves = [
+        (number[i + 1, j + 1], number[i, j]) for i in range(0, 24, 3) for j in range(0, 24, 5)
+    ]
     for k, (a, b) in enumerate([*pipes, *valves]):
         r = 500 + 8500 * (k * 37 % 101) / 101
         law = f"H{a} - H{b} = {r}*Q{k}*abs(Q{k})^0.852"
@@ -373,13 +413,17 @@ def test_nothing_flows_through_closed_valves() -> None:
 
 
 def test_flows_of_a_tree_go_on_to_one_branch_for_the_most_part() -> None:
-    """District heating along a tree whose junctions are many: flows, losses of heat and pressures."""
+    """District heating along a tree whose junctions are many: flows, losses of heat and
+    pressures."""
     rng, n = np.random.default_rng(55), 500
     lines = ["cp = 4.186", "Tg = 8", "S0 = 85", "p0 = 600"]
     above = [0, *(int(rng.integers(max(0, i - 5), i)) for i in range(1, n))]
     for i in range(1, n):
         onwards = [k for k in range(i + 1, n) if above[k] == i]
-        loss, back = round(float(rng.uniform(0.005, 0.03)), 4), "".join(f" + m{k}*E{k}" for k in onwards)
+        loss, back = (
+            round(float(rng.uniform(0.005, 0.03)), 4),
+            "".join(f" + m{k}*E{k}" for k in onwards),
+        )
         lines.append(f"m{i} = d{i}" + "".join(f" + m{k}" for k in onwards))
         lines.append(f"S{i} = Tg + (S{above[i]} - Tg)*exp(-{loss}/(m{i}*cp))")
         lines.append(f"{round(float(rng.uniform(20, 120)), 1)} = cp*d{i}*(S{i} - R{i})")
@@ -387,16 +431,22 @@ def test_flows_of_a_tree_go_on_to_one_branch_for_the_most_part() -> None:
         lines.append(f"E{i} = Tg + (N{i} - Tg)*exp(-{loss}/(m{i}*cp))")
         lines.append(f"p{above[i]} - p{i} = {round(float(rng.uniform(0.01, 0.2)), 3)}*m{i}^2")
     result = _solved(lines)
-    assert all(result[f"d{i}"] > 0.0 and 30.0 < result[f"R{i}"] < result[f"S{i}"] < 85.0 for i in range(1, n))
+    assert all(
+        result[f"d{i}"] > 0.0 and 30.0 < result[f"R{i}"] < result[f"S{i}"] < 85.0
+        for i in range(1, n)
+    )
 
 
 @pytest.mark.parametrize("n", [40, 90])
 def test_age_classes_live(n: int) -> None:
-    """Births fall with the total: one child each where 0.4*exp(-total/1000)*(years of births) is 1."""
+    """Births fall with the total: one child each where 0.4*exp(-total/1000)*(years of births) is
+    1."""
     stay = [0.98 - 0.6 * (i / n) ** 4 for i in range(n - 1)]
     lines = [f"N{i + 1} = {s!r}*N{i}" for i, s in enumerate(stay)]
     lines.append("total = " + " + ".join(f"N{i}" for i in range(n)))
-    lines.append(f"N0 = 0.4*exp(-total/1000)*({' + '.join(f'N{i}' for i in range(n // 5, n // 2))})")
+    lines.append(
+        f"N0 = 0.4*exp(-total/1000)*({' + '.join(f'N{i}' for i in range(n // 5, n // 2))})"
+    )
     result = _solved(lines)
     alive = np.cumprod([1.0, *stay])
     total = 1000 * math.log(0.4 * alive[n // 5 : n // 2].sum())

@@ -128,13 +128,20 @@ def test_quarter_turns_are_exact() -> None:
     assert methods(result) == [Method.POLYNOMIAL]
     assert len(result.solutions) == 4
     sines = {round(math.sin(math.radians(s["t"])), 12) for s in result.solutions}
-    assert sorted(sines) == pytest.approx([(3 - math.sqrt(3)) / 12, (3 + math.sqrt(3)) / 12], abs=1e-11)
+    assert sorted(sines) == pytest.approx(
+        [(3 - math.sqrt(3)) / 12, (3 + math.sqrt(3)) / 12], abs=1e-11
+    )
     assert str(solved(QUARTERS, k=1.0).status) == "infeasible"
 
 
-@pytest.mark.parametrize("angle", ["90 - t", "-t + 90", "270 - t", "-90 - t", "t - 90", "90 + t", "180 - t"])
+@pytest.mark.parametrize(
+    "angle", ["90 - t", "-t + 90", "270 - t", "-90 - t", "t - 90", "90 + t", "180 - t"]
+)
 def test_quarter_turns_stand_anywhere_beside_the_angle(angle: str) -> None:
-    sheet = f"x = 2*cosd(t) + cosd({angle})\ny = 3*sind({angle}) + sind(t)\nz = x*y + x^2\nz*x + y*x = k"
+    sheet = (
+        f"x = 2*cosd(t) + cosd({angle})\ny = 3*sind({angle}) + sind(t)\nz = x*y + x^2\nz*x + y*x "
+        "= k"
+    )
     result = solved(sheet, k=float(solved(sheet, t=20.0)["k"]))
     assert result.complete
     assert any(solution["t"] == pytest.approx(20.0, abs=1e-9) for solution in result.solutions)
@@ -164,21 +171,28 @@ def test_a_sine_alone_leads_to_a_polynomial_up_to_its_own_degree() -> None:
 
 @pytest.mark.parametrize("anomaly", [17.0, 40.0, 100.0, 163.0])
 def test_functions_of_known_numbers_are_coefficients(anomaly: float) -> None:
-    """An orbit by its perigee and one radius: r + r e cos ν = a (1 - e²) is linear in 1/a = (1 - e)/rp."""
+    """An orbit by its perigee and one radius: r + r e cos ν = a (1 - e²) is linear in 1/a = (1 -
+    e)/rp."""
     perigee, apogee, wave = 6778.0, 24000.0, math.cos(math.radians(anomaly))
     sheet = "a = (rp + ra)/2\ne = (ra - rp)/(ra + rp)\np = a*(1 - e^2)\nr = p/(1 + e*cosd(nu))"
     radius = 2 * perigee * apogee / (perigee + apogee + (apogee - perigee) * wave)
-    result = solver.solve(rulesheets.loads(sheet), {"rp": perigee, "r": 0.999 * radius, "nu": anomaly})
+    result = solver.solve(
+        rulesheets.loads(sheet), {"rp": perigee, "r": 0.999 * radius, "nu": anomaly}
+    )
     e = (0.999 * radius - perigee) / (perigee - 0.999 * radius * wave)
     assert result.complete
-    assert [s["ra"] for s in result.solutions] == pytest.approx([perigee * (1 + e) / (1 - e)], rel=1e-10)
+    assert [s["ra"] for s in result.solutions] == pytest.approx(
+        [perigee * (1 + e) / (1 - e)], rel=1e-10
+    )
 
 
 @pytest.mark.parametrize("rate", [0.3, 1.7, -2.0])
 def test_powers_of_known_numbers_are_coefficients(rate: float) -> None:
     """x³ e^(2 k) + x² e^k = c, which has one positive root."""
     factor = math.exp(rate)
-    result = solver.solve(rulesheets.loads("u = x*exp(k)\nv = u^2 + u\nv*x = c"), {"k": rate, "c": 5.0})
+    result = solver.solve(
+        rulesheets.loads("u = x*exp(k)\nv = u^2 + u\nv*x = c"), {"k": rate, "c": 5.0}
+    )
     roots = np.roots([factor**2, factor, 0.0, -5.0])
     real = sorted(float(root.real) for root in roots if abs(root.imag) < 1e-9)
     assert result.complete
@@ -204,7 +218,9 @@ def test_every_piece_of_a_rule_with_kinks_is_counted(
     pieces = [*sorted(kinks), max(kinks) + 1000]
     ends = [min(kinks) - 1000, *pieces]
     for low, high in itertools.pairwise(ends):  # where x - fee = c
-        (first, last) = (x - (p * min(x, Fraction(a)) + q * max(Fraction(0), x - b)) - c for x in (low, high))
+        (first, last) = (
+            x - (p * min(x, Fraction(a)) + q * max(Fraction(0), x - b)) - c for x in (low, high)
+        )
         if first * last < 0:
             kinks.add(low + (high - low) * first / (first - last))
     ends = [min(kinks) - 1000, *sorted(kinks), max(kinks) + 1000]
@@ -212,11 +228,15 @@ def test_every_piece_of_a_rule_with_kinks_is_counted(
     lines = list(zip(itertools.pairwise(ends), itertools.pairwise(heights), strict=True))
     assume(all(one != other for _, (one, other) in lines))
     roots = {
-        low + (high - low) * one / (one - other) for (low, high), (one, other) in lines if one * other <= 0
+        low + (high - low) * one / (one - other)
+        for (low, high), (one, other) in lines
+        if one * other <= 0
     }
     roots = {x for x in roots if ends[0] < x < ends[-1]}
     given_ = {"p": p, "q": q, "a": a, "b": b, "c": c, "d": d, "share": float(target)}
-    result = solver.solve(rulesheets.loads(FEE), {name: float(number) for name, number in given_.items()})
+    result = solver.solve(
+        rulesheets.loads(FEE), {name: float(number) for name, number in given_.items()}
+    )
     found = [s["x"] for s in result.solutions if abs(s["x"]) < 900]
     assert sorted(found) == pytest.approx(sorted(map(float, roots)), rel=1e-9, abs=1e-9)
     assert result.complete or str(result.status) == "singular"

@@ -19,10 +19,14 @@ from solver.kernel.interval_code import IntervalEmitter
 LOAN = rulesheets.load(str(Path(__file__).parents[3] / "models" / "loan" / "model.tk"))
 RATES = solver.prepare(LOAN, ["payment", "term"], ["rate"])
 BERNOULLI = solver.prepare(
-    rulesheets.loads("variables\n  a = 0.5\n  x in [-8, 8]\nrules\n  x/(exp(x) - 1) = a\n"), ["a"], ["x"]
+    rulesheets.loads("variables\n  a = 0.5\n  x in [-8, 8]\nrules\n  x/(exp(x) - 1) = a\n"),
+    ["a"],
+    ["x"],
 )
 SINC = solver.prepare(
-    rulesheets.loads("variables\n  a = 0.5\n  x in [-10, 10]\nrules\n  sin(x)/x = a\n"), ["a"], ["x"]
+    rulesheets.loads("variables\n  a = 0.5\n  x in [-10, 10]\nrules\n  sin(x)/x = a\n"),
+    ["a"],
+    ["x"],
 )
 
 
@@ -62,15 +66,20 @@ def test_a_quotient_that_falls_through_its_gap_has_one_answer(a: float) -> None:
     assert leaf.branch.values["x"] == pytest.approx(exact, rel=1e-9)
 
 
-@pytest.mark.parametrize(("a", "answers"), [(0.5, 2), (-0.1, 4), (0.0, 6), (0.12, 6), (-0.3, 0), (1.5, 0)])
+@pytest.mark.parametrize(
+    ("a", "answers"), [(0.5, 2), (-0.1, 4), (0.0, 6), (0.12, 6), (-0.3, 0), (1.5, 0)]
+)
 def test_every_answer_on_either_side_of_a_gap_is_counted(a: float, answers: int) -> None:
-    """sin(x)/x on [-10, 10]: one arch, and ripples of 0.128 at 7.7 and of -0.217 at 4.5 on either side."""
+    """sin(x)/x on [-10, 10]: one arch, and ripples of 0.128 at 7.7 and of -0.217 at 4.5 on either
+    side."""
     verdict, found = SINC.judged((a,))
     assert len(verdict.leaves if str(verdict.status) == "solved" else ()) == answers
     assert found.complete
 
 
-GEOMETRIC = rulesheets.loads("variables\n  a = 2\n  n = 10\n  r > 0\nrules\n  S = a*(1 - r^n)/(1 - r)\n")
+GEOMETRIC = rulesheets.loads(
+    "variables\n  a = 2\n  n = 10\n  r > 0\nrules\n  S = a*(1 - r^n)/(1 - r)\n"
+)
 
 
 @settings(max_examples=15, deadline=None)
@@ -93,7 +102,8 @@ EXCHANGER = rulesheets.loads(
 @settings(max_examples=15, deadline=None)
 @given(st.floats(0.3, 3.0).filter(lambda ratio: abs(ratio - 1.0) > 1e-3), st.floats(0.2, 3.0))
 def test_a_flow_through_an_exchanger_is_the_only_one(ratio: float, units: float) -> None:
-    """Between equal differences of temperature their mean is 0/0. Effectiveness: Kays and London, 1984."""
+    """Between equal differences of temperature their mean is 0/0. Effectiveness: Kays and London,
+    1984."""
     hot, cold = 4000.0, 4000.0 / ratio
     least, share = min(hot, cold), min(hot, cold) / max(hot, cold)
     fade = math.exp(-units * (1.0 - share))
@@ -148,7 +158,9 @@ def test_bounds_of_a_quotient_of_differences_hold_at_every_point(
 
 @settings(max_examples=30, deadline=None)
 @given(st.floats(20.0, 80.0), st.floats(0.9, 1.1), st.sampled_from(["dT1", "Thi", "Tci"]))
-def test_a_mean_difference_of_temperature_has_one_answer(dT2: float, ratio: float, unknown: str) -> None:
+def test_a_mean_difference_of_temperature_has_one_answer(
+    dT2: float, ratio: float, unknown: str
+) -> None:
     """Asked backward between fixed differences, and where they may be equal."""
     dT1 = round(dT2 * ratio, 6) + 1e-6
     text = "rules\n  dT1 = Thi - Tco\n  dT2 = Tho - Tci\n  LM = (dT1 - dT2)/ln(dT1/dT2)\n"

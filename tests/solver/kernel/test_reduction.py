@@ -1,4 +1,5 @@
-"""Blocks of several tears with one unknown from which the others follow by formulas: all their answers."""
+"""Blocks of several tears with one unknown from which the others follow by formulas: all their
+answers."""
 
 from __future__ import annotations
 
@@ -26,7 +27,9 @@ def rachford_rice(V: float, z: np.ndarray) -> float:
 
 @settings(max_examples=12, deadline=None)
 @given(st.floats(0.02, 0.5), st.floats(0.02, 0.25), st.floats(0.02, 0.2))
-def test_the_vapour_of_a_flash_is_proven_to_be_the_only_one(z1: float, z2: float, z3: float) -> None:
+def test_the_vapour_of_a_flash_is_proven_to_be_the_only_one(
+    z1: float, z2: float, z3: float
+) -> None:
     z = np.array([z1, z2, z3, 1.0 - z1 - z2 - z3])
     verdict, found = ANY_FEED.judged((z1, z2, z3))
     assert found.complete
@@ -56,9 +59,11 @@ def test_a_flash_is_compiled_and_its_rows_are_those_of_the_closed_balances() -> 
 
 
 def test_definitions_that_lead_to_one_another_are_put_in_one_after_the_other() -> None:
-    """p is twice q and q is one more than r: two rules remain; every answer within the ranges is found."""
+    """p is twice q and q is one more than r: two rules remain; every answer within the ranges is
+    found."""
     model = rulesheets.loads(
-        "variables\n  c = 1\n  p in [-20, 20]\n  q in [-20, 20]\n  r in [-20, 20]\n  s in [-20, 20]\nrules\n"
+        "variables\n  c = 1\n  p in [-20, 20]\n  q in [-20, 20]\n  r in [-20, 20]\n  s in [-20, "
+        "20]\nrules\n"
         "  p = 2*q\n  q = r + 1\n  s = exp(r/10)*p - 6*sin(r)\n  s*q - p*sin(q) = c\n"
     )
     result = solver.solve(model)
@@ -101,7 +106,8 @@ def test_a_speed_is_met_at_every_angle_at_which_a_turn_passes_it(
         angle
         for angle, here, there in zip(turn, states, states[1:], strict=False)
         for (_, one), (_, other) in zip(here, there, strict=True)
-        if (one - target) * (other - target) < 0.0 and abs(one - other) < 0.2 * max(1.0, abs(target))
+        if (one - target) * (other - target) < 0.0
+        and abs(one - other) < 0.2 * max(1.0, abs(target))
     ]
     result = solver.solve(model, {given: target, unknown: None})
     found = sorted(float(solution[unknown]) for solution in result.solutions)

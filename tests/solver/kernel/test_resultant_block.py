@@ -64,7 +64,8 @@ def test_quadrics_have_the_points_that_their_resultant_has(a: int, b: int, c: in
 
 @pytest.mark.parametrize("root", [0.0, 2.0, math.sqrt(2.0)])
 def test_a_first_tear_at_which_both_residuals_hold_for_any_other_is_a_curve(root: float) -> None:
-    """The rules share the factor x² - root²; apart from its curves, x = 7 leaves -1 = y + z and y z = -5."""
+    """The rules share the factor x² - root²; apart from its curves, x = 7 leaves -1 = y + z and y z
+    = -5."""
     square = repr(root * root)
     first = f"x*x*y + x*x*z - {square}*y - {square}*z + x*x - {square} = 0"
     text = f"x + y + z = 6\n{first}\n(x*x - {square})*(y*z + 5) = 0"
@@ -77,7 +78,8 @@ def test_a_first_tear_at_which_both_residuals_hold_for_any_other_is_a_curve(root
 
 
 def test_a_tangent_that_rounding_parts_is_still_tried() -> None:
-    """The first two say y² = 0, the last (x - 1.1)(x² - 0.1 x + 5) = 0: y is a double root at x = 1.1."""
+    """The first two say y² = 0, the last (x - 1.1)(x² - 0.1 x + 5) = 0: y is a double root at x =
+    1.1."""
     text = "x + y + z = 1.1\ny*z + (x - 1.1)*y = 0\nx*(y^2 + z^2) + (x - 1.1)*(x + 5) = 0"
     result = solver.solve(rulesheets.loads(text))
     assert str(result.status) in ("solved", "singular")

@@ -1,4 +1,5 @@
-"""Answers that only a removable 0/0 lets pass are refused; true ones beside such a place are found."""
+"""Answers that only a removable 0/0 lets pass are refused; true ones beside such a place are
+found."""
 
 from __future__ import annotations
 
@@ -44,19 +45,24 @@ def exponent(work: float) -> float:
     with mpmath.workdps(40):
         return float(
             mpmath.findroot(
-                lambda g: (p * (v / w) ** g * w - p * v) / (g - 1) - work, (1.01, 2.5), solver="anderson"
+                lambda g: (p * (v / w) ** g * w - p * v) / (g - 1) - work,
+                (1.01, 2.5),
+                solver="anderson",
             )
         )
 
 
 def test_a_quotient_of_rounding_errors_is_no_exponent() -> None:
     result = solved(POLYTROPIC, {**GAS, "work": 487.702})
-    assert [solution["g"] for solution in result.solutions] == pytest.approx([exponent(487.702)], rel=1e-14)
+    assert [solution["g"] for solution in result.solutions] == pytest.approx(
+        [exponent(487.702)], rel=1e-14
+    )
     assert result.complete
 
 
 def test_a_quotient_of_rounding_errors_below_a_root_is_no_conductivity() -> None:
-    """With k = 0 the root is of 0/0, and has no slope: hr = -h beside k = 1e-17 gives it any value."""
+    """With k = 0 the root is of 0/0, and has no slope: hr = -h beside k = 1e-17 gives it any
+    value."""
     given = {"Tw": 400.0, "Ta": 300.0, "h": 15.0, "eps": 0.8, "L": 0.03, "t": 0.002}
     forward = solved(FIN, {**given, "k": 45.0})
     m = forward["m"]
@@ -71,7 +77,9 @@ def test_answers_without_a_slope_stand(share: float) -> None:
     edges = solved("cos(asin(x*y)) = 1e-9\nx = y", {})
     assert sorted(solution["x"] for solution in edges.solutions) == [-1.0, 1.0]
     roots = solved("sqrt(x - a) + y = 0\nx + y = a", {"a": share})
-    assert sorted(solution["x"] for solution in roots.solutions) == pytest.approx([share, share + 1.0])
+    assert sorted(solution["x"] for solution in roots.solutions) == pytest.approx(
+        [share, share + 1.0]
+    )
 
 
 def test_prepared_calls_and_sweeps_refuse_it_too() -> None:
@@ -82,13 +90,17 @@ def test_prepared_calls_and_sweeps_refuse_it_too() -> None:
     assert [len(plan.all(work)) for work in works] == [1] * 7
     assert plan.sweep(works)["g"] == pytest.approx(expected, rel=1e-14)
     columns = {"work": works, **{name: np.full(7, value) for name, value in GAS.items()}}
-    assert solver.sweep(rulesheets.loads(POLYTROPIC), columns)["g"] == pytest.approx(expected, rel=1e-14)
+    assert solver.sweep(rulesheets.loads(POLYTROPIC), columns)["g"] == pytest.approx(
+        expected, rel=1e-14
+    )
 
 
 def test_a_triangle_has_no_endless_circumcircle() -> None:
     result = solved(TRIANGLE, {"a": 7.0, "b": 5.0, "c": 8.0})
     radius = 7.0 * 5.0 * 8.0 / (4.0 * math.sqrt(10.0 * 3.0 * 5.0 * 2.0))
-    assert {round(abs(float(solution["R"])), 12) for solution in result.solutions} == {round(radius, 12)}
+    assert {round(abs(float(solution["R"])), 12) for solution in result.solutions} == {
+        round(radius, 12)
+    }
 
 
 def test_a_heat_exchanger_without_heat_is_no_answer() -> None:
@@ -106,7 +118,9 @@ def test_a_heat_exchanger_without_heat_is_no_answer() -> None:
 
 def test_a_motion_of_steady_speed_has_no_acceleration_made_of_rounding() -> None:
     acceleration, result = 0.5, solved(MOTION, {"u": 2.0, "t": 4.0, "mean": 3.0})
-    assert [solution["acc"] for solution in result.solutions] == pytest.approx([acceleration], rel=1e-14)
+    assert [solution["acc"] for solution in result.solutions] == pytest.approx(
+        [acceleration], rel=1e-14
+    )
 
 
 @pytest.mark.parametrize("off", [1e-4, -1e-4, 1e-7, 1e-9])
@@ -140,7 +154,9 @@ def test_a_loan_paid_back_in_equal_parts_has_hardly_a_rate(term: float) -> None:
     assert isinstance(rate, float)
     with mpmath.workdps(120):
         r = mpmath.mpf(rate)
-        here, above = (20000 * x / (1 - (1 + x) ** -int(term)) - payment for x in (r, r * (1 + 1e-12)))
+        here, above = (
+            20000 * x / (1 - (1 + x) ** -int(term)) - payment for x in (r, r * (1 + 1e-12))
+        )
         assert abs(here) <= abs(above - here)
 
 
@@ -159,11 +175,14 @@ CHARGING = "tau = R*C\nV = Vs*(1 - exp(-t/tau))\nI = (Vs - V)/R"
 
 
 @pytest.mark.parametrize(
-    ("given", "unknown"), [({"Vs": 9.0}, "R"), ({"V": -6.489131190095712}, "Vs"), ({"Vs": 230.0}, "R")]
+    ("given", "unknown"),
+    [({"Vs": 9.0}, "R"), ({"V": -6.489131190095712}, "Vs"), ({"Vs": 230.0}, "R")],
 )
-def test_a_current_is_no_quotient_of_rounding_errors(given: Mapping[str, float], unknown: str) -> None:
-    """Without resistance exp(-t/tau) is 0, and the voltages differ by nothing but rounding: from there
-    Newton's method leaves the domain of the rules."""
+def test_a_current_is_no_quotient_of_rounding_errors(
+    given: Mapping[str, float], unknown: str
+) -> None:
+    """Without resistance exp(-t/tau) is 0, and the voltages differ by nothing but rounding: from
+    there Newton's method leaves the domain of the rules."""
     current = 5.3422740636261445e-05
     result = solved(CHARGING, {"C": 1e-5, "t": 0.6, "I": current, **given})
     for answer in result.solutions:
@@ -174,7 +193,9 @@ def test_a_current_is_no_quotient_of_rounding_errors(given: Mapping[str, float],
 
 def test_angle_of_which_no_digit_means_anything_is_no_answer() -> None:
     """Of 1e99 the sine is known, but for an angle an ulp beside it the sine may be anything."""
-    text = "sag = rad*(1 - cos(th/2))\nchord = 2*rad*sin(th/2)\ns = rad*th\nsag = 0.4026586064386497\n"
+    text = (
+        "sag = rad*(1 - cos(th/2))\nchord = 2*rad*sin(th/2)\ns = rad*th\nsag = 0.4026586064386497\n"
+    )
     result = solver.solve(rulesheets.loads(text + "chord = 0.9808662561216678"))
     assert str(result.status) == "solved"
     assert result["rad"] == pytest.approx(0.5, rel=1e-12)
@@ -182,7 +203,8 @@ def test_angle_of_which_no_digit_means_anything_is_no_answer() -> None:
 
 
 def test_answer_at_the_hole_of_a_mean_is_none_however_smooth_the_mean_is_there() -> None:
-    """The mean of equal differences is 0/0. Beside that its slopes are harmless, and its digits are noise."""
+    """The mean of equal differences is 0/0. Beside that its slopes are harmless, and its digits are
+    noise."""
     result = solved("m = (a - b)/ln(a/b)", {"a": 40.0, "m": 40.0})
     assert str(result.status) != "solved"
     result = solved("m = (a - b)/ln(a/b)", {"a": 40.0, "m": 39.0})
@@ -190,7 +212,8 @@ def test_answer_at_the_hole_of_a_mean_is_none_however_smooth_the_mean_is_there()
 
 
 def test_a_double_root_at_exact_numbers_is_no_pole() -> None:
-    """Two washings get 1 - (Lu/(Lu + W))^2 of the oil: all of it where there is nothing else, x = 1."""
+    """Two washings get 1 - (Lu/(Lu + W))^2 of the oil: all of it where there is nothing else, x =
+    1."""
     rules = """oil = x*100
 Lu = 0.6*(100 - oil)
 x1 = oil/(Lu + 80)

@@ -56,12 +56,15 @@ def test_no_root_is_lost(
     chain = direction_chain(a, b, c, d)
     targets = directions_at(chain, root)
     assume(targets)
-    ((below, above),) = Enclosure(chain, ("target",)).ranges([(root - before, root + after)], targets)
+    ((below, above),) = Enclosure(chain, ("target",)).ranges(
+        [(root - before, root + after)], targets
+    )
     assert below <= 0.0 <= above
 
 
 def test_a_jump_across_zero_is_no_root() -> None:
-    """y = sind(t) changes its sign at 0, x = -1: the direction jumps from -180 to 180, far from -154."""
+    """y = sind(t) changes its sign at 0, x = -1: the direction jumps from -180 to 180, far from
+    -154."""
     chain = direction_chain(1.0, 0.0, 0.0, -1.0)
     boxes = [(-1.0, 1.0), (-1.0, 30.0)]
     for around in (boxes, boxes * 40):
@@ -74,7 +77,8 @@ def test_a_jump_across_zero_is_no_root() -> None:
 @settings(max_examples=15, deadline=None)
 @given(st.floats(-178.0, -100.0).map(lambda angle: round(angle, 1)), st.floats(3.0, 5.0))
 def test_a_crank_driven_by_its_rod_has_both_positions_proven(rod: float, crank: float) -> None:
-    """Pin B is on a slide of offset 2 behind a rod of length 8 at an angle from B to A below the slide."""
+    """Pin B is on a slide of offset 2 behind a rod of length 8 at an angle from B to A below the
+    slide."""
     height = 2.0 + 8.0 * math.sin(math.radians(rod))
     share = height / crank
     if abs(abs(share) - 1.0) < 1e-3:
@@ -95,4 +99,6 @@ rules
     angle = math.degrees(math.asin(share))
     expected = sorted((angle, math.copysign(180.0, angle) - angle))
     assert (str(result.status), result.complete) == ("solved", True)
-    assert sorted(answer["theta"] for answer in result.solutions) == pytest.approx(expected, rel=1e-9)
+    assert sorted(answer["theta"] for answer in result.solutions) == pytest.approx(
+        expected, rel=1e-9
+    )

@@ -12,7 +12,16 @@ import rulesheets
 import solver
 from benchmarks import more_networks as more
 from benchmarks.chains import backwater, chemostats, epidemic, osmosis, populations
-from benchmarks.networks import Network, bratu, direct_current, gas, load_flow, pipes, plate, radiation
+from benchmarks.networks import (
+    Network,
+    bratu,
+    direct_current,
+    gas,
+    load_flow,
+    pipes,
+    plate,
+    radiation,
+)
 from solver.kernel.block import BlockKernel
 from solver.kernel.problem import BlockProblem, uncertainty
 from solver.kernel.root_check import RootCheck, check_root
@@ -24,7 +33,12 @@ pytestmark = pytest.mark.usefixtures("processor_clock")
 NETWORKS = [pipes(5), radiation(60), plate(7), plate(7, 0.02), plate(19), bratu(120)]
 NETWORKS += [gas(3), gas(5), direct_current(15), direct_current(40), direct_current(600)]
 NETWORKS += [load_flow(5), load_flow(6), load_flow(30)]
-NETWORKS += [more.compressors(20), more.minimal_surface(8), more.cable_net(6), more.three_phases(20)]
+NETWORKS += [
+    more.compressors(20),
+    more.minimal_surface(8),
+    more.cable_net(6),
+    more.three_phases(20),
+]
 NETWORKS += [more.complexes(30), more.wall(6), more.dome(14)]
 
 
@@ -71,7 +85,8 @@ def test_a_large_singular_linear_block_is_not_solved() -> None:
 
 
 def test_a_singular_jacobian_proves_no_root_of_a_large_block() -> None:
-    """Differences round a ring say nothing at 1, where each rule misses by 1e-17: there is no root."""
+    """Differences round a ring say nothing at 1, where each rule misses by 1e-17: there is no
+    root."""
     n = 40
     rules = [f"x{(i + 1) % n} = x{i} + (x{i} - 1)^2 + 1e-17" for i in range(n)]
     graph = planner(rulesheets.loads("\n".join(rules) + "\n")).graph
@@ -101,7 +116,8 @@ def test_a_large_block_may_call_a_function_without_arguments() -> None:
 
 
 def test_independent_blocks_of_two_answers_each_end_in_good_time() -> None:
-    """A nozzle is subsonic or supersonic at each section: 2^40 answers, of which some are listed."""
+    """A nozzle is subsonic or supersonic at each section: 2^40 answers, of which some are
+    listed."""
     rules = [f"1.2*M{k}/(1 + 0.2*M{k}^2)^3 = {0.65 - 0.01 * k}" for k in range(40)]
     result = solver.solve(rulesheets.loads("\n".join(rules) + "\n"), timeout=20.0)
     assert str(result.status) == "solved"
@@ -119,14 +135,18 @@ def test_hundreds_of_steps_of_two_answers_each_have_their_answers_in_order() -> 
 
 
 def test_a_row_of_blocks_of_many_answers_each_has_its_sensible_answer() -> None:
-    """Rings of three queues, each ring fed by the one before: 8 answers a ring, all but one overloaded."""
+    """Rings of three queues, each ring fed by the one before: 8 answers a ring, all but one
+    overloaded."""
     rings, rules, fed = 40, list[str](), "0.4"
     for ring in range(rings):
         for k in range(3):
             before, inflow = f"{ring}_{(k - 1) % 3}", fed if k == 0 else "0"
             here = f"{ring}_{k}"
             rules += [f"lam{here} = 0.3 + 0.45*lam{before} + 0.4*{inflow} - 0.05*L{here}"]
-            rules += [f"rho{here} = lam{here}/{2 + (ring + k) % 3}", f"L{here} = rho{here}/(1 - rho{here})"]
+            rules += [
+                f"rho{here} = lam{here}/{2 + (ring + k) % 3}",
+                f"L{here} = rho{here}/(1 - rho{here})",
+            ]
         fed = f"lam{ring}_2"
     result = solver.solve(rulesheets.loads("\n".join(rules) + "\n"))
     assert str(result.status) == "solved"
@@ -137,14 +157,20 @@ def test_a_row_of_blocks_of_many_answers_each_has_its_sensible_answer() -> None:
         for _ in range(200):
             for k in range(3):
                 rho = lam[k] / (2 + (ring + k) % 3)
-                lam[k] = 0.3 + 0.45 * lam[k - 1] + (0.4 * inflow if k == 0 else 0.0) - 0.05 * rho / (1 - rho)
+                lam[k] = (
+                    0.3
+                    + 0.45 * lam[k - 1]
+                    + (0.4 * inflow if k == 0 else 0.0)
+                    - 0.05 * rho / (1 - rho)
+                )
         assert all(math.isclose(result[f"lam{ring}_{k}"], lam[k], rel_tol=1e-9) for k in range(3))
         inflow = lam[2]
 
 
 @pytest.mark.parametrize("steps", [7, 20])
 def test_implicit_steps_of_a_reaction_keep_to_positive_concentrations(steps: int) -> None:
-    """Robertson's kinetics: three answers a step, in two of which the second species is negative."""
+    """Robertson's kinetics: three answers a step, in two of which the second species is
+    negative."""
     rules, h = ["a0 = 1", "b0 = 0", "c0 = 0"], 0.1
     for i in range(1, steps + 1):
         rules.append(f"a{i} = a{i - 1} + {h}*(1e4*b{i}*c{i} - 0.04*a{i})")
@@ -172,7 +198,8 @@ def test_implicit_steps_of_a_reaction_keep_to_positive_concentrations(steps: int
 
 
 def test_a_short_row_of_blocks_has_all_the_answers_of_its_quadratic_equations() -> None:
-    """Substrate and cells of each tank: (0.5 s - 0.2) (0.3 s0 + 1 - 0.4 s) + 0.54 x0 s = 0, two roots."""
+    """Substrate and cells of each tank: (0.5 s - 0.2) (0.3 s0 + 1 - 0.4 s) + 0.54 x0 s = 0, two
+    roots."""
     rows = [[(10.0, 0.0)]]
     for _ in range(5):
         longer = []
@@ -219,9 +246,12 @@ def test_a_row_of_blocks_has_the_answer_of_a_newton_by_hand_first(row: Network) 
 
 @pytest.mark.parametrize("n", [5, 8])
 def test_exchangers_in_series_have_their_effectiveness(n: int) -> None:
-    """n hot streams cross n cold ones: no start has every logarithm of a quotient of differences defined."""
+    """n hot streams cross n cold ones: no start has every logarithm of a quotient of differences
+    defined."""
     hot, cold = [250.0 + 5 * i for i in range(n)], [20.0 + 3 * j for j in range(n)]
-    lines = [f"h{i}_0 = {v!r}" for i, v in enumerate(hot)] + [f"c{j}_0 = {v!r}" for j, v in enumerate(cold)]
+    lines = [f"h{i}_0 = {v!r}" for i, v in enumerate(hot)] + [
+        f"c{j}_0 = {v!r}" for j, v in enumerate(cold)
+    ]
     expected = {}
     for i, j in itertools.product(range(n), range(n)):
         one, other, area = 10.0 + i, 12.5 + j, 40.0 / n

@@ -17,10 +17,16 @@ def nearly_parallel(disguised: str, hidden: str, slope: float, rhs: float = 4.0)
 
 @pytest.mark.parametrize(
     ("disguised", "hidden"),
-    [("x*exp(0*y)", "0*sin(x*y)"), ("x*(1 + 0*y^2)", "0*cos(x*x)*x"), ("x*cos(0*x*y)", "0*x^3*sin(x*y)")],
+    [
+        ("x*exp(0*y)", "0*sin(x*y)"),
+        ("x*(1 + 0*y^2)", "0*cos(x*x)*x"),
+        ("x*cos(0*x*y)", "0*x^3*sin(x*y)"),
+    ],
 )
 @pytest.mark.parametrize("slope", [1.0000001, 0.99999, 1.001])
-def test_a_term_without_value_far_out_hides_no_root(disguised: str, hidden: str, slope: float) -> None:
+def test_a_term_without_value_far_out_hides_no_root(
+    disguised: str, hidden: str, slope: float
+) -> None:
     """The first box of the search that holds the root alone reaches beyond 1e200."""
     result = nearly_parallel(disguised, hidden, slope)
     assert result.status is Status.SOLVED
@@ -36,7 +42,8 @@ def test_a_root_at_which_floats_overflow_is_not_denied(hidden: str, slope: float
 
 
 def test_a_flat_arc_is_found_though_its_height_is_rounded() -> None:
-    """1 - cos(th/2) of a small angle has half of its digits: too few for Newton's method in floats."""
+    """1 - cos(th/2) of a small angle has half of its digits: too few for Newton's method in
+    floats."""
     result = solver.solve(
         rulesheets.loads("sag = rad*(1 - cos(th/2))\ns = rad*th"),
         {"sag": 1.03541813e-07, "s": 0.00417787802122},
@@ -45,11 +52,16 @@ def test_a_flat_arc_is_found_though_its_height_is_rounded() -> None:
 
 
 def test_a_root_at_the_end_of_floats_spoils_no_ordinary_one() -> None:
-    """Where the radius goes to 0 the angle passes 1e99, and the sine changes its sign without end."""
+    """Where the radius goes to 0 the angle passes 1e99, and the sine changes its sign without
+    end."""
     rules = "sag = rad*(1 - cos(th/2))\nchord = 2*rad*sin(th/2)\nratio = chord/s\ns = rad*th"
-    result = solver.solve(rulesheets.loads(rules), {"ratio": 0.99996505771, "chord": 0.0550201795655})
+    result = solver.solve(
+        rulesheets.loads(rules), {"ratio": 0.99996505771, "chord": 0.0550201795655}
+    )
     assert result.status is Status.SOLVED
-    assert [s["rad"] for s in result.solutions] == pytest.approx([1.8999999953, -1.8999999953], rel=1e-9)
+    assert [s["rad"] for s in result.solutions] == pytest.approx(
+        [1.8999999953, -1.8999999953], rel=1e-9
+    )
     assert not result.complete
 
 
@@ -63,15 +75,16 @@ def test_a_root_at_the_end_of_floats_spoils_no_ordinary_one() -> None:
     ],
 )
 def test_a_narrow_plateau_leaves_its_unknown_free(rule: str, total: float) -> None:
-    """Prices to the cent: all within a ten thousandth give one total, and none of them is a double root."""
+    """Prices to the cent: all within a ten thousandth give one total, and none of them is a double
+    root."""
     result = solver.solve(rulesheets.loads(rule), {"total": total})
     assert result.status is Status.PARTIAL
     assert result.undetermined == ("net",)
 
 
 def test_of_many_roots_the_ordinary_ones_are_looked_into_first() -> None:
-    """Stairs of n steps of 18 cm, for which H/17.5 cm rounds to n: up to 17 of them, as 0.18/0.175*n - n is
-    below a half."""
+    """Stairs of n steps of 18 cm, for which H/17.5 cm rounds to n: up to 17 of them, as
+    0.18/0.175*n - n is below a half."""
     steps = {float(n) for n in range(-17, 18) if n and round(0.18 * n / 0.175) == n}
     result = solver.solve(rulesheets.loads("n = round(H/0.175)\nrise = H/n"), {"rise": 0.18})
     found = [solution["n"] for solution in result.solutions]

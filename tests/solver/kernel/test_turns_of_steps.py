@@ -16,9 +16,24 @@ import rulesheets
 import solver
 
 CASES: dict[str, tuple[str, Callable[[float], float], float, float]] = {
-    "sine of a sine": ("sin(sin(x)) = 0.5", lambda x: math.sin(math.sin(x)) - 0.5, -math.pi, math.pi),
-    "sine of a cosine": ("sin(cos(x)) = 0.5", lambda x: math.sin(math.cos(x)) - 0.5, -math.pi, math.pi),
-    "sine of an exponential": ("sin(exp(x)) = 0.5", lambda x: math.sin(math.exp(x)) - 0.5, 0.0, 3.0),
+    "sine of a sine": (
+        "sin(sin(x)) = 0.5",
+        lambda x: math.sin(math.sin(x)) - 0.5,
+        -math.pi,
+        math.pi,
+    ),
+    "sine of a cosine": (
+        "sin(cos(x)) = 0.5",
+        lambda x: math.sin(math.cos(x)) - 0.5,
+        -math.pi,
+        math.pi,
+    ),
+    "sine of an exponential": (
+        "sin(exp(x)) = 0.5",
+        lambda x: math.sin(math.exp(x)) - 0.5,
+        0.0,
+        3.0,
+    ),
     "sine of a square": ("sin(x^2) = 0.5", lambda x: math.sin(x * x) - 0.5, -5.0, 6.0),
     "sine of a multiple": ("sin(7*x + 1) = 0.5", lambda x: math.sin(7 * x + 1) - 0.5, -2.0, 5.0),
     "sine of a reciprocal": ("sin(1/x) = 0.5", lambda x: math.sin(1 / x) - 0.5, 0.05, 3.0),
@@ -56,7 +71,9 @@ def test_an_infinite_number_of_preimages_is_not_called_complete() -> None:
 
 def test_an_unknown_that_cancels_is_free() -> None:
     for rule in ("sin(a)*x/x = y", "(x - x)/(10 - x) + a = y"):
-        text = f"variables\na = 0.3\ny = {math.sin(0.3) if 'sin' in rule else 0.3!r}\nx\nrules\n{rule}"
+        text = (
+            f"variables\na = 0.3\ny = {math.sin(0.3) if 'sin' in rule else 0.3!r}\nx\nrules\n{rule}"
+        )
         assert str(solver.solve(rulesheets.loads(text)).status) == "singular"
 
 
@@ -85,7 +102,11 @@ def test_a_curve_of_answers_is_told_as_what_it_leaves_free() -> None:
 
 def test_a_division_by_zero_between_numbers_is_no_crash() -> None:
     text = "x^2 + y*sin(x) = 3 + 1/(2 - 2)\ny*cos(x) + x = 2"
-    assert str(solver.solve(rulesheets.loads(text)).status) in ("failed", "infeasible", "inconsistent")
+    assert str(solver.solve(rulesheets.loads(text)).status) in (
+        "failed",
+        "infeasible",
+        "inconsistent",
+    )
 
 
 @settings(max_examples=25, deadline=None)
@@ -98,7 +119,8 @@ def test_a_division_by_zero_between_numbers_is_no_crash() -> None:
 def test_an_angle_beside_a_number_that_drowns_it(
     leading: float, exponent: int, c: float, rule: tuple[str, Callable[[Any], Any]]
 ) -> None:
-    """The float d is an exact number, and the two angles are too in one turn, whatever digits that takes."""
+    """The float d is an exact number, and the two angles are too in one turn, whatever digits that
+    takes."""
     text, function = rule
     d = leading * 10.0**exponent
     result = solver.solve(rulesheets.loads(text), {"d": d, "c": c})
@@ -113,7 +135,8 @@ def test_an_angle_beside_a_number_that_drowns_it(
 
 @pytest.mark.parametrize("d", [1.5e283, 1.7578125e283, 1e120])
 def test_a_zero_beside_a_number_that_drowns_it_is_not_counted_as_none(d: float) -> None:
-    """sin(d + x) is 0 at two angles in a turn; what no float is good enough for is no proof of fewer."""
+    """sin(d + x) is 0 at two angles in a turn; what no float is good enough for is no proof of
+    fewer."""
     result = solver.solve(rulesheets.loads("sin(d + x) = c"), {"d": d, "c": 0.0})
     assert str(result.status) in ("solved", "failed")
     assert len(result.solutions) == 2 or not result.complete
@@ -125,7 +148,10 @@ def test_an_angle_of_which_no_digit_is_known_is_no_answer(d: float) -> None:
     result = solver.solve(rulesheets.loads("sin(d + x) = c"), {"d": d, "c": 0.8155149614733322})
     for solution in result.solutions:
         with mpmath.workdps(400):
-            assert abs(mpmath.sin(mpmath.mpf(d) + mpmath.mpf(solution["x"])) - 0.8155149614733322) < 1e-15
+            assert (
+                abs(mpmath.sin(mpmath.mpf(d) + mpmath.mpf(solution["x"])) - 0.8155149614733322)
+                < 1e-15
+            )
 
 
 DAY = "d = 23.45*sind(360*(284 + n)/365)"
@@ -145,7 +171,8 @@ DAY = "d = 23.45*sind(360*(284 + n)/365)"
 def test_what_an_angle_is_computed_from_is_positive_or_near_its_guess(
     sheet: str, inputs: dict[str, float], guess: dict[str, float], expected: list[float]
 ) -> None:
-    """A day of the year, a time, a place: the first period from 0. Shares of angles stay around 0."""
+    """A day of the year, a time, a place: the first period from 0. Shares of angles stay around
+    0."""
     model = rulesheets.loads(sheet)
     unknown = next(n for n in model.variables if n not in inputs and n != "z")
     result = solver.solve(model, inputs, guesses=guess)
@@ -161,13 +188,19 @@ def test_what_an_angle_is_computed_from_is_positive_or_near_its_guess(
 
 
 def test_half_of_a_difference_of_angles_is_read_in_two_turns() -> None:
-    """The haversine: two latitudes at a distance, known to be all; by the spherical law of cosines."""
-    sheet = "a = sind((p2 - p1)/2)^2 + cosd(p1)*cosd(p2)*sind(0.5*(l2 - l1))^2\nd = 2*asind(sqrt(a))"
+    """The haversine: two latitudes at a distance, known to be all; by the spherical law of
+    cosines."""
+    sheet = (
+        "a = sind((p2 - p1)/2)^2 + cosd(p1)*cosd(p2)*sind(0.5*(l2 - l1))^2\nd = 2*asind(sqrt(a))"
+    )
     given = {"p1": 48.2, "l1": 16.37, "l2": -74.0, "d": 61.1}
     result = solver.solve(rulesheets.loads(sheet), given)
     along = math.cos(math.radians(given["l2"] - given["l1"]))
     up, out = math.sin(math.radians(given["p1"])), math.cos(math.radians(given["p1"])) * along
-    middle, off = math.atan2(up, out), math.acos(math.cos(math.radians(given["d"])) / math.hypot(up, out))
+    middle, off = (
+        math.atan2(up, out),
+        math.acos(math.cos(math.radians(given["d"])) / math.hypot(up, out)),
+    )
     expected = [math.degrees(middle - off), math.degrees(middle + off)]
     assert sorted(float(s["p2"]) for s in result.solutions) == pytest.approx(expected)
     assert result.complete

@@ -28,7 +28,9 @@ def test_a_range_far_from_0_is_answered_from_its_near_end(low: float) -> None:
     assert set(inside[:2]) <= set(found)
 
 
-@pytest.mark.parametrize(("rule", "power"), [("sin(1e308*x) = 0.5", 1), ("sin(1e308*x^2) = 0.5", 2)])
+@pytest.mark.parametrize(
+    ("rule", "power"), [("sin(1e308*x) = 0.5", 1), ("sin(1e308*x^2) = 0.5", 2)]
+)
 def test_more_turns_than_there_are_floats(rule: str, power: int) -> None:
     """Answers next to 0 are there; that there are others is said."""
     result, found = answers(rule, 0.0, 1e300)

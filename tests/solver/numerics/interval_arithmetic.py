@@ -1,4 +1,5 @@
-"""A small outward-rounded interval class over arrays, and enclosures made of ordinary expressions."""
+"""A small outward-rounded interval class over arrays, and enclosures made of ordinary
+expressions."""
 
 from __future__ import annotations
 
@@ -74,7 +75,9 @@ def magnitude(x: Interval) -> Interval:
     return Interval(np.where((x.lo <= 0) & (x.hi >= 0), 0.0, np.minimum(*ends)), np.maximum(*ends))
 
 
-def increasing(function: Callable[[Any], Any], least: float = -np.inf) -> Callable[[Interval], Interval]:
+def increasing(
+    function: Callable[[Any], Any], least: float = -np.inf
+) -> Callable[[Interval], Interval]:
     """The enclosure of an increasing function defined from ``least`` on, within two ulps."""
 
     def enclosure(x: Interval) -> Interval:

@@ -12,7 +12,8 @@ from solver.numerics.starts import arrivals
 
 
 def himmelblau(x: Any) -> Any:
-    """Where the gradient of Himmelblau's function vanishes: nine points, four of them its minima."""
+    """Where the gradient of Himmelblau's function vanishes: nine points, four of them its
+    minima."""
     a, b = x[:, 0], x[:, 1]
     p, q = a**2 + b - 11, a + b**2 - 7
     return np.stack([4 * a * p + 2 * q, 2 * p + 4 * b * q], 1)
@@ -53,7 +54,10 @@ def test_steps_stay_in_the_domain() -> None:
     """sqrt(x) + x = 6 has the root 4; a full step from 90 would leave for negative numbers."""
     starts = np.array([[90.0], [0.01], [-1.0]])
     ends = arrivals(
-        lambda x: np.sqrt(x) + x - 6, lambda x: (0.5 / np.sqrt(x) + 1)[:, :, None], starts, np.ones(1)
+        lambda x: np.sqrt(x) + x - 6,
+        lambda x: (0.5 / np.sqrt(x) + 1)[:, :, None],
+        starts,
+        np.ones(1),
     )
     assert ends.ravel().tolist() == pytest.approx([4.0, 4.0])
 

@@ -54,7 +54,11 @@ def test_poles_and_jumps_are_told_from_roots(f, is_root: bool) -> None:  # type:
 
 @given(st.floats(), st.floats())
 def test_split_point_lies_between(low: float, high: float) -> None:
-    if not low < high or math.nextafter(low, math.inf) >= high or (math.isinf(high) and low >= 1.7e308):
+    if (
+        not low < high
+        or math.nextafter(low, math.inf) >= high
+        or (math.isinf(high) and low >= 1.7e308)
+    ):
         return
     if math.isinf(low) and high <= -1.7e308:
         return

@@ -1,4 +1,5 @@
-"""Curves with closed forms, followed through folds, beside other branches, and to where they end."""
+"""Curves with closed forms, followed through folds, beside other branches, and to where they
+end."""
 
 from __future__ import annotations
 
@@ -68,9 +69,11 @@ def test_an_ellipse_is_closed_and_its_ends_are_its_folds(a: float, b: float, ang
 
 
 def lemniscate(shift: float) -> Problem:
-    """x² (1 − x²) − y² + shift = 0: a figure of eight; two lobes where the shift is below 0, else a loop."""
+    """x² (1 − x²) − y² + shift = 0: a figure of eight; two lobes where the shift is below 0, else a
+    loop."""
     return problem(
-        lambda y, x: [x * x * (1 - x * x) - y * y + shift], lambda y, x: [[-2 * y, 2 * x - 4 * x**3]]
+        lambda y, x: [x * x * (1 - x * x) - y * y + shift],
+        lambda y, x: [[-2 * y, 2 * x - 4 * x**3]],
     )
 
 
@@ -98,7 +101,9 @@ def test_where_branches_cross_the_curve_ends_and_says_so() -> None:
 
 def test_a_curve_ends_where_it_leaves_the_domain_or_a_range() -> None:
     curve = problem(
-        lambda y, x: [y - math.sqrt(x)], lambda y, x: [[1, -0.5 / math.sqrt(x)]], high=[math.inf, 3.0]
+        lambda y, x: [y - math.sqrt(x)],
+        lambda y, x: [[1, -0.5 / math.sqrt(x)]],
+        high=[math.inf, 3.0],
     )
     up, down = followed(curve, [1.0, 1.0], 1), followed(curve, [1.0, 1.0], -1)
     assert (up.end, down.end) == (End.BOUNDARY, End.DOMAIN)
@@ -109,7 +114,9 @@ def test_a_curve_ends_where_it_leaves_the_domain_or_a_range() -> None:
 
 
 def test_a_curve_ends_where_other_equations_hold() -> None:
-    curve = problem(lambda y, x: [y - x], lambda y, x: [[1, -1]], regime=lambda z: z[1] > 0.7, these=False)
+    curve = problem(
+        lambda y, x: [y - x], lambda y, x: [[1, -1]], regime=lambda z: z[1] > 0.7, these=False
+    )
     trace = followed(curve, [0.0, 0.0])
     assert trace.end is End.CHANGED
     assert trace.points[-1].z[1] == pytest.approx(0.7, abs=1e-14)

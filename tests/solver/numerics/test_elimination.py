@@ -37,7 +37,10 @@ def determinant(matrix: list[list[Fraction]]) -> Fraction:
     if not matrix:
         return Fraction(1)
     minors = [[row[:j] + row[j + 1 :] for row in matrix[1:]] for j in range(len(matrix))]
-    return sum(((-1) ** j * entry * determinant(minors[j]) for j, entry in enumerate(matrix[0])), Fraction(0))
+    return sum(
+        ((-1) ** j * entry * determinant(minors[j]) for j, entry in enumerate(matrix[0])),
+        Fraction(0),
+    )
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])

@@ -1,4 +1,5 @@
-"""All roots of one equation: known answers, proofs of absence, and honesty about what was not settled."""
+"""All roots of one equation: known answers, proofs of absence, and honesty about what was not
+settled."""
 
 from __future__ import annotations
 
@@ -94,7 +95,9 @@ def test_every_root_of_a_product_on_the_whole_line(numerators: list[int]) -> Non
 @settings(max_examples=40, deadline=None)
 @given(st.floats(1e-12, 1e12))
 def test_scales_from_tiny_to_huge(root: float) -> None:
-    by_log = search(lambda x: log(x) - math.log(root), log_slope, lambda x: math.log(x) - math.log(root))
+    by_log = search(
+        lambda x: log(x) - math.log(root), log_slope, lambda x: math.log(x) - math.log(root)
+    )
     assert by_log.complete
     assert by_log.roots == pytest.approx([root], rel=1e-14)
     straight = search(lambda x: x - root, lambda x: 1.0 + 0 * x, lambda x: x - root)
@@ -114,7 +117,9 @@ def test_a_turn_of_sine_in_degrees(target: float) -> None:
     )
     principal = math.degrees(math.asin(target))
     expected = {principal, 180 - principal if target > 0 else -180 - principal} - {-180.0}
-    assert [x for x in found.roots if abs(x) < 180] == pytest.approx(sorted(expected), rel=1e-13, abs=1e-13)
+    assert [x for x in found.roots if abs(x) < 180] == pytest.approx(
+        sorted(expected), rel=1e-13, abs=1e-13
+    )
     if target:
         assert found.complete
         assert len(found.roots) == 2
@@ -128,7 +133,9 @@ def test_kepler_has_one_answer(eccentricity: float, anomaly: float) -> None:
         lambda x: 1 - eccentricity * cos(x),
         lambda x: x - eccentricity * math.sin(x) - anomaly,
     )
-    expected = scipy.optimize.brentq(lambda x: x - eccentricity * math.sin(x) - anomaly, -1, 8, xtol=1e-15)
+    expected = scipy.optimize.brentq(
+        lambda x: x - eccentricity * math.sin(x) - anomaly, -1, 8, xtol=1e-15
+    )
     assert found.complete
     assert found.roots == pytest.approx([expected], rel=1e-9)
 
@@ -205,7 +212,9 @@ def test_double_roots_are_touching_and_not_called_complete(root: float) -> None:
 
 
 def test_an_expanded_double_root_is_found_through_its_slope() -> None:
-    found = search(lambda x: x * x - 2 * x + 1, lambda x: 2 * x - 2, lambda x: x * x - 2 * x + 1, -10, 10)
+    found = search(
+        lambda x: x * x - 2 * x + 1, lambda x: 2 * x - 2, lambda x: x * x - 2 * x + 1, -10, 10
+    )
     assert found.touching == pytest.approx([1.0], rel=1e-15)
     assert not found.complete
 
@@ -223,7 +232,9 @@ def test_the_edge_of_the_domain() -> None:
         lambda x: sqrt(x - 0.3), lambda x: sqrt_slope(x - 0.3), lambda x: math.sqrt(x - 0.3), -5, 5
     )
     assert found.touching == (0.3,)
-    beyond = search(lambda x: sqrt(x - 1) - 2, lambda x: sqrt_slope(x - 1), lambda x: math.sqrt(x - 1) - 2)
+    beyond = search(
+        lambda x: sqrt(x - 1) - 2, lambda x: sqrt_slope(x - 1), lambda x: math.sqrt(x - 1) - 2
+    )
     assert beyond.complete
     assert beyond.roots == (5.0,)
 
@@ -261,7 +272,12 @@ def test_a_function_that_vanishes_everywhere_is_flat() -> None:
 def test_infinitely_many_roots_end_at_the_budget() -> None:
     limits = IsolationLimits(boxes=20_000)
     found = search(
-        lambda x: sin(1 / x), lambda x: -1 * cos(1 / x) / x**2, lambda x: math.sin(1 / x), 0, 1, limits
+        lambda x: sin(1 / x),
+        lambda x: -1 * cos(1 / x) / x**2,
+        lambda x: math.sin(1 / x),
+        0,
+        1,
+        limits,
     )
     assert not found.complete
     assert found.evaluations < 60_000
@@ -271,8 +287,8 @@ def test_infinitely_many_roots_end_at_the_budget() -> None:
 
 @pytest.mark.parametrize("x", [64.0, 75.0, 100.0, 110.0, 120.0, 256.0])
 def test_endlessly_many_roots_near_zero_do_not_hide_the_largest(x: float) -> None:
-    """The width of a cam that gives an acceleration: sin(c/x)/x^2 turns ever faster towards 0, and has its
-    largest roots where it is calm, on both sides of its last top."""
+    """The width of a cam that gives an acceleration: sin(c/x)/x^2 turns ever faster towards 0, and
+    has its largest roots where it is calm, on both sides of its last top."""
     target = math.sin(250.0 / x) / x**2
 
     def slope(box: Any) -> Any:
@@ -312,7 +328,8 @@ def test_a_jump_is_no_root() -> None:
 
 
 def test_a_jump_that_the_slope_hides_loses_no_root() -> None:
-    """Slope 1 everywhere and a fall by 3 at 0.7, close beside the root 0.65: the other root is 3.65."""
+    """Slope 1 everywhere and a fall by 3 at 0.7, close beside the root 0.65: the other root is
+    3.65."""
 
     def box(lo: Any, hi: Any) -> tuple[Any, Any]:
         before, after = lo < 0.7, hi >= 0.7
@@ -346,7 +363,9 @@ def test_cancellation_far_out_does_not_hide_that_there_is_no_root() -> None:
 
 def test_overflow_beyond_the_horizon_spoils_nothing() -> None:
     found = search(
-        lambda x: x**3 - 200 * x**2 + 1, lambda x: 3 * x**2 - 400 * x, lambda x: x**3 - 200 * x**2 + 1
+        lambda x: x**3 - 200 * x**2 + 1,
+        lambda x: 3 * x**2 - 400 * x,
+        lambda x: x**3 - 200 * x**2 + 1,
     )
     with mpmath.workdps(50):
         real = sorted(float(r.real) for r in mpmath.polyroots([1, -200, 0, 1]))

@@ -79,7 +79,9 @@ def test_solution_is_correctly_rounded_where_floats_lose_everything() -> None:
     n = 12
     hilbert = [[1.0 / (i + j + 1) for j in range(n)] for i in range(n)]
     outcome = solve_linear(hilbert, [1.0] * n)
-    exact = sympy.Matrix(n, n, lambda i, j: sympy.Rational(Fraction(hilbert[i][j]))).LUsolve(sympy.ones(n, 1))
+    exact = sympy.Matrix(n, n, lambda i, j: sympy.Rational(Fraction(hilbert[i][j]))).LUsolve(
+        sympy.ones(n, 1)
+    )
     assert outcome.solution == tuple(float(Fraction(int(v.p), int(v.q))) for v in exact)
 
 

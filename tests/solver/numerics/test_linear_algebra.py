@@ -39,13 +39,19 @@ def test_small_and_large_paths_agree_with_numpy(rows: list[list[float]]) -> None
 
 
 def test_a_tiny_matrix_that_overflows_moves_nothing() -> None:
-    for rows in ([[1e300, 1.0], [math.nan, 1.0]], [[0.0, 0.0], [0.0, 0.0]], [[1e300, 1.0], [1e300, 1.0]]):
+    for rows in (
+        [[1e300, 1.0], [math.nan, 1.0]],
+        [[0.0, 0.0], [0.0, 0.0]],
+        [[1e300, 1.0], [1e300, 1.0]],
+    ):
         factor = any_rank(rows, [1e10, 1.0])
         assert (factor.rank, factor.solution([1.0, 1.0]).tolist()) == (0, [0.0, 0.0])
 
 
 def test_condition_grows_where_the_matrix_nears_singularity() -> None:
-    conditions = [factorise([[1.0, 1.0], [1.0, 1.0 + d]], [1.0, 1.0]).condition() for d in (1.0, 1e-4, 1e-8)]
+    conditions = [
+        factorise([[1.0, 1.0], [1.0, 1.0 + d]], [1.0, 1.0]).condition() for d in (1.0, 1e-4, 1e-8)
+    ]
     assert conditions[0] < 10
     assert conditions[1] == pytest.approx(4e4, rel=0.1)
     assert conditions[2] == pytest.approx(4e8, rel=0.1)
@@ -63,7 +69,9 @@ def test_sparse_agrees_with_dense() -> None:
     dense = numpy.diag(numpy.arange(1.0, 41.0)) + numpy.diag(numpy.ones(39), 1)
     sparse = scipy.sparse.csr_array(dense)
     rhs = [1.0] * 40
-    assert factorise(sparse, rhs).solution(rhs) == pytest.approx(numpy.linalg.solve(dense, rhs).tolist())
+    assert factorise(sparse, rhs).solution(rhs) == pytest.approx(
+        numpy.linalg.solve(dense, rhs).tolist()
+    )
     assert (row_sizes(sparse, [-1.0] * 40) == row_sizes(dense.tolist(), [-1.0] * 40)).all()
 
 

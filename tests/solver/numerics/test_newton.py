@@ -58,7 +58,9 @@ def test_damping_and_domain(f: Function, slope: Function, start: float, root: fl
         (lambda x: 1 / x, lambda x: -1 / x**2, 1.0),
     ],
 )
-def test_no_root_is_claimed_at_a_minimum_or_at_infinity(f: Function, slope: Function, start: float) -> None:
+def test_no_root_is_claimed_at_a_minimum_or_at_infinity(
+    f: Function, slope: Function, start: float
+) -> None:
     _, outcome = scalar(f, slope, start)
     assert outcome in (Outcome.STALLED, Outcome.LIMIT)
 
@@ -75,7 +77,8 @@ def test_double_root_is_singular_and_found_to_half_the_digits(start: float) -> N
 
 
 def test_rounding_in_a_rule_hides_no_root() -> None:
-    """A heat exchanger whose capacity flows differ by 1e-5: the difference of exponentials is noise."""
+    """A heat exchanger whose capacity flows differ by 1e-5: the difference of exponentials is
+    noise."""
     ratio = 1 - 1.144e-5
     gap = 1 - ratio
 
@@ -114,7 +117,8 @@ def test_overdetermined_but_consistent() -> None:
     assert result.x == pytest.approx((4, 3), rel=1e-15)
 
 
-# -- classical problems (Moré, Garbow, Hillstrom 1981), from their standard starts -----------------------
+# -- classical problems (Moré, Garbow, Hillstrom 1981), from their standard starts
+# -----------------------
 
 
 def rosenbrock(x: Vector) -> Vector:
@@ -192,12 +196,15 @@ def test_powell_singular_has_its_root_at_the_origin() -> None:
     assert max(map(abs, result.x)) < 1e-4
 
 
-# -- invariance and size ------------------------------------------------------------------------------------
+# -- invariance and size
+# ------------------------------------------------------------------------------------
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(-30, 30), st.integers(-30, 30), st.integers(-20, 20))
-def test_units_of_rules_and_unknowns_do_not_change_the_answer(row: int, other: int, column: int) -> None:
+def test_units_of_rules_and_unknowns_do_not_change_the_answer(
+    row: int, other: int, column: int
+) -> None:
     """Powers of two are exact factors, so the iterates must agree bit for bit."""
     a, b, c = 2.0**row, 2.0**other, 2.0**column
     plain = newton(rosenbrock, rosenbrock_slopes, [-1.2, 1.0], [1.0, 1.0])

@@ -32,7 +32,9 @@ ROOTS = st.lists(NUMBERS, unique=True, max_size=5)
 
 
 @given(ROOTS, st.integers(0, 2), st.floats(0.1, 100))
-def test_planted_roots_are_found_to_the_last_bit(roots: list[float], quadratics: int, factor: float) -> None:
+def test_planted_roots_are_found_to_the_last_bit(
+    roots: list[float], quadratics: int, factor: float
+) -> None:
     found = real_roots(polynomial(*roots, factor=factor, quadratics=quadratics))
     assert found == tuple(sorted(roots))
 
@@ -50,7 +52,9 @@ def test_counts_agree_with_numpy(coefficients: list[int]) -> None:
     assume(coefficients[-1])
     found = real_roots([Fraction(c) for c in coefficients])
     all_of_them = np.roots(coefficients[::-1])
-    apart = min((abs(a - b) for i, a in enumerate(all_of_them) for b in all_of_them[:i]), default=1.0)
+    apart = min(
+        (abs(a - b) for i, a in enumerate(all_of_them) for b in all_of_them[:i]), default=1.0
+    )
     assume(apart > 1e-3)
     real = sorted(z.real for z in all_of_them if abs(z.imag) < 1e-7)
     assert found == pytest.approx(real, abs=1e-6)
@@ -84,7 +88,8 @@ def test_roots_of_any_size(size: float) -> None:
 
 @pytest.mark.parametrize("pairs", [1, 8, 11])
 def test_a_root_between_ends_where_the_polynomial_is_next_to_nothing(pairs: int) -> None:
-    """Inside it is larger than at the ends by more than floats hold: that is no reason to stop at an end."""
+    """Inside it is larger than at the ends by more than floats hold: that is no reason to stop at
+    an end."""
     near = [Fraction(k, 10**40) for k in range(1, pairs + 1)]
     coefficients = polynomial(*(-x for x in near), *(1 + x for x in near), Fraction(1, 3))  # type: ignore[arg-type]
     assert real_roots(coefficients, 0.0, 1.0) == (1 / 3,)
@@ -92,6 +97,7 @@ def test_a_root_between_ends_where_the_polynomial_is_next_to_nothing(pairs: int)
 
 @pytest.mark.parametrize("exponent", [90, 99, 110, 300])
 def test_the_nearest_float_where_the_polynomial_underflows_beside_its_size(exponent: int) -> None:
-    """x³ = 10^-3k between 0 and 1: the root is 10^-k, a float of which is the one that is written."""
+    """x³ = 10^-3k between 0 and 1: the root is 10^-k, a float of which is the one that is
+    written."""
     coefficients = [Fraction(-1, 10 ** (3 * exponent)), Fraction(0), Fraction(0), Fraction(1)]
     assert real_roots(coefficients, 0.0, 1.0) == (float(f"1e-{exponent}"),)

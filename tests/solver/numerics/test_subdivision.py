@@ -20,7 +20,8 @@ System = Callable[..., Sequence[Any]]
 def bounds(expressions: Sequence[Any], count: int) -> tuple[Any, Any]:
     """Lower and upper bounds (count, m) of m intervals or numbers."""
     boxes = [
-        e if isinstance(e, Interval) else Interval(numpy.float64(e), numpy.float64(e)) for e in expressions
+        e if isinstance(e, Interval) else Interval(numpy.float64(e), numpy.float64(e))
+        for e in expressions
     ]
     lo, hi = (
         [numpy.broadcast_to(b, count) for b in column]
@@ -65,7 +66,9 @@ def their_slopes(x: Any, y: Any) -> Sequence[Any]:
         ([(0, 1), (0, 1)], []),
     ],
 )
-def test_four_intersections_each_in_its_box(box: list[tuple[float, float]], roots: list[Any]) -> None:
+def test_four_intersections_each_in_its_box(
+    box: list[tuple[float, float]], roots: list[Any]
+) -> None:
     found = search(circle_and_hyperbola, their_slopes, box)
     assert found.complete
     assert list(found.roots) == [pytest.approx(root, rel=1e-14) for root in roots]
@@ -81,7 +84,10 @@ def test_proved_boxes_are_narrow_and_hold_the_root() -> None:
 
 def test_nine_stationary_points_of_himmelblau() -> None:
     def gradient(x: Any, y: Any) -> Sequence[Any]:
-        return 4 * x**3 + 4 * x * y - 42 * x + 2 * y**2 - 14, 4 * y**3 + 4 * x * y - 26 * y + 2 * x**2 - 22
+        return (
+            4 * x**3 + 4 * x * y - 42 * x + 2 * y**2 - 14,
+            4 * y**3 + 4 * x * y - 26 * y + 2 * x**2 - 22,
+        )
 
     def hessian(x: Any, y: Any) -> Sequence[Any]:
         return (12 * x**2 + 4 * y - 42, 4 * x + 4 * y), (4 * x + 4 * y, 12 * y**2 + 4 * x - 26)
@@ -117,7 +123,9 @@ def test_linear_systems_against_elimination(rows: list[list[int]], x: list[int])
 
 def test_absence_is_proven() -> None:
     found = search(
-        lambda x, y: (x**2 + y**2 - 1, x + y - 2), lambda x, y: ((2 * x, 2 * y), (1, 1)), [(-9, 9)] * 2
+        lambda x, y: (x**2 + y**2 - 1, x + y - 2),
+        lambda x, y: ((2 * x, 2 * y), (1, 1)),
+        [(-9, 9)] * 2,
     )
     assert found.complete
     assert found.proved == ()
@@ -125,7 +133,9 @@ def test_absence_is_proven() -> None:
 
 def test_a_tangency_is_not_called_a_root() -> None:
     found = search(
-        lambda x, y: (x**2 + y**2 - 2, x + y - 2), lambda x, y: ((2 * x, 2 * y), (1, 1)), [(-9, 9)] * 2
+        lambda x, y: (x**2 + y**2 - 2, x + y - 2),
+        lambda x, y: ((2 * x, 2 * y), (1, 1)),
+        [(-9, 9)] * 2,
     )
     assert not found.complete
     assert found.proved == ()
@@ -133,7 +143,10 @@ def test_a_tangency_is_not_called_a_root() -> None:
 
 def test_a_line_of_roots_ends_at_the_budget() -> None:
     found = search(
-        lambda x, y: (x + y - 1, 2 * x + 2 * y - 2), lambda x, y: ((1, 1), (2, 2)), [(-9, 9)] * 2, boxes=5000
+        lambda x, y: (x + y - 1, 2 * x + 2 * y - 2),
+        lambda x, y: ((1, 1), (2, 2)),
+        [(-9, 9)] * 2,
+        boxes=5000,
     )
     assert not found.complete
     assert found.proved == ()
@@ -151,20 +164,30 @@ def test_two_link_arm_has_elbow_up_and_elbow_down() -> None:
     distance, direction = math.hypot(2.5, 3.0), math.atan2(3.0, 2.5)
     bend = math.acos((9 + distance**2 - 4) / (6 * distance))
     assert found.complete
-    assert [p for p, _ in found.roots] == pytest.approx([direction - bend, direction + bend], rel=1e-13)
+    assert [p for p, _ in found.roots] == pytest.approx(
+        [direction - bend, direction + bend], rel=1e-13
+    )
 
 
 @settings(deadline=None)
 @given(st.tuples(*[st.floats(-3, 3)] * 2), st.tuples(*[st.floats(0.01, 4)] * 4))
-def test_no_root_is_lost(root: tuple[float, float], reach: tuple[float, float, float, float]) -> None:
-    y, box = root[1], [(r - low, r + high) for r, low, high in zip(root, reach[:2], reach[2:], strict=True)]
+def test_no_root_is_lost(
+    root: tuple[float, float], reach: tuple[float, float, float, float]
+) -> None:
+    y, box = (
+        root[1],
+        [(r - low, r + high) for r, low, high in zip(root, reach[:2], reach[2:], strict=True)],
+    )
     at = [Interval(numpy.float64(number), numpy.float64(number)) for number in root]
 
     def system(a: Any, b: Any) -> Sequence[Any]:
         return a * b - at[0] * y, a**2 + b - (at[0] ** 2 + at[1])
 
     found = search(system, lambda a, b: ((b, a), (2 * a, 1.0)), box, boxes=2_000)
-    held = (all(low <= r <= high for (low, high), r in zip(one, root, strict=True)) for one in found.proved)
+    held = (
+        all(low <= r <= high for (low, high), r in zip(one, root, strict=True))
+        for one in found.proved
+    )
     assert any(held) or not found.complete
 
 

@@ -23,7 +23,10 @@ import solver
 
 playwright = pytest.importorskip("playwright.sync_api")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-pytestmark = [pytest.mark.browser, pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium")]
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium"),
+]
 
 ROOT = Path(__file__).parent.parent.parent.parent
 LIMIT = math.sqrt(11**2 - 2**2)
@@ -66,7 +69,12 @@ class Served:
         command = [sys.executable, "-m", "solver", "open", *words, "--no-browser"]
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
         self.process = subprocess.Popen(
-            command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            command,
+            cwd=folder,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
         )
         assert self.process.stdout is not None
         self.address = self.process.stdout.readline().strip()
@@ -78,7 +86,8 @@ class Served:
 
 
 class Tab:
-    """A tab, in the words of its user. Whatever goes wrong in it unseen is kept in ``complaints``."""
+    """A tab, in the words of its user. Whatever goes wrong in it unseen is kept in
+    ``complaints``."""
 
     def __init__(self, page: Any, origin: str) -> None:
         self.page, self.complaints = page, []
@@ -452,10 +461,14 @@ def test_a_reload_finds_everything_again(crank: Tab) -> None:
     crank.page.reload()
     crank.settle()
     assert crank.value("xB") == "9.79" and crank.value("thetaAO") == "53.12995837"
-    assert crank.page.get_by_role("tab", name="Sensitivity").get_attribute("aria-selected") == "true"
+    assert (
+        crank.page.get_by_role("tab", name="Sensitivity").get_attribute("aria-selected") == "true"
+    )
 
 
-@pytest.mark.parametrize(("scheme", "width"), [(s, w) for s in ("light", "dark") for w in (1280, 400)])
+@pytest.mark.parametrize(
+    ("scheme", "width"), [(s, w) for s in ("light", "dark") for w in (1280, 400)]
+)
 def test_the_page_fits_and_can_be_read(crank: Tab, scheme: str, width: int) -> None:
     """Nothing overflows, every control has a name, and text stands out from its ground."""
     crank.page.set_viewport_size({"width": width, "height": 800})
@@ -508,7 +521,9 @@ def test_the_server_dies_and_so_do_its_workers(browser: Any, tmp_path: Path) -> 
     tab = Tab(context.new_page(), served.address.partition("?")[0])
     tab.page.goto(served.address)
     tab.settle()
-    parents = subprocess.run(["ps", "-eo", "pid,ppid"], capture_output=True, text=True, check=True).stdout
+    parents = subprocess.run(
+        ["ps", "-eo", "pid,ppid"], capture_output=True, text=True, check=True
+    ).stdout
     workers = [
         int(line.split()[0])
         for line in parents.splitlines()[1:]
@@ -578,7 +593,9 @@ def test_the_page_in_a_cell_of_a_notebook(browser: Any, tmp_path: Path) -> None:
     page.on("console", lambda said: said.type == "error" and wrong.append(said.text))
     script = (ROOT / "solver/page/static/widget.js").read_text(encoding="utf-8")
     bare = '<!doctype html><body><h1 id="mine">A notebook</h1><div id="cell"></div></body>'
-    page.route("**/widget.js", lambda route: route.fulfill(body=script, content_type="text/javascript"))
+    page.route(
+        "**/widget.js", lambda route: route.fulfill(body=script, content_type="text/javascript")
+    )
     page.route("**/bare", lambda route: route.fulfill(body=bare, content_type="text/html"))
     page.goto("http://localhost/bare")
     before = page.evaluate("getComputedStyle(document.body).font")
@@ -589,7 +606,9 @@ def test_the_page_in_a_cell_of_a_notebook(browser: Any, tmp_path: Path) -> None:
     page.wait_for_selector(settled)
     page.wait_for_selector("[data-handle=B]")
     assert tab.value("xB") == "9.791823496"
-    slider = page.get_by_label(re.compile("thetaAO", re.IGNORECASE)).and_(page.locator("[type=range]"))
+    slider = page.get_by_label(re.compile("thetaAO", re.IGNORECASE)).and_(
+        page.locator("[type=range]")
+    )
     slider.focus()
     for _ in range(10):
         slider.press("ArrowRight")

@@ -47,7 +47,10 @@ class Server:
     def talk(self, cookie: str = "", origin: str = "") -> ClientConnection:
         headers = {"Cookie": cookie, "Origin": origin or f"http://127.0.0.1:{self.port}"}
         return connect(
-            f"ws://127.0.0.1:{self.port}/talk", additional_headers=headers, proxy=None, open_timeout=20
+            f"ws://127.0.0.1:{self.port}/talk",
+            additional_headers=headers,
+            proxy=None,
+            open_timeout=20,
         )
 
     @property
@@ -76,7 +79,11 @@ def test_only_this_machine_can_reach_it(server: Server) -> None:
     listening = Path("/proc/net/tcp")
     if not listening.exists():
         pytest.skip("this system does not list its sockets")
-    own = [line.split()[1] for line in listening.read_text().splitlines()[1:] if line.split()[3] == "0A"]
+    own = [
+        line.split()[1]
+        for line in listening.read_text().splitlines()[1:]
+        if line.split()[3] == "0A"
+    ]
     assert f"0100007F:{server.port:04X}" in own
     assert f"00000000:{server.port:04X}" not in own
 
@@ -110,7 +117,9 @@ def test_a_rebound_name_gets_nothing(server: Server, host: str) -> None:
     assert server.get("/", Host=host, Cookie=server.cookie).status in (400, 403)
 
 
-@pytest.mark.parametrize("path", ["/static/../lane.py", "/static/%2e%2e/lane.py", "//etc/passwd", "/talk"])
+@pytest.mark.parametrize(
+    "path", ["/static/../lane.py", "/static/%2e%2e/lane.py", "//etc/passwd", "/talk"]
+)
 def test_no_path_leads_out(server: Server, path: str) -> None:
     assert server.get(path, Cookie=server.cookie).status == 404
 

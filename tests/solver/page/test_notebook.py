@@ -1,4 +1,5 @@
-"""A notebook with everything that shows itself, executed by a kernel, and what its cells hold then."""
+"""A notebook with everything that shows itself, executed by a kernel, and what its cells hold
+then."""
 
 from __future__ import annotations
 
@@ -41,7 +42,9 @@ def notebook() -> Any:
     cells = [nbformat.v4.new_code_cell(source) for source in CELLS]
     notebook = nbformat.v4.new_notebook(cells=cells)
     os.environ["PYTHONPATH"] = str(ROOT)
-    nbclient.NotebookClient(notebook, timeout=120, allow_errors=True, kernel_name="python3").execute()
+    nbclient.NotebookClient(
+        notebook, timeout=120, allow_errors=True, kernel_name="python3"
+    ).execute()
     return notebook
 
 
@@ -63,11 +66,15 @@ def plain(output: dict[str, Any]) -> str:
 
 def test_a_model_shows_its_variables_and_its_rules(outputs: list[dict[str, Any]]) -> None:
     page = html(outputs[0])
-    assert "angular velocity of link AO" in page and "position.tk:" in page and "position.yB" in page
+    assert (
+        "angular velocity of link AO" in page and "position.tk:" in page and "position.yB" in page
+    )
     assert r"\begin{align*}" in outputs[0]["data"]["text/latex"]
 
 
-def test_a_result_shows_its_variable_sheet_and_its_outputs_typeset(outputs: list[dict[str, Any]]) -> None:
+def test_a_result_shows_its_variable_sheet_and_its_outputs_typeset(
+    outputs: list[dict[str, Any]],
+) -> None:
     assert "-30.03778545" in html(outputs[1]) and "53.12995837" in html(outputs[1])
     assert r"\theta_{AO} &= -30.03778545\ \text{deg}" in outputs[1]["data"]["text/latex"]
 
@@ -95,7 +102,9 @@ def test_a_mistake_shows_its_line_and_a_caret(outputs: list[dict[str, Any]]) -> 
 
 
 def test_a_misspelt_name_is_told(outputs: list[dict[str, Any]]) -> None:
-    assert "did you mean thetaAO?" in plain(outputs[7]) or "did you mean thetaAB?" in plain(outputs[7])
+    assert "did you mean thetaAO?" in plain(outputs[7]) or "did you mean thetaAB?" in plain(
+        outputs[7]
+    )
 
 
 def test_the_widget_is_one(outputs: list[dict[str, Any]]) -> None:
@@ -109,7 +118,9 @@ def test_a_refusal_shows_the_rule_with_a_caret(outputs: list[dict[str, Any]]) ->
 
 def test_the_widget_holds_the_page_and_the_sheet(notebook: Any) -> None:
     """What the notebook keeps of it: the page's script, and what the page shows at first."""
-    states = notebook.metadata["widgets"]["application/vnd.jupyter.widget-state+json"]["state"].values()
+    states = notebook.metadata["widgets"]["application/vnd.jupyter.widget-state+json"][
+        "state"
+    ].values()
     (state,) = [one["state"] for one in states if "opened" in one["state"]]
     assert state["_esm"] == (ROOT / "solver/page/static/widget.js").read_text(encoding="utf-8")
     assert [one["name"] for one in state["opened"]["sliders"]] == ["thetaAO"]

@@ -28,7 +28,10 @@ TALK = "ws://127.0.0.1:8000/talk"
 ORIGIN = {"origin": "http://127.0.0.1:8000"}
 CRANK = "shipped:offset_slider_crank"
 
-LENS = "variables\n  f = 50 [mm]\n  u = 200 [mm]\n  v [mm]\n  m\nrules\n  1/f = 1/u + 1/v\n  m = -v/u\n"
+LENS = (
+    "variables\n  f = 50 [mm]\n  u = 200 [mm]\n  v [mm]\n  m\nrules\n  1/f = 1/u + 1/v\n  m = "
+    "-v/u\n"
+)
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +79,9 @@ def test_the_token_becomes_a_cookie_and_leaves_the_address(client: TestClient) -
     cookie = answer.headers["set-cookie"].lower()
     assert "httponly" in cookie and "samesite=strict" in cookie
     page = client.get("/")
-    assert page.status_code == 200 and "script-src 'self'" in page.headers["content-security-policy"]
+    assert (
+        page.status_code == 200 and "script-src 'self'" in page.headers["content-security-policy"]
+    )
 
 
 def test_a_sheet_is_opened_and_solved_as_in_python(tab: WebSocketTestSession) -> None:
@@ -105,13 +110,18 @@ def test_frames_stay_on_the_branch_that_they_are_asked_for(tab: WebSocketTestSes
 def test_the_slider_and_the_crank_are_handles_with_a_common_rail(tab: WebSocketTestSession) -> None:
     ask(tab, "open", sheet=CRANK)
     reply = ask(tab, "motion")
-    assert {one["point"]: one["variable"] for one in reply["handles"]} == {"A": "thetaAO", "B": "xB"}
+    assert {one["point"]: one["variable"] for one in reply["handles"]} == {
+        "A": "thetaAO",
+        "B": "xB",
+    }
     low, high = ask(tab, "rail", driver="thetaAO")["rail"]["limits"]["xB"]
     assert high == pytest.approx((11**2 - 2**2) ** 0.5, rel=1e-14)
     assert low == pytest.approx((5**2 - 2**2) ** 0.5, rel=1e-14)
 
 
-def test_an_output_names_the_inputs_that_may_be_taken_back_for_it(tab: WebSocketTestSession) -> None:
+def test_an_output_names_the_inputs_that_may_be_taken_back_for_it(
+    tab: WebSocketTestSession,
+) -> None:
     ask(tab, "open", sheet=CRANK)
     assert ask(tab, "swap", name="xB")["choices"][0] == "thetaAO"
     ask(tab, "open", sheet="lens.tk")
@@ -136,7 +146,9 @@ def test_values_are_read_and_shown_in_the_units_that_the_sheet_shows(
         factor, shift = known[name]["scale"]
         row = next(row for row in rows if name in row)
         assert known[name]["unit"] == unit and unit in row
-        assert solved[name] * factor + shift == pytest.approx(float(row[row.index(name) + 1]), rel=1e-9)
+        assert solved[name] * factor + shift == pytest.approx(
+            float(row[row.index(name) + 1]), rel=1e-9
+        )
     assert ask(tab, "value", name="P", text="5") == {"value": 5000.0}
     assert ask(tab, "value", name="P", text="1 hp")["value"] == pytest.approx(745.6998715822702)
     assert ask(tab, "value", name="T", text="0") == {"value": 273.15}
@@ -155,7 +167,9 @@ def test_a_page_runs_no_code_of_a_sheet(tab: WebSocketTestSession, folder: Path)
     assert not (folder / "ran").exists()
 
 
-def test_an_answer_that_no_record_settles_is_kept_for_the_next_frame(tab: WebSocketTestSession) -> None:
+def test_an_answer_that_no_record_settles_is_kept_for_the_next_frame(
+    tab: WebSocketTestSession,
+) -> None:
     """At a quarter turn a coordinate is exactly 0, which no record settles."""
     ask(tab, "open", sheet=CRANK)
     ask(tab, "warm", name="thetaAO", values=[-30.0, 40.0, 110.0, 170.0], inputs={})
@@ -175,17 +189,24 @@ def test_a_sweep_has_a_row_for_every_step(tab: WebSocketTestSession) -> None:
     ask(tab, "open", sheet=CRANK)
     reply = ask(tab, "sweep", name="thetaAO", start=0, stop=360, step=5)
     assert reply["rows"] == 73 and reply["columns"]["thetaAO"][-1] == 360.0
-    assert "these are 36001" in ask(tab, "sweep", name="thetaAO", start=0, stop=360, step=0.01)["failed"]
+    assert (
+        "these are 36001"
+        in ask(tab, "sweep", name="thetaAO", start=0, stop=360, step=0.01)["failed"]
+    )
 
 
-def test_a_wrong_text_is_told_with_its_line_and_the_old_sheet_stays(tab: WebSocketTestSession) -> None:
+def test_a_wrong_text_is_told_with_its_line_and_the_old_sheet_stays(
+    tab: WebSocketTestSession,
+) -> None:
     ask(tab, "open", sheet="lens.tk")
     assert ask(tab, "edit", text="x = = 2")["wrong"][0]["code"] == "E104"
     assert ask(tab, "check", text="x = = 2")["wrong"][0]["places"][0]["line"] == 1
     assert ask(tab, "solve")["solutions"][0]["m"] == pytest.approx(-1 / 3)
 
 
-def test_a_sheet_is_saved_unless_its_file_has_changed(tab: WebSocketTestSession, folder: Path) -> None:
+def test_a_sheet_is_saved_unless_its_file_has_changed(
+    tab: WebSocketTestSession, folder: Path
+) -> None:
     opened = ask(tab, "open", sheet="lens.tk")
     longer = LENS + "  p = 1/f\n"
     saved = ask(tab, "save", text=longer, seen=opened["seen"])
@@ -238,7 +259,9 @@ def test_a_websocket_says_where_it_comes_from(client: TestClient) -> None:
         tab.receive_text()
 
 
-@pytest.mark.parametrize("path", ["/", "/static/page.js", "/static/../lane.py", "/?token=wrong", "/?token="])
+@pytest.mark.parametrize(
+    "path", ["/", "/static/page.js", "/static/../lane.py", "/?token=wrong", "/?token="]
+)
 def test_without_the_token_there_is_nothing(
     client: TestClient, path: str, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -312,7 +335,9 @@ def test_endless_work_is_given_up_and_the_page_lives(folder: Path) -> None:
     names = [f"x{k}" for k in range(30)]
     rules = [
         f"  {a}*{b} + sin({c}) = {k}"
-        for k, (a, b, c) in enumerate(zip(names, names[7:] + names[:7], names[3:] + names[:3], strict=True))
+        for k, (a, b, c) in enumerate(
+            zip(names, names[7:] + names[:7], names[3:] + names[:3], strict=True)
+        )
     ]
     (folder / "endless.tk").write_text("rules\n" + "\n".join(rules) + "\n")
     app = application(folder, TOKEN, hosts=frozenset({"127.0.0.1"}), timeout=3.0)
@@ -326,7 +351,9 @@ def test_endless_work_is_given_up_and_the_page_lives(folder: Path) -> None:
             assert ask(tab, "solve")["status"] == "solved"
 
 
-def test_the_folder_lists_its_sheets(client: TestClient, tab: WebSocketTestSession, folder: Path) -> None:
+def test_the_folder_lists_its_sheets(
+    client: TestClient, tab: WebSocketTestSession, folder: Path
+) -> None:
     shutil.copy(folder / "lens.tk", folder / "another.tk")
     listed = [one["key"] for one in ask(tab, "sheets")["sheets"]]
     assert {"another.tk", "lens.tk", CRANK} <= {*listed} and listed[-1].startswith("shipped:")

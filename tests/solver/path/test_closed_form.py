@@ -50,7 +50,9 @@ def graph_of(text: str) -> tuple[Model, ModelGraph]:
     return model, ModelGraph(model)
 
 
-def planted(text: str, unknowns: tuple[str, ...], numbers: Mapping[str, float]) -> dict[str, float] | None:
+def planted(
+    text: str, unknowns: tuple[str, ...], numbers: Mapping[str, float]
+) -> dict[str, float] | None:
     """Values for every variable: the generators at random, what a rule gives outright computed."""
     x = dict(numbers)
     by_hand = {
@@ -152,13 +154,17 @@ def test_what_has_no_closed_form_says_so() -> None:
         ("x = abs(y) + 1\ny*x = b", ("x", "y")),
     ):
         model, graph = graph_of(text)
-        assert closed_form(model.equations, unknowns, [n for n in unknowns if graph.turn(n)]) is None
+        assert (
+            closed_form(model.equations, unknowns, [n for n in unknowns if graph.turn(n)]) is None
+        )
 
 
 @given(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3), st.floats(0.5, 2.0))
 def test_roots_of_a_parabola(p: float, q: float, a: float) -> None:
     assume(abs(p - q) > 1e-2 * (abs(p) + abs(q)) and min(abs(p), abs(q)) > 1e-3)
-    assert sorted(roots(*exact(a, -a * (p + q), a * p * q))) == pytest.approx(sorted((p, q)), rel=1e-9)
+    assert sorted(roots(*exact(a, -a * (p + q), a * p * q))) == pytest.approx(
+        sorted((p, q)), rel=1e-9
+    )
 
 
 @given(st.floats(-179, 179), st.floats(-179, 179), st.floats(0.1, 10))

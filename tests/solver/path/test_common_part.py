@@ -14,8 +14,16 @@ from solver.path.planner import planner
 
 SOLVABLE = (
     ("Pv = 0.61094*exp(17.625*T/(T + 243.04))", "T", {"T": 24.5}),
-    ("P1*v1^n = P2*v2^n", "n", {"n": 1.3, "P1": 100.0, "v1": 1.2, "P2": 100.0 * 3.0**1.3, "v2": 0.4}),
-    ("V = A*(1 - (1 + i)^(-n))/i + r*(1 + i)^(-n)", "n", {"n": 47.0, "A": 350.0, "i": 0.006, "r": 4000.0}),
+    (
+        "P1*v1^n = P2*v2^n",
+        "n",
+        {"n": 1.3, "P1": 100.0, "v1": 1.2, "P2": 100.0 * 3.0**1.3, "v2": 0.4},
+    ),
+    (
+        "V = A*(1 - (1 + i)^(-n))/i + r*(1 + i)^(-n)",
+        "n",
+        {"n": 47.0, "A": 350.0, "i": 0.006, "r": 4000.0},
+    ),
     ("A = P*i*(1 + i)^n/((1 + i)^n - 1)", "n", {"n": 96.0, "P": 25_000.0, "i": 0.004}),
     ("e = (1 - exp(-N*(1 - C)))/(1 - C*exp(-N*(1 - C)))", "N", {"N": 1.6, "C": 0.7}),
     ("z - H = 3*Q*abs(Q)", "Q", {"Q": -0.8, "z": 12.0}),
@@ -25,14 +33,18 @@ SOLVABLE = (
 
 
 @pytest.mark.parametrize(("rule", "unknown", "values"), SOLVABLE)
-def test_the_value_that_was_put_in_comes_out(rule: str, unknown: str, values: dict[str, float]) -> None:
+def test_the_value_that_was_put_in_comes_out(
+    rule: str, unknown: str, values: dict[str, float]
+) -> None:
     model = rulesheets.loads(rule + "\n")
     state = dict(solver.solve(model, values).solutions[0].items())
     asked = {**state, unknown: None}
     found = solver.solve(model, asked)
     assert str(found.status) == "solved"
     assert found.complete
-    assert [answer[unknown] for answer in found.solutions] == [pytest.approx(values[unknown], rel=1e-12)]
+    assert [answer[unknown] for answer in found.solutions] == [
+        pytest.approx(values[unknown], rel=1e-12)
+    ]
     given = {name: value for name, value in state.items() if name != unknown}
     prepared = solver.prepare(model, given, [unknown])
     assert math.isclose(prepared(**given)[0], values[unknown], rel_tol=1e-12)
@@ -65,7 +77,8 @@ def test_negative_bases_take_whole_exponents() -> None:
 def test_no_part_is_exchanged_that_lacks_an_occurrence_of_the_unknown(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The power at a bus of three lines: no part of it but the whole holds every occurrence of its angle."""
+    """The power at a bus of three lines: no part of it but the whole holds every occurrence of its
+    angle."""
 
     def exchanged(*_: object) -> object:
         raise AssertionError("a part was exchanged")

@@ -1,4 +1,5 @@
-"""Cases that can be, against brute force: what conditions say at the points of a grid, in floats."""
+"""Cases that can be, against brute force: what conditions say at the points of a grid, in
+floats."""
 
 from __future__ import annotations
 
@@ -14,7 +15,17 @@ from rulesheets.evaluate import holds
 from rulesheets.model import Model
 from rulesheets.syntax.nodes import Number
 from solver.path import equations_of
-from solver.path.cases import AT_LEAST, AT_MOST, DIFFERENT, EQUAL, GREATER, LESS, Pair, compatible, possible
+from solver.path.cases import (
+    AT_LEAST,
+    AT_MOST,
+    DIFFERENT,
+    EQUAL,
+    GREATER,
+    LESS,
+    Pair,
+    compatible,
+    possible,
+)
 from solver.path.planner import planner
 from solver.path.tree import path_tree
 
@@ -57,7 +68,9 @@ def test_bounds_on_one_quantity_leave_it_a_value_or_none(
 
 
 def test_terms_of_and_and_or_are_alternatives() -> None:
-    rules = "if or(x < 0, x > 5) then y = 1\nif and(x >= 1, x < 3) then y = 2\nif not(x < 9) then y = 3"
+    rules = (
+        "if or(x < 0, x > 5) then y = 1\nif and(x >= 1, x < 3) then y = 2\nif not(x < 9) then y = 3"
+    )
     outside, inside, far = rulesheets.loads(rules).conditions
     assert not compatible([(outside, True), (inside, True)], {})
     assert compatible([(outside, False), (inside, True)], {})
@@ -98,12 +111,15 @@ def listed(model: Model) -> set[float]:
     """The arms of the cases that the path shows."""
     ends = path_tree(planner(model), {"u": 1.0, "v": 0.0}).ends()
     used = {equation for end in ends for step in end.path.steps for equation in equations_of(step)}
-    return {e.right.value for e in model.equations if e.index in used and isinstance(e.right, Number)}
+    return {
+        e.right.value for e in model.equations if e.index in used and isinstance(e.right, Number)
+    }
 
 
 @given(chains(PLAIN, st.integers(-4, 4).map(float)))
 def test_a_path_shows_the_arms_that_some_point_reaches(conditions: list[str]) -> None:
-    """Thresholds are multiples of 1/2 from -8 to 8: steps of 1/4 meet them all, and what lies between."""
+    """Thresholds are multiples of 1/2 from -8 to 8: steps of 1/4 meet them all, and what lies
+    between."""
     model = sheet(conditions)
     assert listed(model) == {arm(model, k / 4) for k in range(-40, 41)}
 
@@ -117,7 +133,9 @@ def test_no_arm_is_lost_to_rounding(conditions: list[str]) -> None:
     assert {arm(model, x) for x in around} <= listed(model)
 
 
-@given(chains(EXACT | ROUNDED, st.integers(-4, 4).map(float)), st.sampled_from([-2.0, -0.5, 1.0, 2.0]))
+@given(
+    chains(EXACT | ROUNDED, st.integers(-4, 4).map(float)), st.sampled_from([-2.0, -0.5, 1.0, 2.0])
+)
 def test_answers_are_those_of_trying_every_arm(conditions: list[str], slope: float) -> None:
     model = sheet(conditions)
     for offset in (-2.0, 0.0, 1.5):

@@ -29,7 +29,9 @@ RULES = [
 def test_rules_of_one_shape_share_isolations_and_what_these_cost(rule: str) -> None:
     numbers = ["2.5", "0", "1", "7", "0", "1", "3"]
     alike = [rule.format(n=n) for n in numbers]
-    alike += [re.sub(r"\b[xy]\b", lambda name: {"x": "y2", "y": "x3"}[name[0]], rule) for rule in alike]
+    alike += [
+        re.sub(r"\b[xy]\b", lambda name: {"x": "y2", "y": "x3"}[name[0]], rule) for rule in alike
+    ]
     model = rulesheets.loads("\n".join(alike) + "\n")
     graph = ModelGraph(model)
     for equation in model.equations:

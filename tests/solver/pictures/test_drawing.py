@@ -80,7 +80,12 @@ def at(inputs=None) -> Diagram:
 
 def test_a_diagram_has_the_numbers_of_the_answer() -> None:
     found = at()
-    assert (found.name, found.caption, found.unit, found.polar) == ("position", "a ladder", "m", False)
+    assert (found.name, found.caption, found.unit, found.polar) == (
+        "position",
+        "a ladder",
+        "m",
+        False,
+    )
     assert found.places == {"O": (0.0, 0.0), "A": (3.0, 0.0), "B": (0.0, 4.0)}
     assert found.kinds == {"O": "pin", "A": "point", "B": "point"}
     line, guide = found.strokes
@@ -95,7 +100,9 @@ def test_a_figure_says_which_variables_it_needs() -> None:
 def test_what_keeps_a_figure_from_being_drawn() -> None:
     position, slope = ladder().figures
     assert lacking(position, {"foot": 3.0}) == "turn.twice has no value"
-    assert lacking(slope, {"foot": 0.0, "h": 1.0}).startswith("a coordinate has no value: division by 0")
+    assert lacking(slope, {"foot": 0.0, "h": 1.0}).startswith(
+        "a coordinate has no value: division by 0"
+    )
     assert lacking(slope, {"foot": "left", "h": 1.0}) != ""
     assert lacking(slope, {"foot": 2.0, "h": 1.0}) == ""
 
@@ -104,10 +111,13 @@ def test_what_keeps_a_figure_from_being_drawn() -> None:
 def mechanism_state(mechanism: Mechanism, theta: float, mode: int = 1):
     model = rulesheets.load(MODELS / mechanism.model / "model.tk")
     driver = {
-        f"{rate}{mechanism.crank}": v for rate, v in (("theta", theta), ("omega", 7.0), ("alpha", -11.0))
+        f"{rate}{mechanism.crank}": v
+        for rate, v in (("theta", theta), ("omega", 7.0), ("alpha", -11.0))
     }
     cleared = {
-        n: None for n, v in model.variables.items() if v.value is not None and n not in mechanism.lengths
+        n: None
+        for n, v in model.variables.items()
+        if v.value is not None and n not in mechanism.lengths
     }
     inputs = {**cleared, **driver, **mechanism.choices.get(mode, {})}
     return model, solver.solve(model, inputs, want=variables(model.figures))
@@ -135,7 +145,9 @@ def _agrees(model, answer, exact) -> bool:
         if name in exact
     ]
     angles = [
-        (answer[name], float(exact[name])) for name in exact if name.startswith("theta") and name in answer
+        (answer[name], float(exact[name]))
+        for name in exact
+        if name.startswith("theta") and name in answer
     ]
     return all(a == pytest.approx(b, rel=1e-9, abs=1e-9) for a, b in known) and all(
         math.remainder(float(a) - b, 360.0) == pytest.approx(0.0, abs=1e-9) for a, b in angles
@@ -144,7 +156,8 @@ def _agrees(model, answer, exact) -> bool:
 
 @pytest.mark.parametrize("mechanism", MECHANISMS, ids=lambda mechanism: mechanism.model)
 def test_the_parts_of_an_acceleration_stand_at_right_angles(mechanism: Mechanism) -> None:
-    """Normal on tangential, Coriolis on sliding; a wrong sign of a component would turn the one by itself."""
+    """Normal on tangential, Coriolis on sliding; a wrong sign of a component would turn the one by
+    itself."""
     model, result = mechanism_state(mechanism, 37.0)
     checked = 0
     for figure in model.figures:
@@ -217,7 +230,9 @@ def test_the_length_inside_a_box(box, start, end) -> None:
 def test_boxes_overlap_alike(one, other) -> None:
     ((area,),) = overlaps(np.array([one]), np.array([other]))
     assert area == overlaps(np.array([other]), np.array([one]))[0, 0]
-    assert (area > 0) == (np.abs(np.subtract(one[:2], other[:2])) < np.add(one[2:], other[2:])).all()
+    assert (area > 0) == (
+        np.abs(np.subtract(one[:2], other[:2])) < np.add(one[2:], other[2:])
+    ).all()
 
 
 def test_labels_keep_clear_of_lines_and_of_each_other() -> None:
@@ -258,7 +273,9 @@ def test_several_results_and_every_answer_stand_side_by_side() -> None:
     pytest.importorskip("matplotlib")
     result = solver.solve(ladder(), {"foot": None, "h": 4.0})
     assert len(solver.draw(result, every=True).axes) == 4
-    page = solver.draw({"short": solver.solve(ladder()), "long": solver.solve(ladder(), {"length": 8})})
+    page = solver.draw(
+        {"short": solver.solve(ladder()), "long": solver.solve(ladder(), {"length": 8})}
+    )
     assert {"short", "long"} <= {text.get_text() for text in page.texts}
     assert len(solver.draw(result, figures=["slope"]).axes) == 1
     assert len(solver.draw({"one": result, "two": result}, figures=iter(["slope"])).axes) == 2
@@ -282,7 +299,9 @@ def test_every_frame_has_the_size_of_the_film() -> None:
     pytest.importorskip("matplotlib")
     arrows = (Stroke("vector", ("A", "B")), Stroke("normal", ("B", "A")))
     places = {"A": (0.0, 0.0), "B": (3.0, 1.0)}
-    drawn = Diagram("a figure of a long name", "", "", places, dict.fromkeys(places, "point"), arrows)
+    drawn = Diagram(
+        "a figure of a long name", "", "", places, dict.fromkeys(places, "point"), arrows
+    )
     full, bare = View("a title", (drawn, drawn)), View("", (None, _view(0.0, 0.0).diagrams[0]))
     pictures = list(images([("1", (full, bare)), ("2", (None, bare))], dpi=40))
     assert len({picture.size for picture in pictures}) == 1

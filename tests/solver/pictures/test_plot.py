@@ -46,7 +46,11 @@ def test_answers_are_curves_with_gaps_where_they_are_not() -> None:
 def test_an_only_answer_that_is_not_the_first_has_a_place_of_its_own() -> None:
     sheet = rulesheets.loads("variables\ny = 0\nx\nrules\ny = x^3 - 3*x")
     table = solver.sweep(sheet, {"y": np.arange(-3.0, 4.0)}, ["x"], all=True)
-    assert table["answer"].tolist()[-3:] == [2, 3, 2]  # of y = 2, where two branches end, and of y = 3
+    assert table["answer"].tolist()[-3:] == [
+        2,
+        3,
+        2,
+    ]  # of y = 2, where two branches end, and of y = 3
     shown = arranged(table, ("y",), (7,), "answer")
     assert isinstance(shown, Curves)
     assert shown.abscissa.tolist() == list(range(-3, 4))
@@ -66,7 +70,11 @@ def test_rows_of_a_file_run_along_their_first_number() -> None:
     kind = np.array(["open", "crossed"], dtype=object)
     shown = arranged(columns({"kind": kind, "x": [1.0, 2.0], "y": [3.0, 4.0]}), ("kind", "x"), (2,))
     assert isinstance(shown, Curves)
-    assert (shown.along, shown.abscissa.tolist(), shown.heights["y"].tolist()) == ("x", [1, 2], [[3, 4]])
+    assert (shown.along, shown.abscissa.tolist(), shown.heights["y"].tolist()) == (
+        "x",
+        [1, 2],
+        [[3, 4]],
+    )
 
 
 @pytest.mark.parametrize(
@@ -102,14 +110,18 @@ def test_a_pole_leaves_colours_for_the_rest() -> None:
 
 
 def test_variables_of_one_unit_share_a_panel() -> None:
-    model = rulesheets.loads("variables\n a [mm]\n b [mm]\n c\n d\n e [s]\nrules\n a + b + c + d + e = 1\n")
+    model = rulesheets.loads(
+        "variables\n a [mm]\n b [mm]\n c\n d\n e [s]\nrules\n a + b + c + d + e = 1\n"
+    )
     assert panels(list("abcde"), model, families=False) == [["a", "b"], ["c"], ["d"], ["e"]]
     assert panels(list("ab"), model, families=True) == [["a"], ["b"]]
     assert titled(["a", "b"], model) == "a, b [mm]"
 
 
 @pytest.mark.parametrize("ending", ["png", "svg"])
-def test_a_picture_of_a_sweep(tmp_path: Path, capsys: pytest.CaptureFixture[str], ending: str) -> None:
+def test_a_picture_of_a_sweep(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], ending: str
+) -> None:
     pytest.importorskip("matplotlib")
     files = [tmp_path / f"{name}.{ending}" for name in ("one", "two")]
     for file in files:
@@ -179,7 +191,8 @@ figure f [$] " a $caption^{$ of 5$
     ],
 )
 def test_a_dollar_is_one(tmp_path: Path, words: list[str]) -> None:
-    """In matplotlib a pair of them begins and ends a formula, and what stands between must be one."""
+    """In matplotlib a pair of them begins and ends a formula, and what stands between must be
+    one."""
     pytest.importorskip("matplotlib")
     sheet, file = tmp_path / "dollars.tk", tmp_path / "dollars.svg"
     sheet.write_text(DOLLARS)

@@ -1,4 +1,5 @@
-"""Which answer the rows of a sweep show: a branch kept along a line, the rule for unrelated rows."""
+"""Which answer the rows of a sweep show: a branch kept along a line, the rule for unrelated
+rows."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ def upper(s: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("rows", [9, 700, 2000])
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_branch_does_not_jump_while_it_exists(rows: int, jobs: int) -> None:
-    """Through pieces of a sweep, in one process or in several, in the direction in which it is asked."""
+    """Through pieces of a sweep, in one process or in several, in the direction in which it is
+    asked."""
     model = rulesheets.loads(LINE)
     for s in (np.linspace(-2, 2, rows), np.linspace(2, -2, rows)):
         table = solver.sweep(model, {"s": s}, ["x"], jobs=jobs)
@@ -36,7 +38,8 @@ def test_a_branch_does_not_jump_while_it_exists(rows: int, jobs: int) -> None:
 
 
 def test_a_number_that_all_answers_share_does_not_move_the_branch() -> None:
-    """The depth to which a sphere sinks, and the volume of water, equal for the three roots of the cubic."""
+    """The depth to which a sphere sinks, and the volume of water, equal for the three roots of the
+    cubic."""
     text = "variables\n R = 10\n s\nrules\n x^3 - 3*R*x^2 + 4*R^3*s = 0\n V = pi*(3*R*x^2 - x^3)/3"
     s = np.linspace(0.6, 0.67, 60)
     roots = np.array([np.sort(np.roots([1.0, -30.0, 0.0, 4000.0 * share]))[1] for share in s])
@@ -46,7 +49,10 @@ def test_a_number_that_all_answers_share_does_not_move_the_branch() -> None:
 
 def test_rows_without_an_answer_have_no_value_whichever_root_the_others_show() -> None:
     """Most rows show the lower root, which comes second there."""
-    model, s = rulesheets.loads(LINE.replace("  s\n", "  s in [-3, 1]\n")), np.linspace(-0.3, 1.5, 60)
+    model, s = (
+        rulesheets.loads(LINE.replace("  s\n", "  s in [-3, 1]\n")),
+        np.linspace(-0.3, 1.5, 60),
+    )
     table = solver.prepare(model, ["s"], ["x", "y"]).sweep(s)
     curve = min((lower, upper), key=lambda branch: abs(branch(s[:1]) - table["x"][:1])[0])
     assert table["x"] == pytest.approx(np.where(s <= 1.0, curve(s), np.nan), rel=1e-9, nan_ok=True)
@@ -91,7 +97,9 @@ def test_lines_of_a_grid_begin_anew() -> None:
 
 
 @pytest.mark.parametrize("jit", [False, True])
-def test_a_long_sweep_shows_what_it_shows_in_one_piece(jit: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_long_sweep_shows_what_it_shows_in_one_piece(
+    jit: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Pieces in which the answers go on steadily are not ordered anew, and others are."""
     if jit:
         pytest.importorskip("llvmlite")

@@ -15,7 +15,13 @@ def scalings(*rules: str) -> Scalings:
     return Scalings(model.equations, list(model.variables))
 
 
-MOTION = ("v = omega*r", "a = omega^2*r", "x = r*cosd(t)", "d = sqrt(x^2 + y^2)", "phi = atan2d(y, x)")
+MOTION = (
+    "v = omega*r",
+    "a = omega^2*r",
+    "x = r*cosd(t)",
+    "d = sqrt(x^2 + y^2)",
+    "phi = atan2d(y, x)",
+)
 
 
 def test_length_and_time_are_found_from_the_rules() -> None:
@@ -33,7 +39,9 @@ def test_known_numbers_of_one_kind_meet_in_their_geometric_mean() -> None:
 
 
 def test_what_no_known_number_tells_has_size_one() -> None:
-    assert scalings("a = b", "c = d").sizes({"a": 50.0}) == pytest.approx({"a": 50, "b": 50, "c": 1, "d": 1})
+    assert scalings("a = b", "c = d").sizes({"a": 50.0}) == pytest.approx(
+        {"a": 50, "b": 50, "c": 1, "d": 1}
+    )
     assert scalings("a = b").sizes({}) == pytest.approx({"a": 1, "b": 1})
 
 
@@ -44,7 +52,13 @@ def test_rules_that_nothing_scales(rule: str) -> None:
 
 @pytest.mark.parametrize(
     ("rule", "power"),
-    [("x = 2*y^3", 3), ("x*y = 4*z", -1), ("x - abs(y) = 0", 1), ("x^2 = max(y, z)", 0.5), ("1/x = y/z", -1)],
+    [
+        ("x = 2*y^3", 3),
+        ("x*y = 4*z", -1),
+        ("x - abs(y) = 0", 1),
+        ("x^2 = max(y, z)", 0.5),
+        ("1/x = y/z", -1),
+    ],
 )
 def test_a_scaling_leaves_the_rule_true(rule: str, power: float) -> None:
     """Where y and z alone are ten times as large, x is 10^power times as large."""

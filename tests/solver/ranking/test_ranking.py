@@ -1,4 +1,5 @@
-"""Which answer comes first: sheets of which an engineer knows it, from closed forms and by scipy."""
+"""Which answer comes first: sheets of which an engineer knows it, from closed forms and by
+scipy."""
 
 from __future__ import annotations
 
@@ -93,11 +94,21 @@ def placed(rule: Ranking, rows: Sequence[Sequence[float]], given: Sequence[float
 
 @pytest.mark.parametrize(
     ("unit", "zero"),
-    [("degC", -273.15), ("degF", -459.67), ("K", 0.0), ("g", 0.0), ("mbar", 0.0), ("barg", -1.01325)],
+    [
+        ("degC", -273.15),
+        ("degF", -459.67),
+        ("K", 0.0),
+        ("g", 0.0),
+        ("mbar", 0.0),
+        ("barg", -1.01325),
+    ],
 )
 def test_only_what_is_below_its_least_value_counts_double(unit: str, zero: float) -> None:
-    """An answer with one negative number comes before one with a temperature or a mass that there is not."""
-    model = rulesheets.loads(f"variables\n  T [{unit}]\n  a\n  b\n  c\nrules\n  a + b + c + T = d\n")
+    """An answer with one negative number comes before one with a temperature or a mass that there
+    is not."""
+    model = rulesheets.loads(
+        f"variables\n  T [{unit}]\n  a\n  b\n  c\nrules\n  a + b + c + T = d\n"
+    )
     rule = Ranking(model, ["d"])
     place = {name: k for k, name in enumerate(rule.read)}
 
@@ -147,7 +158,11 @@ def test_a_positive_root_comes_before_a_smaller_negative_one() -> None:
     [
         ("920 = 1000*(1 + i/100)^4", "i", 100 * (0.92**0.25 - 1)),
         ("V = 920\nV = 1000*(1 - d)^4", "d", 1 - 0.92**0.25),
-        ("700 = pi/4*(60^2 - (60 - 2*t)^2)", "t", 30 - math.sqrt(900 - 700 / math.pi)),  # a tube's wall
+        (
+            "700 = pi/4*(60^2 - (60 - 2*t)^2)",
+            "t",
+            30 - math.sqrt(900 - 700 / math.pi),
+        ),  # a tube's wall
         ("0.97 = 1 - (1 - p)^4", "p", 1 - 0.03**0.25),
         ("50 = 4*x^2/((1 - x)*(2 - x))", "x", (150 - math.sqrt(150**2 - 4 * 46 * 100)) / 92),
         ("a = 0.5\nb = 0.8\n3 = x^2/((a - x)*(b - x))", "x", (3.9 - math.sqrt(3.9**2 - 9.6)) / 4),
@@ -179,20 +194,22 @@ def test_what_grows_or_remains_is_positive(rules: str, name: str, expected: floa
     ],
 )
 def test_a_correction_is_small(rule: str, name: str, expected: float) -> None:
-    """Where the terms of a factor cancel, or are more than its number, the answer comes later, though it is
-    of no worse size."""
+    """Where the terms of a factor cancel, or are more than its number, the answer comes later,
+    though it is of no worse size."""
     assert first(rule, name) == pytest.approx(expected, rel=1e-4)
 
 
 def test_an_epidemic_that_happens_comes_before_none() -> None:
-    """All survive where nobody is infected: ``N - S`` is 0 there, and the rule says nothing else."""
+    """All survive where nobody is infected: ``N - S`` is 0 there, and the rule says nothing
+    else."""
     rules = "N = 8308\nb = 0.5834\ng = 0.2\nS = N*exp(-b/g*(N - S)/N)\n"
     expected = brentq(lambda s: s - 8308 * math.exp(-2.917 * (1 - s / 8308)), 100, 2000, xtol=1e-9)
     assert first(rules, "S") == pytest.approx(expected, rel=1e-11)
 
 
 def test_phases_have_either_sign() -> None:
-    """Each answer has currents below 0, if not the same: their number says nothing of a load of three phases.
+    """Each answer has currents below 0, if not the same: their number says nothing of a load of
+    three phases.
 
     Of its eight answers the one of the highest voltages comes first.
     """
@@ -202,14 +219,16 @@ def test_phases_have_either_sign() -> None:
 
 
 def test_the_difference_of_coordinates_has_either_sign() -> None:
-    """Only its square counts: the circle's point that is nearer to the other numbers' sizes comes first."""
+    """Only its square counts: the circle's point that is nearer to the other numbers' sizes comes
+    first."""
     left = "variables\n  a = 5\n  b = 1\n  r = 2\n  y = 2.2\nrules\n  (x - a)^2 + (y - b)^2 = r^2\n"
     found = [s["x"] for s in solver.solve(rulesheets.loads(left)).solutions]
     assert found == pytest.approx([3.4, 6.6])
 
 
 def test_a_range_that_reaches_below_0_takes_its_sign_out_of_the_count() -> None:
-    """With x aside, y alone counts; without the range the answers are as negative as one another."""
+    """With x aside, y alone counts; without the range the answers are as negative as one
+    another."""
     rules = "rules\n  x + y = 1\n  x*y = -6\n  z = y^3\n"
     with_range = solver.solve(rulesheets.loads(f"variables\n  x in [-100, 100]\n{rules}"))
     assert with_range["y"] == 3.0
@@ -228,7 +247,8 @@ def test_the_crank_driven_by_its_slider_turns_on_as_in_the_paper() -> None:
 
 
 def test_a_negative_difference_lets_other_amounts_be_positive() -> None:
-    """A book value written down at a rate of 22 % a year; at 178 % it would change its sign each year."""
+    """A book value written down at a rate of 22 % a year; at 178 % it would change its sign each
+    year."""
     rules = "B1 = C*(1 - d)^n\nS = C*(1 - d)^N\nB2 = C - (C - S)/N*n\ndiff = B1 - B2"
     given = {"C": 48000.0, "S": 48000.0 * 0.78**8, "n": 3.0, "N": 8.0}
     result = solver.solve(rulesheets.loads(rules), given)
@@ -283,9 +303,11 @@ def test_numbers_next_to_the_ends_of_floats_have_an_order() -> None:
 
 
 def test_what_rounding_leaves_of_zero_has_no_sign() -> None:
-    """The constant of a tacheometer is 0; what is left of it is of either sign with the two angles."""
+    """The constant of a tacheometer is 0; what is left of it is of either sign with the two
+    angles."""
     sheet = (
-        "variables\n  a [deg]\nrules\n  D = K*i*cosd(a)^2 + C*cosd(a)\n  V = K*i*sind(2*a)/2 + C*sind(a)\n"
+        "variables\n  a [deg]\nrules\n  D = K*i*cosd(a)^2 + C*cosd(a)\n  V = K*i*sind(2*a)/2 + "
+        "C*sind(a)\n"
     )
     model = rulesheets.loads(sheet)
     given = {"K": 100.0, "i": 1.35, "C": 0.0, "a": 6.5}
@@ -303,12 +325,17 @@ def test_an_answer_of_unlikely_size_is_last_and_marked() -> None:
     """Next to the pole at -233.4 the pressure vanishes."""
     result = solver.solve(rulesheets.loads(VAPOUR))
     assert result["T"] == pytest.approx(
-        brentq(lambda t: 10 ** (8.07 - 1730.6 / (233.4 + t)) - 760 * (0.5 + t / 400), 50, 150), rel=1e-9
+        brentq(lambda t: 10 ** (8.07 - 1730.6 / (233.4 + t)) - 760 * (0.5 + t / 400), 50, 150),
+        rel=1e-9,
     )
     assert [bool(s.unlikely) for s in result.solutions] == [False, False, True]
     assert "P" in result.solutions[-1].unlikely
     assert float(result.solutions[-1]["P"]) < 1e-40
-    assert json.loads(result_json(result))["unlikely"] == [[], [], list(result.solutions[-1].unlikely)]
+    assert json.loads(result_json(result))["unlikely"] == [
+        [],
+        [],
+        list(result.solutions[-1].unlikely),
+    ]
     assert "answer 3 is of unlikely size: P, x" in result_text(result, every=True)
     assert "unlikely" not in result_text(result)
 
@@ -332,24 +359,35 @@ def test_an_only_answer_is_listed_whatever_its_size() -> None:
     assert large.solutions[0].unlikely == ()
 
 
-@pytest.mark.parametrize(("b", "marked"), [("1 + 1e-12", ("c",)), ("1 + 1e-5", ()), ("1 - 1e-12", ("c",))])
-def test_an_only_answer_is_marked_where_it_is_far_too_large(b: str, marked: tuple[str, ...]) -> None:
+@pytest.mark.parametrize(
+    ("b", "marked"), [("1 + 1e-12", ("c",)), ("1 + 1e-5", ()), ("1 - 1e-12", ("c",))]
+)
+def test_an_only_answer_is_marked_where_it_is_far_too_large(
+    b: str, marked: tuple[str, ...]
+) -> None:
     """Its size follows from a and b, which suggest 1."""
-    assert solver.solve(rulesheets.loads(f"a = 1\nb = {b}\nc = 1/(b - a)\n")).solutions[0].unlikely == marked
+    assert (
+        solver.solve(rulesheets.loads(f"a = 1\nb = {b}\nc = 1/(b - a)\n")).solutions[0].unlikely
+        == marked
+    )
 
 
 @pytest.mark.parametrize("rest", [-5e-17, 5e-17])
 def test_what_rounding_leaves_of_zero_is_trivial_with_either_sign(rest: float) -> None:
-    """At x = 0 the other answer has a negative x: nothing positive is lost, whatever is left of 0."""
+    """At x = 0 the other answer has a negative x: nothing positive is lost, whatever is left of
+    0."""
     model = rulesheets.loads("x*(x + 1) = c\nx = cosd(phi)\nc = 0\n")
     rule = Ranking(model, ("c",), ("x", "phi"))
     answers = [{"phi": 180.0, "x": -1.0}, {"phi": 90.0, "x": rest}]
-    assert rule.order(answers, {"c": 0.0}) == rule.order([answers[0], {"phi": 90.0, "x": 0.0}], {"c": 0.0})
+    assert rule.order(answers, {"c": 0.0}) == rule.order(
+        [answers[0], {"phi": 90.0, "x": 0.0}], {"c": 0.0}
+    )
 
 
 @pytest.mark.parametrize("cells", [1, 3])
 def test_a_load_takes_little_current_at_a_high_voltage(cells: int) -> None:
-    """Constant powers at the end of wires: U = E - R*I has a root with little loss, and one with little U."""
+    """Constant powers at the end of wires: U = E - R*I has a root with little loss, and one with
+    little U."""
     lines = ["U0 = 12", "R = 0.1", "P = 20"]
     for k in range(1, cells + 1):
         lines += [f"U{k} = U{k - 1} - R*I{k}", f"P = U{k}*J{k}", f"loss{k} = R*I{k}^2"]
@@ -360,14 +398,17 @@ def test_a_load_takes_little_current_at_a_high_voltage(cells: int) -> None:
 
 def test_neighbours_of_a_network_are_nearly_alike() -> None:
     """A ring of four nodes with loads of constant power, fed at one node."""
-    loads = [f"(U{k - 1} - U{k})/r + (U{(k + 1) % 4} - U{k})/r = I{k}\nU{k}*I{k} = 2000\n" for k in (1, 2, 3)]
+    loads = [
+        f"(U{k - 1} - U{k})/r + (U{(k + 1) % 4} - U{k})/r = I{k}\nU{k}*I{k} = 2000\n"
+        for k in (1, 2, 3)
+    ]
     result = solver.solve(rulesheets.loads("U0 = 400\nr = 0.05\n" + "".join(loads)))
     assert all(float(result[f"U{k}"]) > 399.0 for k in (1, 2, 3))
 
 
 def test_the_last_step_of_a_series_goes_on_like_those_before() -> None:
-    """Water in a tower warms evenly by short steps of its equations, and does not jump to 84 °C in the last
-    of five steps, whose other root that is."""
+    """Water in a tower warms evenly by short steps of its equations, and does not jump to 84 °C in
+    the last of five steps, whose other root that is."""
     steps = cooling_tower(600)
     fine = steps.by_hand()[steps.names.index("t600")]
     result = solver.solve(rulesheets.loads(cooling_tower(5).sheet))
@@ -385,8 +426,8 @@ def field(count: int, rule: str, left: float, right: float, **known: float) -> s
 
 @pytest.mark.parametrize(("count", "strength"), [(3, 2.0), (5, 3.0)])
 def test_a_field_is_the_one_that_grows_from_rest(count: int, strength: float) -> None:
-    """Bratu's equation, u'' + k exp(u) = 0, and a membrane that is drawn down, u'' = k/(1 - u)^2: of their
-    answers the one that k leads to from 0, where u is 0 everywhere."""
+    """Bratu's equation, u'' + k exp(u) = 0, and a membrane that is drawn down, u'' = k/(1 - u)^2:
+    of their answers the one that k leads to from 0, where u is 0 everywhere."""
     for rule, source, k in [
         ("({a} - 2*{b} + {c})/h^2 + k*exp({b}) = 0", np.exp, strength),
         ("({a} - 2*{b} + {c})/h^2 + k/(1 - {b})^2 = 0", lambda u: (1 - u) ** -2, 0.4 * strength),
@@ -416,7 +457,8 @@ def test_a_flow_goes_evenly_from_end_to_end() -> None:
 
 
 def test_a_square_tells_no_sign() -> None:
-    """Water has the refractive index 1.333 by the angle of its rainbow (Descartes), and not -1.333."""
+    """Water has the refractive index 1.333 by the angle of its rainbow (Descartes), and not
+    -1.333."""
     model = rulesheets.loads("cosd(i)^2 = (n^2 - 1)/3\nsind(i) = n*sind(r)\nD = 180 + 2*i - 4*r")
     angle = solver.solve(model, {"n": 1.333}, guesses={"i": 59, "r": 40})["D"]
     for inputs in ({"D": angle}, {"i": 59.4}, {"r": 40.2}):
@@ -431,7 +473,8 @@ def test_water_flows_slowly_beyond_the_critical_depth() -> None:
 
 
 def test_what_follows_from_angles_is_positive_where_nothing_else_tells() -> None:
-    """The day is 15.1 hours long (FAO Irrigation and Drainage Paper 56, equations 21, 23, 24, 25, 34, 35)."""
+    """The day is 15.1 hours long (FAO Irrigation and Drainage Paper 56, equations 21, 23, 24, 25,
+    34, 35)."""
     text = """
     cos(ws) = -tan(phi)*tan(delta)
     delta = 0.409*sin(2*pi()/365*J - 1.39)
@@ -454,7 +497,9 @@ def test_what_follows_from_angles_is_positive_where_nothing_else_tells() -> None
         ("a", "b = c*cos(a)", math.pi / 2),
     ],
 )
-def test_an_angle_beyond_a_right_one_comes_later_in_its_own_unit(angle: str, rule: str, right: float) -> None:
+def test_an_angle_beyond_a_right_one_comes_later_in_its_own_unit(
+    angle: str, rule: str, right: float
+) -> None:
     """Although the number beside it has the size that the rules suggest."""
     ranking = Ranking(rulesheets.loads(f"variables\n  {angle}\n  b\nrules\n  {rule}\n"), ["c"])
     assert ranking.read == ("a", "b")
@@ -474,7 +519,16 @@ def test_a_sine_may_be_small() -> None:
     sink = v*sind(gamma)
     """
     model = rulesheets.loads(text)
-    given = {"slope": 0.09, "alpha": 4, "CD0": 0.018, "e": 0.85, "AR": 14, "rho": 1.1, "S": 12, "W": 3600}
+    given = {
+        "slope": 0.09,
+        "alpha": 4,
+        "CD0": 0.018,
+        "e": 0.85,
+        "AR": 14,
+        "rho": 1.1,
+        "S": 12,
+        "W": 3600,
+    }
     known = solver.solve(model, {**given, "CL0": 0.25})
     back = solver.solve(model, {**given, "sink": known["sink"]})
     assert back["CL0"] == pytest.approx(0.25)
@@ -483,26 +537,41 @@ def test_a_sine_may_be_small() -> None:
 
 @pytest.mark.parametrize("given", ["aB", "xB", "vB"])
 def test_the_length_of_a_crank_is_positive(given: str) -> None:
-    """Whatever signs coordinates and accelerations have: the sheet's connecting rod is one of 8, too."""
-    model = rulesheets.load(Path(__file__).parents[3] / "models" / "offset_slider_crank" / "model.tk")
+    """Whatever signs coordinates and accelerations have: the sheet's connecting rod is one of 8,
+    too."""
+    model = rulesheets.load(
+        Path(__file__).parents[3] / "models" / "offset_slider_crank" / "model.tk"
+    )
     state = solver.solve(model).solutions[0]
     found = solver.solve(model, {"AO": None, given: state[given]})
     assert found.solutions[0]["AO"] == pytest.approx(3.0, rel=1e-9)
 
 
 def test_a_difference_that_all_but_cancels_has_either_sign() -> None:
-    """Three buses: the voltages are those next to 1, although bus 2 draws a little reactive power there."""
+    """Three buses: the voltages are those next to 1, although bus 2 draws a little reactive power
+    there."""
     text = """
     P2 = V2*V1*b12*sind(d2) + V2*V3*b23*sind(d2 - d3)
     -P3 = V3*V1*b13*sind(d3) + V3*V2*b23*sind(d3 - d2)
     -Q3 = V3^2*(b13 + b23) - V3*V1*b13*cosd(d3) - V3*V2*b23*cosd(d3 - d2)
     Q2 = V2^2*(b12 + b23) - V2*V1*b12*cosd(d2) - V2*V3*b23*cosd(d2 - d3)
     """
-    given = {"V1": 1.04, "V2": 1.02, "P2": 0.6, "P3": 1.1, "Q3": 0.4, "b12": 10, "b13": 8, "b23": 12}
+    given = {
+        "V1": 1.04,
+        "V2": 1.02,
+        "P2": 0.6,
+        "P3": 1.1,
+        "Q3": 0.4,
+        "b12": 10,
+        "b13": 8,
+        "b23": 12,
+    }
     result = solver.solve(rulesheets.loads(text), given)
     flat = solver.solve(rulesheets.loads(text), given, guesses={"V3": 1.0, "d2": 0.0, "d3": 0.0})
     assert result["Q2"] == pytest.approx(-0.024382, abs=1e-6)
-    assert [result[n] for n in ("V3", "d2", "d3")] == pytest.approx([flat[n] for n in ("V3", "d2", "d3")])
+    assert [result[n] for n in ("V3", "d2", "d3")] == pytest.approx(
+        [flat[n] for n in ("V3", "d2", "d3")]
+    )
 
 
 SWING = """x = A*exp(-d*t)*cos(w*t)
@@ -518,7 +587,9 @@ def test_the_first_time_of_a_swing_comes_first(seed: int) -> None:
         d = rng.uniform(0.02, 0.1) * w
     x = rng.uniform(0.1, 0.9) * A
     result = solver.solve(rulesheets.loads(SWING), {"A": A, "w": w, "d": d, "x": x})
-    first = brentq(lambda t: A * math.exp(-d * t) * math.cos(w * t) - x, 0.0, math.pi / w, xtol=1e-300)
+    first = brentq(
+        lambda t: A * math.exp(-d * t) * math.cos(w * t) - x, 0.0, math.pi / w, xtol=1e-300
+    )
     assert result["t"] == pytest.approx(first, rel=1e-9)
 
 
@@ -529,7 +600,8 @@ def test_the_slowest_frequency_comes_first() -> None:
 
 
 def test_a_vapour_is_lighter_than_its_liquid_by_more_than_a_rest() -> None:
-    """The heat flux at which boiling water burns out (N. Zuber, 1959): also at 957.8996 of 957.9 kg/m^3."""
+    """The heat flux at which boiling water burns out (N. Zuber, 1959): also at 957.8996 of 957.9
+    kg/m^3."""
     model = rulesheets.loads("q = 0.149*h*rv*(s*9.81*(rl - rv)/rv^2)^0.25")
     given = {"h": 2257000.0, "rl": 957.9, "s": 0.0589}
     vapour = solver.solve(model, {**given, "q": 1.26e6})["rv"]

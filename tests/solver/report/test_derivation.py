@@ -22,7 +22,10 @@ def derive(text: str, name: str, inputs: dict[str, float | str | None] | None = 
 def direct(derivation: Derivation) -> list[Line]:
     """Every line that gives an unknown by an equation, those inside blocks included."""
     return [
-        line for link in derivation.links for line in link.lines if line.unknown and line.equation is not None
+        line
+        for link in derivation.links
+        for line in link.lines
+        if line.unknown and line.equation is not None
     ]
 
 
@@ -106,7 +109,9 @@ def test_the_form_is_that_of_the_answer_taken(rule: str, guess: float, expected:
     assert solver.solve(oracle)["x"] == pytest.approx(value(link.form, {}))
 
 
-@pytest.mark.parametrize(("rule", "whole"), [("sind(t) = 0.5", 390.0), ("sin(t) = 0.5", math.pi * 13 / 6)])
+@pytest.mark.parametrize(
+    ("rule", "whole"), [("sind(t) = 0.5", 390.0), ("sin(t) = 0.5", math.pi * 13 / 6)]
+)
 def test_whole_turns_are_part_of_the_form(rule: str, whole: float) -> None:
     low, high = whole - 0.1, whole + 0.1
     chain = derive(f"variables\n  t in [{low}, {high}]\nrules\n  {rule}", "t")

@@ -37,7 +37,12 @@ rules
 def test_unnamed_variables_are_printed_after_those_of_the_section() -> None:
     result = solver.solve(rulesheets.loads(NETWORK))
     assert [row.name for row in sheet_rows(result)] == ["q1", "q17", "q3", "q2"]
-    assert [row.split(",")[2] for row in result_csv(result).splitlines()[1:]] == ["q1", "q17", "q3", "q2"]
+    assert [row.split(",")[2] for row in result_csv(result).splitlines()[1:]] == [
+        "q1",
+        "q17",
+        "q3",
+        "q2",
+    ]
     assert set(json.loads(result_json(result))["solutions"][0]) == {"q1", "q17", "q3", "q2"}
     assert "q2 = 3.333333333" in repr(result)
 
@@ -47,7 +52,10 @@ def test_an_unnamed_variable_without_a_value_is_not_solved() -> None:
     assert str(result.status) == "partial"
     assert result.status.exit_code == 1
     assert set(result.undetermined) == {"q4", "q5"}
-    assert solver.solve(rulesheets.loads(NETWORK + "  q4 + q5 = q17\n"), want=["q17"]).status.exit_code == 0
+    assert (
+        solver.solve(rulesheets.loads(NETWORK + "  q4 + q5 = q17\n"), want=["q17"]).status.exit_code
+        == 0
+    )
 
 
 def test_a_sweep_has_a_column_for_every_name() -> None:

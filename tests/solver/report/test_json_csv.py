@@ -13,7 +13,15 @@ from solver.solution.solving import Result, Solution
 
 def test_the_json_object_of_a_solve(solved: Result) -> None:
     found = json.loads(result_json(solved))
-    assert list(found) == ["status", "solutions", "complete", "undetermined", "diagnoses", "path", "units"]
+    assert list(found) == [
+        "status",
+        "solutions",
+        "complete",
+        "undetermined",
+        "diagnoses",
+        "path",
+        "units",
+    ]
     assert found["units"] == {"a": "mm", "b": "mm", "c": "mm"}
     assert found["status"] == "solved"
     assert found["complete"] is True
@@ -31,14 +39,21 @@ def test_diagnoses_carry_their_rules(unsolved: Result) -> None:
     (diagnosis,) = json.loads(result_json(unsolved))["diagnoses"]
     assert diagnosis["code"] == "S501"
     assert diagnosis["severity"] == "error"
-    assert diagnosis["rules"] == [{"file": "sheets/hypotenuse.tk", "line": 1, "text": "c^2 = a^2 + b^2"}]
+    assert diagnosis["rules"] == [
+        {"file": "sheets/hypotenuse.tk", "line": 1, "text": "c^2 = a^2 + b^2"}
+    ]
     assert diagnosis["variables"] == ["b", "c"]
-    assert json.loads(error_json(unsolved.diagnoses)) == {"status": "error", "diagnoses": [diagnosis]}
+    assert json.loads(error_json(unsolved.diagnoses)) == {
+        "status": "error",
+        "diagnoses": [diagnosis],
+    }
 
 
 def test_numbers_that_are_not_finite_never_appear(solved: Result) -> None:
     answer = Solution({"a": 3.0, "b": float("inf"), "c": float("nan")})
-    assert json.loads(result_json(replace(solved, solutions=(answer,))))["solutions"] == [{"a": 3.0}]
+    assert json.loads(result_json(replace(solved, solutions=(answer,))))["solutions"] == [
+        {"a": 3.0}
+    ]
 
 
 def test_csv_has_the_columns_of_the_variable_sheet(solved: Result) -> None:

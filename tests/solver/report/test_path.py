@@ -1,4 +1,5 @@
-"""The path before any number: order, rules with their places, tears, cases, and the number of answers."""
+"""The path before any number: order, rules with their places, tears, cases, and the number of
+answers."""
 
 from __future__ import annotations
 
@@ -17,7 +18,9 @@ from solver.report.path import reaches, tree_text
 from solver.solution.solving import posted
 
 
-def ahead(text: str, inputs: dict[str, Value] | None = None, want: str | None = None) -> tuple[str, PathTree]:
+def ahead(
+    text: str, inputs: dict[str, Value] | None = None, want: str | None = None
+) -> tuple[str, PathTree]:
     model = rulesheets.loads(text)
     found = path_tree(planner(model), inputs or {}, None if want is None else frozenset({want}))
     return tree_text(model, found, posted(model) if want is None else (want,)), found

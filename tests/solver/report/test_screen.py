@@ -48,7 +48,9 @@ def lines(text: str) -> list[str]:
 
 
 @pytest.mark.parametrize("every", [False, True])
-@pytest.mark.parametrize("sheet", [SHEET, SHEET.replace("a = 3", "a = -3"), SHEET.replace("a = 3", "a")])
+@pytest.mark.parametrize(
+    "sheet", [SHEET, SHEET.replace("a = 3", "a = -3"), SHEET.replace("a = 3", "a")]
+)
 def test_a_report_keeps_within_the_columns(columns: int, sheet: str, every: bool) -> None:
     result = solver.solve(rulesheets.loads(sheet))
     text = result_text(result, every=every)
@@ -126,7 +128,10 @@ def test_words_that_are_set_off_are_the_same_words() -> None:
 def test_a_chain_that_is_too_long_has_a_line_for_each_equal() -> None:
     sheet = rulesheets.loads("a = 3\nb = 4\nhypotenuse = sqrt(a^2 + b^2) + a*b/(a + b)")
     chain = why(solver.solve(sheet), "hypotenuse")
-    assert "sqrt(a^2 + b^2) + a*b/(a + b) = sqrt(3^2 + 4^2) + 3*4/(3 + 4) = 6.714285714" in why_text(chain)
+    assert (
+        "sqrt(a^2 + b^2) + a*b/(a + b) = sqrt(3^2 + 4^2) + 3*4/(3 + 4) = 6.714285714"
+        in why_text(chain)
+    )
     before = SCREEN.set(Screen(60))
     text = why_text(chain)
     SCREEN.reset(before)

@@ -33,7 +33,17 @@ def test_the_sheet_of_a_solved_result(solved: Result) -> None:
 
 def test_all_answers_stand_side_by_side(solved: Result) -> None:
     lines = result_text(solved, every=True).split("\n")
-    assert lines[0].split() == ["St", "Input", "Name", "Output", "1", "Output", "2", "Unit", "Comment"]
+    assert lines[0].split() == [
+        "St",
+        "Input",
+        "Name",
+        "Output",
+        "1",
+        "Output",
+        "2",
+        "Unit",
+        "Comment",
+    ]
     assert lines[4].split() == ["G", "1", "c", "5", "-5", "mm", "hypotenuse"]
     assert lines[-1].endswith("worst residual 1e-16")
 
@@ -46,7 +56,9 @@ def test_explain_adds_locals_path_and_rules_used(solved: Result) -> None:
     assert "f.angle" not in result_text(solved)
 
 
-def test_a_local_that_is_wanted_is_shown_and_nothing_without_a_value_that_is_not(solved: Result) -> None:
+def test_a_local_that_is_wanted_is_shown_and_nothing_without_a_value_that_is_not(
+    solved: Result,
+) -> None:
     answer = Solution({"a": 3.0, "b": 4.0, "f.angle": 53.0}, 0.0, 1)
     result = replace(solved, solutions=(answer,), wanted=("f.angle",), inputs={"a": 3.0, "b": 4.0})
     names = [line.split()[1:2] for line in result_text(result).split("\n")[2:5]]
@@ -122,5 +134,7 @@ def test_a_failed_solve_does_not_say_satisfied(unsolved: Result) -> None:
 
 def test_an_empty_model_prints_its_header(solved: Result) -> None:
     empty = Model("empty", {}, (), ())
-    result = replace(solved, model=empty, solutions=(Solution({}),), inputs={}, wanted=(), path=Path(()))
+    result = replace(
+        solved, model=empty, solutions=(Solution({}),), inputs={}, wanted=(), path=Path(())
+    )
     assert result_text(result).startswith("St  Input")

@@ -29,7 +29,9 @@ def derive(text: str, name: str) -> Derivation:
 
 
 def test_text_shows_form_numbers_and_value() -> None:
-    lines = why_text(derive("variables\n  a = -15\n  b = 3\n  c\nrules\n  c/a = b", "c")).split("\n")
+    lines = why_text(derive("variables\n  a = -15\n  b = 3\n  c\nrules\n  c/a = b", "c")).split(
+        "\n"
+    )
     assert lines == [
         "c = -45, from 2 inputs by 1 of 1 rule",
         "",

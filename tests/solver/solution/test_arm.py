@@ -1,4 +1,5 @@
-"""A six-joint arm with a spherical wrist: eight sets of joint angles lead to one pose of its tool."""
+"""A six-joint arm with a spherical wrist: eight sets of joint angles lead to one pose of its
+tool."""
 
 from __future__ import annotations
 
@@ -43,7 +44,9 @@ m32 = sind(q5)*sind(q6)
 m33 = cosd(q5)
 """
 TOOL = "".join(
-    f"{tool}{axis} = u{axis}*m1{k} + v{axis}*m2{k} + w{axis}*m3{k}\n" for k, tool in COLUMNS for axis in "xyz"
+    f"{tool}{axis} = u{axis}*m1{k} + v{axis}*m2{k} + w{axis}*m3{k}\n"
+    for k, tool in COLUMNS
+    for axis in "xyz"
 )
 TOOL_IN_THE_FOREARM = "".join(
     f"m{row}{k} = {axis}x*{tool}x + {axis}y*{tool}y + {axis}z*{tool}z\n"
@@ -54,7 +57,10 @@ TOOL_IN_THE_FOREARM = "".join(
 
 def test_eight_sets_of_angles_lead_to_a_pose() -> None:
     forward = solver.solve(rulesheets.loads(POSITION + FOREARM + WRIST + TOOL), JOINTS)
-    pose = {name: forward[name] for name in ("px", "py", "pz", *(t + c for _, t in COLUMNS for c in "xyz"))}
+    pose = {
+        name: forward[name]
+        for name in ("px", "py", "pz", *(t + c for _, t in COLUMNS for c in "xyz"))
+    }
     found = solver.solve(rulesheets.loads(POSITION + FOREARM + WRIST + TOOL_IN_THE_FOREARM), pose)
     assert str(found.status) == "solved"
     assert len(found.solutions) == 8

@@ -1,4 +1,5 @@
-"""Values of formulas of which floats lose digits: they belong to the answer, whatever else is listed."""
+"""Values of formulas of which floats lose digits: they belong to the answer, whatever else is
+listed."""
 
 from __future__ import annotations
 
@@ -29,7 +30,9 @@ def test_a_flat_road_curve_comes_first(d: float) -> None:
 
 @pytest.mark.parametrize("d", [1e-6, 1e-3, 0.1, 3.0])
 def test_a_difference_has_the_digits_of_its_inputs(d: float) -> None:
-    result = solver.solve(rulesheets.loads("a = r*(1/cosd(d/2) - 1)\nq = a/d^2"), {"r": 300.0, "d": d})
+    result = solver.solve(
+        rulesheets.loads("a = r*(1/cosd(d/2) - 1)\nq = a/d^2"), {"r": 300.0, "d": d}
+    )
     with mpmath.workdps(50):
         a = 300 * (1 / mpmath.cos(mpmath.radians(mpmath.mpf(d) / 2)) - 1)
         exact = float(a), float(a / mpmath.mpf(d) ** 2)
@@ -51,7 +54,9 @@ def test_an_option_beyond_reach_contradicts_nothing() -> None:
 N1 = (1 + erf(d/sqrt(2)))/2
 N2 = (1 + erf((d - s*sqrt(T))/sqrt(2)))/2
 C = S*N1 - K*exp(-r*T)*N2"""
-    result = solver.solve(rulesheets.loads(rules), {"S": 50.0, "K": 100.0, "r": 0.05, "s": 0.2, "T": 0.02})
+    result = solver.solve(
+        rulesheets.loads(rules), {"S": 50.0, "K": 100.0, "r": 0.05, "s": 0.2, "T": 0.02}
+    )
     with mpmath.workdps(50):
         S, K, r, s, T = (mpmath.mpf(v) for v in (50.0, 100.0, 0.05, 0.2, 0.02))
         d = (mpmath.log(S / K) + (r + s**2 / 2) * T) / (s * mpmath.sqrt(T))

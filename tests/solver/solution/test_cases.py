@@ -50,7 +50,9 @@ def test_an_answer_on_the_edge_of_a_case_is_found_once(edge: float) -> None:
 
 
 def test_sides_of_an_edge_that_agree_there_are_one_answer() -> None:
-    result = solver.solve(rulesheets.loads("if x >= 0 then y = x\nif x <= 0 then y = -x"), {"y": 0.0})
+    result = solver.solve(
+        rulesheets.loads("if x >= 0 then y = x\nif x <= 0 then y = -x"), {"y": 0.0}
+    )
     assert str(result.status) == "solved"
     assert [s["x"] for s in result.solutions] == [0.0]
 
@@ -85,7 +87,10 @@ def test_an_arm_that_no_value_reaches_takes_no_answer_away() -> None:
         result = solver.solve(rulesheets.loads(sheet), given)
         answers = {s["y"]: s["x"] for s in result.solutions}
         assert answers == pytest.approx({1.0: (-1 - 17**0.5) / 2, 3.0: 1.0})
-        assert {name for d in result.diagnoses for name in ("z", "w") if name in d.message} == {"z", "w"}
+        assert {name for d in result.diagnoses for name in ("z", "w") if name in d.message} == {
+            "z",
+            "w",
+        }
 
 
 def test_thresholds_that_an_arm_gives_count_too() -> None:
@@ -95,7 +100,10 @@ def test_thresholds_that_an_arm_gives_count_too() -> None:
     result = solver.solve(rulesheets.loads(f"{first}\n{second}"), {}, want=["x", "y", "b"])
     assert str(result.status) == "solved"
     assert result.complete
-    assert sorted((s["x"], s["y"], s["b"]) for s in result.solutions) == [(-1.0, 1.0, -9.0), (2.0, 1.0, -2.0)]
+    assert sorted((s["x"], s["y"], s["b"]) for s in result.solutions) == [
+        (-1.0, 1.0, -9.0),
+        (2.0, 1.0, -2.0),
+    ]
 
 
 @pytest.mark.parametrize("diameter", [0.0127, 0.0713, 0.1, 0.2039, 0.2991])
@@ -117,11 +125,14 @@ def test_a_strict_edge_has_no_answer_next_to_it(load: float, expected: list[floa
     assert result.complete
 
 
-@pytest.mark.parametrize(("Q", "D", "eps"), [(0.000154, 0.461, 1.11e-5), (0.000125, 0.0895, 0.00077)])
+@pytest.mark.parametrize(
+    ("Q", "D", "eps"), [(0.000154, 0.461, 1.11e-5), (0.000125, 0.0895, 0.00077)]
+)
 def test_a_boundary_that_given_numbers_miss_by_their_last_places_is_not_excluded(
     Q: float, D: float, eps: float
 ) -> None:
-    """The friction is 1e-8 of the head, and with it the Reynolds number known to that share of it."""
+    """The friction is 1e-8 of the head, and with it the Reynolds number known to that share of
+    it."""
     rules = """V = Q/(pi*D^2/4)
 Re = V*D/nu
 if Re < 2300 then f = 64/Re else f = (-1.8*log10((eps/D/3.7)^1.11 + 6.9/Re))^-2
@@ -132,5 +143,7 @@ P = 9.81*Q*H/0.72"""
     f = (-1.8 * math.log10((eps / D / 3.7) ** 1.11 + 6.9 / 2300)) ** -2
     P = 9.81 * Q * (4 + f * 150 / D * V**2 / 19.62 + 6.5 * V**2 / 19.62) / 0.72
     result = solver.solve(rulesheets.loads(rules), {"Q": Q, "D": D, "eps": eps, "P": P})
-    listed = any(answer["nu"] == pytest.approx(V * D / 2300, rel=1e-6) for answer in result.solutions)
+    listed = any(
+        answer["nu"] == pytest.approx(V * D / 2300, rel=1e-6) for answer in result.solutions
+    )
     assert listed or not result.complete

@@ -27,7 +27,9 @@ def balance() -> tuple[float, float]:
     def second(t1: float) -> float:
         return t1 - flow(t1, 2746, 57793) / 13.3
 
-    t1 = brentq(lambda t: flow(t, 2746, 57793) - flow(second(t), 4846, 49161), 19.5, 20.5, xtol=1e-15)
+    t1 = brentq(
+        lambda t: flow(t, 2746, 57793) - flow(second(t), 4846, 49161), 19.5, 20.5, xtol=1e-15
+    )
     return t1, second(t1)
 
 
@@ -36,7 +38,9 @@ def test_a_copied_number_is_accepted() -> None:
     t1 = float(solver.solve(model).solutions[0]["t1"])
     assert t1 == pytest.approx(balance()[0], rel=1e-13)
     result = solver.solve(model, {"t1": t1})
-    assert [float(found["t2"]) for found in result.solutions] == pytest.approx([balance()[1]], rel=1e-12)
+    assert [float(found["t2"]) for found in result.solutions] == pytest.approx(
+        [balance()[1]], rel=1e-12
+    )
     assert str(solver.solve(model, {"t1": t1 * (1 + 1e-9)}).status) == "inconsistent"
 
 
@@ -60,7 +64,8 @@ def test_a_difference_of_copied_numbers_is_that_of_the_other_rules() -> None:
 
 
 def test_of_redundant_rules_the_linear_ones_are_solved() -> None:
-    """The others would give a double root: of all rectangles of a given girth the square is the largest."""
+    """The others would give a double root: of all rectangles of a given girth the square is the
+    largest."""
     result = solver.solve(rulesheets.loads("x*y = z + 10\nx + y = 10\nx - y = 0"), {"z": 15.0})
     assert str(result.status) == "solved"
     assert dict(result.solutions[0]) == {"x": 5.0, "y": 5.0, "z": 15.0}

@@ -1,4 +1,5 @@
-"""Paths that fork at many steps: every combination is an answer of its own, and long ones fit into memory."""
+"""Paths that fork at many steps: every combination is an answer of its own, and long ones fit into
+memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Rules that are 0/0: named as such, with their limits, and solved by them where that is asked for."""
+"""Rules that are 0/0: named as such, with their limits, and solved by them where that is asked
+for."""
 
 from __future__ import annotations
 
@@ -69,7 +70,9 @@ BACKWARD = [
 
 
 @pytest.mark.parametrize(("text", "inputs", "name", "expected"), FORWARD)
-def test_the_verdict_names_the_limit(text: str, inputs: dict[str, float], name: str, expected: float) -> None:
+def test_the_verdict_names_the_limit(
+    text: str, inputs: dict[str, float], name: str, expected: float
+) -> None:
     result = solver.solve(rulesheets.loads(text), inputs)
     assert str(result.status) == "singular"
     assert result[name] is None
@@ -92,14 +95,17 @@ def test_limits_fill_what_is_undefined(
 
 
 @pytest.mark.parametrize(("text", "inputs", "expected"), BACKWARD)
-def test_limits_are_found_backward(text: str, inputs: dict[str, float], expected: dict[str, float]) -> None:
+def test_limits_are_found_backward(
+    text: str, inputs: dict[str, float], expected: dict[str, float]
+) -> None:
     result = solver.solve(rulesheets.loads(text), inputs, limits=True)
     assert str(result.status) == "solved"
     near = [
         solution
         for solution in result.solutions
         if all(
-            solution[name] == pytest.approx(value, rel=1e-13, abs=1e-13) for name, value in expected.items()
+            solution[name] == pytest.approx(value, rel=1e-13, abs=1e-13)
+            for name, value in expected.items()
         )
     ]
     assert len(near) == 1
@@ -134,7 +140,9 @@ def test_a_wrong_value_beside_a_zero_by_zero_is_no_answer() -> None:
 
 def test_the_limit_does_not_depend_on_the_order_of_rules() -> None:
     inputs = {"Thi": 100.0, "Tci": 20.0, "U": 3.0, "A": 1.0, "mh": 2.0, "mc": 2.0}
-    for rules in list(permutations(EXCHANGER.splitlines()))[240::240]:  # the first is among BACKWARD
+    for rules in list(permutations(EXCHANGER.splitlines()))[
+        240::240
+    ]:  # the first is among BACKWARD
         result = solver.solve(rulesheets.loads("\n".join(rules)), inputs, limits=True)
         assert result["Q"] == pytest.approx(96.0, rel=1e-14)
 
@@ -165,7 +173,8 @@ def test_an_answer_that_is_a_limit_is_named_where_no_other_is_found() -> None:
 
 
 def test_limits_are_found_where_rules_give_the_numbers() -> None:
-    """A balanced exchanger: Q = C*UA/(C + UA)*(Thi - Tci), with the same difference at both ends."""
+    """A balanced exchanger: Q = C*UA/(C + UA)*(Thi - Tci), with the same difference at both
+    ends."""
     numbers = "".join(
         f"{name} = {value}\n" for name, value in [("Thi", 90), ("Tci", 20), ("mh", 2), ("mc", 2)]
     )
@@ -174,7 +183,11 @@ def test_limits_are_found_where_rules_give_the_numbers() -> None:
     assert refused.code == "S545"
     assert refused.message.endswith("the limit is 28")
     result = solver.solve(model, limits=True)
-    assert {name: result[name] for name in ("Q", "Tho", "Tco")} == {"Q": 84.0, "Tho": 48.0, "Tco": 62.0}
+    assert {name: result[name] for name in ("Q", "Tho", "Tco")} == {
+        "Q": 84.0,
+        "Tho": 48.0,
+        "Tco": 62.0,
+    }
 
 
 @pytest.mark.parametrize(
@@ -185,7 +198,9 @@ def test_limits_are_found_where_rules_give_the_numbers() -> None:
         ("F = A*((1 + i)^n - 1)/i", {"F": 2500.0, "n": 25.0, "A": 100.0}, "i = 0"),
     ],
 )
-def test_an_answer_by_a_limit_is_told_beside_others(rule: str, inputs: dict[str, float], hole: str) -> None:
+def test_an_answer_by_a_limit_is_told_beside_others(
+    rule: str, inputs: dict[str, float], hole: str
+) -> None:
     """At 0 % a rate is the sum over the months, by the limit of the formula alone."""
     model = rulesheets.loads(rule)
     result = solver.solve(model, inputs)

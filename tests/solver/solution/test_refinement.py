@@ -1,4 +1,5 @@
-"""Answers where floats lose digits, against 50 digits: every number is the nearest float, or nearly so."""
+"""Answers where floats lose digits, against 50 digits: every number is the nearest float, or nearly
+so."""
 
 from __future__ import annotations
 
@@ -39,7 +40,9 @@ def slider(offset: float, side: int, outer: bool, distance: float) -> dict[str, 
     return {"xB": xB, "offset": offset, "branch": "open" if side > 0 else 0.0, **RATES, **cleared}
 
 
-ENDS = [(offset, side, outer) for offset in (0.0, 2.0) for side in (1, -1) for outer in (True, False)]
+ENDS = [
+    (offset, side, outer) for offset in (0.0, 2.0) for side in (1, -1) for outer in (True, False)
+]
 QUICK = {(AS_PRINTED, 15), (SLOPE_FREE, 9)}
 APPROACHES = [
     pytest.param(name, k, id=f"{name}-1e-{k}", marks=() if (name, k) in QUICK else pytest.mark.slow)
@@ -50,7 +53,9 @@ APPROACHES = [
 
 @pytest.mark.parametrize(("offset", "side", "outer"), ENDS)
 @pytest.mark.parametrize(("name", "exponent"), APPROACHES)
-def test_slider_near_dead_centre(name: str, exponent: int, offset: float, side: int, outer: bool) -> None:
+def test_slider_near_dead_centre(
+    name: str, exponent: int, offset: float, side: int, outer: bool
+) -> None:
     given = slider(offset, side, outer, 10.0**-exponent)
     result = solver.solve(model(name), given)
     exact = [
@@ -60,7 +65,9 @@ def test_slider_near_dead_centre(name: str, exponent: int, offset: float, side: 
     assert str(result.status) == "solved"
     assert len(exact) == len(result.solutions) == 2
     tolerance = LAST_PLACE if exponent > 2 else 1e-13
-    for solution, truth in zip(sorted(result.solutions, key=lambda s: s["thetaAO"]), exact, strict=True):
+    for solution, truth in zip(
+        sorted(result.solutions, key=lambda s: s["thetaAO"]), exact, strict=True
+    ):
         for quantity, number in zip(DRIVEN, truth, strict=True):
             assert abs(solution[quantity] - number) <= tolerance * abs(number), quantity
             assert abs(solution[quantity] - number) <= solution.error[quantity], quantity
@@ -114,7 +121,9 @@ def test_rod_a_hair_below_the_backward_direction(side: int, exponent: int) -> No
     pytest.importorskip("flint")
     crank = Crank(1.0, 4.0, 1.0, -15.0, -10.0, 90.0 + side * 10.0**-exponent)
     exact = oracle.forward(crank)
-    result = solver.solve(model(AS_PRINTED), crank.inputs, want=(*QUANTITIES, "thetaAB"), prove=True)
+    result = solver.solve(
+        model(AS_PRINTED), crank.inputs, want=(*QUANTITIES, "thetaAB"), prove=True
+    )
     assert str(result.status) == "solved"
     assert result["thetaAB"] == 180.0
     assert [result[name] for name in QUANTITIES] == [float(exact[name]) for name in QUANTITIES]
@@ -165,12 +174,15 @@ def test_a_prepared_plan_is_as_right() -> None:
 
 @pytest.mark.parametrize("exponent", [9, 11, 12, 15])
 def test_a_plan_leaves_to_more_digits_what_is_equal_by_a_hair(exponent: int) -> None:
-    """Next to in-line dead centre the direction of the rod is within the comparison tolerance of 180."""
+    """Next to in-line dead centre the direction of the rod is within the comparison tolerance of
+    180."""
     plan = solver.prepare(model(AS_PRINTED), ["thetaAO"], QUANTITIES, given={"offset": 0.0})
     angles = [0.0, 10.0**-exponent, -(10.0**-exponent)]
     for angle in angles * 2:
         exact = oracle.forward(Crank(3.0, 8.0, 0.0, -15.0, -10.0, angle))
-        assert plan(angle) == pytest.approx([float(exact[name]) for name in QUANTITIES], rel=1e-14, abs=0.0)
+        assert plan(angle) == pytest.approx(
+            [float(exact[name]) for name in QUANTITIES], rel=1e-14, abs=0.0
+        )
     swept = plan.sweep(angles)
     for row, angle in enumerate(angles):
         assert tuple(swept[name][row] for name in QUANTITIES) == plan(angle)
@@ -178,9 +190,12 @@ def test_a_plan_leaves_to_more_digits_what_is_equal_by_a_hair(exponent: int) -> 
 
 @pytest.mark.parametrize("angle", [41.810314895778596, 138.1896851042214, 41.81031489577862])
 def test_a_slope_near_infinity_is_no_slope_that_may_vanish(angle: float) -> None:
-    """The rod is horizontal to the last place of the angle, which leaves open the sign of its slope."""
+    """The rod is horizontal to the last place of the angle, which leaves open the sign of its
+    slope."""
     exact = oracle.forward(Crank(3.0, 8.0, 2.0, -15.0, -10.0, angle, open=False))
-    result = solver.solve(model(AS_PRINTED), {"thetaAO": angle, "branch": "crossed"}, want=QUANTITIES)
+    result = solver.solve(
+        model(AS_PRINTED), {"thetaAO": angle, "branch": "crossed"}, want=QUANTITIES
+    )
     assert str(result.status) == "solved"
     for quantity in QUANTITIES:
         assert result[quantity] == pytest.approx(float(exact[quantity]), rel=1e-13), quantity
@@ -214,7 +229,9 @@ def test_circles_that_nearly_touch(exponent: int) -> None:
     assert str(result.status) == "solved"
     found = sorted((s["x"], s["y"]) for s in result.solutions)
     assert [x for x, _ in found] == pytest.approx([apart / 2] * 2, rel=LAST_PLACE)
-    assert sorted(y for _, y in found) == pytest.approx([-float(height), float(height)], rel=LAST_PLACE)
+    assert sorted(y for _, y in found) == pytest.approx(
+        [-float(height), float(height)], rel=LAST_PLACE
+    )
 
 
 def test_circles_that_touch_are_singular() -> None:
@@ -229,9 +246,12 @@ def test_circles_just_apart_are_infeasible() -> None:
 
 @pytest.mark.parametrize("gap", [1e-5, 1e-8, 3e-8])
 def test_roots_that_floats_merge_are_both_found(gap: float) -> None:
-    """A cubic (a simultaneous block of one rule) with two roots that lie closer than floats can tell."""
+    """A cubic (a simultaneous block of one rule) with two roots that lie closer than floats can
+    tell."""
     one, other = Fraction(1.0), Fraction(1.0 + gap)
-    c2, c1, c0 = (float(c) for c in (-(one + other + 3), one * other + 3 * (one + other), -3 * one * other))
+    c2, c1, c0 = (
+        float(c) for c in (-(one + other + 3), one * other + 3 * (one + other), -3 * one * other)
+    )
     result = solver.solve(rulesheets.loads(f"x^3 + {c2!r}*x^2 + {c1!r}*x + {c0!r} = 0"))
     with mpmath.workdps(60):
         roots = mpmath.polyroots([1, c2, c1, c0], maxsteps=200, extraprec=200)
@@ -259,7 +279,8 @@ def test_an_ill_conditioned_linear_system_has_all_its_digits() -> None:
 def test_decimals_that_are_meant_to_be_equal_are() -> None:
     """0.1 + 0.2 and 0.3 are two floats, but the last places of the decimals explain that."""
     text = (
-        "variables\n a = 0.1\n b = 0.2\n c = 0.3\n s\n y\nrules\n s = a + b\n if s = c then y = 1 else y = 2"
+        "variables\n a = 0.1\n b = 0.2\n c = 0.3\n s\n y\nrules\n s = a + b\n if s = c then y = 1 "
+        "else y = 2"
     )
     result = solver.solve(rulesheets.loads(text))
     assert result["y"] == 1.0
@@ -277,7 +298,9 @@ def test_a_redundant_way_that_loses_digits_contradicts_nothing(E: str) -> None:
     with mpmath.workdps(50):
         e, angle = mpmath.mpf("0.13"), mpmath.radians(mpmath.mpf(E))
         nu = float(
-            mpmath.degrees(mpmath.atan2(mpmath.sqrt(1 - e**2) * mpmath.sin(angle), mpmath.cos(angle) - e))
+            mpmath.degrees(
+                mpmath.atan2(mpmath.sqrt(1 - e**2) * mpmath.sin(angle), mpmath.cos(angle) - e)
+            )
         )
     result = solver.solve(model("kepler"), {"e": 0.13, "a": 1.37, "M": None, "nu": nu})
     assert str(result.status) == "solved"
@@ -304,9 +327,12 @@ def test_redundant_inputs_agree_to_their_last_places() -> None:
 
 
 def test_angles_that_sums_tie_are_turned_together_or_not_at_all() -> None:
-    """cos(a)·cos(x) = k with a + x = s, that is cos(a - x) = 2·k - cos(s): x is millions of radians away."""
+    """cos(a)·cos(x) = k with a + x = s, that is cos(a - x) = 2·k - cos(s): x is millions of radians
+    away."""
     s, k = 7690763.9, -0.04523041584122171
-    result = solver.solve(rulesheets.loads(f"z - a = -1e8\ncos(a)*cos(x) = {k!r}\nz + x = {s!r} - 1e8"))
+    result = solver.solve(
+        rulesheets.loads(f"z - a = -1e8\ncos(a)*cos(x) = {k!r}\nz + x = {s!r} - 1e8")
+    )
     assert result.status is solver.Status.SOLVED
     apart = math.acos(2 * k - math.cos(s))
     for solution in result.solutions:
@@ -315,7 +341,8 @@ def test_angles_that_sums_tie_are_turned_together_or_not_at_all() -> None:
 
 
 def test_a_root_next_to_nothing_is_not_lost_beside_the_other() -> None:
-    """y and -w are the roots of t² + 6e226 t - 4e155: their sum alone tells nothing of the small one."""
+    """y and -w are the roots of t² + 6e226 t - 4e155: their sum alone tells nothing of the small
+    one."""
     text = "(y/y^3)*(w*z - sind(w)) = 1e285\nw*y = -4e155\ny - w = -6e226"
     result = solver.solve(rulesheets.loads(text))
     assert str(result.status) == "solved"
@@ -328,7 +355,9 @@ def test_a_root_next_to_nothing_is_not_lost_beside_the_other() -> None:
 
 def test_a_coefficient_without_a_value_ends_its_branch_alone() -> None:
     """(1 + r)^12 gives a second r, at which a power of no whole exponent has no value."""
-    loan = rulesheets.loads("pay = P*r/(1 - (1 + r)^(-n))\ninterest = pay*n - P\near = (1 + r)^12 - 1\n")
+    loan = rulesheets.loads(
+        "pay = P*r/(1 - (1 + r)^(-n))\ninterest = pay*n - P\near = (1 + r)^12 - 1\n"
+    )
     forward = solver.solve(loan, {"P": 20000.0, "r": 0.00252, "n": 43.9})
     given = {name: forward[name] for name in ("interest", "ear", "n")}
     result = solver.solve(loan, given)

@@ -60,7 +60,8 @@ def test_inputs_alone_can_break_a_requirement() -> None:
     result = solve("c = a + b\na > b", a=1.0, b=2.5)
     assert str(result.status) == "infeasible"
     assert (
-        "a = 1 and b = 2.5 do not meet this requirement: it is missed by 1.5" in result.diagnoses[0].message
+        "a = 1 and b = 2.5 do not meet this requirement: it is missed by 1.5"
+        in result.diagnoses[0].message
     )
 
 
@@ -80,14 +81,17 @@ def test_equal_within_the_comparison_tolerance(relation: str, holds: bool) -> No
 
 
 def test_a_requirement_is_met_by_the_exact_value_not_by_the_rounded_one() -> None:
-    """x - 1e9 in floats is off by more than the tolerance; the answer of the rules is 0.1 exactly enough."""
+    """x - 1e9 in floats is off by more than the tolerance; the answer of the rules is 0.1 exactly
+    enough."""
     assert str(solve("x = 1e9 + 0.5\ny = x - 1e9\ny >= 0.5").status) == "solved"
 
 
 def test_a_requirement_tells_where_to_search() -> None:
     result = solve("sind(t) = 0.5\nt > 360")
     assert result.solutions
-    assert all(math.isclose(math.sin(math.radians(t)), 0.5) and t > 360 for t in values(result, "t"))
+    assert all(
+        math.isclose(math.sin(math.radians(t)), 0.5) and t > 360 for t in values(result, "t")
+    )
 
 
 def test_plans_and_sweeps_leave_out_the_same_answers() -> None:

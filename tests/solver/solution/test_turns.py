@@ -29,7 +29,10 @@ def test_an_angle_stays_where_a_rule_ties_it_to_a_direction() -> None:
 
 
 def test_an_angle_by_its_cosine_moves_and_the_sum_still_holds() -> None:
-    text = "variables\n  a [deg]\nrules\n  cosd(a + 90) = cosd(200)\n  sind(a + 90) = sind(200)\n  b = a + 90"
+    text = (
+        "variables\n  a [deg]\nrules\n  cosd(a + 90) = cosd(200)\n  sind(a + 90) = sind(200)\n  b "
+        "= a + 90"
+    )
     result = solver.solve(rulesheets.loads(text))
     assert str(result.status) == "solved"
     for solution in result.solutions:
@@ -54,7 +57,8 @@ def test_an_angle_by_its_cosine_moves_and_the_sum_still_holds() -> None:
 def test_an_angle_that_is_read_in_parts_is_looked_for_in_one_turn(
     rule: str, y: float, expected: list[float]
 ) -> None:
-    """(-180, 180] comes first, and it is known that these are all, although x goes on for more turns."""
+    """(-180, 180] comes first, and it is known that these are all, although x goes on for more
+    turns."""
     result = solver.solve(rulesheets.loads(rule), {"y": y})
     assert sorted(s["x"] for s in result.solutions) == pytest.approx(sorted(expected))
     assert result.complete or str(result.status) == "singular"
@@ -64,7 +68,9 @@ def test_the_angle_of_a_cone_is_one_answer() -> None:
     """Radii and height of a frustum, its angle by the halves of two triangles."""
     rules = "r1/h1 = tand(th/2)\nr2/h2 = tand(th/2)\nh = h2 - h1"
     result = solver.solve(rulesheets.loads(rules), {"r1": 1.0, "r2": 2.0, "h": 3.0})
-    assert [s["th"] for s in result.solutions] == pytest.approx([2 * math.degrees(math.atan(1 / 3))])
+    assert [s["th"] for s in result.solutions] == pytest.approx(
+        [2 * math.degrees(math.atan(1 / 3))]
+    )
 
 
 LOOP = "110*sind(t3) = 80*sind(t4) - 40*sind(50)\n110*cosd(t3) = 100 + 80*cosd(t4) - 40*cosd(50)\n"
@@ -78,12 +84,17 @@ LOOP = "110*sind(t3) = 80*sind(t4) - 40*sind(50)\n110*cosd(t3) = 100 + 80*cosd(t
         ("mu = 180 + 2*t3 - 4*t4", lambda t3, t4: 180 + 2 * t3 - 4 * t4, True),
     ],
 )
-def test_what_is_made_of_angles_does_not_call_for_their_other_turns(rule: str, value, complete: bool) -> None:
-    """The two positions of a four-bar linkage, by the circles of its joints, and its transmission angle."""
+def test_what_is_made_of_angles_does_not_call_for_their_other_turns(
+    rule: str, value, complete: bool
+) -> None:
+    """The two positions of a four-bar linkage, by the circles of its joints, and its transmission
+    angle."""
     crank = 40 * complex(math.cos(math.radians(50)), math.sin(math.radians(50)))
     far, pivot = abs(100 - crank), (100 - crank) / abs(100 - crank)
     along = (110**2 - 80**2 + far**2) / (2 * far)
-    joints = [crank + pivot * complex(along, side * math.sqrt(110**2 - along**2)) for side in (1, -1)]
+    joints = [
+        crank + pivot * complex(along, side * math.sqrt(110**2 - along**2)) for side in (1, -1)
+    ]
     angles = [[math.degrees(phase(j - crank)), math.degrees(phase(j - 100))] for j in joints]
     result = solver.solve(rulesheets.loads(LOOP + rule))
     found = sorted([s["t3"], s["t4"], s["mu"]] for s in result.solutions)

@@ -18,12 +18,16 @@ def system(*rows: Sequence[int], unknowns: int | None = None, cost: int = 0) -> 
     """Every equation resolvable for each of its unknowns at the same cost."""
     n = unknowns if unknowns is not None else 1 + max((u for row in rows for u in row), default=-1)
     return Incidence(
-        tuple(tuple(sorted(row)) for row in rows), tuple(dict.fromkeys(row, cost) for row in rows), n
+        tuple(tuple(sorted(row)) for row in rows),
+        tuple(dict.fromkeys(row, cost) for row in rows),
+        n,
     )
 
 
 @st.composite
-def incidences(draw: st.DrawFn, equations: int = 6, unknowns: int = 6, square: bool = False) -> Incidence:
+def incidences(
+    draw: st.DrawFn, equations: int = 6, unknowns: int = 6, square: bool = False
+) -> Incidence:
     """Systems of up to so many equations and unknowns, with some edges not resolvable."""
     n = draw(st.integers(1, unknowns))
     m = n if square else draw(st.integers(0, equations))
@@ -37,7 +41,8 @@ def incidences(draw: st.DrawFn, equations: int = 6, unknowns: int = 6, square: b
 
 
 def renumbered(incidence: Incidence, equation: Sequence[int], unknown: Sequence[int]) -> Incidence:
-    """The same system in another order: old equation e becomes ``equation[e]``, likewise unknowns."""
+    """The same system in another order: old equation e becomes ``equation[e]``, likewise
+    unknowns."""
     occurs: list[tuple[int, ...]] = [()] * len(equation)
     resolvable: list[dict[int, int]] = [{}] * len(equation)
     for e, new in enumerate(equation):
@@ -59,7 +64,8 @@ def moved(block: Block, equation: Sequence[int], unknown: Sequence[int]) -> Bloc
 
 
 def matchable(rows: Sequence[Sequence[int]]) -> bool:
-    """Hall's condition (1935), on every subset: whether every row can have an unknown of its own."""
+    """Hall's condition (1935), on every subset: whether every row can have an unknown of its
+    own."""
     return all(
         len({u for row in some for u in row}) >= size
         for size in range(1, len(rows) + 1)
@@ -68,7 +74,8 @@ def matchable(rows: Sequence[Sequence[int]]) -> bool:
 
 
 def rank(rows: Sequence[Sequence[int]]) -> int:
-    """König and Ore: the size of a maximum matching is the least of rows left out plus unknowns met."""
+    """König and Ore: the size of a maximum matching is the least of rows left out plus unknowns
+    met."""
     return min(
         len(rows) - size + len({u for row in some for u in row})
         for size in range(len(rows) + 1)
@@ -78,7 +85,9 @@ def rank(rows: Sequence[Sequence[int]]) -> int:
 
 def columns(incidence: Incidence) -> list[list[int]]:
     """The equations of every unknown."""
-    return [[e for e, row in enumerate(incidence.occurs) if u in row] for u in range(incidence.unknowns)]
+    return [
+        [e for e, row in enumerate(incidence.occurs) if u in row] for u in range(incidence.unknowns)
+    ]
 
 
 def closure(incidence: Incidence, known: set[int]) -> set[int]:
@@ -86,7 +95,12 @@ def closure(incidence: Incidence, known: set[int]) -> set[int]:
     known = set(known)
     while True:
         left = [(e, set(row) - known) for e, row in enumerate(incidence.occurs)]
-        new = {u for e, unknowns in left if len(unknowns) == 1 for u in unknowns & {*incidence.resolvable[e]}}
+        new = {
+            u
+            for e, unknowns in left
+            if len(unknowns) == 1
+            for u in unknowns & {*incidence.resolvable[e]}
+        }
         if not new:
             return known
         known |= new

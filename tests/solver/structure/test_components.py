@@ -9,7 +9,9 @@ from solver.structure.decomposition import strong_components
 from tests.solver.structure.incidences import patient
 
 graphs = st.integers(1, 7).flatmap(
-    lambda n: st.lists(st.lists(st.integers(0, n - 1), unique=True, max_size=3), min_size=n, max_size=n)
+    lambda n: st.lists(
+        st.lists(st.integers(0, n - 1), unique=True, max_size=3), min_size=n, max_size=n
+    )
 )
 
 

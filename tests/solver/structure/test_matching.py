@@ -45,7 +45,8 @@ def test_a_long_alternating_path_is_no_deep_recursion() -> None:
 
 
 def test_blocks_in_layers_are_no_exponential_search() -> None:
-    """Each block of five reads the one before, so that levels double the paths between their ends."""
+    """Each block of five reads the one before, so that levels double the paths between their
+    ends."""
     blocks, size = 200, 5
     rows = [
         (*range(size * b, size * b + size), *((size * (b - 1) + i,) if b else ()))
@@ -57,10 +58,11 @@ def test_blocks_in_layers_are_no_exponential_search() -> None:
 
 
 def test_rows_are_read_a_few_times_each() -> None:
-    """Points on levels, each with its neighbours and one of the next level; the first level's own come last.
+    """Points on levels, each with its neighbours and one of the next level; the first level's own
+    come last.
 
-    Nearly every equation starts with an unknown that another one needs, and a search in depth reads most of
-    them again for each of the last ones.
+    Nearly every equation starts with an unknown that another one needs, and a search in depth reads
+    most of them again for each of the last ones.
     """
     width, levels = 400, 5
     near = [sorted({max(i - 1, 0), i, min(i + 1, width - 1)}) for i in range(width)]

@@ -11,7 +11,14 @@ from hypothesis import given
 from solver.structure import tearing as module
 from solver.structure.decomposition import Incidence
 from solver.structure.tearing import Tearing, tearings
-from tests.solver.structure.incidences import closure, incidences, patient, renumbered, shuffled, system
+from tests.solver.structure.incidences import (
+    closure,
+    incidences,
+    patient,
+    renumbered,
+    shuffled,
+    system,
+)
 
 
 def assert_valid(incidence: Incidence, tearing: Tearing) -> None:
@@ -37,7 +44,9 @@ def sets_of_tears(incidence: Incidence) -> list[tuple[int, ...]]:
     """All the smallest ones."""
     unknowns = range(incidence.unknowns)
     for size in range(incidence.unknowns + 1):
-        found = [s for s in combinations(unknowns, size) if closure(incidence, set(s)) == set(unknowns)]
+        found = [
+            s for s in combinations(unknowns, size) if closure(incidence, set(s)) == set(unknowns)
+        ]
         if found:
             return found
     raise AssertionError
@@ -76,7 +85,9 @@ def test_alternatives_are_all_the_others_best_first(incidence: Incidence) -> Non
 
 @patient
 @given(shuffled(square=True))
-def test_shuffling_changes_neither_number_nor_cost(case: tuple[Incidence, list[int], list[int]]) -> None:
+def test_shuffling_changes_neither_number_nor_cost(
+    case: tuple[Incidence, list[int], list[int]],
+) -> None:
     one, other = tear(case[0]), tear(renumbered(*case))
     assert len(one.tears) == len(other.tears)
     assert cost(case[0], one) == cost(renumbered(*case), other)
@@ -114,16 +125,20 @@ def test_an_expensive_step_is_put_off() -> None:
 
 
 def test_the_cheapest_next_step_may_not_be_the_best() -> None:
-    """At 3 for unknown 1 the first step is dearer than one at 2 for unknown 2, but gives 2 for nothing."""
+    """At 3 for unknown 1 the first step is dearer than one at 2 for unknown 2, but gives 2 for
+    nothing."""
     block = Incidence(((0, 1), (0, 2), (1, 2), (0, 1, 2)), ({1: 3}, {2: 2}, {2: 0}, {}), 3)
     found = tear(block.restrict(block.block))
     assert found.order == ((0, 1), (2, 2))
 
 
 def test_the_slider_of_a_crank() -> None:
-    """xA = AO cos theta, yA = AO sin theta, (xB-xA)² + (yB-yA)² = AB²: guess the angle, evaluate the rest."""
+    """xA = AO cos theta, yA = AO sin theta, (xB-xA)² + (yB-yA)² = AB²: guess the angle, evaluate
+    the rest."""
     theta, x, y = range(3)
-    crank = Incidence(((theta, x), (theta, y), (x, y)), ({theta: 2, x: 0}, {theta: 2, y: 0}, {x: 2, y: 2}), 3)
+    crank = Incidence(
+        ((theta, x), (theta, y), (x, y)), ({theta: 2, x: 0}, {theta: 2, y: 0}, {x: 2, y: 2}), 3
+    )
     assert tear(crank) == Tearing((theta,), ((0, x), (1, y)), (2,))
 
 

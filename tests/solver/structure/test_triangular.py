@@ -10,7 +10,14 @@ from hypothesis import given
 
 from solver.structure.decomposition import Block, Incidence, block_triangular
 from tests.oracles.operations import growth
-from tests.solver.structure.incidences import incidences, moved, patient, renumbered, shuffled, system
+from tests.solver.structure.incidences import (
+    incidences,
+    moved,
+    patient,
+    renumbered,
+    shuffled,
+    system,
+)
 
 
 @patient
@@ -53,7 +60,9 @@ def test_a_part_of_a_larger_system() -> None:
     assert block_triangular(incidence, Block((1, 2), (1, 2))) == (Block((1, 2), (1, 2)),)
 
 
-@pytest.mark.parametrize("incidence", [system((0,), (0,), unknowns=2), system((0, 1)), system((0,), (0,))])
+@pytest.mark.parametrize(
+    "incidence", [system((0,), (0,), unknowns=2), system((0, 1)), system((0,), (0,))]
+)
 def test_a_part_that_cannot_be_matched_is_refused(incidence: Incidence) -> None:
     with pytest.raises(ValueError, match="as many independent equations"):
         block_triangular(incidence)
@@ -79,10 +88,14 @@ def test_the_cost_is_linear() -> None:
 
 
 def blocks_of_five(count: int) -> list[set[int]]:
-    return [{5 * b + k, 5 * b + (k + 1) % 5, max(5 * b - 1, 0)} for b in range(count) for k in range(5)]
+    return [
+        {5 * b + k, 5 * b + (k + 1) % 5, max(5 * b - 1, 0)} for b in range(count) for k in range(5)
+    ]
 
 
 def test_thousands_of_blocks_of_five() -> None:
     count = 6400
     blocks = block_triangular(system(*(tuple(ring) for ring in blocks_of_five(count))))
-    assert [block.equations for block in blocks] == [tuple(range(5 * b, 5 * b + 5)) for b in range(count)]
+    assert [block.equations for block in blocks] == [
+        tuple(range(5 * b, 5 * b + 5)) for b in range(count)
+    ]

@@ -1,4 +1,5 @@
-"""Calls of a plan with what it does not take: a TypeError that names the argument and says what is right."""
+"""Calls of a plan with what it does not take: a TypeError that names the argument and says what is
+right."""
 
 from __future__ import annotations
 
@@ -12,7 +13,8 @@ import rulesheets
 import solver
 
 MODEL = rulesheets.loads(
-    "variables\n  x [deg]\n  y\n  mode\n  z\nrules\n  if mode = 'open then z = x + y else z = x - y\n"
+    "variables\n  x [deg]\n  y\n  mode\n  z\nrules\n  if mode = 'open then z = x + y else z = x - "
+    "y\n"
 )
 
 
@@ -47,7 +49,9 @@ def plan(request: pytest.FixtureRequest) -> Any:
         ((), {"y": 2, "x": 1}),
     ],
 )
-def test_numbers_by_place_and_by_name(plan: Any, given: tuple[Any, ...], named: dict[str, Any]) -> None:
+def test_numbers_by_place_and_by_name(
+    plan: Any, given: tuple[Any, ...], named: dict[str, Any]
+) -> None:
     assert plan(*given, **named) == (3.0,)
     assert plan.all(*given, **named) == [(3.0,)]
 

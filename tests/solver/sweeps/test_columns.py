@@ -1,4 +1,5 @@
-"""Columns of a sweep as a program gives them, and names given alone: read as meant, or refused in words."""
+"""Columns of a sweep as a program gives them, and names given alone: read as meant, or refused in
+words."""
 
 from __future__ import annotations
 
@@ -43,7 +44,9 @@ def test_whatever_holds_numbers_is_a_column(values: Any) -> None:
 def test_numbers_come_one_by_one() -> None:
     plan = solver.prepare(LINE, ["x"], ["y"], given={"a": 1.0})
     assert plan.sweep(x for x in (1.0, 2.0))["y"].tolist() == [3.0, 5.0]
-    assert solver.sweep(LINE, {"x": iter([1.0]), "a": iter([4.0])}, want=["y"])["y"].tolist() == [6.0]
+    assert solver.sweep(LINE, {"x": iter([1.0]), "a": iter([4.0])}, want=["y"])["y"].tolist() == [
+        6.0
+    ]
 
 
 def test_a_number_that_is_lacking_is_none_or_nan() -> None:
@@ -56,7 +59,11 @@ def test_symbols_and_numbers_share_a_column() -> None:
     plan = solver.prepare(LINE, ["s", "y"], ["z"])
     assert plan.sweep(["up", 3.0, "'up"], [1.0, 1.0, 2.0])["z"].tolist() == [1.0, -1.0, 2.0]
     lacking = plan.sweep(["up", "up", None], [1.0, None, None])
-    assert [str(lacking.STATUSES[code]) for code in lacking.status] == ["solved", "partial", "partial"]
+    assert [str(lacking.STATUSES[code]) for code in lacking.status] == [
+        "solved",
+        "partial",
+        "partial",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,9 @@ from solver.sweeps.tracing import CurveTable
 MODELS = Path(__file__).parents[3] / "models"
 
 
-def followed(sheet: str, name: str, values: object, want: list[str], given: dict | None = None) -> CurveTable:
+def followed(
+    sheet: str, name: str, values: object, want: list[str], given: dict | None = None
+) -> CurveTable:
     model = rulesheets.loads(sheet) if "\n" in sheet else rulesheets.load(sheet)
     table = solver.sweep(model, {name: values}, want, given=given, follow=True)
     assert isinstance(table, CurveTable)
@@ -26,9 +28,14 @@ def followed(sheet: str, name: str, values: object, want: list[str], given: dict
 
 
 def test_the_slider_drives_the_crank_through_a_full_turn() -> None:
-    """Offset slider crank: ends of stroke at √((AB ± AO)² − offset²), the answers θ = ψ ± acos(…)."""
+    """Offset slider crank: ends of stroke at √((AB ± AO)² − offset²), the answers θ = ψ ±
+    acos(…)."""
     table = followed(
-        "offset_slider_crank", "xB", np.linspace(3.0, 12.0, 37), ["thetaAO", "vB"], {"thetaAO": None}
+        "offset_slider_crank",
+        "xB",
+        np.linspace(3.0, 12.0, 37),
+        ["thetaAO", "vB"],
+        {"thetaAO": None},
     )
     (branch,) = table.branches
     assert branch.closed
@@ -59,7 +66,8 @@ def test_the_slider_drives_the_crank_through_a_full_turn() -> None:
 def test_the_rocker_drives_a_four_bar_through_both_limits(
     crank: float, coupler: float, rocker: float, frame: float
 ) -> None:
-    """The rocker turns back where crank and coupler lie in line: the law of cosines gives its angle."""
+    """The rocker turns back where crank and coupler lie in line: the law of cosines gives its
+    angle."""
     lengths = {"PQ": crank, "QR": coupler, "RS": rocker, "PS": frame, "thetaPQ": None}
     table = followed(
         "four_link_chain", "thetaSR", np.arange(0.0, 181.0, 15.0), ["thetaPQ", "thetaQR"], lengths
@@ -80,7 +88,9 @@ def test_the_rocker_drives_a_four_bar_through_both_limits(
     np.testing.assert_allclose(
         crank * np.cos(p) + coupler * np.cos(q), frame + rocker * np.cos(r), atol=1e-13
     )
-    np.testing.assert_allclose(crank * np.sin(p) + coupler * np.sin(q), rocker * np.sin(r), atol=1e-13)
+    np.testing.assert_allclose(
+        crank * np.sin(p) + coupler * np.sin(q), rocker * np.sin(r), atol=1e-13
+    )
 
 
 def test_an_isotherm_of_van_der_waals_turns_at_its_spinodal() -> None:
@@ -97,7 +107,10 @@ def test_an_isotherm_of_van_der_waals_turns_at_its_spinodal() -> None:
     assert (np.diff(table["Vm"]) < 0).all()
 
 
-CRANK = "variables\n theta\n x\n AO = 3\n AB = {}\nrules\n (x - AO*cosd(theta))^2 + (AO*sind(theta))^2 = AB^2"
+CRANK = (
+    "variables\n theta\n x\n AO = 3\n AB = {}\nrules\n (x - AO*cosd(theta))^2 + "
+    "(AO*sind(theta))^2 = AB^2"
+)
 
 
 def test_a_change_point_ends_the_branches_that_meet_in_it() -> None:
@@ -105,12 +118,15 @@ def test_a_change_point_ends_the_branches_that_meet_in_it() -> None:
     table = followed(CRANK.format(3), "x", np.linspace(-1.0, 7.0, 9), ["theta"])
     assert {branch.end for branch in table.branches} == {"branches meet or cross"}
     np.testing.assert_allclose(table["x"], 6 * np.cos(np.radians(table["theta"])), atol=1e-7)
-    assert [at.value for branch in table.branches for at in branch.limits] == [pytest.approx(6.0, rel=1e-13)]
+    assert [at.value for branch in table.branches for at in branch.limits] == [
+        pytest.approx(6.0, rel=1e-13)
+    ]
 
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-6])
 def test_near_a_change_point_the_branches_are_kept_apart(gap: float) -> None:
-    """The roots are x = 3 cos θ ± √(AB² − 9 sin² θ): the curve never leaves the sign that it began with."""
+    """The roots are x = 3 cos θ ± √(AB² − 9 sin² θ): the curve never leaves the sign that it began
+    with."""
     table = followed(CRANK.format(3 + gap), "x", np.linspace(-1.0, 7.0, 9), ["theta"])
     for branch in table.branches:
         rows = slice(branch.first, branch.last)
@@ -121,13 +137,17 @@ def test_near_a_change_point_the_branches_are_kept_apart(gap: float) -> None:
 
 
 def test_a_branch_goes_on_where_rules_take_over_from_one_another() -> None:
-    table = followed("if x >= 1 then y = x^2 else y = 2*x - 1\nvariables\nx\ny", "y", [-1.0, 0.5, 4.0], ["x"])
+    table = followed(
+        "if x >= 1 then y = x^2 else y = 2*x - 1\nvariables\nx\ny", "y", [-1.0, 0.5, 4.0], ["x"]
+    )
     assert len(table.branches) == 1
     assert table["x"].tolist() == pytest.approx([0.0, 0.75, 2.0])
 
 
 def test_a_branch_ends_where_the_rules_jump() -> None:
-    table = followed("if x > 1 then y = x^2 + 1 else y = x^2\nvariables\nx > 0\ny", "y", [0.5, 3.0], ["x"])
+    table = followed(
+        "if x > 1 then y = x^2 + 1 else y = x^2\nvariables\nx > 0\ny", "y", [0.5, 3.0], ["x"]
+    )
     assert [(branch.start, branch.end) for branch in table.branches] == [
         ("y reaches 0.5", "other rules hold beyond"),
         ("other rules hold beyond", "y reaches 3"),
@@ -167,7 +187,9 @@ def test_rules_that_change_at_the_first_value_are_left_at_once() -> None:
     table = followed(sheet, "s", [1.0, 2.0, 3.0], ["x"])
     at, beyond = sorted(table.branches, key=lambda branch: branch.last - branch.first)
     assert table["x"][at.first : at.last] == pytest.approx(2.0)
-    assert table["x"][beyond.first : beyond.last].tolist() == pytest.approx([1.0, math.sqrt(2), math.sqrt(3)])
+    assert table["x"][beyond.first : beyond.last].tolist() == pytest.approx(
+        [1.0, math.sqrt(2), math.sqrt(3)]
+    )
 
 
 def test_where_every_step_has_one_value_the_rows_part_where_there_is_no_answer() -> None:
@@ -203,7 +225,9 @@ def test_what_cannot_be_followed_is_refused() -> None:
         solver.sweep(model, {"w": [1.0]}, follow=True)
 
 
-def test_the_command_writes_rows_and_tells_limits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_rows_and_tells_limits(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     sheet, file = tmp_path / "circle.tk", tmp_path / "circle.csv"
     sheet.write_text("variables\nx\ny\nrules\nx^2 + y^2 = 25", encoding="utf-8")
     assert main(["sweep", str(sheet), "--over", "x=-6:6:3", "--follow"]) == 0
@@ -227,9 +251,15 @@ def test_the_command_writes_rows_and_tells_limits(tmp_path: Path, capsys: pytest
     ],
 )
 def test_a_driven_mechanism_closes_and_turns_back_at_its_reach(
-    sheet: str, file: str, driver: str, span: tuple[float, float], crank: str, reach: tuple[float, float]
+    sheet: str,
+    file: str,
+    driver: str,
+    span: tuple[float, float],
+    crank: str,
+    reach: tuple[float, float],
 ) -> None:
-    """The reach is the sum and the difference of two links; there the driver stands while the crank turns."""
+    """The reach is the sum and the difference of two links; there the driver stands while the crank
+    turns."""
     model = rulesheets.load(sheet)
     given = dict(read_variable_sheet(MODELS / sheet / file, model).inputs)
     given.pop(driver)
@@ -241,7 +271,9 @@ def test_a_driven_mechanism_closes_and_turns_back_at_its_reach(
     assert table.solved.sum() == len(table.status) - 2
     for at in branch.limits:
         angle = float(table[crank][at.row])
-        there = solver.solve(model, {**given, driver: None, crank: angle}, [driver], {driver: at.value})
+        there = solver.solve(
+            model, {**given, driver: None, crank: angle}, [driver], {driver: at.value}
+        )
         assert there[driver] == pytest.approx(at.value, rel=1e-12)
         assert there.sensitivity([driver], [crank])[driver, crank] == pytest.approx(0.0, abs=1e-10)
 
@@ -272,6 +304,11 @@ def test_what_is_only_computed_is_parted_at_poles_and_jumps(
 
 def test_a_branch_of_symbols_alone_ends_where_there_is_no_answer() -> None:
     """The gap lies between two swept values."""
-    sheet = "variables\n  x\n  y\n  kind\nrules\n  y = sqrt((x - 1)*(x - 2))\n  if y >= 0 then kind = 'up\n"
-    table = solver.sweep(rulesheets.loads(sheet), {"x": [0.0, 0.5, 2.5, 3.0]}, ["kind"], follow=True)
+    sheet = (
+        "variables\n  x\n  y\n  kind\nrules\n  y = sqrt((x - 1)*(x - 2))\n  if y >= 0 then kind = "
+        "'up\n"
+    )
+    table = solver.sweep(
+        rulesheets.loads(sheet), {"x": [0.0, 0.5, 2.5, 3.0]}, ["kind"], follow=True
+    )
     assert [(branch.first, branch.last) for branch in table.branches] == [(0, 2), (2, 4)]

@@ -26,14 +26,17 @@ def has_jump(function: Callable[[float], float], start: float, end: float) -> bo
 @given(st.floats(0.05, 0.95), st.floats(0.0, 60.0), st.sampled_from([0.0, 1e-30, 1.0, -3.0]))
 def test_a_maximum_parts_nothing(middle: float, sharp: float, foot: float) -> None:
     """However small the value is at both rows: 0 at both, for the first."""
-    assert not has_jump(lambda x: x * (1.0 - x) * math.exp(-((sharp * (x - middle)) ** 2)), 0.0, 1.0)
+    assert not has_jump(
+        lambda x: x * (1.0 - x) * math.exp(-((sharp * (x - middle)) ** 2)), 0.0, 1.0
+    )
     assert not has_jump(lambda x: foot + math.exp(-((sharp * (x - middle)) ** 2)), 0.0, 1.0)
 
 
 @settings(max_examples=40)
 @given(st.floats(0.05, 0.95), st.sampled_from([1.0, 2.0, 4.0]), st.booleans())
 def test_a_pole_parts(place: float, order: float, ends_at_0: bool) -> None:
-    """Of one sign on both sides, where half-way the value is larger than at both rows: these may be 0."""
+    """Of one sign on both sides, where half-way the value is larger than at both rows: these may be
+    0."""
 
     def pole(x: float) -> float:
         return (x * (1.0 - x) if ends_at_0 else 1.0) / abs(x - place) ** order

@@ -50,13 +50,21 @@ def started(stack: ExitStack, *words: str) -> subprocess.Popen[bytes]:
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
-    """A scheduler and two workers of one thread, as `dask scheduler` and `dask worker` start them."""
+    """A scheduler and two workers of one thread, as `dask scheduler` and `dask worker` start
+    them."""
     file = tmp_path_factory.mktemp("dask") / "scheduler.json"
     where = ("--scheduler-file", str(file))
     local = ("--host", "127.0.0.1", "--no-dashboard")
     with ExitStack() as stack:
         started(stack, "distributed.cli.dask_scheduler", *where, *local, "--port", "0")
-        worker = ("distributed.cli.dask_worker", *where, "--nthreads", "1", "--no-nanny", "--no-dashboard")
+        worker = (
+            "distributed.cli.dask_worker",
+            *where,
+            "--nthreads",
+            "1",
+            "--no-nanny",
+            "--no-dashboard",
+        )
         workers = [started(stack, *worker) for _ in range(2)]
         while not (file.exists() and file.read_text().endswith("}")):
             time.sleep(0.05)
@@ -67,7 +75,10 @@ def test_a_cluster_writes_the_same_bytes(cluster: Cluster, tmp_path: Path) -> No
     over = ("--over", "thetaAO=0:360:0.6", "--over", "branch=open,crossed", "--want", "xB,aB")
     alone, shared = (str(tmp_path / f"{name}.csv") for name in ("alone", "shared"))
     assert main(["sweep", "offset_slider_crank", *over, "-o", alone, "--jobs", "1"]) == 0
-    assert main(["sweep", "offset_slider_crank", *over, "-o", shared, "--scheduler", cluster.address]) == 0
+    assert (
+        main(["sweep", "offset_slider_crank", *over, "-o", shared, "--scheduler", cluster.address])
+        == 0
+    )
     assert Path(alone).read_bytes() == Path(shared).read_bytes()
     assert len(Path(alone).read_text().splitlines()) == 1203
 
@@ -121,4 +132,6 @@ def test_workers_of_another_version_are_refused() -> None:
     work = work_of(solver.prepare(rulesheets.loads("y = 2*x"), ["x"]))
     with pytest.raises(RuleSheetError) as caught:
         solve_piece(work.packed(), "0.0.0", (np.ones(1),))
-    assert f"Backsolve {version('backsolve')}, and this is 0.0.0" in caught.value.diagnoses[0].message
+    assert (
+        f"Backsolve {version('backsolve')}, and this is 0.0.0" in caught.value.diagnoses[0].message
+    )

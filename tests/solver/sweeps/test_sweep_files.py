@@ -69,7 +69,8 @@ def sheet(tmp_path: Path) -> Path:
 
 def columns(values: dict[str, list[object]], status: list[int]) -> Table:
     arrays = {
-        name: np.array(column, dtype=None if name != "s" else object) for name, column in values.items()
+        name: np.array(column, dtype=None if name != "s" else object)
+        for name, column in values.items()
     }
     return Table(arrays, np.array(status, dtype=np.int8))
 
@@ -95,7 +96,9 @@ def test_csv_reads_back_as_the_same_floats(rows: list[tuple[float, object]]) -> 
 
 
 @pytest.mark.parametrize("plain", [False, True])
-def test_csv_is_short_with_pyarrow_and_without(plain: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_csv_is_short_with_pyarrow_and_without(
+    plain: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     if plain:
         monkeypatch.setitem(sys.modules, "pyarrow", None)
     numbers = [1.0, -0.0, 0.1, np.nan, 1e22, 100.5]
@@ -133,7 +136,9 @@ def test_parquet_has_doubles_texts_and_nulls(tmp_path: Path) -> None:
     assert found["v"][3] is found["kind"][3] is None
 
 
-def test_row_groups_do_not_depend_on_the_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_row_groups_do_not_depend_on_the_pieces(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     arrow = pytest.importorskip("pyarrow.parquet")
     monkeypatch.setattr("solver.files.tables.ROW_GROUP", 100)
     files = []
@@ -169,11 +174,15 @@ def test_rows_come_from_parquet_as_from_csv(
 def test_a_variable_that_may_hold_symbols_is_known_beforehand() -> None:
     assert symbolic(rulesheets.loads(LENS)) == {"kind"}
     assert symbolic(rulesheets.load("offset_slider_crank")) == {"branch"}
-    tied = rulesheets.loads("variables\n  k\n  m\n  x\nrules\n  k = m\n  if or(x > 1, m = 'on) then x = 2\n")
+    tied = rulesheets.loads(
+        "variables\n  k\n  m\n  x\nrules\n  k = m\n  if or(x > 1, m = 'on) then x = 2\n"
+    )
     assert symbolic(tied) == {"k", "m"}
 
 
-def test_parquet_without_pyarrow_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_parquet_without_pyarrow_names_the_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(RuleSheetError) as caught:
         columns({"x": [1.0]}, [0]).write(str(tmp_path / "x.parquet"))
@@ -210,7 +219,11 @@ def test_a_full_disk_leaves_the_old_file(sheet: Path, tmp_path: Path, ending: st
     code = limit + "from solver.__main__ import main; sys.exit(main(sys.argv[1:]))"
     words = ["sweep", str(sheet), "--over", "u=100:130:0.1", "-o", str(file), "--want", "v"]
     done = subprocess.run(
-        [sys.executable, "-B", "-c", code, *words], cwd=ROOT, capture_output=True, text=True, timeout=60
+        [sys.executable, "-B", "-c", code, *words],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=60,
     )
     assert done.returncode == 2
     assert done.stderr.startswith("error[E416]")
@@ -238,7 +251,10 @@ def test_an_interrupt_leaves_what_is_done(
     file = tmp_path / f"table.{ending}"
     words = ("sweep", sheet, "--over", "u=100:1000:1e-4", "--want", "v", "-o", file, "--jobs", jobs)
     process = subprocess.Popen(
-        [sys.executable, "-m", "solver", *map(str, words)], cwd=ROOT, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "solver", *map(str, words)],
+        cwd=ROOT,
+        stderr=subprocess.PIPE,
+        text=True,
     )
     while process.poll() is None and not any(
         f.stat().st_size > 20_000 for f in tmp_path.glob("*.backsolve-unfinished")
@@ -288,7 +304,9 @@ def test_a_failure_discards_the_file_and_ends_the_sweep(tmp_path: Path) -> None:
 def test_workers_give_the_same_table(sheet: Path) -> None:
     model = rulesheets.load("offset_slider_crank")
     angles = np.linspace(-180, 180, 700)
-    alone, shared = (solver.sweep(model, {"thetaAO": angles}, ["xB", "aB"], jobs=jobs) for jobs in (1, 2))
+    alone, shared = (
+        solver.sweep(model, {"thetaAO": angles}, ["xB", "aB"], jobs=jobs) for jobs in (1, 2)
+    )
     for name in alone:
         assert alone[name].tobytes() == shared[name].tobytes()
     assert alone.status.tobytes() == shared.status.tobytes()
@@ -298,7 +316,12 @@ def test_workers_give_the_same_table(sheet: Path) -> None:
     ("name", "axes", "given", "want"),
     [
         ("offset_slider_crank", {"thetaAO": np.linspace(-180, 180, 500)}, {}, ["xB", "vB", "aB"]),
-        ("offset_slider_crank", {"xB": np.linspace(4, 11, 300)}, {"thetaAO": None}, ["thetaAO", "omegaAB"]),
+        (
+            "offset_slider_crank",
+            {"xB": np.linspace(4, 11, 300)},
+            {"thetaAO": None},
+            ["thetaAO", "omegaAB"],
+        ),
         (
             "offset_slider_crank",
             {"branch": ["open", "crossed"], "thetaAO": np.linspace(0, 360, 181)},
@@ -375,7 +398,9 @@ def test_a_worker_that_is_killed_loses_nothing(monkeypatch: pytest.MonkeyPatch) 
         shared.append(piece)
     assert len(started) == 3
     for one, other in zip(alone, shared, strict=True):
-        assert [c.tobytes() for c in one.answers.planes[0]] == [c.tobytes() for c in other.answers.planes[0]]
+        assert [c.tobytes() for c in one.answers.planes[0]] == [
+            c.tobytes() for c in other.answers.planes[0]
+        ]
     assert all(process.poll() is not None for process in started)
 
 
@@ -413,7 +438,9 @@ def test_a_row_that_goes_step_by_step_starts_no_workers(monkeypatch: pytest.Monk
     spent = [0.5, 0.001, 0.9, *[0.001] * 60]  # the first piece learns, the third has an odd row
     monkeypatch.setattr(running, "thread_time", lambda: sum(spent[: (next(clock) + 1) // 2]))
     monkeypatch.setattr(running, "processors", lambda: 2)
-    monkeypatch.setattr(running, "solved_by_workers", lambda *_: pytest.fail("workers were started"))
+    monkeypatch.setattr(
+        running, "solved_by_workers", lambda *_: pytest.fail("workers were started")
+    )
     lens = work(rulesheets.loads(LENS))
     assert sum(len(rows.codes) for rows in solved_pieces(lens, pieces_of(9000), 9000)) == 9000
 
@@ -453,7 +480,18 @@ def test_an_interrupt_keeps_the_rows_of_a_piece(
     pytest.importorskip("pyarrow")
     (tmp_path / "slow.tk").write_text(SLOW)
     monkeypatch.chdir(tmp_path)
-    words = ["sweep", "slow.tk", "--over", "c=1:2:0.1", "--want", "x,y", "--jobs", "1", "-o", f"out.{ending}"]
+    words = [
+        "sweep",
+        "slow.tk",
+        "--over",
+        "c=1:2:0.1",
+        "--want",
+        "x,y",
+        "--jobs",
+        "1",
+        "-o",
+        f"out.{ending}",
+    ]
     words += ["--all"] if every else []
     main((*words, "-o", f"whole.{ending}"))
     monkeypatch.setattr(Records, "add", lambda *given: False)
@@ -471,7 +509,11 @@ def test_an_interrupt_keeps_the_rows_of_a_piece(
     read, whole = ({*_rows_of(Path(f"{name}.{ending}"), "c")} for name in ("out", "whole"))
     assert len(read) == 5
     assert read == set(sorted(whole)[:5])
-    assert sorted(item.name for item in tmp_path.iterdir()) == [f"out.{ending}", "slow.tk", f"whole.{ending}"]
+    assert sorted(item.name for item in tmp_path.iterdir()) == [
+        f"out.{ending}",
+        "slow.tk",
+        f"whole.{ending}",
+    ]
 
 
 class Piece:
@@ -494,7 +536,9 @@ def test_an_interrupt_keeps_the_rows_of_pieces_under_way_with_workers(
     codes = [np.zeros(256), np.repeat([0, failed], [100, 156]), np.zeros(256)]
     pieces = iter([Piece(some.astype(np.int8), told) for some in codes])
     asked = work_of(solver.prepare(rulesheets.loads("y = 2"), [], ["y"]))
-    found = in_order(lambda chunk: next(pieces), [(), (), ()], lambda: 4, lambda: told.append("stop"))
+    found = in_order(
+        lambda chunk: next(pieces), [(), (), ()], lambda: 4, lambda: told.append("stop")
+    )
     waits = iter([False] * 5)
     monkeypatch.setattr(workers, "interrupted", lambda: next(waits, True))
     monkeypatch.setattr(sweeping, "interrupted", lambda: bool(told))
@@ -508,9 +552,12 @@ def _processor_time(process: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks Linux for the time of a process")
+@pytest.mark.skipif(
+    not Path("/proc/self/stat").exists(), reason="asks Linux for the time of a process"
+)
 def test_a_worker_sends_what_it_has_of_a_piece() -> None:
-    """Rows of a block that no record is good for take milliseconds: an interrupt comes among them."""
+    """Rows of a block that no record is good for take milliseconds: an interrupt comes among
+    them."""
     model = rulesheets.loads(
         "variables\n  c\n  x in [0, 9]\nrules\n  x + 0.1*sgn(sin(9*x)) + mod(x, 0.3) = c\n"
     )
@@ -545,14 +592,29 @@ def test_rows_that_are_there_are_not_solved_again(sheet: Path, tmp_path: Path) -
     out = tmp_path / "out.csv"
     out.write_text("u,v,answers,status\n100,12345,1,solved\n101,,0,infeasible\n")
     assert (
-        main(("sweep", str(sheet), "--over", "u=100:102:1", "--want", "v", "-o", str(out), "--resume")) == 1
+        main(
+            (
+                "sweep",
+                str(sheet),
+                "--over",
+                "u=100:102:1",
+                "--want",
+                "v",
+                "-o",
+                str(out),
+                "--resume",
+            )
+        )
+        == 1
     )
     lines = out.read_text().splitlines()
     assert lines[:3] == ["u,v,answers,status", "100,12345,1,solved", "101,,0,infeasible"]
     assert lines[3].startswith("102,98.07")
 
 
-def test_only_the_same_sweep_goes_on(sheet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_only_the_same_sweep_goes_on(
+    sheet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     out = str(tmp_path / "out.csv")
     main(("sweep", str(sheet), "--over", "u=100:110:1", "--want", "v", "-o", out))
     text = Path(out).read_text()
@@ -569,7 +631,10 @@ def test_only_the_same_sweep_goes_on(sheet: Path, tmp_path: Path, capsys: pytest
         assert capsys.readouterr().err.startswith("error[E448]")
         assert Path(out).read_text() == text
     new = str(tmp_path / "new.csv")
-    assert main(("sweep", str(sheet), "--over", "u=100:110:1", "--want", "v", "-o", new, "--resume")) == 0
+    assert (
+        main(("sweep", str(sheet), "--over", "u=100:110:1", "--want", "v", "-o", new, "--resume"))
+        == 0
+    )
     assert Path(new).read_text() == text
 
 
@@ -578,7 +643,9 @@ def test_rows_that_failed_at_the_end_are_solved_again(sheet: Path, tmp_path: Pat
     words = ("sweep", str(sheet), "--over", "u=100:105:1", "--want", "v", "-o", str(out))
     main(words)
     text = out.read_text().splitlines()
-    out.write_text("\n".join([*text[:4], *(f"{line.split(',')[0]},,0,failed" for line in text[4:])]) + "\n")
+    out.write_text(
+        "\n".join([*text[:4], *(f"{line.split(',')[0]},,0,failed" for line in text[4:])]) + "\n"
+    )
     assert main((*words, "--resume")) == 0
     assert out.read_text().splitlines() == text
 

@@ -1,4 +1,5 @@
-"""Sweeps: rows from ranges and files, a status for each, and every answer with a number that stays."""
+"""Sweeps: rows from ranges and files, a status for each, and every answer with a number that
+stays."""
 
 from __future__ import annotations
 
@@ -71,12 +72,18 @@ def test_a_range_of_long_decimals_is_exact_too() -> None:
 
 def test_a_grid_is_every_combination_and_is_not_held() -> None:
     grid = Grid(
-        (column_of([1.0, 2.0]), column_of(["open", "crossed"]), Stretch(Fraction(0), Fraction(1, 4), 3))
+        (
+            column_of([1.0, 2.0]),
+            column_of(["open", "crossed"]),
+            Stretch(Fraction(0), Fraction(1, 4), 3),
+        )
     )
     whole = list(zip(*grid.at(np.arange(len(grid))), strict=True))
     assert whole == [(a, b, c) for a in (1, 2) for b in ("open", "crossed") for c in (0, 0.25, 0.5)]
     assert list(zip(*grid.at(np.arange(5, 8)), strict=True)) == whole[5:8]
-    vast = Grid((Stretch(Fraction(0), Fraction(1), 10**6), Stretch(Fraction(0), Fraction(1), 10**6)))
+    vast = Grid(
+        (Stretch(Fraction(0), Fraction(1), 10**6), Stretch(Fraction(0), Fraction(1), 10**6))
+    )
     outer, inner = vast.at(np.arange(10**12 - 2, 10**12))
     assert (outer.tolist(), inner.tolist()) == ([999_999, 999_999], [999_998, 999_999])
 
@@ -163,7 +170,9 @@ def test_some_columns_of_a_file(run: Run, sheet: str, tmp_path: Path) -> None:
     code, _, err = run("sweep", sheet, "--rows", str(file))
     assert code == 2
     assert "column run" in err and "--columns" in err
-    code, out, _ = run("sweep", sheet, "--rows", str(file), "--columns", "a", "--set", "b=8", "--want", "c")
+    code, out, _ = run(
+        "sweep", sheet, "--rows", str(file), "--columns", "a", "--set", "b=8", "--want", "c"
+    )
     assert code == 0
     assert [float(row["c"]) for row in table(out)] == [10.0, math.hypot(8, 8)]
 
@@ -179,7 +188,9 @@ def test_some_columns_of_a_file(run: Run, sheet: str, tmp_path: Path) -> None:
         ('a\n"1\n', "cannot be read"),
     ],
 )
-def test_a_wrong_file_of_rows(run: Run, sheet: str, tmp_path: Path, text: str, complaint: str) -> None:
+def test_a_wrong_file_of_rows(
+    run: Run, sheet: str, tmp_path: Path, text: str, complaint: str
+) -> None:
     file = tmp_path / "rows.csv"
     file.write_bytes(text.encode("latin-1"))
     code, _, err = run("sweep", sheet, "--rows", str(file), "--want", "c")
@@ -188,10 +199,16 @@ def test_a_wrong_file_of_rows(run: Run, sheet: str, tmp_path: Path, text: str, c
     assert complaint in err
 
 
-def test_a_file_without_rows_makes_a_table_without_rows(run: Run, sheet: str, tmp_path: Path) -> None:
+def test_a_file_without_rows_makes_a_table_without_rows(
+    run: Run, sheet: str, tmp_path: Path
+) -> None:
     file, out = tmp_path / "rows.csv", tmp_path / "out.csv"
     file.write_text("a\n")
-    assert run("sweep", sheet, "--rows", str(file), "--want", "c") == (0, "a,c,answers,status\n", "no rows\n")
+    assert run("sweep", sheet, "--rows", str(file), "--want", "c") == (
+        0,
+        "a,c,answers,status\n",
+        "no rows\n",
+    )
     for every in ([], ["--all"]):
         words = ("sweep", sheet, "--rows", str(file), "--want", "c", "-o", str(out), *every)
         assert run(*words) == (0, "", "no rows\n")
@@ -270,7 +287,9 @@ def test_every_answer_keeps_its_number() -> None:
     numbered = {number: found["answer"] == number for number in (0, 1, 2)}
     for number, sign in ((1, -1), (2, 1)):
         rows = numbered[number]
-        assert found["thetaAO"][rows] == pytest.approx(crank_angles(found["xB"][rows], sign), abs=1e-9)
+        assert found["thetaAO"][rows] == pytest.approx(
+            crank_angles(found["xB"][rows], sign), abs=1e-9
+        )
     assert np.isnan(found["thetaAO"][numbered[0]]).all()
     assert np.array_equal(found.solved, ~numbered[0])
 
@@ -278,13 +297,18 @@ def test_every_answer_keeps_its_number() -> None:
 @settings(max_examples=30)
 @given(st.lists(st.permutations([0, 1, 2]), min_size=40, max_size=40), st.integers(0, 2**32 - 1))
 def test_branches_that_cross_are_followed(orders: list[list[int]], seed: int) -> None:
-    """Three lines that start apart and cross, angles past ±180, their answers shuffled in every row."""
+    """Three lines that start apart and cross, angles past ±180, their answers shuffled in every
+    row."""
     draw = np.random.default_rng(seed)
     starts = np.array([-120.0, 0.0, 120.0]) + draw.uniform(-20, 20, 3)
     lines = starts + np.outer(np.arange(40), draw.uniform(-6, 6, 3))
     without_turns = (lines + 180) % 360 - 180
     shuffled = np.array([row[order] for row, order in zip(without_turns, orders, strict=True)])
-    points, counts, follow = shuffled.reshape(1, -1), np.full(40, 3), Follower(np.array([360.0]), 10**9)
+    points, counts, follow = (
+        shuffled.reshape(1, -1),
+        np.full(40, 3),
+        Follower(np.array([360.0]), 10**9),
+    )
     numbers = [follow(points[:, :33], counts[:11]), follow(points[:, 33:], counts[11:])]
     labels = {line: place + 1 for place, line in enumerate(orders[0])}
     expected = [labels[line] for order in orders for line in order]
@@ -293,7 +317,9 @@ def test_branches_that_cross_are_followed(orders: list[list[int]], seed: int) ->
 
 @settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 700))
-def test_branches_in_the_order_of_their_values_are_followed_through_crossings(seed: int, cut: int) -> None:
+def test_branches_in_the_order_of_their_values_are_followed_through_crossings(
+    seed: int, cut: int
+) -> None:
     """Answers may come sorted: where two lines cross they change places, and the numbers follow."""
     draw = np.random.default_rng(seed)
     starts = np.array([-60.0, 0.0, 60.0]) + draw.uniform(-20, 20, 3)
@@ -325,7 +351,9 @@ def test_every_answer_of_a_grid_on_the_command_line(run: Run, sheet: str) -> Non
 
 
 def test_columns_of_ours_give_way_to_variables() -> None:
-    model = rulesheets.loads("variables\n  x\n  status\n  answer\nrules\n  status = x + 1\n  answer^2 = x\n")
+    model = rulesheets.loads(
+        "variables\n  x\n  status\n  answer\nrules\n  status = x + 1\n  answer^2 = x\n"
+    )
     found = solver.sweep(model, {"x": [4.0]}, ["status", "answer"], all=True)
     assert [*found] == ["x", "answer_", "status", "answer"]
     assert found["answer"].tolist() in ([2.0, -2.0], [-2.0, 2.0])
@@ -353,7 +381,9 @@ def test_rows_and_calls_beyond_reach_have_the_status_of_their_solves() -> None:
     speeds = np.array([16.0, *np.linspace(12.0, 5.0, 8), 15.0])
     plan = solver.prepare(model, ["omegaBO"], given=given)
     table = plan.sweep(speeds)
-    alone = [str(solver.solve(model, {**given, "omegaBO": speed}).status) for speed in speeds.tolist()]
+    alone = [
+        str(solver.solve(model, {**given, "omegaBO": speed}).status) for speed in speeds.tolist()
+    ]
     assert [WORDS[code] for code in table.status] == alone == ["solved", *["failed"] * 8, "solved"]
     for speed in (9.5, 5.5):
         with pytest.raises(solver.Unsolved) as refused:
@@ -363,7 +393,8 @@ def test_rows_and_calls_beyond_reach_have_the_status_of_their_solves() -> None:
 
 
 def test_a_call_after_one_without_an_answer_tells_a_contradiction() -> None:
-    """At other phases than that of its two frequencies a low pass has no quality: it contradicts them."""
+    """At other phases than that of its two frequencies a low pass has no quality: it contradicts
+    them."""
     text = "r = f/f0\nphase = -atan2d(r/Q, 1 - r^2)\ngain = 1/sqrt((1 - r^2)^2 + (r/Q)^2)"
     model = rulesheets.loads(text)
     plan = solver.prepare(model, ["f0"], given={"f": 2000.0, "phase": -143.47114463301483})

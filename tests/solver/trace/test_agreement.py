@@ -57,28 +57,38 @@ def test_every_row_of_a_sweep_is_what_a_solve_says(name: str) -> None:
             for wanted in want:
                 expected = verdict.leaves[0].branch.values[wanted]
                 if isinstance(expected, float):
-                    assert table[wanted][place] == pytest.approx(expected, rel=1e-12, abs=1e-12 * 100)
+                    assert table[wanted][place] == pytest.approx(
+                        expected, rel=1e-12, abs=1e-12 * 100
+                    )
             expected_rows = verdict_rows(plan, float(number), want)
             assert_same_answers(plan, float(number), expected_rows)
             for turn in range(place, len(ends), len(rows)):
                 here = slice(ends[turn] - answers.counts[turn], ends[turn])
-                found = list(zip(*(column[here].tolist() for column in answers.listed()), strict=True))
+                found = list(
+                    zip(*(column[here].tolist() for column in answers.listed()), strict=True)
+                )
                 assert_alike(found, expected_rows)
 
 
 def verdict_rows(plan: Plan, number: float, want: list[str]) -> list[tuple[float | str, ...]]:
     verdict, _ = plan.judged((number,))
-    return list(dict.fromkeys(tuple(leaf.branch.values[n] for n in want) for leaf in verdict.leaves))
+    return list(
+        dict.fromkeys(tuple(leaf.branch.values[n] for n in want) for leaf in verdict.leaves)
+    )
 
 
 def assert_same_answers(plan: Plan, number: float, expected: list[tuple[float | str, ...]]) -> None:
     found = plan.all(number)
     assert_alike(found, expected)
     numbers = [v for v in found[0] if isinstance(v, float)]
-    assert [v for v in plan(number) if isinstance(v, float)] == pytest.approx(numbers, rel=1e-13, abs=1e-12)
+    assert [v for v in plan(number) if isinstance(v, float)] == pytest.approx(
+        numbers, rel=1e-13, abs=1e-12
+    )
 
 
-def assert_alike(found: list[tuple[float | str, ...]], expected: list[tuple[float | str, ...]]) -> None:
+def assert_alike(
+    found: list[tuple[float | str, ...]], expected: list[tuple[float | str, ...]]
+) -> None:
     assert len(found) == len(expected)
     for one, other in zip(found, expected, strict=True):
         for a, b in zip(one, other, strict=True):
@@ -116,7 +126,8 @@ def test_the_slider_drives_as_step_by_step(xB: float) -> None:
 
 @pytest.mark.parametrize("theta", [0.0, 90.0, -90.0, 180.0, 270.0, 450.0, 30.0, -150.0])
 def test_where_the_rules_compare_equal_numbers_calls_and_steps_agree(theta: float) -> None:
-    """At right angles the velocity of A is level or upright, so that rules of both senses are active."""
+    """At right angles the velocity of A is level or upright, so that rules of both senses are
+    active."""
     FORWARD(-30.0)
     verdict, _ = FORWARD.judged((theta,))
     assert str(verdict.status) == "solved"
@@ -170,7 +181,8 @@ def test_symbols_select_the_rules() -> None:
 
 
 def test_a_direction_on_the_axis_is_left_to_the_step_by_step_way() -> None:
-    """The rod along the slider's line: the slopes of the printed rules end there, the answers do not."""
+    """The rod along the slider's line: the slopes of the printed rules end there, the answers do
+    not."""
     level = solver.prepare(CRANK, ["thetaAO"], ["xB"], {"offset": 0.0})
     assert level(0.0) == pytest.approx((11.0,), rel=1e-15)
     assert level.sweep(np.zeros(40))["xB"] == pytest.approx(np.full(40, 11.0), rel=1e-15)
@@ -203,7 +215,11 @@ def test_an_input_outside_its_range_is_refused() -> None:
         plan(-5.0)
     assert str(refused.value.status) == "infeasible"
     table = plan.sweep([3.0, -5.0, 4.0] * 20)
-    assert [str(table.STATUSES[code]) for code in table.status[:3]] == ["solved", "infeasible", "solved"]
+    assert [str(table.STATUSES[code]) for code in table.status[:3]] == [
+        "solved",
+        "infeasible",
+        "solved",
+    ]
     assert np.isnan(table["x"][1::3]).all()
 
 
@@ -269,7 +285,8 @@ def test_a_plan_made_next_to_a_fold_has_the_answers_beyond_it() -> None:
 def test_a_block_without_a_proof_has_the_answers_that_are_born_next_to_where_the_plan_was_made(
     start: float,
 ) -> None:
-    """A force between molecules (Lennard-Jones): F r^13 + 24 r^6 = 48, with a pole that hides the proof."""
+    """A force between molecules (Lennard-Jones): F r^13 + 24 r^6 = 48, with a pole that hides the
+    proof."""
     model: Any = solver.loads("variables\nr = 1.3\nrules\nF = 24/r*(2*(1/r)^12 - (1/r)^6)\n")
     plan: Any = solver.prepare(model, ["F"], ["r"], {"r": None})
     assert len(plan.all(start)) == 1

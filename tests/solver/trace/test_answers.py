@@ -1,4 +1,5 @@
-"""All answers of a row on arrays: the same as the straight-line code lists, in its order, none twice."""
+"""All answers of a row on arrays: the same as the straight-line code lists, in its order, none
+twice."""
 
 from __future__ import annotations
 
@@ -36,7 +37,11 @@ def programs(draw: st.DrawFn) -> Program:
         order, check, one, other = (flow.input(4 * place + k) for k in range(4))
         zero = flow.constant(0.0)
         key = flow.constant(float(draw(st.integers(0, 3)))) if known else order
-        results: tuple[int | str, ...] = (one, flow.add("mul", one, other), draw(st.sampled_from("ab")))
+        results: tuple[int | str, ...] = (
+            one,
+            flow.add("mul", one, other),
+            draw(st.sampled_from("ab")),
+        )
         holds = (flow.add("le", zero, check),)
         endings.append(Ending(results, (*holds, flow.node("finite", one))))
         keys.append((key,))
@@ -49,7 +54,9 @@ def test_arrays_list_what_straight_line_code_lists(program: Program, data: st.Da
     row = st.lists(FEW, min_size=program.inputs, max_size=program.inputs)
     rows = data.draw(st.lists(row, min_size=1, max_size=8))
     expected = [compile_scalar(program, all_answers=True)(*numbers) for numbers in rows]
-    answers, settled = AnswerKernel(program, False, np.full(len(rows[0]), np.inf))(list(np.array(rows).T))
+    answers, settled = AnswerKernel(program, False, np.full(len(rows[0]), np.inf))(
+        list(np.array(rows).T)
+    )
     found = list(zip(*(column.tolist() for column in answers.listed()), strict=True))
     ends = np.cumsum(np.maximum(answers.counts, 1)).tolist()
     listed = [found[end - n : end] for end, n in zip(ends, answers.counts.tolist(), strict=True)]
@@ -61,7 +68,9 @@ def test_arrays_list_what_straight_line_code_lists(program: Program, data: st.Da
 def test_a_symbol_beside_a_number_is_left_to_straight_line_code() -> None:
     flow = Flow()
     number = flow.input(0)
-    endings = tuple(Ending((result,), (flow.node("finite", number),)) for result in (number, "open"))
+    endings = tuple(
+        Ending((result,), (flow.node("finite", number),)) for result in (number, "open")
+    )
     assert compile_scalar(Program(flow, 1, endings), all_answers=True)(2.0) == [(2.0,), ("open",)]
     with pytest.raises(NotCompilable):
         AnswerKernel(Program(flow, 1, endings), False, np.array([np.inf]))
@@ -88,7 +97,9 @@ def test_rows_of_the_crank_have_the_answers_of_a_solve(
         verdict, _ = plan.judged((number,))
         assert codes[place] == CODES[verdict.status]
         leaves = verdict.leaves if not codes[place] else ()
-        expected = list(dict.fromkeys(tuple(leaf.branch.values[n] for n in want) for leaf in leaves))
+        expected = list(
+            dict.fromkeys(tuple(leaf.branch.values[n] for n in want) for leaf in leaves)
+        )
         here = slice(ends[place] - answers.counts[place], ends[place])
         found = list(zip(*(column[here].tolist() for column in answers.listed()), strict=True))
         assert len(found) == len(expected)
@@ -99,26 +110,36 @@ def test_rows_of_the_crank_have_the_answers_of_a_solve(
 
 def test_symbols_that_are_wanted_come_with_their_answers() -> None:
     model = rulesheets.loads(
-        "variables\n  x\n  y\n  side\nrules\n  y = x^2\n  if x < 0 then side = 'left else side = 'right\n"
+        "variables\n  x\n  y\n  side\nrules\n  y = x^2\n  if x < 0 then side = 'left else side = "
+        "'right\n"
     )
     plan = solver.prepare(model, ["y"], ["x", "side"])
     for _ in range(2):
         codes, answers = sweep_answers(plan, [np.array([4.0, -1.0, 0.25] * 8)], jit=False)
     assert answers.counts.tolist() == [2, 0, 2] * 8
-    assert answers.listed()[0].tolist() == pytest.approx([2.0, -2.0, math.nan, 0.5, -0.5] * 8, nan_ok=True)
+    assert answers.listed()[0].tolist() == pytest.approx(
+        [2.0, -2.0, math.nan, 0.5, -0.5] * 8, nan_ok=True
+    )
     assert answers.listed()[1].tolist() == ["right", "left", None, "right", "left"] * 8
-    assert [str(solver.Table.STATUSES[code]) for code in codes[:3]] == ["solved", "infeasible", "solved"]
+    assert [str(solver.Table.STATUSES[code]) for code in codes[:3]] == [
+        "solved",
+        "infeasible",
+        "solved",
+    ]
 
 
 CENTRES = "r^2 = (x + 38.28)^2 + (y - b)^2\ns^2 = x^2 + y^2\n"
-"""Two circles, one through the other's centre line: each x of the second has two centres b, or none."""
+"""Two circles, one through the other's centre line: each x of the second has two centres b, or
+none."""
 
 
 @cache
 def centres(share: float) -> tuple[list[float], list[tuple[float, float]]]:
     """Numbers of y, r and s, and the answers of a solve."""
     numbers = [share * v for v in (3.4, 42.36688528792271, 5.17925177993887)]
-    found = solver.solve(rulesheets.loads(CENTRES), dict(zip("yrs", numbers, strict=True))).solutions
+    found = solver.solve(
+        rulesheets.loads(CENTRES), dict(zip("yrs", numbers, strict=True))
+    ).solutions
     return numbers, [(one["x"], one["b"]) for one in found]
 
 
@@ -133,7 +154,9 @@ def test_calls_have_the_answers_of_a_solve_whatever_was_asked_before(shares: lis
 
 
 def test_a_branch_may_end_in_a_block_out_of_range() -> None:
-    model = rulesheets.load(str(MODELS / "slotted_link" / "model.tk"))  # its slot points one way: CS > 0
+    model = rulesheets.load(
+        str(MODELS / "slotted_link" / "model.tk")
+    )  # its slot points one way: CS > 0
     plan = solver.prepare(model, ["xD"], ["thetaOB"], {"thetaOB": None})
     for number in (0.2618614682831908, 0.262, 0.26):
         inputs = {"thetaOB": None, "xD": number}
@@ -148,7 +171,9 @@ def test_a_double_root_that_is_asked_again_has_the_same_answers() -> None:
     assert [row[0] for row in first] == pytest.approx([2.0, -1.0])
     for number in (1.0, 2.0, 1.5, 2.0, -2.0, 2.0):
         again = [row[0] for row in plan.all(number)]
-        assert again == pytest.approx([one["x"] for one in solver.solve(model, {"y": number}).solutions])
+        assert again == pytest.approx(
+            [one["x"] for one in solver.solve(model, {"y": number}).solutions]
+        )
         assert plan(number) == plan.all(number)[0]
     assert plan.all(2.0) == first
     assert plan.sweep(np.array([1.0, 2.0, 2.0]))["x"].tolist()[1:] == pytest.approx([2.0, 2.0])
@@ -190,7 +215,8 @@ def test_rows_across_two_folds_have_the_roots_of_each_side() -> None:
         return x * math.exp(x) + x / 10.0
 
     low, high = (
-        brentq(lambda x: (1.0 + x) * math.exp(x) + 0.1, *ends) for ends in ((-2.0, -1.0), (-3.5, -2.5))
+        brentq(lambda x: (1.0 + x) * math.exp(x) + 0.1, *ends)
+        for ends in ((-2.0, -1.0), (-3.5, -2.5))
     )
     plan = solver.prepare(rulesheets.loads("y = x*exp(x) + x/10"), ["y"], ["x"])
     y = np.linspace(1.01 * height(low), 0.99 * height(high), 20_001)
@@ -205,10 +231,14 @@ def test_rows_across_two_folds_have_the_roots_of_each_side() -> None:
 
 
 def test_a_case_without_an_answer_at_the_first_row_is_watched() -> None:
-    """Blasius' and Poiseuille's friction factors overlap: between 0.0278 and 0.0456 both have an answer."""
+    """Blasius' and Poiseuille's friction factors overlap: between 0.0278 and 0.0456 both have an
+    answer."""
     model = rulesheets.loads("if Re < 2300 then f = 64/Re else f = 0.316/Re^0.25")
     plan, factors = solver.prepare(model, ["f"], ["Re"]), np.linspace(0.02, 0.06, 401).tolist()
-    expected = [[64 / f] * (64 / f < 2300) + [(0.316 / f) ** 4] * ((0.316 / f) ** 4 >= 2300) for f in factors]
+    expected = [
+        [64 / f] * (64 / f < 2300) + [(0.316 / f) ** 4] * ((0.316 / f) ** 4 >= 2300)
+        for f in factors
+    ]
     assert plan.sweep(factors)["answers"].tolist() == [len(numbers) for numbers in expected]
     for f, numbers in zip(factors, expected, strict=True):
         assert sorted(re for (re,) in plan.all(f)) == pytest.approx(sorted(numbers))

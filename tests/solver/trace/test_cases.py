@@ -25,10 +25,13 @@ rules
 
 
 def pipe(dp: float) -> list[float]:
-    """The velocities in a smooth pipe: laminar (Hagen-Poiseuille), turbulent (Blasius), none in between."""
+    """The velocities in a smooth pipe: laminar (Hagen-Poiseuille), turbulent (Blasius), none in
+    between."""
     laminar = dp * 0.05**2 / (32 * 1e-3 * 10)
     turbulent = (dp * 2 * 0.05**1.25 / (0.316 * 1e-6**0.25 * 1e4)) ** (1 / 1.75)
-    return [v for v, there in ((laminar, laminar < 0.046), (turbulent, turbulent >= 0.046)) if there]
+    return [
+        v for v, there in ((laminar, laminar < 0.046), (turbulent, turbulent >= 0.046)) if there
+    ]
 
 
 COLUMN = """variables
@@ -46,7 +49,8 @@ rules
 
 
 def column(force: float) -> list[float]:
-    """The length at which a column buckles: Johnson's parabola for a short one, Euler's hyperbola."""
+    """The length at which a column buckles: Johnson's parabola for a short one, Euler's
+    hyperbola."""
     share, slender = force / 250e3, sqrt(2 * pi**2 * 800)
     return [0.01 * slender * (sqrt(2 * (1 - share)) if share > 0.5 else sqrt(1 / (2 * share)))]
 
@@ -63,7 +67,8 @@ rules
 
 
 def cylinder(h: float) -> list[float]:
-    """The diameters of a wire or tube in wind, by one power law each for three ranges of Re = 125000 D."""
+    """The diameters of a wire or tube in wind, by one power law each for three ranges of Re =
+    125000 D."""
     laws = ((0.8, 0.4, 0.0, 40.0), (0.6, 0.48, 40.0, 4000.0), (0.17, 0.63, 4000.0, np.inf))
     found = [((h / (c * 125e3**n * 0.026)) ** (1 / (n - 1)), low, high) for c, n, low, high in laws]
     return [d for d, low, high in found if low <= 125e3 * d < high]

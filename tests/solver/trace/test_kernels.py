@@ -51,12 +51,16 @@ def test_sine_and_cosine_of_blocks_are_within_two_ulp_of_the_exact_ones() -> Non
     with mpmath.workdps(40):
         for function, found in zip((mpmath.sin, mpmath.cos), sines(degrees), strict=True):
             exact = [function(mpmath.mpf(float(d)) * mpmath.pi / 180) for d in degrees]
-            errors = [abs(float(mpmath.mpf(float(f)) - e)) for f, e in zip(found, exact, strict=True)]
+            errors = [
+                abs(float(mpmath.mpf(float(f)) - e)) for f, e in zip(found, exact, strict=True)
+            ]
             assert max(e / math.ulp(float(abs(x))) for e, x in zip(errors, exact, strict=True)) < 2
 
 
 def test_special_angles_are_exact() -> None:
-    special = np.array([0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0, 210.0, 270.0, -30.0, -90.0, 360e9 + 30.0])
+    special = np.array(
+        [0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0, 210.0, 270.0, -30.0, -90.0, 360e9 + 30.0]
+    )
     sine, cosine = sines(special)
     for degrees, s, c in zip(special, sine, cosine, strict=True):
         assert (abs(s) == 0.5) == (abs(sind(degrees)) == 0.5)
@@ -77,7 +81,8 @@ def test_sine_and_cosine_of_straight_line_code_are_within_two_ulp(degrees: float
     if abs(degrees) < 1e-300:
         return  # what is subnormal in radians has fewer digits
     with mpmath.workdps(60):
-        # Whole turns off first, which is exact: 60 digits of pi times many turns have fewer beyond the point.
+        # Whole turns off first, which is exact: 60 digits of pi times many turns have fewer beyond
+        # the point.
         angle = mpmath.mpf(math.fmod(degrees, 360.0)) * mpmath.pi / 180
         for function, number in zip((mpmath.sin, mpmath.cos), found, strict=True):
             exact = function(angle)
@@ -89,8 +94,14 @@ def test_sine_and_cosine_of_straight_line_code_are_within_two_ulp(degrees: float
 def test_multiples_of_thirty_degrees_are_exact_in_straight_line_code(twelfths: int) -> None:
     degrees = 30.0 * twelfths
     exact = {0.0, 0.5, 1.0}
-    for found, accurate in zip(sine_and_cosine(degrees), (sind(degrees), cosd(degrees)), strict=True):
-        assert found == accurate if abs(accurate) in exact else found == pytest.approx(accurate, rel=4e-16)
+    for found, accurate in zip(
+        sine_and_cosine(degrees), (sind(degrees), cosd(degrees)), strict=True
+    ):
+        assert (
+            found == accurate
+            if abs(accurate) in exact
+            else found == pytest.approx(accurate, rel=4e-16)
+        )
 
 
 @pytest.mark.parametrize("eighths", range(-3, 5))
@@ -154,7 +165,9 @@ def test_growth_over_many_periods_keeps_its_digits(rate: float, periods: float) 
     for kernel in (ArrayKernel, NativeKernel):
         found = np.empty(1)
         kernel(flow, [node])([np.array([rate]), np.array([periods])], [found])
-        assert found[0] == pytest.approx(float(exact), rel=2e-15 * (2 + abs(periods) * rate), abs=1e-300)
+        assert found[0] == pytest.approx(
+            float(exact), rel=2e-15 * (2 + abs(periods) * rate), abs=1e-300
+        )
 
 
 @needs_llvm
@@ -182,10 +195,13 @@ def _direction() -> NativeKernel:
 
 
 def conditioning(model: Model, plan: Plan, driver: str, number: float) -> list[float]:
-    """What a last digit of the inputs or of the result itself is worth: |y| + Σ|x dy/dx| over the inputs."""
+    """What a last digit of the inputs or of the result itself is worth: |y| + Σ|x dy/dx| over the
+    inputs."""
     result = solver.solve(model, {driver: number}, plan.want)
     slopes = result.sensitivity(plan.want)
-    inputs = {n: abs(v) for n, v in result.inputs.items() if isinstance(v, float) and n in slopes.inputs}
+    inputs = {
+        n: abs(v) for n, v in result.inputs.items() if isinstance(v, float) and n in slopes.inputs
+    }
     return [
         abs(value) + sum(size * abs(slopes[name, x] or 0.0) for x, size in inputs.items())
         if isinstance(value := result[name], float)
@@ -209,7 +225,9 @@ def test_floats_arrays_machine_code_and_steps_agree_to_four_ulp_on_every_model(n
     model = rulesheets.load(str(ROOT / name / "model.tk"))
     numbers = {n: v.value for n, v in model.variables.items() if isinstance(v.value, float)}
     want = [n for n, v in model.variables.items() if v.posted and v.value is None]
-    driver = next((n for n in numbers if model.variables[n].unit == "deg"), None) or next(iter(numbers), None)
+    driver = next((n for n in numbers if model.variables[n].unit == "deg"), None) or next(
+        iter(numbers), None
+    )
     if driver is None:
         return
     plan = solver.prepare(model, [driver], want)
@@ -230,7 +248,9 @@ def test_floats_arrays_machine_code_and_steps_agree_to_four_ulp_on_every_model(n
         number = float(rows[row])
         steps = plan.judged((number,))[0].leaves[0].branch.values
         answers = scalar(number)
-        place = min(range(len(answers)), key=lambda k: apart(answers[k], [steps[name] for name in want]))
+        place = min(
+            range(len(answers)), key=lambda k: apart(answers[k], [steps[name] for name in want])
+        )
         for at, scale in enumerate(conditioning(model, plan, driver, number)):
             several = [kind.planes[place][at][row] for kind in (arrays, native)]
             found = answers[place][at], *several, steps[want[at]]
@@ -242,7 +262,8 @@ def test_floats_arrays_machine_code_and_steps_agree_to_four_ulp_on_every_model(n
 
 
 def test_rows_beside_the_record_take_as_many_steps_as_they_need() -> None:
-    """Two of the three answers are near a fold: two steps are not enough for them, one is for the third."""
+    """Two of the three answers are near a fold: two steps are not enough for them, one is for the
+    third."""
     model = rulesheets.load("four_link_chain")
     speed = float(solver.solve(model)["omegaQR"])
     plan = solver.prepare(model, ["omegaQR"], ["PQ"], {"PQ": None})
@@ -283,7 +304,8 @@ def test_a_missing_extra_is_told_at_every_sweep(monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.parametrize("jit", [False, pytest.param(True, marks=needs_llvm)])
 def test_a_condition_on_the_sine_of_a_huge_angle_is_left_to_a_solve(jit: bool) -> None:
-    """Rows have no sines beyond 1e15 degrees: what is not known to be larger is not smaller for that."""
+    """Rows have no sines beyond 1e15 degrees: what is not known to be larger is not smaller for
+    that."""
     plan = solver.prepare(solver.loads("if cosd(x) > 0.5 then y = 1 else y = 2"), ["x"], ["y"])
     plan(70.0)
     table = plan.sweep(np.array([70.0, 80.0, 100.0] * 8 + [3.6e15]), jit=jit)

@@ -14,7 +14,22 @@ from solver.trace.graph import NotCompilable
 from solver.trace.program import Ending, Program, checks_and_bounds, simplified
 from solver.trace.python import compile_scalar
 
-ODD = [math.nan, math.inf, -math.inf, 0.0, -0.0, 1.0, -1.0, 2.0, 5e-324, -1e-310, 1e-160, 1e200, -1e150, 30.0]
+ODD = [
+    math.nan,
+    math.inf,
+    -math.inf,
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    2.0,
+    5e-324,
+    -1e-310,
+    1e-160,
+    1e200,
+    -1e150,
+    30.0,
+]
 ONE, TWO = ("neg", "abs", "sqrt", "sind", "cosd"), ("add", "sub", "mul", "div", "max")
 COMPARED, JOINED = ("lt", "le", "eq"), ("and", "or", "xor")
 
@@ -43,7 +58,9 @@ def random_program(rng: random.Random) -> Program:
             elif kind in COMPARED:
                 logical.append(flow.add(kind, rng.choice(nodes), rng.choice(nodes)))
             elif kind == "where" and logical:
-                nodes.append(flow.add(kind, rng.choice(logical), rng.choice(nodes), rng.choice(nodes)))
+                nodes.append(
+                    flow.add(kind, rng.choice(logical), rng.choice(nodes), rng.choice(nodes))
+                )
             elif kind in JOINED and logical:
                 logical.append(flow.node(kind, rng.choice(logical), rng.choice(logical)))
             elif logical:
@@ -54,7 +71,9 @@ def random_program(rng: random.Random) -> Program:
     holds = [rng.choice((node, flow.add("not", node))) for node in logical if rng.random() < 0.6]
     known = (flow.true, flow.false)
     checks = tuple(node for node in (*holds, *flow.checks) if node not in known)
-    finite = tuple(n for n in nodes if flow.value_of(n) is None and (n in results or rng.random() < 0.4))
+    finite = tuple(
+        n for n in nodes if flow.value_of(n) is None and (n in results or rng.random() < 0.4)
+    )
     bounds = (flow.node("finite", number) for number in finite)
     return Program(flow, 2, (Ending(tuple(results), (*checks, *bounds)),))
 
@@ -73,7 +92,12 @@ def test_a_lean_program_says_what_the_whole_one_says(seed: int) -> None:
 
 
 def test_of_a_slider_crank_little_is_left_to_ask() -> None:
-    plan = solver.prepare(rulesheets.load("offset_slider_crank"), ["thetaAO"], ["xB", "vB", "omegaAB"])
+    plan = solver.prepare(
+        rulesheets.load("offset_slider_crank"), ["thetaAO"], ["xB", "vB", "omegaAB"]
+    )
     plan(-30.0)
     (program,) = plan.records.programs
-    assert [len(some) <= 3 for some in checks_and_bounds(program.flow, program.holds)] == [True, True]
+    assert [len(some) <= 3 for some in checks_and_bounds(program.flow, program.holds)] == [
+        True,
+        True,
+    ]

@@ -1,4 +1,5 @@
-"""What ranges tell of spans of rows is so in each row, and long sweeps say what single solves say."""
+"""What ranges tell of spans of rows is so in each row, and long sweeps say what single solves
+say."""
 
 from __future__ import annotations
 
@@ -20,7 +21,20 @@ from solver.trace.rows import Steady
 
 ONE = ("neg", "abs", "sqrt", "rint", "sin", "cosd", "sind", "expm1", "log1p")
 TWO = ("add", "sub", "mul", "div", "max", "pow", "directiond", "direction")
-CALLED = ("exp", "ln", "atan", "atand", "asin", "acosd", "atan2", "atan2d", "cosh", "tand", "mod", "gamma")
+CALLED = (
+    "exp",
+    "ln",
+    "atan",
+    "atand",
+    "asin",
+    "acosd",
+    "atan2",
+    "atan2d",
+    "cosh",
+    "tand",
+    "mod",
+    "gamma",
+)
 COMPARED, JOINED = ("lt", "le", "eq", "near"), ("and", "or", "xor")
 SPANS, EACH = 40, 60
 
@@ -31,7 +45,9 @@ def random_graph(rng: random.Random) -> tuple[Flow, list[int]]:
     numbers = [flow.input(0), flow.input(1), *map(flow.constant, (0.0, 2.0, -3.0, 1e-3))]
     conditions: list[int] = []
     for _ in range(rng.randrange(4, 30)):
-        kind = rng.choice((*ONE, *TWO, *TWO, "call", *COMPARED, *COMPARED, *JOINED, "not", "where", "choose"))
+        kind = rng.choice(
+            (*ONE, *TWO, *TWO, "call", *COMPARED, *COMPARED, *JOINED, "not", "where", "choose")
+        )
         try:
             if kind in ONE:
                 numbers.append(flow.node(kind, rng.choice(numbers)))
@@ -39,7 +55,9 @@ def random_graph(rng: random.Random) -> tuple[Flow, list[int]]:
                 numbers.append(flow.node(kind, rng.choice(numbers), rng.choice(numbers)))
             elif kind == "call":
                 name = rng.choice(CALLED)
-                numbers.append(flow.node("call", name, *rng.choices(numbers, k=TABLE[name].arity[0])))
+                numbers.append(
+                    flow.node("call", name, *rng.choices(numbers, k=TABLE[name].arity[0]))
+                )
             elif kind in COMPARED:
                 conditions.append(flow.node(kind, rng.choice(numbers), rng.choice(numbers)))
             elif kind in JOINED and conditions:
@@ -53,7 +71,11 @@ def random_graph(rng: random.Random) -> tuple[Flow, list[int]]:
                 conditions.append(flow.node("where", *three))
         except NotCompilable:
             continue
-    return flow, [*numbers[2:], *conditions, *(flow.node("finite", n) for n in rng.choices(numbers, k=3))]
+    return flow, [
+        *numbers[2:],
+        *conditions,
+        *(flow.node("finite", n) for n in rng.choices(numbers, k=3)),
+    ]
 
 
 def columns_of(rng: np.random.Generator, reach: float) -> list[np.ndarray]:
@@ -75,7 +97,9 @@ def test_ranges_enclose_every_row(seed: int, native: bool) -> None:
     told = 0
     for _ in range(5):
         flow, wanted = random_graph(rng)
-        columns = columns_of(np.random.default_rng(rng.getrandbits(32)), rng.choice((-3.0, 0.0, 2.0)))
+        columns = columns_of(
+            np.random.default_rng(rng.getrandbits(32)), rng.choice((-3.0, 0.0, 2.0))
+        )
         if native and not available():
             pytest.skip("needs the extra jit")
         try:
@@ -85,7 +109,9 @@ def test_ranges_enclose_every_row(seed: int, native: bool) -> None:
         logical = [is_condition(flow, node) for node in wanted]
         results = [np.empty(SPANS * EACH, dtype=bool if yes else float) for yes in logical]
         kernel([column.ravel() for column in columns], results)
-        pairs = Ranges(flow, wanted)([(column.min(axis=1), column.max(axis=1)) for column in columns])
+        pairs = Ranges(flow, wanted)(
+            [(column.min(axis=1), column.max(axis=1)) for column in columns]
+        )
         for node, values, pair, yes in zip(wanted, results, pairs, logical, strict=True):
             rows = values.reshape(SPANS, EACH)
             low, high = (np.broadcast_to(end, SPANS) for end in pair)
@@ -112,14 +138,20 @@ def is_condition(flow: Flow, node: int) -> bool:
 CIRCLE = "variables\n  s\n  x\n  y\n  r\nrules\n  x^2 + y^2 = 25\n  y = s*x + 1\n  r = x*y + s\n"
 POSITIVE = "variables\n  s\n  x in [0, 10]\n  y\nrules\n  x^2 - 3*x = s\n  y = 2*x + s\n"
 """Two answers below 0 and one above."""
-CORNER = "variables\n  s\n  x\n  y\nrules\n  x^2 - 2*x = s\n  if x > 1.5 then y = 2*x else y = 3*x^2 - x\n"
+CORNER = (
+    "variables\n  s\n  x\n  y\nrules\n  x^2 - 2*x = s\n  if x > 1.5 then y = 2*x else y = 3*x^2 - "
+    "x\n"
+)
 SCALED = "variables\n  s\n  k\n  x\n  y\nrules\n  k*x^2 - 3*x = s\n  y = x*k - 1/x\n"
 
 
 SWEEPS = {
     "the whole stroke": ("offset_slider_crank", [np.linspace(4.575, 10.82, 30_000)]),
     "to the end of the stroke": ("offset_slider_crank", [np.linspace(10.7, 10.8167, 9_000)]),
-    "there and back": ("offset_slider_crank", [np.r_[np.linspace(6, 9, 9_000), np.linspace(9, 6, 9_000)]]),
+    "there and back": (
+        "offset_slider_crank",
+        [np.r_[np.linspace(6, 9, 9_000), np.linspace(9, 6, 9_000)]],
+    ),
     "circle": (CIRCLE, [np.linspace(-2.0, 3.0, 20_000)]),
     "one of two ends": (POSITIVE, [np.linspace(-2.3, 2.0, 20_000)]),
     "a branch bends": (CORNER, [np.linspace(-0.99, 1.0, 20_000)]),
@@ -139,12 +171,16 @@ def test_long_sweeps_count_and_show_what_solves_find(
     monkeypatch.setattr("solver.trace.rows.SPAN", 64)
     by_ranges = list[int]()
     filled = Steady.__call__
-    monkeypatch.setattr(Steady, "__call__", lambda *a: by_ranges.append(filled(*a)) or by_ranges[-1])
+    monkeypatch.setattr(
+        Steady, "__call__", lambda *a: by_ranges.append(filled(*a)) or by_ranges[-1]
+    )
     source, columns = SWEEPS[name]
     if source.startswith("variables"):
         plan = solver.prepare(rulesheets.loads(source), ["s", "k"][: len(columns)], ["x", "y"])
     else:
-        plan = solver.prepare(rulesheets.load(source), ["xB"], ["thetaAO", "vB", "aB"], {"thetaAO": None})
+        plan = solver.prepare(
+            rulesheets.load(source), ["xB"], ["thetaAO", "vB", "aB"], {"thetaAO": None}
+        )
     plan(*(float(column[700]) for column in columns))
     table = plan.sweep(*columns, jit=jit)
     if "end of the stroke" not in name:
@@ -154,8 +190,13 @@ def test_long_sweeps_count_and_show_what_solves_find(
     count, rng = len(columns[0]), np.random.default_rng(8)
     rows = {0, 1, count - 1, *near, *rng.integers(0, count, 6), *range(513, count, 4096)}
     for row in sorted(int(row) for row in rows if row < count):
-        given = {**plan.given, **{n: float(c[row]) for n, c in zip(plan.inputs, columns, strict=True)}}
-        alone = solver.solve(plan.model, given | {"thetaAO": None} if plan.given else given, list(plan.want))
+        given = {
+            **plan.given,
+            **{n: float(c[row]) for n, c in zip(plan.inputs, columns, strict=True)},
+        }
+        alone = solver.solve(
+            plan.model, given | {"thetaAO": None} if plan.given else given, list(plan.want)
+        )
         assert WORDS[table.status[row]] == str(alone.status)
         assert table.answers[row] == len(alone.solutions)
         shown = [float(table[n][row]) for n in plan.want]

@@ -61,9 +61,9 @@ def test_blocks_of_several_tears_are_recorded(text: str, inputs: list[str]) -> N
         point = [number * draw.uniform(0.95, 1.05) for number in middle]
         full = solver.solve(rulesheets.loads(text), dict(zip(inputs, point, strict=True)))
         found = dict(zip(want, plan(*point), strict=True))
-        assert any(all(math.isclose(found[n], s[n], rel_tol=1e-12) for n in want) for s in full.solutions), (
-            point
-        )
+        assert any(
+            all(math.isclose(found[n], s[n], rel_tol=1e-12) for n in want) for s in full.solutions
+        ), point
 
 
 def test_every_answer_is_followed() -> None:
@@ -102,7 +102,8 @@ def test_rows_agree_with_calls() -> None:
 
 
 def test_a_fold_is_left_to_the_full_solve() -> None:
-    """Next to the fold of x exp(-x) = c floats lose digits: no record answers there with wrong ones."""
+    """Next to the fold of x exp(-x) = c floats lose digits: no record answers there with wrong
+    ones."""
     text = "variables\n c = 0.3\n x\n y\nrules\n y = x*exp(-x)\n y + 0*cos(x) = c\n"
     plan = solver.prepare(rulesheets.loads(text), ["c"], ["x"])
     plan(0.3)
@@ -113,7 +114,9 @@ def test_a_fold_is_left_to_the_full_solve() -> None:
 
 def test_a_branch_that_ends_is_no_answer() -> None:
     """The fold of x exp(-x) = c at c = 1/e: beyond it there is nothing."""
-    model = rulesheets.loads("variables\n c = 0.3\n x\n y\nrules\n y = x*exp(-x)\n y + 0*cos(x) = c\n")
+    model = rulesheets.loads(
+        "variables\n c = 0.3\n x\n y\nrules\n y = x*exp(-x)\n y + 0*cos(x) = c\n"
+    )
     plan = solver.prepare(model, ["c"], ["x"])
     assert len(plan.all(0.3)) == 2
     with pytest.raises(solver.Unsolved):
@@ -127,12 +130,15 @@ def test_a_block_of_constants_is_followed_on_rows() -> None:
     plan = solver.prepare(model, ["b"], ["z"])
     table = plan.sweep(np.linspace(1.0, 2.0, 40))
     assert table["z"] == pytest.approx(0.7390851332151607 * np.linspace(1.0, 2.0, 40), rel=1e-14)
-    newton = BlockNewton(kernel_of(planner(model).graph, SolveBlock((0,), ("x",), ("x",))), [0.74], [])
+    newton = BlockNewton(
+        kernel_of(planner(model).graph, SolveBlock((0,), ("x",), ("x",))), [0.74], []
+    )
     assert newton.array() == pytest.approx(np.array([[0.7390851332151607]]), rel=1e-15)
 
 
 def test_a_redundant_rule_that_tells_more_digits_is_followed() -> None:
-    """Next to the perihelion the distance tells little of the eccentric anomaly, the direction much."""
+    """Next to the perihelion the distance tells little of the eccentric anomaly, the direction
+    much."""
     model = rulesheets.load(MODELS / "kepler" / "model.tk")
     state = solver.solve(model)
     plan = solver.prepare(model, ["nu"], ["M"], {"M": None})
@@ -144,9 +150,11 @@ def test_a_redundant_rule_that_tells_more_digits_is_followed() -> None:
 
 
 def test_a_second_answer_of_an_odd_size_is_followed() -> None:
-    """The temperature at which one vapour pressure is 2.47 times another, and a root near a pole."""
+    """The temperature at which one vapour pressure is 2.47 times another, and a root near a
+    pole."""
     model = rulesheets.loads(
-        "log(p1) = 6.90565 - 1211.033/(T + 220.79)\nlog(p2) = 6.95464 - 1344.8/(T + 219.482)\na = p1/p2"
+        "log(p1) = 6.90565 - 1211.033/(T + 220.79)\nlog(p2) = 6.95464 - 1344.8/(T + 219.482)\na = "
+        "p1/p2"
     )
     plan = solver.prepare(model, ["a"], ["T", "p1"])
     plan(2.467839685576056)
@@ -156,12 +164,15 @@ def test_a_second_answer_of_an_odd_size_is_followed() -> None:
         assert len(expected.solutions) == 2
         assert expected.solutions[1]["p1"] > 1e100
         found = plan.all(a)
-        assert [row[0] for row in found] == pytest.approx([s["T"] for s in expected.solutions], rel=1e-12)
+        assert [row[0] for row in found] == pytest.approx(
+            [s["T"] for s in expected.solutions], rel=1e-12
+        )
 
 
 @pytest.mark.parametrize("given, wanted", [("alphaEF", "phiF"), ("ye", "phiC")])
 def test_a_record_is_made_where_unknowns_vanish_and_angles_turn(given: str, wanted: str) -> None:
-    """At its own numbers the sheet has a piston at 180 degrees, and another right above the shaft."""
+    """At its own numbers the sheet has a piston at 180 degrees, and another right above the
+    shaft."""
     model = rulesheets.load(MODELS / "two_cylinder_engine" / "model.tk")
     state = solver.solve(model)
     plan = solver.prepare(model, [given], [wanted], {wanted: None})
@@ -171,7 +182,9 @@ def test_a_record_is_made_where_unknowns_vanish_and_angles_turn(given: str, want
 
 
 BEAM = "variables\n w = 3\n x = 2\n L\nrules\n w*L^4/8 = R*L^3/3\n R = w*x\n"
-CHANNEL = "variables\n v = 2\n Q\nrules\n A = 3*y\n P = 3 + 2*y\n R = A/P\n Q = 9*A*R^(2/3)\n Q = v*A\n"
+CHANNEL = (
+    "variables\n v = 2\n Q\nrules\n A = 3*y\n P = 3 + 2*y\n R = A/P\n Q = 9*A*R^(2/3)\n Q = v*A\n"
+)
 
 
 def depth(v: float) -> float:
@@ -182,8 +195,11 @@ def depth(v: float) -> float:
     "text, given, wanted, root",
     [(BEAM, "x", "L", lambda x: 8.0 * x / 3.0), (CHANNEL, "v", "Q", lambda v: 3.0 * v * depth(v))],
 )
-def test_an_unknown_that_may_vanish_keeps_a_record(text: str, given: str, wanted: str, root: Any) -> None:
-    """A span of 0 is a triple root, and at a depth of 0 a slope is infinite: whatever the load or speed."""
+def test_an_unknown_that_may_vanish_keeps_a_record(
+    text: str, given: str, wanted: str, root: Any
+) -> None:
+    """A span of 0 is a triple root, and at a depth of 0 a slope is infinite: whatever the load or
+    speed."""
     plan = solver.prepare(rulesheets.loads(text), [given], [wanted])
     for number in (2.0, 2.01, 1.9):
         assert [row[0] for row in plan.all(number)] == pytest.approx([root(number), 0.0], rel=1e-12)
@@ -194,13 +210,16 @@ def test_a_double_root_comes_last_in_records_too() -> None:
     """The span is negative, so that the rule for sizes and signs alone would begin with 0."""
     plan = solver.prepare(rulesheets.loads(BEAM.replace("x = 2", "x = -2")), ["x"], ["L"])
     for number in (-2.0, -2.01, -1.9, -1.8, -1.7):
-        assert [row[0] for row in plan.all(number)] == pytest.approx([8.0 * number / 3.0, 0.0], rel=1e-12)
+        assert [row[0] for row in plan.all(number)] == pytest.approx(
+            [8.0 * number / 3.0, 0.0], rel=1e-12
+        )
         assert plan(number)[0] == pytest.approx(8.0 * number / 3.0, rel=1e-12)
     assert plan.records.programs
 
 
 def test_a_double_root_that_parts_leaves_no_record() -> None:
-    """At s = 0 both roots of x^2 cosh(x) = s are 0, beside it they are not, and below it there are none."""
+    """At s = 0 both roots of x^2 cosh(x) = s are 0, beside it they are not, and below it there are
+    none."""
     model = rulesheets.loads("variables\n s = 0\n x\nrules\n x^2*cosh(x) = s\n")
     plan = solver.prepare(model, ["s"], ["x"])
     with pytest.raises(solver.Unsolved):
@@ -212,7 +231,9 @@ def test_a_double_root_that_parts_leaves_no_record() -> None:
 
 
 def test_the_brief_form_says_the_first_of_all_answers() -> None:
-    model = rulesheets.loads("variables\n s\n p\n x\n y\nrules\n x + y = s\n x*y = p\n x^3 + y = z\n")
+    model = rulesheets.loads(
+        "variables\n s\n p\n x\n y\nrules\n x + y = s\n x*y = p\n x^3 + y = z\n"
+    )
     plan = solver.prepare(model, ["s", "p"], ["x", "y", "z"])
     plan(5.0, 3.0)
     assert plan.records.programs[0].brief is not None
@@ -286,7 +307,9 @@ def test_a_rule_that_follows_from_others_is_checked_in_a_record() -> None:
 
 def test_a_rule_that_follows_from_others_here_refuses_numbers_elsewhere() -> None:
     """At k = 2 the second rule is twice the first one; at another k it says that x is 0."""
-    plan: Any = solver.prepare(solver.loads("x + y = 3\nk*x + 2*y = 6\nw = x - y\n"), ["k", "w"], ["x", "y"])
+    plan: Any = solver.prepare(
+        solver.loads("x + y = 3\nk*x + 2*y = 6\nw = x - y\n"), ["k", "w"], ["x", "y"]
+    )
     assert plan(2.0, 1.0) == (2.0, 1.0)
     assert plan(2.0, 1.5) == (2.25, 0.75)
     assert plan(3.0, -3.0) == (0.0, 3.0)
@@ -325,12 +348,17 @@ def test_a_block_that_comes_to_nothing_leaves_no_record_and_no_error() -> None:
     """
     plan: Any = solver.prepare(solver.loads(rules), ["S"], ["a"], {"a": None})
     for area in (14.69, 14.7):
-        square = [85.0 + sign * math.sqrt(4.0 * 49.0 * 36.0 - 16.0 * area**2) for sign in (-1.0, 1.0)]
-        assert [a for (a,) in plan.all(area)] == pytest.approx([math.sqrt(s) for s in square], rel=1e-12)
+        square = [
+            85.0 + sign * math.sqrt(4.0 * 49.0 * 36.0 - 16.0 * area**2) for sign in (-1.0, 1.0)
+        ]
+        assert [a for (a,) in plan.all(area)] == pytest.approx(
+            [math.sqrt(s) for s in square], rel=1e-12
+        )
 
 
 def test_answers_born_beside_a_record_are_not_missed() -> None:
-    """A moment determines a span by cubics, one for each sign of a force: two of its roots begin at 28.5."""
+    """A moment determines a span by cubics, one for each sign of a force: two of its roots begin at
+    28.5."""
     rules = "R = 6*x + M/x\n8*M*(x + 5) = -(12*x^3 + 2500)\nP = R^2/24\n"
     model = rulesheets.loads(f"variables\n P = 28\n x\nrules\n{rules}")
     plan = solver.prepare(model, ["P"], ["x"])
@@ -368,7 +396,8 @@ def test_a_root_next_to_the_pole_of_a_logarithm_is_followed() -> None:
 
 
 def test_a_rule_next_to_the_pole_of_its_logarithm_is_checked_without_it() -> None:
-    """The diameter of a pipe: for one that is negative the argument of a logarithm is lost in rounding."""
+    """The diameter of a pipe: for one that is negative the argument of a logarithm is lost in
+    rounding."""
     rules = (
         "V = Q/(pi/4*D^2)",
         "Re = V*D/1e-6",
@@ -387,8 +416,14 @@ def test_a_rule_next_to_the_pole_of_its_logarithm_is_checked_without_it() -> Non
 
 
 def test_a_branch_that_ends_at_the_root_of_a_negative_number_is_watched() -> None:
-    """The roughness of a channel by its speed: a negative depth has a negative radius, and no 2/3 power."""
-    rules = "A = (3 + 1.5*y)*y", "R = A/(3 + 2*y*sqrt(3.25))", "V = R^(2/3)*sqrt(0.001)/n", "8 = V*A"
+    """The roughness of a channel by its speed: a negative depth has a negative radius, and no 2/3
+    power."""
+    rules = (
+        "A = (3 + 1.5*y)*y",
+        "R = A/(3 + 2*y*sqrt(3.25))",
+        "V = R^(2/3)*sqrt(0.001)/n",
+        "8 = V*A",
+    )
     plan = solver.prepare(rulesheets.loads("\n".join(rules)), ["V"], ["n"])
     for speed in (1.6, 1.7, 1.5):
         area = 8.0 / speed
@@ -406,4 +441,6 @@ def test_a_range_that_a_block_leaves_is_watched_though_its_first_rule_lacks_the_
     answers = solver.solve(model, {"xD": state["xD"], "thetaOB": None}, want=["thetaOB"])
     angles = sorted({answer["thetaOB"] for answer in answers.solutions})
     for _ in range(2):
-        assert sorted(angle for (angle,) in plan.all(state["xD"])) == pytest.approx(angles, rel=1e-9)
+        assert sorted(angle for (angle,) in plan.all(state["xD"])) == pytest.approx(
+            angles, rel=1e-9
+        )

@@ -1,4 +1,5 @@
-"""Rows without an answer: told by a record that refuses them, and only those that a solve refuses."""
+"""Rows without an answer: told by a record that refuses them, and only those that a solve
+refuses."""
 
 from __future__ import annotations
 
@@ -52,7 +53,10 @@ def statuses(plan: solver.Plan, *columns: object) -> list[str]:
 
 @pytest.mark.parametrize(
     ("sheet", "name", "low", "high", "edge"),
-    [(TANK, "p", 101250.0, 101400.0, 101325.0), (ARM, "a", 50.1, 52.0, 50.0 / np.sin(np.radians(100.0)))],
+    [
+        (TANK, "p", 101250.0, 101400.0, 101325.0),
+        (ARM, "a", 50.1, 52.0, 50.0 / np.sin(np.radians(100.0))),
+    ],
 )
 def test_rows_beside_large_numbers_are_refused_together(
     sheet: str, name: str, low: float, high: float, edge: float
@@ -70,7 +74,9 @@ def test_rows_next_to_an_edge_are_refused_as_by_a_solve() -> None:
     model = rulesheets.loads(TANK)
     plan = solver.prepare(model, ["p"], ["h"])
     draw = np.random.default_rng(3)
-    column = 101325.0 * (1.0 + 10.0 ** draw.uniform(-16.0, -4.0, 120) * draw.choice([-1.0, 1.0], 120))
+    column = 101325.0 * (
+        1.0 + 10.0 ** draw.uniform(-16.0, -4.0, 120) * draw.choice([-1.0, 1.0], 120)
+    )
     single = [str(solver.solve(model, {"p": p}, want=["h"]).status) for p in column.tolist()]
     assert {*single} == {"solved", "infeasible"}
     assert statuses(plan, column) == single
@@ -85,7 +91,9 @@ def test_terms_that_cancel_refuse_no_row() -> None:
         plan(0.4, 0.2)
     draw = np.random.default_rng(4)
     b = draw.uniform(0.1, 0.9, 120)
-    a = (b + 0.3) * (1.0 + draw.integers(-3, 4, 120) * 2.0**-53) - 0.01 * (draw.uniform(0, 1, 120) < 0.2)
+    a = (b + 0.3) * (1.0 + draw.integers(-3, 4, 120) * 2.0**-53) - 0.01 * (
+        draw.uniform(0, 1, 120) < 0.2
+    )
     refused = [one == "infeasible" for one in statuses(plan, a, b)]
     assert plan.records.refusals
     for one, other in zip(a[refused].tolist(), b[refused].tolist(), strict=True):
@@ -121,7 +129,8 @@ BEYOND_FOLDS = (
         ["x", "z"],
     ),
 )
-"""Sheets, what is given, and an input with a range beyond the fold of a block that no formula solves."""
+"""Sheets, what is given, and an input with a range beyond the fold of a block that no formula
+solves."""
 
 
 @pytest.mark.parametrize(("sheet", "given_", "name", "ends", "want"), BEYOND_FOLDS)
@@ -171,7 +180,8 @@ def test_a_branch_whose_power_gets_a_value_is_not_missed() -> None:
     ],
 )
 def test_a_record_knows_of_the_answer_that_its_row_has_not(rules: str, shear) -> None:
-    """Of the two centres of a circle of stresses one is too far out at first, by a step behind another."""
+    """Of the two centres of a circle of stresses one is too far out at first, by a step behind
+    another."""
     model = rulesheets.loads(f"v^2 = a^2 + 3*R^2\n{rules}")
     plan = solver.prepare(model, ["R", "v"], want=["a", "t"])
     rows = [(63.8, 114.2), (66.2, 115.0), (65.3, 115.5), (66.0, 112.6)]

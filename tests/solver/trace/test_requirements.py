@@ -75,7 +75,8 @@ def test_a_row_just_beyond_the_end_of_a_stroke_refuses_none_inside() -> None:
 
 
 def test_a_refusal_tells_nothing_of_roots_that_its_row_had_not() -> None:
-    """At y = -3 the only root is u = -3.3, which has no square root; at y = -1.5 there are three roots."""
+    """At y = -3 the only root is u = -3.3, which has no square root; at y = -1.5 there are three
+    roots."""
     sheet = "variables\n  y = -3\n  u in [-4, 4]\n  z\nrules\n  u - 3*sin(u) = y\n  u = sqrt(z)\n"
     plan = solver.prepare(rulesheets.loads(sheet), ["y"], ["z"])
     with pytest.raises(solver.Unsolved) as refused:
@@ -86,13 +87,17 @@ def test_a_refusal_tells_nothing_of_roots_that_its_row_had_not() -> None:
     assert np.allclose(u - 3 * np.sin(u), -1.5)
 
 
-@pytest.mark.parametrize("exponents", [(2.5, 2.0, 3.0, 4.0, -2.0), (2.0, 2.5, -3.0, 0.4), (3.0, 2.0, 2.5)])
+@pytest.mark.parametrize(
+    "exponents", [(2.5, 2.0, 3.0, 4.0, -2.0), (2.0, 2.5, -3.0, 0.4), (3.0, 2.0, 2.5)]
+)
 def test_an_even_exponent_has_two_bases_and_others_one(exponents: tuple[float, ...]) -> None:
     text = "y = c*a^x\n"
     plan = solver.prepare(rulesheets.loads(text), ["x", "y"], ["a"], {"c": 2.0})
     expected = {x: ([1.0, -1.0] if x % 2.0 == 0.0 else [1.0]) for x in exponents}
     for _ in range(2):
         for x in exponents:
-            assert [a for (a,) in plan.all(x, 2.0 * 3.0**x)] == pytest.approx([3.0 * s for s in expected[x]])
+            assert [a for (a,) in plan.all(x, 2.0 * 3.0**x)] == pytest.approx(
+                [3.0 * s for s in expected[x]]
+            )
     table = plan.sweep(list(exponents) * 3, [2.0 * 3.0**x for x in exponents] * 3)
     assert [int(count) for count in table.answers] == [len(expected[x]) for x in exponents] * 3

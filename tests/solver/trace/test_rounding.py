@@ -20,7 +20,9 @@ from solver.trace.graph import NotCompilable
 
 DIGITS = 640
 """Of the oracle: what it rounds in the largest of floats is nothing beside 1e-300."""
-FUNCTIONS = st.sampled_from(["sin", "cos", "exp", "sqrt", "atan", "abs", "tanh", "sind", "cosd", "ln"])
+FUNCTIONS = st.sampled_from(
+    ["sin", "cos", "exp", "sqrt", "atan", "abs", "tanh", "sind", "cosd", "ln"]
+)
 
 
 def expressions(leaves: st.SearchStrategy[str]) -> st.SearchStrategy[str]:

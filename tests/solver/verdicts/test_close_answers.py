@@ -1,4 +1,5 @@
-"""Answers that agree in many digits are two: their distance is known, for it is what the rule gives."""
+"""Answers that agree in many digits are two: their distance is known, for it is what the rule
+gives."""
 
 from __future__ import annotations
 
@@ -15,7 +16,9 @@ DISTANCE = {
     "abs(x - a) = b": lambda b: b,
     "(x - a)^2 = b^2": lambda b: b,
     "max((x - a)^2, -1) = b^2": lambda b: b,
-    "(x - a)^2 + (x - a)^4 = b^2": lambda b: math.sqrt((math.sqrt(1 + 4 * b * b) - 1) / 2) if b > 1e-4 else b,
+    "(x - a)^2 + (x - a)^4 = b^2": lambda b: (
+        math.sqrt((math.sqrt(1 + 4 * b * b) - 1) / 2) if b > 1e-4 else b
+    ),
 }
 
 
@@ -23,7 +26,8 @@ DISTANCE = {
 @settings(max_examples=4, deadline=None)
 @given(st.integers(-200, 200), st.integers(7, 42))
 def test_two_answers_that_differ_in_late_digits_are_both_listed(rule: str, a: int, k: int) -> None:
-    """All in short binary numbers, so that each distance is that of the rule but for its last digits."""
+    """All in short binary numbers, so that each distance is that of the rule but for its last
+    digits."""
     centre, b = a / 16 or 1.0, 2.0**-k * (abs(a) / 16 or 1.0)
     result = solver.solve(rulesheets.loads(rule), {"a": centre, "b": b})
     far = DISTANCE[rule](b)

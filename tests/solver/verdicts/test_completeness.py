@@ -1,4 +1,5 @@
-"""Why a list of answers may not be whole: how many are listed, where, and how to come by the others."""
+"""Why a list of answers may not be whole: how many are listed, where, and how to come by the
+others."""
 
 from __future__ import annotations
 
@@ -67,7 +68,8 @@ def test_guess_lists_the_nearest_first() -> None:
 
 
 def test_root_that_floats_do_not_come_near_is_looked_for() -> None:
-    """exp is 1 to all digits there, and d = 3.71 - y is 0: an answer is proven to be, by intervals."""
+    """exp is 1 to all digits there, and d = 3.71 - y is 0: an answer is proven to be, by
+    intervals."""
     result = solved("ln(exp(d*y)) = -2e-27\ny + d = 3.71")
     assert result.status is Status.SOLVED
     near = [solution for solution in result.solutions if solution["y"] == 3.71]
@@ -104,9 +106,12 @@ def test_no_answer_is_left_out_below_that() -> None:
     assert result.complete
 
 
-@pytest.mark.parametrize("nothing", ["0/c/(b*d)", "0*c/(b*d)", "p/c/(b*d)", "p*c/(b*d)", "0/(b*c*d)"])
+@pytest.mark.parametrize(
+    "nothing", ["0/c/(b*d)", "0*c/(b*d)", "p/c/(b*d)", "p*c/(b*d)", "0/(b*c*d)"]
+)
 def test_an_unknown_that_drops_out_of_a_rule_is_not_found_by_it(nothing: str) -> None:
-    """0 over c is 0 whatever c is: the rule that says so gives b alone, and c is found by another."""
+    """0 over c is 0 whatever c is: the rule that says so gives b alone, and c is found by
+    another."""
     ranges = "  b in [-1, -0.3]\n  c in [-31, 22]\n  d in [-3, 0.3]\n  p = 0\n"
     rules = f"  {nothing} - b/5 = 0.08\n  b/(d*d) = -14.6\n  d/b*(3 + c) = 4.6\n"
     result = solver.solve(rulesheets.loads(f"variables\n{ranges}rules\n{rules}"))
@@ -135,7 +140,8 @@ def test_half_a_line_has_one_direction() -> None:
 
 
 def test_a_turn_of_an_angle_that_a_condition_weighs_is_an_answer_of_its_own() -> None:
-    """-3.21 and the 3.07 in the turn around 0 have the same sine, but not the same place beside -2.9."""
+    """-3.21 and the 3.07 in the turn around 0 have the same sine, but not the same place beside
+    -2.9."""
     rule = "if c <= -2.9 then sin(c) = 0.0683 else (0 - c) = c"
     assert not solved(rule).complete
     ranged = solver.solve(rulesheets.loads(f"variables\n  c in [-4, 4]\nrules\n  {rule}\n"))
@@ -149,11 +155,14 @@ def test_the_direction_of_a_point_on_an_axis_says_nothing_of_its_distance() -> N
     for solution in result.solutions:
         assert solution["w"] > 0 or atan2(0.0, solution["w"]) == pi
     c = 25 / -4.2
-    assert any(s["c"] == pytest.approx(c) and s["w"] == pytest.approx(39 / 25) for s in result.solutions)
+    assert any(
+        s["c"] == pytest.approx(c) and s["w"] == pytest.approx(39 / 25) for s in result.solutions
+    )
 
 
 def test_a_case_whose_missing_value_is_refused_hides_no_answer() -> None:
-    """With y unknown the sign of w is a case; below 0 no root gives it, though z is what has no value."""
+    """With y unknown the sign of w is a case; below 0 no root gives it, though z is what has no
+    value."""
     sheet = """
 variables
   b

@@ -112,7 +112,9 @@ def test_failed_names_the_rules_and_a_range_to_give() -> None:
 
 
 def test_a_contradiction_prints_a_rule_once() -> None:
-    sheet = rulesheets.loads("call f(1; x)\ncall f(2; x)\nfunction f(a; x)\nrules\n  x = a*k\n  k = 3")
+    sheet = rulesheets.loads(
+        "call f(1; x)\ncall f(2; x)\nfunction f(a; x)\nrules\n  x = a*k\n  k = 3"
+    )
     result = solver.solve(sheet)
     assert str(result.status) == "inconsistent"
     shown = [line.split()[1] for line in rule_status_table(result).splitlines()[2:]]
@@ -143,7 +145,9 @@ def test_the_words_on_other_answers_come_with_a_reason() -> None:
         ("a*(b - 1) = 0\na*(a - 2) = 0", {"a": 2.0, "b": 1.0}, "b"),
     ],
 )
-def test_isolated_answers_are_shown_beside_a_curve(text: str, isolated: dict[str, float], free: str) -> None:
+def test_isolated_answers_are_shown_beside_a_curve(
+    text: str, isolated: dict[str, float], free: str
+) -> None:
     result = solver.solve(rulesheets.loads(text))
     assert str(result.status) == "solved"
     assert [dict(answer) for answer in result.solutions] == [pytest.approx(isolated)]
@@ -153,7 +157,8 @@ def test_isolated_answers_are_shown_beside_a_curve(text: str, isolated: dict[str
 
 
 def test_a_contradiction_behind_a_long_search_still_says_what_to_leave_out() -> None:
-    """The force on a nozzle is proportional to the pressure, and to the square of both diameters at once."""
+    """The force on a nozzle is proportional to the pressure, and to the square of both diameters at
+    once."""
     model = rulesheets.loads(
         "A1 = pi*D1^2/4\nA2 = pi*D2^2/4\np + rho*V1^2/2 = rho*V2^2/2\nA1*V1 = A2*V2\nQ = Cd*A2*V2\n"
         "F = p*A1 - rho*Q*(V2 - V1)"
@@ -169,7 +174,8 @@ def test_a_contradiction_behind_a_long_search_still_says_what_to_leave_out() -> 
 def test_a_given_number_may_determine_what_a_condition_says_but_for_its_rounding() -> None:
     """The total, given back, makes the shipping -2e-14; by the rule it is 0."""
     model = rulesheets.loads(
-        "net = price*3*(1 - 15/100)\nif net > 500 then ship = 0 else ship = 12.5\ntotal = (net + ship)*1.21"
+        "net = price*3*(1 - 15/100)\nif net > 500 then ship = 0 else ship = 12.5\ntotal = (net + "
+        "ship)*1.21"
     )
     result = solver.solve(model, {"price": 249.0, "total": 768.2895})
     assert (str(result.status), result["ship"]) == ("solved", 0.0)
@@ -187,7 +193,9 @@ def test_where_nothing_is_proven_a_value_at_which_there_is_an_answer_is_told(
 ) -> None:
     model = rulesheets.load(MODELS / name / "model.tk")
     first = solver.solve(model).solutions[0]
-    inputs = {n: first[n] if n != changed and value is not None else value for n, value in inputs.items()}
+    inputs = {
+        n: first[n] if n != changed and value is not None else value for n, value in inputs.items()
+    }
     result = solver.solve(model, inputs)
     assert str(result.status) == "failed"
     (note,) = (n for n in result.diagnoses[0].notes if "an answer was found at" in n)
@@ -206,7 +214,9 @@ def test_failed_names_the_rule_at_which_what_was_tried_ends() -> None:
 
 
 @pytest.mark.parametrize(("share", "status"), [(0.999, "solved"), (1.001, "infeasible")])
-def test_a_speed_that_a_linkage_never_reaches_is_proven_to_be_none(share: float, status: str) -> None:
+def test_a_speed_that_a_linkage_never_reaches_is_proven_to_be_none(
+    share: float, status: str
+) -> None:
     """The slide of a quick return, swept forward, has a largest speed."""
     model = rulesheets.load(MODELS / "whitworth_quick_return" / "model.tk")
     forward = solver.prepare(model, ["phi"], ["vE"], given={"OC": 0.3})
@@ -214,18 +224,31 @@ def test_a_speed_that_a_linkage_never_reaches_is_proven_to_be_none(share: float,
     result = solver.solve(model, {"vE": share * fastest, "phi": None, "OC": 0.3}, want=["phi"])
     assert (str(result.status), result.complete) == (status, True)
     if status == "infeasible":
-        (bound,) = re.findall(r"needs vE ≤ ([\d.]+)", " ".join(n for d in result.diagnoses for n in d.notes))
+        (bound,) = re.findall(
+            r"needs vE ≤ ([\d.]+)", " ".join(n for d in result.diagnoses for n in d.notes)
+        )
         assert float(bound) == pytest.approx(fastest, rel=1e-4)
 
 
 def test_what_may_be_left_out_of_a_contradiction_has_the_value_of_its_own_solve() -> None:
     """Without a stiffness the springs have an answer at infinity alone, which is none."""
     model = rulesheets.loads(
-        "(k1 + k2)*x2 - k2*x3 = F2\n-k2*x2 + (k2 + k3)*x3 - k3*x4 = F3\n-k3*x3 + k3*x4 = F4\nR1 = -k1*x2"
+        "(k1 + k2)*x2 - k2*x3 = F2\n-k2*x2 + (k2 + k3)*x3 - k3*x4 = F3\n-k3*x3 + k3*x4 = F4\nR1 = "
+        "-k1*x2"
     )
-    given = {"k1": 100.0, "k2": 150.0, "k3": 200.0, "F2": 50.0, "F3": -20.0, "F4": 80.0, "R1": -115.5}
+    given = {
+        "k1": 100.0,
+        "k2": 150.0,
+        "k3": 200.0,
+        "F2": 50.0,
+        "F3": -20.0,
+        "F4": 80.0,
+        "R1": -115.5,
+    }
     (clash,) = solver.solve(model, given).diagnoses
-    told = dict(re.findall(r"leave out (\w+): the other inputs make it ([-\d.e]+)", "\n".join(clash.notes)))
+    told = dict(
+        re.findall(r"leave out (\w+): the other inputs make it ([-\d.e]+)", "\n".join(clash.notes))
+    )
     assert set(told) == {"F2", "F3", "F4", "R1"}
     for name, value in told.items():
         result = solver.solve(model, {**given, name: None})
@@ -234,7 +257,9 @@ def test_what_may_be_left_out_of_a_contradiction_has_the_value_of_its_own_solve(
 
 
 def test_a_positive_number_of_the_sheet_is_not_advised_to_become_negative() -> None:
-    text = "variables\n  f = 0.02\n  L = 10\n  D = 0.1\n  h\n  v >= 0\nrules\n  h = f*L/D*v^2/(2*9.81)"
+    text = (
+        "variables\n  f = 0.02\n  L = 10\n  D = 0.1\n  h\n  v >= 0\nrules\n  h = f*L/D*v^2/(2*9.81)"
+    )
     (refusal,) = solver.solve(rulesheets.loads(text), {"h": -20.0}).diagnoses
     assert refusal.notes == ("with the other inputs as they are, a solution needs h ≥ 0",)
 

@@ -16,7 +16,9 @@ NAMES = "abcdefghuv"
 
 def random_rules(draw: random.Random) -> list[tuple[str, ...]]:
     count = draw.randint(2, 6)
-    return [tuple(sorted(draw.sample(NAMES[: count + 3], draw.randint(2, 3)))) for _ in range(count)]
+    return [
+        tuple(sorted(draw.sample(NAMES[: count + 3], draw.randint(2, 3)))) for _ in range(count)
+    ]
 
 
 def undetermined(matrix: np.ndarray, given: tuple[int, ...]) -> set[int]:
@@ -30,7 +32,9 @@ def undetermined(matrix: np.ndarray, given: tuple[int, ...]) -> set[int]:
 
 def smallest(matrix: np.ndarray, missing: set[int], useful: list[int]) -> set[tuple[int, ...]]:
     for size in range(1, 5):
-        sets = {s for s in combinations(useful, size) if undetermined(matrix, s).isdisjoint(missing)}
+        sets = {
+            s for s in combinations(useful, size) if undetermined(matrix, s).isdisjoint(missing)
+        }
         if sets:
             return sets
     return set()
@@ -70,8 +74,13 @@ def test_the_smallest_sets_of_missing_inputs(seed: int) -> None:
 
 
 def test_alternatives_count_as_one_rule() -> None:
-    rates = "if income < 1000 then tax = 0.1*income", "if income >= 1000 then tax = 0.2*income - 100"
-    result = solver.solve(rulesheets.loads("\n".join((*rates, "net = income - tax"))), want=["income"])
+    rates = (
+        "if income < 1000 then tax = 0.1*income",
+        "if income >= 1000 then tax = 0.2*income - 100",
+    )
+    result = solver.solve(
+        rulesheets.loads("\n".join((*rates, "net = income - tax"))), want=["income"]
+    )
     assert result.diagnoses[0].notes == ("give tax or net",)
 
 
@@ -92,4 +101,6 @@ def test_a_missing_input_of_thousands_of_rules_is_told_at_once() -> None:
     started = time.process_time()
     (diagnosis,) = solver.solve(model).diagnoses
     assert time.process_time() - started < 5.0
-    assert diagnosis.notes[0].startswith("give ") and diagnosis.notes[0].endswith(" or one of 3993 more")
+    assert diagnosis.notes[0].startswith("give ") and diagnosis.notes[0].endswith(
+        " or one of 3993 more"
+    )

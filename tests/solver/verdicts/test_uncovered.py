@@ -1,4 +1,5 @@
-"""Rules whose conditions leave a case out: answers in the other cases stand, and the gap is told."""
+"""Rules whose conditions leave a case out: answers in the other cases stand, and the gap is
+told."""
 
 import pytest
 

@@ -23,29 +23,41 @@ REST = {"offset": 0.0, "omegaAO": None, "alphaAO": None, "vB": 0.0}
         ({"thetaAO": 180.0}, "crossed", -(1 + AO / AB)),
     ],
 )
-def test_the_speed_at_dead_centre(place: dict[str, float | None], branch: str, inward: float) -> None:
+def test_the_speed_at_dead_centre(
+    place: dict[str, float | None], branch: str, inward: float
+) -> None:
     """aB = -AO ω² (1 ± AO/AB), by the series of the slider's place at dead centre."""
     speed = 11.0
     inputs = {**REST, **place, "branch": branch, "aB": -AO * speed**2 * inward}
     result = solver.solve(MODEL, inputs)
     assert result.status is solver.Status.SINGULAR
-    assert sorted(s["omegaAO"] for s in result.solutions) == pytest.approx([-speed, speed], rel=1e-14)
+    assert sorted(s["omegaAO"] for s in result.solutions) == pytest.approx(
+        [-speed, speed], rel=1e-14
+    )
     assert set(result.undetermined) == {"alphaAO", "alphaAB"}
     assert [d.code for d in result.diagnoses if "alphaAO" in d.variables] == ["S540"]
 
 
 def test_what_is_asked_for_is_solved_if_it_is_determined() -> None:
-    result = solver.solve(MODEL, {**REST, "thetaAO": 0.0, "aB": -500.0}, want=["omegaAO", "omegaAB"])
+    result = solver.solve(
+        MODEL, {**REST, "thetaAO": 0.0, "aB": -500.0}, want=["omegaAO", "omegaAB"]
+    )
     assert result.status is solver.Status.SOLVED
     speed = math.sqrt(500 / (AO * (1 + AO / AB)))
-    assert sorted(s["omegaAO"] for s in result.solutions) == pytest.approx([-speed, speed], rel=1e-14)
-    assert all(s["omegaAB"] == pytest.approx(-s["omegaAO"] * AO / AB, rel=1e-14) for s in result.solutions)
+    assert sorted(s["omegaAO"] for s in result.solutions) == pytest.approx(
+        [-speed, speed], rel=1e-14
+    )
+    assert all(
+        s["omegaAB"] == pytest.approx(-s["omegaAO"] * AO / AB, rel=1e-14) for s in result.solutions
+    )
 
 
 @pytest.mark.parametrize("motion", [{"vB": 1.0, "aB": -500.0}, {"aB": 500.0}])
 def test_what_no_crank_can_do(motion: dict[str, float]) -> None:
     """A slider that moves at dead centre, or is drawn outward there."""
-    assert solver.solve(MODEL, {**REST, "thetaAO": 0.0, **motion}).status is solver.Status.INFEASIBLE
+    assert (
+        solver.solve(MODEL, {**REST, "thetaAO": 0.0, **motion}).status is solver.Status.INFEASIBLE
+    )
 
 
 def test_without_the_acceleration_the_speed_is_free() -> None:
@@ -56,7 +68,9 @@ def test_without_the_acceleration_the_speed_is_free() -> None:
 
 def test_a_factor_that_vanishes_in_a_small_sheet() -> None:
     """x is not told by the first rule; the third does, once the second has lost z."""
-    result = solver.solve(rulesheets.loads("k = 0\n0 = k*x\nx^2 = y + k*z\ny = 4\nz*w = 1"), want=["x"])
+    result = solver.solve(
+        rulesheets.loads("k = 0\n0 = k*x\nx^2 = y + k*z\ny = 4\nz*w = 1"), want=["x"]
+    )
     assert sorted(s["x"] for s in result.solutions) == [-2.0, 2.0]
 
 
@@ -90,15 +104,16 @@ def test_a_block_that_says_the_same_twice_and_is_read_by_nothing_stays_open() ->
 
 
 TRIANGLE = rulesheets.loads(
-    "c^2 = a^2 + b^2 - 2*a*b*cosd(C)\na/sind(A) = c/sind(C)\nb/sind(B) = c/sind(C)\nA + B + C = 180\n"
+    "c^2 = a^2 + b^2 - 2*a*b*cosd(C)\na/sind(A) = c/sind(C)\nb/sind(B) = c/sind(C)\nA + B + C = "
+    "180\n"
     "area = a*b*sind(C)/2"
 )
 
 
 @pytest.mark.parametrize("given", ["bAS", "acS", "CcS", "bBS"])
 def test_a_rule_that_follows_from_others_takes_no_place_from_one_that_is_needed(given: str) -> None:
-    """The sides 7 and 9 with 50° between them: the law of cosines follows from that of sines, the area from
-    neither."""
+    """The sides 7 and 9 with 50° between them: the law of cosines follows from that of sines, the
+    area from neither."""
     a, b, turn = 7.0, 9.0, math.radians(50)
     c = math.sqrt(a**2 + b**2 - 2 * a * b * math.cos(turn))
     triangle = {"a": a, "b": b, "c": c, "C": 50.0, "S": a * b * math.sin(turn) / 2}
@@ -107,19 +122,24 @@ def test_a_rule_that_follows_from_others_takes_no_place_from_one_that_is_needed(
     inputs = {"area" if name == "S" else name: triangle[name] for name in given}
     result = solver.solve(TRIANGLE, inputs)
     assert result.status is solver.Status.SOLVED
-    assert [result[name] for name in "abcABC"] == pytest.approx([triangle[n] for n in "abcABC"], rel=1e-9)
+    assert [result[name] for name in "abcABC"] == pytest.approx(
+        [triangle[n] for n in "abcABC"], rel=1e-9
+    )
 
 
 def test_answers_of_the_other_rules_that_break_one_are_left_out() -> None:
-    """Freudenstein's equation repeats the loop of a four-bar linkage in part: beside ``b*sind(th3)`` it has
-    answers with th3 in the wrong quadrant."""
+    """Freudenstein's equation repeats the loop of a four-bar linkage in part: beside
+    ``b*sind(th3)`` it has answers with th3 in the wrong quadrant."""
     model = rulesheets.loads(
         "b*sind(th3) = c*sind(th4) - a*sind(th2)\nb*cosd(th3) = d + c*cosd(th4) - a*cosd(th2)\n"
         "d/a*cosd(th4) - d/c*cosd(th2) + (a^2 - b^2 + c^2 + d^2)/(2*a*c) = cosd(th2 - th4)\n"
         "w4*c*sind(th4 - th3) = a*sind(th2 - th3)"
     )
     sides = {"a": 40.0, "b": 110.0, "c": 80.0, "d": 100.0}
-    x, y = 100 - 40 * math.cos(math.radians(50)), 40 * math.sin(math.radians(50))  # from crank to pivot
+    x, y = (
+        100 - 40 * math.cos(math.radians(50)),
+        40 * math.sin(math.radians(50)),
+    )  # from crank to pivot
     far = math.hypot(x, y)
     at_pivot = math.acos((far**2 + 80**2 - 110**2) / (2 * far * 80))
     th4 = math.pi - math.atan2(y, x) - at_pivot

@@ -1,4 +1,5 @@
-"""Small probes with a known verdict: the status, and a sentence that names rules, variables and values."""
+"""Small probes with a known verdict: the status, and a sentence that names rules, variables and
+values."""
 
 from __future__ import annotations
 
@@ -27,7 +28,9 @@ def said(result: Any) -> str:
     lines = []
     for diagnosis in result.diagnoses:
         lines += [diagnosis.message, *diagnosis.notes]
-        lines += [label.span.source.text[label.span.start : label.span.end] for label in diagnosis.labels]
+        lines += [
+            label.span.source.text[label.span.start : label.span.end] for label in diagnosis.labels
+        ]
     return "\n".join(lines)
 
 
@@ -60,7 +63,9 @@ def test_redundant_pair_of_decimals_is_not_called_a_contradiction() -> None:
     assert str(solve("x + y = 26.1", "3*x + 3*y = 78.3").status) == "partial"
 
 
-@pytest.mark.parametrize("rules", [("x + y = 26", "x + y = 27"), ("2*x + 2*y = 52", "x + y = 27", "z = x")])
+@pytest.mark.parametrize(
+    "rules", [("x + y = 26", "x + y = 27"), ("2*x + 2*y = 52", "x + y = 27", "z = x")]
+)
 def test_pair_that_contradicts_is_named(rules: tuple[str, ...]) -> None:
     result = solve(*rules)
     assert str(result.status) == "inconsistent"
@@ -79,10 +84,13 @@ def test_pair_that_contradicts_is_named(rules: tuple[str, ...]) -> None:
 def test_rules_that_contradict_each_other_in_products_are_named(
     rules: tuple[str, ...], guilty: tuple[int, ...]
 ) -> None:
-    """Far out, where x is 1e20, floats cannot tell them from rules that say the same thing twice."""
+    """Far out, where x is 1e20, floats cannot tell them from rules that say the same thing
+    twice."""
     result = solve(*rules)
     assert str(result.status) == "inconsistent"
-    assert {line for line in said(result).splitlines() if line in rules} == {rules[k] for k in guilty}
+    assert {line for line in said(result).splitlines() if line in rules} == {
+        rules[k] for k in guilty
+    }
 
 
 def test_rules_that_say_the_same_in_products_leave_unknowns_free() -> None:
@@ -111,7 +119,9 @@ def test_slider_out_of_reach() -> None:
     result = solver.solve(rulesheets.load(CRANK), {"xB": 11.0, "thetaAO": None})
     assert str(result.status) == "infeasible"
     assert result.solutions == () and result.complete
-    bound = re.search(r"xB ≤ ([\d.]+\d)", said(result))  # the input that the caller changed comes first
+    bound = re.search(
+        r"xB ≤ ([\d.]+\d)", said(result)
+    )  # the input that the caller changed comes first
     assert bound
     assert float(bound[1]) == pytest.approx(math.sqrt(11.0**2 - 2.0**2), rel=1e-5)
 
@@ -269,13 +279,18 @@ def test_a_symbol_that_is_only_compared_is_no_mistake() -> None:
 @pytest.mark.parametrize(
     ("sheet", "given"),
     [
-        # a four-bar whose rocker is given beside the crank: no coupler of 7 reaches, however it is turned
+        # a four-bar whose rocker is given beside the crank: no coupler of 7 reaches, however it is
+        # turned
         (
-            "2*cosd(30) + 7*cosd(t) = 6 + 9*cosd(r)\n2*sind(30) + 7*sind(t) = 9*sind(r)\nmu = abs(r - t)",
+            "2*cosd(30) + 7*cosd(t) = 6 + 9*cosd(r)\n2*sind(30) + 7*sind(t) = 9*sind(r)\nmu = "
+            "abs(r - t)",
             {"r": 123.15},
         ),
         # Kepler's equation fixes E; the tangent of half of it has infinitely many
-        ("tan(E/2) = sqrt((1 - e)/(1 + e))*tand(nu/2)\nM = E - e*sin(E)", {"e": 0.5, "nu": 75, "M": 0.4869}),
+        (
+            "tan(E/2) = sqrt((1 - e)/(1 + e))*tand(nu/2)\nM = E - e*sin(E)",
+            {"e": 0.5, "nu": 75, "M": 0.4869},
+        ),
         # a shock tube with a velocity beside the pressures
         (
             "p4 = p/(1 - (p - 1)*0.4/sqrt(2*k*(2*k + (k + 1)*(p - 1))))^(2*k/(k - 1))\n"
@@ -284,7 +299,9 @@ def test_a_symbol_that_is_only_compared_is_no_mistake() -> None:
         ),
     ],
 )
-def test_numbers_that_contradict_each_other_are_said_to(sheet: str, given: dict[str, float]) -> None:
+def test_numbers_that_contradict_each_other_are_said_to(
+    sheet: str, given: dict[str, float]
+) -> None:
     """Although the rule that was solved first may have more answers than are listed."""
     result = solver.solve(rulesheets.loads(sheet), given)
     assert str(result.status) == "inconsistent"
@@ -293,7 +310,8 @@ def test_numbers_that_contradict_each_other_are_said_to(sheet: str, given: dict[
 
 @pytest.mark.parametrize("share", [1.0, 1.05])
 def test_a_balance_that_follows_from_the_others_leaves_room_for_other_rules(share: float) -> None:
-    """Two loops of pipes with a balance at every node, and one flow given beside what determines it."""
+    """Two loops of pipes with a balance at every node, and one flow given beside what determines
+    it."""
     sheet = """
         100 = Q1 + Q2
         Q1 = 30 + Q3 + Q4
@@ -306,7 +324,10 @@ def test_a_balance_that_follows_from_the_others_leaves_room_for_other_rules(shar
     def misses(flows: Any) -> list[float]:
         q1, q3 = flows
         q2, q4 = 100 - q1, q1 - 30 - q3
-        losses = [c * q * abs(q) for c, q in zip((8, 15, 10, 20, 12), (q1, q2, q3, q4, 40 - q4), strict=True)]
+        losses = [
+            c * q * abs(q)
+            for c, q in zip((8, 15, 10, 20, 12), (q1, q2, q3, q4, 40 - q4), strict=True)
+        ]
         return [losses[0] + losses[2] - losses[1], losses[3] - losses[2] - losses[4]]
 
     q1, q3 = fsolve(misses, [55.0, 10.0], xtol=1e-12)
