@@ -148,6 +148,8 @@ def _chains(graph: ModelGraph, order: Order) -> tuple[Chain, ...]:
             if form is None:
                 return ()
             found, own = _formulas(graph, form, f"#{number}")
+            if any(nodes.is_number(item.expression, 0.0) for way in found for item in way):
+                return ()  # of x*y = 0 the formula is y = 0, and at x = 0 y may be anything
             angles |= own
         ways.append(tuple(tuple(_turned(item, angles) for item in way) for way in found))
     if prod(map(len, ways)) > MAX_CHAINS:
