@@ -54,6 +54,7 @@ class Assignment(NamedTuple):
     """``name := expression``, with a value between ``low`` and ``high``.
 
     ``relational``: the expression is a quotient that stands for a product, so that 0/0 may be
+    anything. ``reciprocal``: it is one by which some dividend is multiplied, and 1/0 may be
     anything.
     """
 
@@ -64,6 +65,7 @@ class Assignment(NamedTuple):
     low_open: bool = False
     high_open: bool = False
     relational: bool = False
+    reciprocal: bool = False
 
 
 def assigned(variable: Variable, expression: Expression) -> Assignment:

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 from rulesheets.functions.intervals import EMPTY, LINE, Interval, cut, divide, greatest
 from rulesheets.functions.intervals import least as smaller
-from rulesheets.syntax.nodes import ONE, Name, Number, Quotient
+from rulesheets.syntax.nodes import Name, Number, Quotient
 from solver.kernel.chain import (
     Assignment,
     Chain,
@@ -233,5 +233,5 @@ def _assigned(emitter: IntervalEmitter, item: Assignment) -> Pair:
     if not isinstance(expression, Quotient) or not (item.relational or item.low >= 0.0):
         return emitter.of(expression)
     above, below = emitter.of(expression.left), emitter.of(expression.right)
-    how = item.relational * (2 if expression.left == ONE else 1)
+    how = 2 if item.reciprocal else int(item.relational)
     return emitter.apply("quotient", above, below, more=f", {item.low >= 0.0:d}, {how}")

@@ -197,9 +197,11 @@ def _formulas(
                 steps.append(((item(name, of(angle)),),))
             case Let(name, expression, divisor, size):
                 relational = isinstance(expression, Quotient)
+                reciprocal = isinstance(expression, Quotient) and expression.left == nodes.ONE
                 low = 0.0 if size is not None and not divisor else -inf
                 found = item(name, of(expression), relational=relational)
-                steps.append(((found._replace(low=max(low, found.low)),),))
+                found = found._replace(low=max(low, found.low), reciprocal=reciprocal)
+                steps.append(((found,),))
             case Parabola(name):
                 a, b, c = (of(part.expression) for part in formula[1:])
                 root = root._replace(expression=b**2.0 - 4.0 * (a * c))

@@ -25,6 +25,7 @@ from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_in_digits import absorbs
 from solver.accuracy.rule_sides import gross, half_unit, sides
+from solver.derivatives.linearization import kinks
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
 from solver.kernel.candidates import Answer, BlockOutcome, Undecided
@@ -402,7 +403,11 @@ class _RefinedBlock:
         return self._summary()
 
     def _folded(self, start: Sequence[float]) -> bool:
-        """Whether a fold is near: then its roots are kept."""
+        """Whether a fold is near: then its roots are kept. Raises Unresolved at a kink, where
+        slopes tell nothing."""
+        here = {**self.problem.here, **self.problem.named(start)}
+        if any(True for rule in self.problem.kernel.equations for _ in kinks(rule, here)):
+            raise Unresolved
         if any(
             are_alike(root, start, CLOSE, repeat(SMALL * max(map(abs, start))))
             for root in self.folded

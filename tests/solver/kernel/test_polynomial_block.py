@@ -202,6 +202,14 @@ def test_powers_of_known_numbers_are_coefficients(rate: float) -> None:
 FEE = "fee = p*min(x, a) + q*max(0, x - b)\nnet = x - fee\nshare = abs(net - c)/d + fee"
 
 
+def test_the_bottom_of_a_kink_is_an_answer() -> None:
+    """The share is -x below 0 and 3 x above: only at 0 it is none. Slopes took it for a miss."""
+    given_ = {"p": 0.0, "q": 2.0, "a": 0.0, "b": 0.0, "c": 0.0, "d": 1.0, "share": 0.0}
+    result = solver.solve(rulesheets.loads(FEE), given_)
+    assert str(result.status) in ("solved", "singular")
+    assert [solution["x"] for solution in result.solutions] == [0.0]
+
+
 @settings(max_examples=40, deadline=None)
 @given(*[st.integers(-4, 4)] * 2, *[st.integers(0, 6)] * 4, st.integers(1, 3), st.integers(-8, 8))
 def test_every_piece_of_a_rule_with_kinks_is_counted(
