@@ -30,11 +30,11 @@ from solver.numerics.newton import newton
 from solver.numerics.tolerances import (
     EXAMINED,
     FREE,
-    MOVES,
     NEARLY,
     REGULAR,
     ROUNDINGS,
     SMALLEST_NORMAL,
+    STILL,
 )
 
 
@@ -144,7 +144,7 @@ def undetermined(
                 return None
         except (ArithmeticError, ValueError):
             return None
-    free = tuple(n for n in problem.unknowns if any(abs(d[n]) > MOVES for d in directions))
+    free = tuple(n for n in problem.unknowns if any(abs(d[n]) > STILL for d in directions))
     dependent = tuple(problem.equations[i] for i in near.dependent(len(lost)))
     return left_free(problem, point, directions[0], free, dependent)
 
@@ -235,7 +235,7 @@ class _NearlySingular:
         sides."""
         scaled = self.u[:, len(self.s) - lost :].T
         worst = scaled[np.argmax(np.abs(scaled @ self.b))]
-        involved = [i for i, share in enumerate(worst) if abs(share) > MOVES]
+        involved = [i for i, share in enumerate(worst) if abs(share) > STILL]
         last = involved[-1]
         miss = float(worst @ self.b / worst[last] * self.rows[last])
         rows = tuple(problem.equations[i] for i in involved)

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from solver.numerics.linear_algebra import Array, factorise
-from solver.numerics.tolerances import CONSISTENT, INDEPENDENT, MOVES
+from solver.numerics.tolerances import CONSISTENT, INDEPENDENT, MOVES, NULL_ENTRY
 
 
 class Independence(NamedTuple):
@@ -110,9 +110,8 @@ def eliminate_rows(
     for k in range(n):
         pivot = max(range(k, n), key=lambda i: abs(left[i].get(k, 0)))
         left[k], left[pivot] = left[pivot], left[k]
-        if not abs(left[k].get(k, 0)) > (
-            tiny * sizes[k] if tiny else 0
-        ):  # nor where either is no number
+        # nor where either is no number
+        if not abs(left[k].get(k, 0)) > (tiny * sizes[k] if tiny else 0):
             raise Singular("a pivot vanishes")
         for row in left[k + 1 :]:
             if factor := row.pop(k, 0):
@@ -268,7 +267,7 @@ def _solved(a: Array, b: Array) -> LinearOutcome:
     if factor.rank == n:
         return LinearOutcome(tuple(x.tolist()))
     null = np.linalg.svd(a)[2][factor.rank :]
-    basis = np.where(np.abs(null) > MOVES, null, 0.0)
+    basis = np.where(np.abs(null) > NULL_ENTRY, null, 0.0)
     values = [None if part.any() else v for part, v in zip(basis.T, x.tolist(), strict=True)]
     return LinearOutcome(tuple(values), tuple(map(tuple, basis.tolist())))
 

@@ -113,6 +113,13 @@ REGULAR = 1e-5
 """Share of the largest singular value that all reach if a matrix has lost no rank: well above
 FREE."""
 
+STILL = 1e-9
+"""Share of the largest move along a null direction of a linear block below which an unknown, or a
+rule, has no part in it."""
+
+NULL_ENTRY = 1e-10
+"""The same of an entry of a null vector of unit length, by singular values of scaled rows."""
+
 NULL = 1e-8
 """Share of the largest singular value up to which others count as 0, on the way to a curve of
 answers."""
