@@ -31,9 +31,8 @@ from rulesheets.syntax.nodes import Number, children, leaves, names
 from rulesheets.syntax.program import Program, bodies, components, names_of, rules_of, walk
 from rulesheets.units import differences, library_of, unit_named
 
-_MEASURE = re.compile(
-    r"\[(?<=[\d.]\[)"
-)  # a pattern that begins with a certain character is found fast
+# a pattern that begins with a certain character is found fast
+_MEASURE = re.compile(r"\[(?<=[\d.]\[)")
 
 
 class File(NamedTuple):
@@ -188,10 +187,11 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
     refuse(_wrong_units(program, units))
     expansion = Expansion(program)
     passed = _passed(program)
+    # rows of the sheet, then names of its rules, then locals of the calls
     for local in (
         False,
         True,
-    ):  # rows of the sheet, then names of its rules, then locals of the calls
+    ):
         for full in expansion.names:
             if ("." in full) is local and full not in variables:
                 variables[full] = Variable(full, posted=not local, passed=full in passed)

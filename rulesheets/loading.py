@@ -89,9 +89,8 @@ def _model(
     # registered functions affect a sheet, but are not a part of it
     own = next(reversed(TABLE.values())).source is not None
     keeps = file is not None and not own and len(source.text) <= LONGEST_KEPT
-    paths = (
-        (file, os.path.abspath(file)) if file is not None else ()
-    )  # by the first, messages call it
+    # by the first, messages call it
+    paths = (file, os.path.abspath(file)) if file is not None else ()
     key = stamp(_CODE) + repr((paths, name)).encode() + source.text.encode() if keeps else b""
     collecting = gc.isenabled()
     gc.disable()

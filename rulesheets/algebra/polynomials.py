@@ -138,9 +138,8 @@ class _Eliminator(Arithmetic[Any]):
         chosen = [(a.numer * a.denom, sign) for a, sign in [*self.chosen.items()][::2]]
         within = tuple(self._coefficients(sign * a) for a, sign in chosen if not _has_radicals(a))
         if within and found and found.is_ground and all(map(self._is_constant, sides)):
-            one, other = map(
-                self._constant, sides
-            )  # a case without a solution, unless that is by rounding
+            # a case without a solution, unless that is by rounding
+            one, other = map(self._constant, sides)
             if abs(one - other) > CLEAR * max(abs(one), abs(other)):
                 return Eliminant([], indeterminate, within)
         return Eliminant(self._coefficients(found), indeterminate, within)

@@ -155,9 +155,8 @@ class Digits(Arithmetic[Extended]):
             raise Undefined("^", (float(base), float(exponent)), node)
         if size <= LARGE_BITS or exponent == int(exponent):
             return base**exponent
-        mp = context(
-            self.digits + size // 3
-        )  # a large exponent multiplies the rounding of the logarithm
+        # a large exponent multiplies the rounding of the logarithm
+        mp = context(self.digits + size // 3)
         return +context(self.digits).mpf(mp.mpf(base) ** mp.mpf(exponent))
 
     def applied(self, node: Call, arguments: list[Extended]) -> Extended:

@@ -288,9 +288,8 @@ class Dimensions:
             return
         name = min(form.open)
         others = {n: e for n, e in form.open.items() if n != name}
-        written = {
-            abs(number.value) for number in self._numbers(index)
-        }  # may be factors between units
+        # may be factors between units
+        written = {abs(number.value) for number in self._numbers(index)}
         factors = frozenset(n for n in written if not n.is_integer() or n > LARGEST_COUNT)
         rest = Powers(form.known, others, form.why | {index}, numbers=form.numbers | factors)
         found = rest.times(_rational(-1 / form.open[name]))

@@ -78,9 +78,8 @@ class Weights:
         """The slopes of a rule; None if it has no temperature or no slopes."""
         here = [name for name in equation.names if name in self.units]
         rows = (TABLE.get(part.function) for part in _parts(equation) if isinstance(part, Call))
-        if not here or any(
-            row is None or row.source for row in rows
-        ):  # a file's own Python is not run
+        # a file's own Python is not run
+        if not here or any(row is None or row.source for row in rows):
             return None
         found: list[dict[str, float]] = []
         for attempt in range(TRIES):
@@ -165,9 +164,8 @@ class Weights:
                 continue
             else:
                 unit, measure = self.model.variables[scaled[0]].unit, self.units[scaled[0]]
-                zero = float(
-                    measure.offset / measure.factor
-                )  # below that of the scale, in its degrees
+                # below that of the scale, in its degrees
+                zero = float(measure.offset / measure.factor)
                 needed = "an absolute temperature or a difference"
                 message = f"{scaled[0]} is in {unit}, and this rule needs {needed}"
                 advice = f"write {scaled[0]} + {zero:.6g}, or give it in K"

@@ -229,10 +229,11 @@ class _Reduction:
         if reach > FOLD:
             return None
         found = []
+        # from the estimate by Newton on the block itself, which is regular there
         for side in (
             -1,
             1,
-        ):  # from the estimate by Newton on the block itself, which is regular there
+        ):
             self.at(t + side * reach)
             if (root := self.system.newton(self.x)) is None:
                 return None

@@ -80,9 +80,8 @@ def look_again(equation: Equation, values: Mapping[str, Value], noise: float) ->
     except Undefined as error:
         reaches = not error.hole and rule.reaches(fine)  # 0/0 may be anything beside 0
         return RuleCheck(reaches, None, 0.0 if reaches else math.inf, True)
-    rule.underflows = (
-        size * power**-fine < SMALLEST_NORMAL
-    )  # what operations absorb need not be as small
+    # what operations absorb need not be as small
+    rule.underflows = size * power**-fine < SMALLEST_NORMAL
     if abs(misses[-1]) <= seen * power**-rough and not rule.absorbed():
         return RuleCheck(True, 0.0, 0.0, True)
     return RuleCheck(False, None, math.inf, True)
@@ -251,22 +250,19 @@ def absorbs(expression: Expression, values: Mapping[str, Any], digits: int) -> b
     for node in walk(expression):
         lost = False
         with suppress(Undefined):
+            # one that is nothing beside the largest
+            # it goes on changing, but by nothing beside its value
             match node:
-                case Sum(parts) | Call(
-                    "atan2" | "atan2d", parts
-                ):  # one that is nothing beside the largest
+                case Sum(parts) | Call("atan2" | "atan2d", parts):
                     numbers = [extended(part, values, digits) for part in parts]
                     sizes = [abs(number) for number in numbers if number]
                     lost = len(sizes) > 1 and min(sizes) < max(sizes) * nothing
-                case Call(
-                    function, (operand,)
-                ):  # it goes on changing, but by nothing beside its value
+                case Call(function, (operand,)):
                     argument, at = Name("0"), extended(operand, values, digits)
                     call = Call(function, (argument,))
                     result, slopes = extended_derivatives(call, {argument.name: at}, digits)
-                    flat = (
-                        function == "tanh" and abs(result) == 1
-                    )  # its slope is computed as 1 - tanh^2
+                    # its slope is computed as 1 - tanh^2
+                    flat = function == "tanh" and abs(result) == 1
                     lost = flat or 0 < abs(slopes[argument.name] * at) < abs(result) * nothing
                 case Power(base, exponent):  # not 1, and nothing beside 1 tells it from that
                     root, power = (extended(part, values, digits) for part in (base, exponent))

@@ -182,9 +182,8 @@ def _measured(plan: Plan, states: Sequence[Exact], method: Method, at: float | N
         return float(abs(miss / exact[name]) if abs(exact[name]) > NONE else abs(miss))
 
     family, tolerance, run = method
-    answers, said, iterations = (
-        run()
-    )  # once without the clock, for code that is compiled on first use
+    # once without the clock, for code that is compiled on first use
+    answers, said, iterations = run()
     pairs = ((answer, state) for answer in answers for _, state in states)
     errors = (max((off(*pair, name) for name in names), default=0.0) for pair in pairs)
     error = min(errors, default=math.nan)

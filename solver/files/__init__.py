@@ -185,9 +185,8 @@ def _unfinished_file(folder: str, name: str) -> tuple[str, BinaryIO]:
     while True:
         path = os.path.join(folder, f"{short}.{os.urandom(4).hex()}{UNFINISHED}")
         file = open(path, "xb")  # noqa: SIM115
-        with suppress(
-            OSError
-        ):  # a file system without locks, or somebody removes it this very moment
+        # a file system without locks, or somebody removes it this very moment
+        with suppress(OSError):
             _lock(file)
         if os.path.exists(path):
             return path, file

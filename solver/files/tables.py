@@ -255,9 +255,8 @@ def parquet_pieces(
             columns = []
             for column in map(batch.column, names):
                 if str(column.type) in ("double", "float"):
-                    columns.append(
-                        column.to_numpy(zero_copy_only=False).astype(float)
-                    )  # NaN for null
+                    # NaN for null
+                    columns.append(column.to_numpy(zero_copy_only=False).astype(float))
                 else:
                     columns.append(column.to_pylist())
             yield range(batch.num_rows), columns

@@ -126,9 +126,8 @@ class Candidates:
                 self.keep(point, singular=result.outcome is Outcome.SINGULAR_JACOBIAN)
                 return
         point = problem.named(result.x)
-        self.strays += (
-            result.outcome is Outcome.SINGULAR_JACOBIAN
-        )  # on a plateau that is 0 in floats alone
+        # on a plateau that is 0 in floats alone
+        self.strays += result.outcome is Outcome.SINGULAR_JACOBIAN
         if not result.outcome.found or self.dull >= MOST_DULL or not self.nearly(point):
             return
         cleared = _cleared(point, uncertainty(problem, point).errors)
@@ -204,9 +203,8 @@ class Candidates:
     def has_root_nearby(self, point: dict[str, float], found: Uncertainty) -> bool:
         """Whether a root of the block lies within the error bars of a point at which its rules
         hold. One that is too close to a division by 0 for floats is recorded for more digits."""
-        small = (
-            ORDINARY * EPS
-        )  # rules and block so well-conditioned that a root is near if the rules hold
+        # rules and block so well-conditioned that a root is near if the rules hold
+        small = ORDINARY * EPS
         if found.relative is None:
             sized = zip(found.errors, point.values(), strict=True)
             ordinary = all(error <= small * abs(v) for error, v in sized if v)
@@ -357,9 +355,8 @@ class Candidates:
         """Alike, up to a share of their own sizes or of their usual ones; or of the largest number
         in either, if no unknown comes near its usual size."""
         scales = self.problem.scale
-        for (name, v), scale in zip(
-            one.items(), scales, strict=True
-        ):  # of every pair: most part at once
+        # of every pair: most part at once
+        for (name, v), scale in zip(one.items(), scales, strict=True):
             w = other[name]
             apart = abs(v - w)
             if not apart <= tolerance * max(abs(v), abs(w), least * scale):

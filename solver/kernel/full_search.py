@@ -71,6 +71,7 @@ START_LIMITS = NewtonLimits(iterations=40, escapes=2)
 MAX_BATCH_UNKNOWNS = 60
 
 
+# between numbers of the rules themselves, whatever the unknowns are
 def search_from_starts(problem: BlockProblem, candidates: Candidates) -> None:
     """Find roots from the guess and from starts spread over the ranges, without proof."""
     kernel = problem.kernel
@@ -89,9 +90,7 @@ def search_from_starts(problem: BlockProblem, candidates: Candidates) -> None:
     if batches:
         try:
             _in_batches(problem, candidates)
-        except (
-            ZeroDivisionError
-        ):  # between numbers of the rules themselves, whatever the unknowns are
+        except ZeroDivisionError:
             return
 
 
@@ -134,9 +133,8 @@ def _in_batches(problem: BlockProblem, candidates: Candidates) -> None:
                 _beside_zeros(problem, candidates, starts)
                 return
         if turn == 0 and not new:
-            with np.errstate(
-                all="ignore"
-            ):  # a start of least residual tells how near the search came
+            # a start of least residual tells how near the search came
+            with np.errstate(all="ignore"):
                 misses = abs(problem.kernel.arrays.residual(problem.known, starts)).max(axis=1)
             if np.isfinite(misses).any():
                 candidates.note(problem.named(starts[np.nanargmin(misses)].tolist()))
@@ -309,9 +307,8 @@ class _FreeCurve:
             for s, direction in zip(singular, right, strict=True)
             if s <= FREE * singular[0]
         ]
-        unit = np.maximum(
-            abs(x), self.scale
-        )  # of an unknown that is 0, too: a double root is flat for less
+        # of an unknown that is 0, too: a double root is flat for less
+        unit = np.maximum(abs(x), self.scale)
         steps = (way * weight / max(abs(way * weight) / unit) for way in ways)
         others = [there for step in steps if (there := self._along(x, step)) is not None]
         if not others:

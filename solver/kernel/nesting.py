@@ -103,9 +103,7 @@ def _orders(kernel: BlockKernel) -> list[Order]:
     for tear in unknowns:
         expect_time()
         others = tuple(u for u in unknowns if u != tear)
-        occurs = {
-            e: tuple(u for u in graph.occurs[e] if u != tear and u in others) for e in equations
-        }
+        occurs = {e: tuple(u for u in graph.occurs[e] if u in others) for e in equations}
         part = Incidence(
             occurs, {e: {} for e in equations}, len(graph.names), Block(equations, others)
         )
@@ -151,11 +149,11 @@ def _chains(graph: ModelGraph, order: Order) -> tuple[Chain, ...]:
             if any(nodes.is_number(item.expression, 0.0) for way in found for item in way):
                 return ()  # of x*y = 0 the formula is y = 0, and at x = 0 y may be anything
             angles |= own
-        ways.append(tuple(tuple(_turned(item, angles) for item in way) for way in found))
+        ways.append(tuple(tuple(_with_sides(item, angles) for item in way) for way in found))
     if prod(map(len, ways)) > MAX_CHAINS:
         return ()
     rule = graph.model.equations[order.residual]
-    last = _turned(Assignment(f"{RESIDUAL}{order.residual}", rule.left - rule.right), angles)
+    last = _with_sides(Assignment(f"{RESIDUAL}{order.residual}", rule.left - rule.right), angles)
     return tuple(
         Chain((order.tear,), (*itertools.chain.from_iterable(way), last), (last.name,))
         for way in itertools.product(*ways)
@@ -232,7 +230,7 @@ def _given(formula: Let | Parabola | Circle) -> tuple[str, ...]:
     return (formula.x, formula.y) if isinstance(formula, Circle) else (formula.name,)
 
 
-def _turned(item: Assignment, angles: Mapping[str, tuple[str, str]]) -> Assignment:
+def _with_sides(item: Assignment, angles: Mapping[str, tuple[str, str]]) -> Assignment:
     """An assignment with the cosines and sines of solved angles in place of functions of them."""
     if angles.keys().isdisjoint(nodes.names(item.expression)):
         return item

@@ -421,9 +421,8 @@ def _is_accounted_for(
 
     if is_listed():
         return True
-    reach = SAME_VALUE * (
-        abs(root) or 1.0
-    )  # beside it no pole nor the end of a domain hides the unknowns
+    # beside it no pole nor the end of a domain hides the unknowns
+    reach = SAME_VALUE * (abs(root) or 1.0)
     points = [_point_at(problem, forms, {tear: at}) for at in (root, root - reach, root + reach)]
     if all(point is None or is_clearly_violated(problem, point) for point in points):
         # a change of sign between them: at a root between two floats, or at a pole

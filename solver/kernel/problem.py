@@ -271,6 +271,7 @@ class Uncertainty(NamedTuple):
     relative: float | None = None
 
 
+# a slope is infinite there: nothing speaks for a multiple root
 def uncertainty(problem: BlockProblem, point: Mapping[str, float]) -> Uncertainty:
     """Forward error of the unknowns for the backward error that the rule check admits: |J⁻¹|·t."""
     if len(point) > MANY and problem.sparse is not None:
@@ -281,7 +282,7 @@ def uncertainty(problem: BlockProblem, point: Mapping[str, float]) -> Uncertaint
     except (
         ArithmeticError,
         ValueError,
-    ):  # a slope is infinite there: nothing speaks for a multiple root
+    ):
         return Uncertainty([0.0] * len(point), math.inf)
     sizes = [(size(rule, everything), gross(rule, everything)) for rule in problem.kernel.equations]
     steepness = max(

@@ -77,9 +77,8 @@ def sharp_root(
         for _ in range(REFINEMENTS):
             at = {**problem.here, **dict(zip(names, x, strict=True))}
             misses = [extended(form, at, REFINED_DIGITS) for form in problem.kernel.forms]
-            largest = max(
-                map(abs, misses)
-            )  # brought to unit size for the floats that solve for the step
+            # brought to unit size for the floats that solve for the step
+            largest = max(map(abs, misses))
             floats = [float(miss / largest) if largest else 0.0 for miss in misses]
             step = [largest * d for d in factor.solution(floats).tolist()]
             x = [v - d for v, d in zip(x, step, strict=True)]

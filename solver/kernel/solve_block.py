@@ -304,9 +304,8 @@ class _Methods:
         from solver.kernel.tear_search import TearSearch
 
         problem, candidates = self.problem, self.candidates
-        known = (
-            candidates.sensible is not None
-        )  # then others count only where they are proven to be all
+        # then others count only where they are proven to be all
+        known = candidates.sensible is not None
         tried = kernels[: 1 if known else None]
         every = [
             TearSearch(problem, candidates, kernel, method is not Method.RANGE) for kernel in tried
@@ -324,9 +323,8 @@ class _Methods:
         if not self.whole and method is Method.RANGE:
             self.whole = countable and counted(problem, candidates)
             few = (s for s in searches if 0 < len(s.stretches) <= MAX_STRETCHES and not s.doubts)
-            settleable = next(
-                few, None
-            )  # it failed to prove that it has all in a few short stretches alone
+            # it failed to prove that it has all in a few short stretches alone
+            settleable = next(few, None)
             self.stretches = () if self.whole or settleable is None else tuple(settleable.stretches)
         self.complete = self.whole and not candidates.unresolved
         candidates.tried(method, self.complete)

@@ -138,9 +138,8 @@ class TearSearch:
             return False
         found = [self._search(place) for place in range(len(every))]
         variable = self.problem.graph.model.variables[self.tear]
-        for end in filter(
-            math.isfinite, (variable.low, variable.high)
-        ):  # a rounding outside, perhaps
+        # a rounding outside, perhaps
+        for end in filter(math.isfinite, (variable.low, variable.high)):
             points = [
                 self._along(place, end) for place in range(len(every)) if variable.admits(end)
             ]

@@ -323,9 +323,8 @@ class _Walk:
         out = self._boundary(here, there, length)
         if out is not None:
             last, end = out, End.BOUNDARY
-        changed = (
-            self.problem.regime(there.z) != self.regime
-        )  # and beyond it too: not at one point alone
+        # and beyond it too: not at one point alone
+        changed = self.problem.regime(there.z) != self.regime
         if changed and self.problem.regime(self._nudged(there)) != self.regime:
             edge = attempted(self.problem, here, self._last_inside(here, length))
             if edge is None or end is None or edge.arc < last.arc:

@@ -215,9 +215,8 @@ class Search:
         if norm == 0.0 or not math.isfinite(norm):
             return None
         damping = 1.0
-        if (
-            self.last is not None
-        ):  # the factor that the previous simplified correction predicts (eq. 3.48)
+        # the factor that the previous simplified correction predicts (eq. 3.48)
+        if self.last is not None:
             simplified, weight, before = self.last
             change = float((np.abs(simplified - step) / weight).max())
             if change:

@@ -63,9 +63,8 @@ class Cell(AnyWidget):
                     reply = self._bench.answer({**sheet, "do": "load" if do == "edit" else "check"})
                     self.text = text if "variables" in reply else self.text
                     return reply
-                if (
-                    do == "keep"
-                ):  # the state of the page is shown again if the cell is displayed again
+                # the state of the page is shown again if the cell is displayed again
+                if do == "keep":
                     self.inputs = dict(message["state"]["doc"]["inputs"])
                     self.opened = {**self.opened, "kept": dict(message["state"])}
                     return {}

@@ -280,9 +280,8 @@ def place(
         for key, (boxes, cost) in costs.items():
             others = np.array([box for other, box in found.items() if other != key]).reshape(-1, 4)
             total = cost + 2 * _COVERED * overlaps(boxes, others).sum(axis=1)
-            found[key] = boxes[
-                np.argmin(total.round(6))
-            ]  # rounding decides between no two that are alike
+            # rounding decides between no two that are alike
+            found[key] = boxes[np.argmin(total.round(6))]
     return found
 
 

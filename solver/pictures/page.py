@@ -298,6 +298,7 @@ class Pen:
     def _stroke(self, number: int, stroke: Stroke) -> None:
         path = [self.spots[name] for name in stroke.points]
         along = cmath.rect(1.0, math.radians(stroke.angle))
+        # a block on its guide, hatched on the side that is below or to the right
         match stroke.kind:
             case "line":
                 self._line(path, 0.8 if self.diagram.polar else 2.2, 3)
@@ -309,9 +310,7 @@ class Pen:
                 length, angle = cmath.polar(path[1] - path[0])
                 edge = _box((path[0] + path[1]) / 2, cmath.rect(1.0, angle), length + SLOT, SLOT)
                 self.lines += pairwise([*edge, edge[0]])
-            case (
-                "slider"
-            ):  # a block on its guide, hatched on the side that is below or to the right
+            case "slider":
                 self._area(_box(path[0], along, 6.4, 4.0), PAPER, 2.5)
                 side = -2.0 if along.real >= -1e-9 else 2.0
                 here = complex(*self.diagram.path(stroke)[0])

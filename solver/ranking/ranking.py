@@ -571,14 +571,8 @@ class Ranking:
         sizes: _Suggested,
         on: Arithmetic,
     ) -> Key:
-        negatives, zeros, turned, minus, far, (wide, distance, none) = (
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            factors,
-        )
+        negatives = zeros = turned = minus = far = 0.0
+        wide, distance, none = factors
         signs: list[Figure] = []
         apart = self._apart(row, sizes, on)
         for place, (angle, floor, right) in enumerate(

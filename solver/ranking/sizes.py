@@ -164,9 +164,8 @@ def nearly_balanced(
         for zero, chosen in same_columns(every == 0.0):
             matrix, constants = _balance_of_shape(family.first, len(mine), zero, sharing)
             count, (height, width) = len(chosen), rows
-            at = np.full(
-                (matrix.shape[1], count), -1
-            )  # the column of each name and number; -1 where known
+            # the column of each name and number; -1 where known
+            at = np.full((matrix.shape[1], count), -1)
             at[: len(mine)] = mine[:, chosen]
             free = at[len(every) :]
             free[:] = width + np.arange(free.size).reshape(free.shape)

@@ -481,9 +481,8 @@ def _verdict(result: Result, every: bool) -> Iterator[str]:
             "these are not known to be all the answers" if others else "there may be other answers"
         )
         why = next((f": {note.message}" for note in result.diagnoses if note.code == "S597"), "")
-        if gap := next(
-            (gap for gap in result.gaps if gap.labels), None
-        ):  # of which unknowns, by which rule
+        # of which unknowns, by which rule
+        if gap := next((gap for gap in result.gaps if gap.labels), None):
             place = (
                 f"{escaped(os.path.basename(gap.labels[0].span.file))}:{gap.labels[0].span.line}"
             )

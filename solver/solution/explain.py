@@ -389,9 +389,8 @@ class _Explanation:
         assert self.leaf is not None
         missing = self.verdict.structural
         sets, most = givings(self.asked, self.leaf.branch, {*missing}, self.no_help)
-        helpful = [
-            names for names in sets if names != missing
-        ]  # to give all that is missing is no help
+        # to give all that is missing is no help
+        helpful = [names for names in sets if names != missing]
         if helpful and len(helpful[0]) == 1:
             note = f"give {listed([names[0] for names in helpful], 'or')}"
         elif helpful:
@@ -528,9 +527,8 @@ def gap_note(model: Model, gap: facts.Gap) -> Diagnosis:
     else:
         many = plural(gap.count, "answer") if gap.count else "no answer"
         message = f"{many} found for {listed(gap.unknowns)}: nothing shows that there are no others"
-        if endless := _endless(
-            model, gap.unknowns
-        ):  # what would let the search prove that it has found all
+        # what would let the search prove that it has found all
+        if endless := _endless(model, gap.unknowns):
             notes = (f"ranges may show it: give {listed(endless)} a range, name in [a, b]",)
     code = "S593" if gap.cut else "S594"
     return Diagnosis(

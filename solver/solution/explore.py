@@ -163,9 +163,8 @@ class PathSearch:
         except TimeIsUp:
             with grace(GRACE):
                 raise CutOff(self._found(), start.values) from None
-        if (
-            self.delicate and self.contradicted and not self.careful
-        ):  # perhaps by cancelled digits alone
+        # perhaps by cancelled digits alone
+        if self.delicate and self.contradicted and not self.careful:
             self.careful = True
             self._begin()
             return self.run()
@@ -759,9 +758,8 @@ class PathSearch:
             check = check_rule(equation, values)
             if check.holds:
                 worst = max(worst, check.scaled)
-            elif not (
-                equation.guard and self._agreed(branch, equation.index)
-            ):  # no step has asked it
+            # no step has asked it
+            elif not (equation.guard and self._agreed(branch, equation.index)):
                 self.delicate = self.delicate or check.delicate
                 undefined = indeterminacy(equation, values) if check.miss is None else None
                 conflicts.append(undefined or Conflict((equation.index,), check.miss, values))

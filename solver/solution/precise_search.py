@@ -239,9 +239,8 @@ class _PreciseSearch(PathSearch):
     # --- what rests on rounding ---
 
     def _finish(self, branch: Branch, underdetermined: bool = False) -> None:
-        if not any(
-            isinstance(fact, DoubleRoot) for fact in branch.facts
-        ):  # what moves far there is no pole
+        # what moves far there is no pole
+        if not any(isinstance(fact, DoubleRoot) for fact in branch.facts):
             branch.facts = (*branch.facts, *self._resting_on_rounding(branch))
         super()._finish(branch, underdetermined)
 
@@ -444,9 +443,8 @@ class _RefinedBlock:
         )
         for point in points:
             floats = _floats(point)
-            moved = self.problem.inside(
-                floats
-            )  # what rounding alone takes beyond the end of a range
+            # what rounding alone takes beyond the end of a range
+            moved = self.problem.inside(floats)
             point = {n: v if moved[n] == floats[n] else moved[n] for n, v in point.items()}
             name = self.problem.outside(_floats(point))
             if name is None:
@@ -510,9 +508,8 @@ def _are_counted(
         )
         if not (low > 0.0 or high < 0.0):  # f'' is not proven not to vanish
             return False
-        curvature = (
-            float(low) if low > 0.0 else float(high)
-        )  # the value of f'' that is least in size
+        # the value of f'' that is least in size
+        curvature = float(low) if low > 0.0 else float(high)
         count = sum(_lies_on(stretch, root, floats) for root in roots)
         count += 2 * sum(_lies_on(stretch, root, floats) for root in doubles)
         if count < 2 and (count or not _excludes(stretch, slope, curvature, system)):

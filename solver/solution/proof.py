@@ -181,7 +181,7 @@ class _Proving:
 
 # --- roots of a step ---
 
-INFLATIONS, RELATIVELY_ZEROENINGS, WIDENINGS = 24, 12, 6
+INFLATIONS, TIGHTENINGS, WIDENINGS = 24, 12, 6
 RELATIVELY_ZERO = 2.0**-110
 """Relative radius that no float can tell from 0."""
 
@@ -238,9 +238,7 @@ def only_root(
                 r.is_exact() and r.is_zero() for r in square.residual({**known, **root})
             ):
                 return root, wide
-        for _ in range(
-            RELATIVELY_ZEROENINGS
-        ):  # the image of the image, and so on: each holds the root
+        for _ in range(TIGHTENINGS):  # the image of the image, and so on: each holds the root
             expect_time()
             if all(float(x.rad()) <= RELATIVELY_ZERO * float(x.abs_upper()) for x in inner):
                 break
@@ -404,9 +402,8 @@ class _LocalCurve:
         at = {**known, **dict(zip(names, self.middle, strict=True))}
         rows = [[float(slope.mid()) for slope in row] for row in square.jacobian(at)]
         numbers = [float(m) for m in self.middle]
-        direction = null_direction(
-            rows, numbers
-        )  # v, with t in units of the largest unknown's size
+        # v, with t in units of the largest unknown's size
+        direction = null_direction(rows, numbers)
         length = sum(d * d for d in direction) * (max(map(abs, numbers)) or 1.0)
         across = null_direction(list(zip(*rows, strict=True)), [1.0] * self.n)  # u
         pairs = zip(square.forms, across, strict=True)
@@ -462,9 +459,8 @@ class _LocalCurve:
             3 * (float((thin[name] - m).abs_upper()) + reach * abs(float(m)))
             for name, m in zip(self.square.unknowns, middle, strict=False)
         ]
-        high = HIGH * float(
-            thin[MU].abs_upper() + point[MU].abs_upper()
-        )  # the system is linear in μ
+        # the system is linear in μ
+        high = HIGH * float(thin[MU].abs_upper() + point[MU].abs_upper())
         known = {**self.known, PLACE: around(place, reach)}
         found = only_root(self.bordered, known, middle, [*radii, high])
         if found is None:

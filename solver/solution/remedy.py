@@ -165,9 +165,8 @@ def clash(
     rules, given = derivation(asked, leaf, equations)
     if len(rules) + len(given) > MAX_FILTER:
         return rules, given
-    counts = _is_overdetermined(
-        asked.model, rules, given
-    )  # else rules repeat one another by their numbers
+    # else rules repeat one another by their numbers
+    counts = _is_overdetermined(asked.model, rules, given)
     for item in (*reversed(rules), *reversed(given)):
         if patience.lost:
             break

@@ -561,18 +561,16 @@ def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[As
                 AsksNothing(equation.index, name) for name in equation.names if name in lost
             ]
             equation = without
-        equations.append(
-            equation
-        )  # one that is left with a contradiction has no value for what it loses
+        # one that is left with a contradiction has no value for what it loses
+        equations.append(equation)
     return replace(model, equations=tuple(equations)), tuple(dict.fromkeys(told_nothing))
 
 
 def _without(side: nodes.Expression, values: Mapping[str, float]) -> nodes.Expression:
     """The expression with 0 for products and quotients of zeros with unknowns."""
     done: list[nodes.Expression] = []
-    for part in nodes.children(
-        side
-    ):  # a loop, for one frame a level: trees may be hundreds of levels deep
+    # a loop, for one frame a level: trees may be hundreds of levels deep
+    for part in nodes.children(side):
         done.append(_without(part, values))
     pairs = [done] if isinstance(side, nodes.Product | nodes.Quotient) else []
     for factor, other in [*pairs, done[::-1]] if isinstance(side, nodes.Product) else pairs:

@@ -138,9 +138,8 @@ class Solver:
         solved."""
         work, codes = self.work, refusals(columns, self._inputs)
         places = np.flatnonzero(codes == 0)
-        steady = (
-            not work.every and work.line > 1
-        )  # a branch is kept: not every row has to be sorted
+        # a branch is kept: not every row has to be sorted
+        steady = not work.every and work.line > 1
         with time_limit(None if work.until is None else max(work.until - time(), 1e-9)):
             self._begin()
             here = [column if len(places) == len(column) else column[places] for column in columns]

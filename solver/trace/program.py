@@ -84,9 +84,8 @@ def counts(flow: Flow, conditions: Sequence[int], quick: bool = False) -> int:
     checks, numbers = checks_and_bounds(flow, conditions)
     holds = flow.over("and", (_straight(flow, check, quick) for check in checks))
     opposites = [n for n in computed_from(flow, checks) if flow.nodes[n][0] in ("not", "xor")]
-    read = computed_from(
-        flow, opposites
-    )  # rows have no sines of huge angles (nan), and nan is not less
+    # rows have no sines of huge angles (nan), and nan is not less
+    read = computed_from(flow, opposites)
     sines = sorted(n for n in read if flow.nodes[n][0] in ("sind", "cosd"))
     finite = dict.fromkeys((*numbers.values(), *sines))
     return (

@@ -270,9 +270,8 @@ class _Writer:
 
     def text(self, node: int) -> str:
         """Source of a node, after lines for the nodes that it is computed from."""
-        for below in sorted(
-            computed_from(self.flow, [node], self.texts)
-        ):  # each after its operands
+        # each after its operands
+        for below in sorted(computed_from(self.flow, [node], self.texts)):
             if below not in self.texts:
                 self._write(below, *self.flow.nodes[below])
         return self.texts[node]

@@ -315,9 +315,8 @@ class Records:
         names = (*want, *(name for name in answers[0] if name not in want))
         ranking = Ranking(self.model, (*pattern.inputs, *pattern.given), names, pattern.guesses)
         for corrects in (False, True):
-            with suppress(
-                NotCompilable, TimeIsUp
-            ):  # the answers are known, whatever becomes of a record
+            # the answers are known, whatever becomes of a record
+            with suppress(NotCompilable, TimeIsUp):
                 recording = Refusal(
                     self.model, self.planner, pattern, leaves, corrects, self._proofs
                 )
