@@ -227,9 +227,12 @@ def _around(node: Expression, unknown: str, last: bool = False) -> Iterator[Expr
 
 
 def _ratio(node: Expression, unknown: str) -> Stage | None:
-    """``node = target`` as a linear equation in the unknown, its denominators multiplied away."""
+    """``node = target`` as a linear equation in the unknown, its denominators multiplied away.
+
+    None if the unknown is a common factor, as in ``x/(x + x*y)``: then 0 is no value of it.
+    """
     match polynomial_of(node, TARGET, unknown):
-        case (c, b), _:
+        case (c, b), _ if not is_number(c, 0.0):
             return Stage("ratio", (-c / b,), divisor=b)
         case _:
             return None

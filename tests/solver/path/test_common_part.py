@@ -114,3 +114,22 @@ def test_the_trees_of_rules_are_not_made_to_find_angles(monkeypatch: pytest.Monk
     graph = planner(rulesheets.loads("".join(f"x{k} = r*cosd(t{k})\n" for k in range(20)))).graph
     assert graph.turn("t7") == 360.0
     assert len(made) == 1
+
+
+@pytest.mark.parametrize(
+    "rules",
+    [
+        "y = sqrt(a/(2*a + a*b^2))\nz = a^3 + b^2\n",
+        "y = exp(a*b/(2*a))\nz = a^3 + exp(b)\n",
+        "y = acosd(a/a) + b - b\nz = (a*b)^2\n",
+    ],
+)
+def test_a_common_factor_is_not_taken_for_zero(rules: str) -> None:
+    model = rulesheets.loads(rules)
+    planted = solver.solve(model, {"a": 1.5, "b": 2.0}).solutions[0]
+    found = solver.solve(model, {"y": planted["y"], "z": planted["z"]})
+    assert str(found.status) != "infeasible"
+    if found.status is solver.Status.SOLVED:
+        assert any(answer["a"] == pytest.approx(1.5) for answer in found.solutions)
+    else:
+        assert not found.complete
