@@ -148,7 +148,7 @@ def _row(
         meaning=(inspect.getdoc(value) or "a function in Python").partition("\n")[0],
         slopes=slopes if partials else None,
         inverse=Inverse(branches, *image) if backward else None,
-        array=array,
+        array=array and (lambda np, *arguments: array(*arguments)),
         ulps=ulps,
         source=_source.get(),
     )

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple, TypeAlias
 from rulesheets.evaluate.gradient import Part, Traced
 from rulesheets.evaluate.number import Arithmetic, Undefined, value
 from rulesheets.functions import TABLE
-from rulesheets.functions.digits import Extended
 from rulesheets.functions.row import Forms, Function
 from rulesheets.syntax.nodes import (
     Call,
@@ -29,6 +28,9 @@ from rulesheets.syntax.nodes import (
     names,
 )
 from rulesheets.syntax.program import walk
+
+Extended: TypeAlias = Any
+"""A number of mpmath (which has no types of its own)."""
 
 
 def context(digits: int) -> Any:

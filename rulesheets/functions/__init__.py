@@ -1,63 +1,129 @@
 """The table of functions: a row each, with its values, slopes, inverse, ranges and traits.
 
-A new function of the language is a new row. The table is cheap to import: the forms for arrays
-(``arrays``), for many digits and for balls (``evaluate``) are in modules of their own, because each
-needs a large library.
+A new function of the language is a new row, with its forms side by side. The table is cheap to
+import: a form that needs a large library takes it as its first argument (``np`` is numpy, ``mp`` a
+context of mpmath, ``arb`` that of python-flint, ``s`` sympy). The functions of angles are in
+``angles``.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial, reduce
-from math import inf, pi, tau
+from functools import cache, partial, reduce
+from math import inf
 from typing import Any
 
-from rulesheets.functions import digits, floats, intervals, row
+from rulesheets.functions import intervals
+from rulesheets.functions.angles import ANGULAR
 from rulesheets.functions.intervals import (
-    LINE,
     POSITIVE,
     SPECIAL_ULPS,
     UNIT,
     Even,
     Monotone,
-    Wave,
     each_end,
     magnitudes,
 )
-from rulesheets.functions.row import Branches, Function, Inverse, flat
-from rulesheets.syntax.nodes import ONE, Expression, Number, call
+from rulesheets.functions.row import Function, Inverse, both_signs, by, entry
+from rulesheets.syntax.nodes import ONE, ZERO, Expression, Number, call, multiply
+
+_special = partial(entry, ulps=16.0)
+_jumping = partial(entry, smooth=False, jumps=True)
 
 
-def _by(name: str) -> Branches:
-    return lambda t: (call(name, t),)
+def _flat(*arguments: Expression) -> tuple[Expression, ...]:
+    """Partials of a function that is constant between its jumps."""
+    return (ZERO,) * len(arguments)
 
 
-def _both_signs(name: str) -> Branches:
-    return lambda t: (call(name, t), -call(name, t))
+_CONSTANTS = (
+    entry(
+        *("pi", "ratio of a circle's circumference to its diameter", "pi = 3.141592653589793"),
+        arguments="",
+        array=None,
+        value=lambda: math.pi,
+        slopes=_flat,
+        interval=lambda: (math.pi, math.nextafter(math.pi, inf)),
+        digits=lambda mp: +mp.pi,
+        sympy=lambda s: s.pi,
+    ),
+    entry(
+        *("e", "base of natural logarithms; without parentheses e is a variable", "ln(e()) = 1"),
+        arguments="",
+        array=None,
+        value=lambda: math.e,
+        slopes=_flat,
+        interval=lambda: (math.e, math.nextafter(math.e, inf)),
+        digits=lambda mp: +mp.e,
+        ball="const_e",
+        sympy=lambda s: s.E,
+    ),
+)
 
 
-def _row(name: str, meaning: str, example: str, **facets: Any) -> Function:
-    """A row; its forms in the libraries have the same name unless given otherwise or defined."""
-    named = ("array",) if "definition" in facets else ("array", "digits", "ball", "sympy")
-    return Function(
-        name=name, meaning=meaning, example=example, **dict.fromkeys(named, name) | facets
-    )
+# --- parts of a number, and choices ---
 
 
-_special = partial(_row, ulps=16.0)
-_jumping = partial(_row, smooth=False, jumps=True)
+def _sign(x: float) -> float:
+    return math.copysign(1.0, x) if x else 0.0
 
 
-def _extreme(choose: Callable[[tuple[Any, ...]], Any], word: str, example: str) -> Function:
-    """The row of ``min`` or ``max``, named ``choose`` in Python."""
+def _whole(x: float) -> float:
+    return float(math.trunc(x))
+
+
+def _nearest(x: float) -> float:
+    """The nearest whole number, halves away from zero."""
+    whole = math.trunc(x)
+    rest = x - whole
+    if abs(rest) >= 0.5:
+        whole += 1 if rest > 0.0 else -1
+    return float(whole)
+
+
+def _nearest_of_arrays(np: Any, x: Any) -> Any:
+    whole = np.trunc(x)
+    return whole + np.where(np.abs(x - whole) >= 0.5, np.copysign(1.0, x), 0.0)
+
+
+def _whole_ball(x: Any) -> Any:
+    return x.floor() if x >= 0 else x.ceil() if x <= 0 else x.floor().union(x.ceil())
+
+
+def _same_whole(x: Any) -> bool:
+    """Whether all numbers of a ball have the same integer part."""
+    return bool(_whole_ball(x.lower()) == _whole_ball(x.upper()))
+
+
+def _extreme(
+    choose: Callable[[tuple[Any, ...]], Any],
+    word: str,
+    example: str,
+    beats: Callable[[Expression, Expression], Expression],
+) -> Function:
+    """The row of ``min`` or ``max``, named ``choose`` in Python; ``beats`` is 1 for a winner and a
+    loser, or for equals, else 0."""
     name, chosen = choose.__name__, getattr(intervals, word)
-    return _row(
+
+    def slopes(*arguments: Expression) -> tuple[Expression, ...]:
+        """1 for the selected argument (the first of equals), 0 for the others."""
+        found: list[Expression] = []
+        for position, argument in enumerate(arguments):
+            slope: Expression = ONE
+            if later := arguments[position + 1 :]:
+                slope = beats(argument, call(name, *later))
+            if earlier := arguments[:position]:
+                slope = multiply(slope, 1.0 - beats(call(name, *earlier), argument))
+            found.append(slope)
+        return tuple(found)
+
+    return entry(
         *(name, f"{word} of its arguments", example),
         arguments="a, b, …",
         value=lambda *numbers: choose(numbers),
-        array=f"{word}_of",
-        slopes=getattr(row, word),
+        array=lambda np, *numbers: reduce(getattr(np, f"{name}imum"), numbers),
+        slopes=slopes,
         interval=lambda *ends: (reduce(chosen, ends[::2]), reduce(chosen, ends[1::2])),
         digits=lambda mp, *numbers: choose(numbers),
         ball=lambda arb, *numbers: reduce(lambda a, b: getattr(a, name)(b), numbers),
@@ -68,32 +134,8 @@ def _extreme(choose: Callable[[tuple[Any, ...]], Any], word: str, example: str) 
     )
 
 
-_CONSTANTS = (
-    _row(
-        *("pi", "ratio of a circle's circumference to its diameter", "pi = 3.141592653589793"),
-        arguments="",
-        array=None,
-        value=lambda: math.pi,
-        slopes=flat,
-        interval=lambda: (math.pi, math.nextafter(math.pi, inf)),
-        digits=lambda mp: +mp.pi,
-        sympy=lambda s: s.pi,
-    ),
-    _row(
-        *("e", "base of natural logarithms; without parentheses e is a variable", "ln(e()) = 1"),
-        arguments="",
-        array=None,
-        value=lambda: math.e,
-        slopes=flat,
-        interval=lambda: (math.e, math.nextafter(math.e, inf)),
-        digits=lambda mp: +mp.e,
-        ball="const_e",
-        sympy=lambda s: s.E,
-    ),
-)
-
 _PARTS = (
-    _row(
+    entry(
         *("abs", "absolute value", "abs(-3) = 3"),
         value=abs,
         slopes=lambda x: call("sgn", x),
@@ -108,10 +150,10 @@ _PARTS = (
     ),
     _jumping(
         *("sgn", "sign: -1, 0 or 1", "sgn(-0.2) = -1"),
-        value=floats.sgn,
+        value=_sign,
         array="sign",
-        slopes=flat,
-        interval=each_end(floats.sgn),
+        slopes=_flat,
+        interval=each_end(_sign),
         digits="sign",
         sympy="sign",
         steady=lambda x: bool(x.lower().sgn() == x.upper().sgn()),
@@ -119,31 +161,32 @@ _PARTS = (
     ),
     _jumping(
         *("int", "integer part, rounded towards 0", "int(-2.7) = -2"),
-        value=floats.int_,
+        value=_whole,
         array="trunc",
-        slopes=flat,
-        interval=each_end(floats.int_),
-        digits=digits.truncated,
-        ball=digits.ball_truncated,
+        slopes=_flat,
+        interval=each_end(_whole),
+        digits=lambda mp, x: mp.floor(x) if x >= 0 else mp.ceil(x),
+        ball=lambda arb, x: _whole_ball(x),
         sympy=lambda s, x: s.sign(x) * s.floor(s.Abs(x)),
-        steady=digits.same_whole,
+        steady=_same_whole,
     ),
     _jumping(
         *("frac", "fractional part, x - int(x)", "frac(2.25) = 0.25"),
-        value=floats.frac,
+        value=lambda x: math.fmod(x, 1.0),
+        array=lambda np, x: np.fmod(x, 1.0),
         slopes=lambda x: ONE,
-        interval=intervals.frac,
+        interval=lambda low, high: intervals.mod(low, high, 1.0, 1.0),
         definition=lambda x: x - call("int", x),
-        steady=digits.same_whole,
+        steady=_same_whole,
     ),
     _jumping(
         *("round", "nearest integer, halves away from 0", "round(2.5) = 3"),
-        value=floats.round_,
-        array="round_",
-        slopes=flat,
-        interval=each_end(floats.round_),
+        value=_nearest,
+        array=_nearest_of_arrays,
+        slopes=_flat,
+        interval=each_end(_nearest),
         definition=lambda x: call("sgn", x) * call("int", call("abs", x) + ONE / 2.0),
-        steady=lambda x: digits.same_whole(x + x.sgn() / 2),
+        steady=lambda x: _same_whole(x + x.sgn() / 2),
     ),
     _jumping(
         *("mod", "remainder of x/y, with the sign of x", "mod(-30, 360) = -30"),
@@ -153,28 +196,29 @@ _PARTS = (
         slopes=lambda x, y: (ONE, -call("int", x / y)),
         interval=intervals.mod,
         definition=lambda x, y: x - y * call("int", x / y),
-        steady=lambda x, y: digits.same_whole(x / y),
+        steady=lambda x, y: _same_whole(x / y),
         alike=True,
         keeps_unit=True,
     ),
     _jumping(
         *("step", "1 if x >= a, else 0", "step(2, 1) = 1"),
         arguments="x, a",
-        value=floats.step,
-        slopes=flat,
+        value=lambda x, a: 1.0 if x >= a else 0.0,
+        array=lambda np, x, a: np.where(x >= a, 1.0, np.where(x < a, 0.0, np.nan)),
+        slopes=_flat,
         interval=intervals.step,
         digits=lambda mp, x, a: mp.mpf(x >= a),
-        ball=digits.ball_step,
+        ball=lambda arb, x, a: arb(1) if x >= a else arb(0) if x < a else arb(0).union(arb(1)),
         sympy=lambda s, x, a: s.Heaviside(x - a, 1),
         steady=lambda x, a: bool(x >= a or x < a),
         alike=True,
     ),
-    _extreme(min, "least", "min(3, 1, 2) = 1"),
-    _extreme(max, "greatest", "max(3, 1, 2) = 3"),
+    _extreme(min, "least", "min(3, 1, 2) = 1", lambda one, other: call("step", other, one)),
+    _extreme(max, "greatest", "max(3, 1, 2) = 3", lambda one, other: call("step", one, other)),
 )
 
 _EXPONENTIAL = (
-    _row(
+    entry(
         *("sqrt", "square root", "sqrt(16) = 4"),
         value=math.sqrt,
         slopes=lambda x: 0.5 / call("sqrt", x),
@@ -182,31 +226,31 @@ _EXPONENTIAL = (
         interval=Monotone(math.sqrt, POSITIVE, POSITIVE, ulps=1.0),
         domain=POSITIVE,
     ),
-    _row(
+    entry(
         *("exp", "exponential function", "exp(0) = 1"),
         value=math.exp,
         slopes=lambda x: call("exp", x),
-        inverse=Inverse(_by("ln"), low=0.0, low_open=True),
+        inverse=Inverse(by("ln"), low=0.0, low_open=True),
         interval=Monotone(math.exp, image=POSITIVE),
         nonzero=True,
     ),
-    _row(
+    entry(
         *("ln", "natural logarithm", "ln(e()^2) = 2"),
         value=math.log,
         array="log",
         slopes=lambda x: 1.0 / x,
-        inverse=Inverse(_by("exp")),
+        inverse=Inverse(by("exp")),
         interval=Monotone(math.log, POSITIVE),
         ball="log",
         sympy="log",
         domain=POSITIVE,
     ),
     *(
-        _row(
+        entry(
             *(name, "logarithm to base 10", example),
             value=math.log10,
             array="log10",
-            slopes=lambda x: row.LOG10_E / x,
+            slopes=lambda x: 1.0 / call("ln", Number(10.0)) / x,
             inverse=Inverse(lambda t: (Number(10.0) ** t,)),
             interval=Monotone(math.log10, POSITIVE),
             digits="log10",
@@ -217,150 +261,85 @@ _EXPONENTIAL = (
     ),
 )
 
-
-def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Function, ...]:
-    """The functions of angles in a unit, whose names have this ``end``; ``half`` is half a turn as
-    text."""
-    degrees = end == "d"
-    radian, per_unit = (row.DEGREE, row.RADIAN) if degrees else (ONE, ONE)
-    straight, right = ("180", "90") if degrees else ("pi", "pi/2")
-    sin, cos, tan, asin, acos, atan, atan2 = (
-        f"{name}{end}" for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2")
-    )
-
-    def takes(name: str, word: str, example: str, **facets: Any) -> Function:
-        if degrees:
-            facets["digits"] = getattr(digits, f"{name}d")
-            facets["ball"] = lambda arb, x: getattr(x / 180, f"{name}_pi")()
-            facets["definition"] = lambda x: call(name, call("pi") * x / 180.0)
-        value = getattr(floats, name + end)
-        return _row(name + end, f"{word} of x {unit}", example, value=value, turn=turn, **facets)
-
-    def gives(name: str, meaning: str, example: str, **facets: Any) -> Function:
-        if degrees:
-            facets["definition"] = lambda *x: call(name, *x) / call("pi") * 180.0
-        elif name != "atan2":
-            facets["array"] = f"arc{name[1:]}"
-        value = getattr(floats, name + end)
-        return _row(name + end, meaning, example, value=value, angle=turn, **facets)
-
-    return (
-        takes(
-            *("sin", "sine", "sind(30) = 0.5" if degrees else "sin(pi/6) = 0.5"),
-            slopes=lambda x: per_unit * call(cos, x),
-            inverse=Inverse(
-                lambda t: (call(asin, t), half - call(asin, t)), -1.0, 1.0, period=turn
-            ),
-            interval=Wave(getattr(floats, sin), turn, 0.25),
-        ),
-        takes(
-            *("cos", "cosine", "cosd(90) = 0" if degrees else "cos(pi/3) = 0.5"),
-            slopes=lambda x: per_unit * -call(sin, x),
-            inverse=Inverse(_both_signs(acos), -1.0, 1.0, period=turn),
-            interval=Wave(getattr(floats, cos), turn, 0.0),
-        ),
-        takes(
-            *("tan", "tangent", "tand(45) = 1" if degrees else "tan(pi/4) = 1"),
-            slopes=lambda x: per_unit * (1.0 + call(tan, x) ** 2.0),
-            inverse=Inverse(lambda t: (call(atan, t), call(atan, t) + half), period=turn),
-            interval=getattr(intervals, tan),
-            half_turn=True,
-        ),
-        gives(
-            *("asin", f"inverse sine, in {unit} from -{right} to {right}"),
-            "asind(0.5) = 30" if degrees else "asin(1) = pi/2",
-            slopes=lambda x: radian * row.arc_sine(x),
-            inverse=Inverse(_by(sin), -turn / 4, turn / 4),
-            interval=Monotone(getattr(floats, asin), UNIT, (-90.0, 90.0) if degrees else LINE),
-            domain=UNIT,
-        ),
-        gives(
-            *("acos", f"inverse cosine, in {unit} from 0 to {straight}"),
-            "acosd(0.5) = 60" if degrees else "acos(-1) = pi",
-            slopes=lambda x: radian * -row.arc_sine(x),
-            inverse=Inverse(_by(cos), 0.0, turn / 2),
-            interval=Monotone(
-                getattr(floats, acos), UNIT, (0.0, 180.0) if degrees else POSITIVE, falling=True
-            ),
-            domain=UNIT,
-        ),
-        gives(
-            *("atan", f"inverse tangent, in {unit} from -{right} to {right}"),
-            "atand(1) = 45" if degrees else "atan(1) = pi/4",
-            slopes=lambda x: radian * (1.0 / (1.0 + x**2.0)),
-            inverse=Inverse(_by(tan), -turn / 4, turn / 4, True, True),
-            interval=Monotone(getattr(floats, atan), image=(-90.0, 90.0) if degrees else LINE),
-        ),
-        gives(
-            *("atan2", f"angle of the point (x, y) in {unit}, to {straight}"),
-            "atan2d(1, -1) = 135" if degrees else "atan2(1, -1) = 3*pi/4",
-            arguments="y, x",
-            slopes=lambda y, x: (radian * x / (x**2.0 + y**2.0), -(radian * y / (x**2.0 + y**2.0))),
-            interval=(
-                intervals.direction(180.0, 180.0 / pi)
-                if degrees
-                else intervals.direction(math.nextafter(pi, inf), 1.0)
-            ),
-            steady=digits.on_one_side,
-            alike=True,
-            digits=getattr(digits, atan2),
-            ball=digits.ball_direction if degrees else "atan2",
-        ),
-    )
-
-
-_RADIANS = _angular("", "radians", call("pi"), tau)
-_DEGREES = _angular("d", "degrees", Number(180.0), 360.0)
-
 _HYPERBOLIC = (
-    _row(
+    entry(
         *("sinh", "hyperbolic sine", "sinh(ln(2)) = 0.75"),
         value=math.sinh,
         slopes=lambda x: call("cosh", x),
-        inverse=Inverse(_by("asinh")),
+        inverse=Inverse(by("asinh")),
         interval=Monotone(math.sinh),
     ),
-    _row(
+    entry(
         *("cosh", "hyperbolic cosine", "cosh(ln(2)) = 1.25"),
         value=math.cosh,
         slopes=lambda x: call("sinh", x),
-        inverse=Inverse(_both_signs("acosh"), low=1.0),
+        inverse=Inverse(both_signs("acosh"), low=1.0),
         interval=Even(Monotone(math.cosh, POSITIVE, (1.0, inf))),
     ),
-    _row(
+    entry(
         *("tanh", "hyperbolic tangent", "tanh(ln(2)) = 0.6"),
         value=math.tanh,
         slopes=lambda x: 1.0 - call("tanh", x) ** 2.0,
-        inverse=Inverse(_by("atanh"), -1.0, 1.0, True, True),
+        inverse=Inverse(by("atanh"), -1.0, 1.0, True, True),
         interval=Monotone(math.tanh, image=UNIT),
     ),
-    _row(
+    entry(
         *("asinh", "inverse hyperbolic sine", "asinh(0.75) = ln(2)"),
         value=math.asinh,
         array="arcsinh",
         slopes=lambda x: 1.0 / call("sqrt", x**2.0 + 1.0),
-        inverse=Inverse(_by("sinh")),
+        inverse=Inverse(by("sinh")),
         interval=Monotone(math.asinh),
     ),
-    _row(
+    entry(
         *("acosh", "inverse hyperbolic cosine, 0 or positive", "acosh(1.25) = ln(2)"),
         value=math.acosh,
         array="arccosh",
         slopes=lambda x: 1.0 / call("sqrt", (x - 1.0) * (x + 1.0)),
-        inverse=Inverse(_by("cosh"), 0.0, inf),
+        inverse=Inverse(by("cosh"), 0.0, inf),
         interval=Monotone(math.acosh, (1.0, inf), POSITIVE),
         domain=(1.0, inf),
     ),
-    _row(
+    entry(
         *("atanh", "inverse hyperbolic tangent", "atanh(0.6) = ln(2)"),
         value=math.atanh,
         array="arctanh",
         slopes=lambda x: 1.0 / ((1.0 - x) * (1.0 + x)),
-        inverse=Inverse(_by("tanh")),
+        inverse=Inverse(by("tanh")),
         interval=Monotone(math.atanh, UNIT),
         domain=UNIT,
     ),
 )
+
+
+# --- special functions; those that ``math`` lacks are scipy's, imported at the first call ---
+
+
+@cache
+def _scipy(name: str) -> Callable[..., Any]:
+    from scipy import special
+
+    function: Callable[..., Any] = getattr(special, name)
+    return function
+
+
+def _of_scipy(name: str) -> Callable[..., float]:
+    def value(*arguments: float) -> float:
+        result = float(_scipy(name)(*arguments))
+        if not math.isfinite(result):
+            raise ValueError(f"{name} is not defined there")
+        return result
+
+    return value
+
+
+_BELL = 2.0 / call("sqrt", call("pi"))
+
+
+def _beta_slopes(a: Expression, b: Expression) -> tuple[Expression, ...]:
+    whole, both = call("beta", a, b), call("digamma", a + b)
+    return tuple(whole * (call("digamma", part) - both) for part in (a, b))
+
 
 _SPECIAL = (
     _special(
@@ -375,22 +354,22 @@ _SPECIAL = (
         value=math.lgamma,
         array="special.gammaln",
         slopes=lambda x: call("digamma", x),
-        digits=digits.lgamma,
+        digits=lambda mp, x: mp.ln(abs(mp.gamma(x))) if x < 0 else mp.loggamma(x),
         ball=lambda arb, x: x.lgamma() if x > 0 else abs(x.gamma()).log(),
         definition=lambda x: call("ln", call("abs", call("gamma", x))),
     ),
     _special(
         *("digamma", "derivative of ln(gamma(x))", "digamma(2) - digamma(1) = 1"),
-        value=floats.digamma,
+        value=_of_scipy("digamma"),
         array="special.digamma",
     ),
-    _row(
+    entry(
         *("beta", "gamma(a)*gamma(b)/gamma(a + b)", "beta(2, 3) = 1/12"),
         arguments="a, b",
-        value=floats.beta,
+        value=_of_scipy("beta"),
         ulps=64.0,
         array="special.beta",
-        slopes=row.beta,
+        slopes=_beta_slopes,
         digits="beta",
         sympy="beta",
         definition=lambda a, b: call("gamma", a) * call("gamma", b) / call("gamma", a + b),
@@ -400,7 +379,7 @@ _SPECIAL = (
         *("erf", "error function", "erf(0.5) = 0.5204998778130465"),
         value=math.erf,
         array="special.erf",
-        slopes=lambda x: row.BELL * call("exp", -(x**2.0)),
+        slopes=lambda x: _BELL * call("exp", -(x**2.0)),
         interval=Monotone(math.erf, image=UNIT, ulps=SPECIAL_ULPS),
         image=UNIT,
     ),
@@ -408,7 +387,7 @@ _SPECIAL = (
         *("erfc", "complementary error function, 1 - erf(x)", "erfc(0.5) + erf(0.5) = 1"),
         value=math.erfc,
         array="special.erfc",
-        slopes=lambda x: -row.BELL * call("exp", -(x**2.0)),
+        slopes=lambda x: -_BELL * call("exp", -(x**2.0)),
         interval=Monotone(math.erfc, image=(0.0, 2.0), ulps=SPECIAL_ULPS, falling=True),
         nonzero=True,
         image=(0.0, 2.0),
@@ -426,9 +405,9 @@ _KINDS = {
 
 def _bessel(kind: str, order: int, example: str, name: str = "", **facets: Any) -> Function:
     """The row of a Bessel function of fixed order."""
-    return _row(
+    return entry(
         *(name or f"{kind}{order}", f"{_KINDS[kind]}, order {order}", example),
-        value=getattr(floats, f"{kind}{order}"),
+        value=_of_scipy(f"{kind}{order}"),
         array=f"special.{kind}{order}",
         digits=lambda mp, x: getattr(mp, f"bessel{kind}")(order, x),
         ball=lambda arb, x: getattr(x, f"bessel_{kind}")(order),
@@ -439,15 +418,32 @@ def _bessel(kind: str, order: int, example: str, name: str = "", **facets: Any) 
     )
 
 
+MOST_ORDER = 1_000
+"""The largest order of a Bessel function in many digits: beyond it, one value takes longer than an
+answer is worth."""
+
+
 def _bessel_n(kind: str, example: str) -> Function:
     """The row of a Bessel function by its order; its slope by that is not known."""
-    name = f"{kind}n"
-    return _row(
+    name, of_scipy = f"{kind}n", _of_scipy(f"{kind}v")
+
+    def value(order: float, x: float) -> float:
+        if order != math.trunc(order):
+            raise ValueError("the order of a Bessel function is a whole number")
+        return of_scipy(int(order), x)
+
+    def digits(mp: Any, order: Any, x: Any) -> Any:
+        if not mp.isint(order) or abs(order) > MOST_ORDER:
+            raise ValueError("the order is no whole number of ordinary size")
+        return getattr(mp, f"bessel{kind}")(order, x)
+
+    return entry(
         *(name, f"{_KINDS[kind]}, order n", example),
         arguments="n, x",
-        value=getattr(floats, name),
+        value=value,
+        array=lambda np, n, x: np.where(n == np.trunc(n), _scipy(f"{kind}v")(n, x), np.nan),
         slopes=lambda n, x: (None, (call(name, n - 1.0, x) - call(name, n + 1.0, x)) / 2.0),
-        digits=lambda mp, n, x: digits.bessel(mp, kind, n, x),
+        digits=digits,
         ball=lambda arb, n, x: getattr(x, f"bessel_{kind}")(n),
         sympy=f"bessel{kind}",
         ulps=64.0,
@@ -475,18 +471,18 @@ _BESSEL = (
     _bessel(
         *("i", 0, "i0(0) = 1"),
         slopes=lambda x: call("bessel_i1", x),
-        interval=Even(Monotone(floats.i0, image=(1.0, inf), ulps=SPECIAL_ULPS)),
+        interval=Even(Monotone(_of_scipy("i0"), image=(1.0, inf), ulps=SPECIAL_ULPS)),
     ),
     _bessel(
         *("i", 1, "bessel_i1(1) = 0.565159103992485"),
         name="bessel_i1",
         slopes=lambda x: call("i0", x) - call("bessel_i1", x) / x,
-        interval=Monotone(floats.i1, ulps=SPECIAL_ULPS),
+        interval=Monotone(_of_scipy("i1"), ulps=SPECIAL_ULPS),
     ),
     _bessel(
         *("k", 0, "k0(1) = 0.4210244382407083"),
         slopes=lambda x: -call("bessel_k1", x),
-        interval=Monotone(floats.k0, POSITIVE, POSITIVE, SPECIAL_ULPS, falling=True),
+        interval=Monotone(_of_scipy("k0"), POSITIVE, POSITIVE, SPECIAL_ULPS, falling=True),
         domain=POSITIVE,
         nonzero=True,
     ),
@@ -494,7 +490,7 @@ _BESSEL = (
         *("k", 1, "bessel_k1(2) = 0.1398658818165224"),
         name="bessel_k1",
         slopes=lambda x: -(call("k0", x) + call("bessel_k1", x) / x),
-        interval=Monotone(floats.k1, POSITIVE, POSITIVE, SPECIAL_ULPS, falling=True),
+        interval=Monotone(_of_scipy("k1"), POSITIVE, POSITIVE, SPECIAL_ULPS, falling=True),
         domain=POSITIVE,
         nonzero=True,
     ),
@@ -505,8 +501,7 @@ _ROWS = (
     *_CONSTANTS,
     *_PARTS,
     *_EXPONENTIAL,
-    *_RADIANS,
-    *_DEGREES,
+    *ANGULAR,
     *_HYPERBOLIC,
     *_SPECIAL,
     *_BESSEL,

@@ -9,12 +9,8 @@ R. B. Kearfott, M. J. Cloud, *Introduction to Interval Analysis*, 2009.)
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import atan2 as radians_of
-from math import ceil, copysign, floor, fmod, inf, isinf, isnan, nan, nextafter, pi
-from math import tan as tangent
+from math import ceil, copysign, floor, fmod, inf, isinf, isnan, nan, nextafter
 from typing import NamedTuple, TypeAlias
-
-from rulesheets.functions import floats
 
 Interval: TypeAlias = tuple[float, float]
 
@@ -225,8 +221,6 @@ LINE = -inf, inf
 UNIT, POSITIVE = (-1.0, 1.0), (0.0, inf)
 SLACK = 8.0 * EPSILON
 """The possible error of a number of turns, relative to it or to one."""
-_LARGEST_ANGLE = 1e15
-"""Up to here 180 times a whole number plus 90 is exact."""
 
 
 def unknown(*ends: float) -> Interval:
@@ -277,7 +271,7 @@ class Even(NamedTuple):
 # --- angles ---------------------------------------------------------------------
 
 
-def _may_contain(low: float, high: float, offset: float) -> bool:
+def may_contain(low: float, high: float, offset: float) -> bool:
     """Whether a whole number plus ``offset`` may lie between two numbers of turns."""
     first = low - offset - SLACK * (abs(low) + 1.0)
     return ceil(first) <= floor(high - offset + SLACK * (abs(high) + 1.0))
@@ -302,55 +296,11 @@ class Wave(NamedTuple):
             self.value(high),
         )
         below, above = down(min(at_low, at_high), ULPS), up(max(at_low, at_high), ULPS)
-        if above > 1.0 or _may_contain(first, last, self.top):
+        if above > 1.0 or may_contain(first, last, self.top):
             above = 1.0
-        if below < -1.0 or _may_contain(first, last, self.top + 0.5):
+        if below < -1.0 or may_contain(first, last, self.top + 0.5):
             below = -1.0
         return below, above
-
-
-def tan(low: float, high: float) -> Interval:
-    if isnan(low):
-        return EMPTY
-    if isinf(low) or isinf(high) or isnan(high) or _may_contain(low / pi, high / pi, 0.5):
-        return LINE
-    return down(tangent(low), ULPS), up(tangent(high), ULPS)
-
-
-def tand(low: float, high: float) -> Interval:
-    """Tangent of degrees: a pole at an end leaves a half line, one inside the whole line."""
-    if isnan(low):
-        return EMPTY
-    if not (abs(low) <= _LARGEST_ANGLE and abs(high) <= _LARGEST_ANGLE):
-        return LINE
-    start = 180.0 * floor((low + 90.0) / 180.0) - 90.0  # the last pole at or before it
-    start = start - 180.0 if start > low else start
-    start = start + 180.0 if start + 180.0 <= low else start
-    if low == high == start:
-        return EMPTY
-    if high > start + 180.0:
-        return LINE
-    below = -inf if low == start else down(floats.tand(low), ULPS)
-    return below, inf if high == start + 180.0 else up(floats.tand(high), ULPS)
-
-
-def direction(half_turn: float, unit: float) -> Callable[[float, float, float, float], Interval]:
-    """The range of atan2(y, x), in (-half turn, half turn], ``unit`` to a radian.
-
-    Away from the cut (y = 0, x < 0) the direction of a box is bounded by its corners; a box across
-    the cut has directions up to half a turn both ways.
-    """
-
-    def enclosure(y_low: float, y_high: float, x_low: float, x_high: float) -> Interval:
-        if isnan(y_low) or isnan(x_low):
-            return EMPTY
-        if isnan(y_high) or isnan(x_high) or (y_low < 0.0 <= y_high and x_low < 0.0):
-            return -half_turn, half_turn
-        ys, xs = (y_low + 0.0, y_high + 0.0), (x_low + 0.0, x_high + 0.0)
-        corners = [radians_of(y, x) * unit for y in ys for x in xs if y or x]
-        return (down(min(corners), ULPS), up(max(corners), ULPS)) if corners else EMPTY
-
-    return enclosure
 
 
 def cut(y_low: float, y_high: float, x_low: float, _: float) -> bool:
@@ -358,14 +308,17 @@ def cut(y_low: float, y_high: float, x_low: float, _: float) -> bool:
     return not (y_low > 0.0 or y_high < 0.0 or x_low > 0.0)
 
 
-# --- jumps and kinks; all but frac and mod are exact ----------------------------
+# --- jumps and kinks; all but mod are exact ----------------------------
 
 
 def each_end(value: Callable[[float], float]) -> Callable[[float, float], Interval]:
     """The range of an increasing function that floats compute exactly."""
 
     def at(x: float) -> float:
-        return x if isnan(x) or (isinf(x) and value is not floats.sgn) else value(x)
+        try:
+            return x if isnan(x) else value(x)
+        except OverflowError:  # of the whole part of an infinite number
+            return x
 
     return lambda low, high: (at(low), at(high))
 
@@ -374,10 +327,6 @@ def step(x_low: float, x_high: float, a_low: float, a_high: float) -> Interval:
     if isnan(x_low) or isnan(a_low):
         return EMPTY
     return 1.0 if x_low >= a_high else 0.0, 0.0 if x_high < a_low else 1.0
-
-
-def frac(low: float, high: float) -> Interval:
-    return mod(low, high, 1.0, 1.0)
 
 
 def mod(x_low: float, x_high: float, y_low: float, y_high: float) -> Interval:

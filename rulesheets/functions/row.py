@@ -3,7 +3,7 @@
 A facet that is missing costs only the features that need it. Facets from a library are given by
 their name there, or as a function of the library and the arguments, so that no row imports it:
 ``digits="erfc"`` is ``mpmath``'s, ``sympy=lambda s, x: s.sin(s.pi * x / 180)`` is built from
-sympy's. A function given as ``array`` takes the arguments alone.
+sympy's.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from functools import cache, partial
 from math import inf
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.syntax.nodes import ONE, ZERO, Expression, Name, Number, call, multiply
+from rulesheets.syntax.nodes import Expression, Name, call
 
 Branches: TypeAlias = Callable[[Expression], tuple[Expression, ...]]
 Slopes: TypeAlias = Callable[..., Expression | tuple[Expression | None, ...]]
@@ -47,9 +47,8 @@ class Function:
     Forms, each of the same arguments in another kind of number:
 
     - ``value``: floats. Raises ValueError, ZeroDivisionError or OverflowError where there is none.
-    - ``array``: numpy arrays that broadcast, nan or infinite outside the domain; a name is that of
-      :mod:`rulesheets.functions.arrays`, numpy or scipy.special. Missing: ``value``, number by
-      number.
+    - ``array``: numpy and arrays that broadcast, nan or infinite outside the domain; a name may be
+      one of scipy, such as ``special.erf``. Missing: ``value``, number by number.
     - ``interval``: the two ends of every argument in turn to the two ends of the result, as
       :mod:`rulesheets.functions.intervals` has it. Missing: nothing is known of the range, nothing
       proven.
@@ -180,45 +179,20 @@ class Forms(Mapping[str, Callable[..., Any]]):
         return len(self._table)
 
 
-# --- slopes that are more than a formula ---------------------------------------
-
-RADIAN, DEGREE = call("pi") / 180.0, 180.0 / call("pi")
-LOG10_E = 1.0 / call("ln", Number(10.0))
-BELL = 2.0 / call("sqrt", call("pi"))
+# --- what rows are written with ---
 
 
-def flat(*arguments: Expression) -> tuple[Expression, ...]:
-    """Partials of a function that is constant between its jumps."""
-    return (ZERO,) * len(arguments)
+def entry(name: str, meaning: str, example: str, **facets: Any) -> Function:
+    """A row; its forms in the libraries have the same name unless given otherwise or defined."""
+    named = ("array",) if "definition" in facets else ("array", "digits", "ball", "sympy")
+    return Function(
+        name=name, meaning=meaning, example=example, **dict.fromkeys(named, name) | facets
+    )
 
 
-def arc_sine(x: Expression) -> Expression:
-    """``1/sqrt((1 - x)*(1 + x))``, the form without cancellation near the ends."""
-    return 1.0 / call("sqrt", (1.0 - x) * (1.0 + x))
+def by(name: str) -> Branches:
+    return lambda t: (call(name, t),)
 
 
-def _extreme(name: str, beats: Callable[[Expression, Expression], Expression]) -> Slopes:
-    """Partials of min or max: 1 for the selected argument (the first of equals), 0 for the
-    others."""
-
-    def partials(*arguments: Expression) -> tuple[Expression, ...]:
-        slopes: list[Expression] = []
-        for position, argument in enumerate(arguments):
-            slope: Expression = ONE
-            if later := arguments[position + 1 :]:
-                slope = beats(argument, call(name, *later))
-            if earlier := arguments[:position]:
-                slope = multiply(slope, 1.0 - beats(call(name, *earlier), argument))
-            slopes.append(slope)
-        return tuple(slopes)
-
-    return partials
-
-
-least = _extreme("min", lambda winner, loser: call("step", loser, winner))
-greatest = _extreme("max", lambda winner, loser: call("step", winner, loser))
-
-
-def beta(a: Expression, b: Expression) -> tuple[Expression, ...]:
-    whole, both = call("beta", a, b), call("digamma", a + b)
-    return tuple(whole * (call("digamma", part) - both) for part in (a, b))
+def both_signs(name: str) -> Branches:
+    return lambda t: (call(name, t), -call(name, t))

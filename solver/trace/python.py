@@ -3,7 +3,7 @@
 For sines and cosines of degrees the angle is reduced to the nearest right angle, exactly, and the
 rest is converted to radians with one rounding: a change of the angle by no more than its last
 digit. Multiples of 30 degrees are exact if the exact answer is a float, as in
-``rulesheets.functions.floats``, which is more accurate and slower.
+``rulesheets.functions.angles``, which is more accurate and slower.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import pytest
 import scipy.special
 
 from rulesheets.evaluate.digits import context, functions
-from rulesheets.functions.digits import MOST_ORDER as MOST
+from rulesheets.functions import MOST_ORDER as MOST
 
 DIGITS = 40
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import rulesheets
 import solver
-from rulesheets.functions.floats import atan2d, cosd, sind
+from rulesheets.functions import TABLE
 from rulesheets.model import Model
 from rulesheets.syntax import nodes
 from solver.sweeps import Plan
@@ -23,6 +23,8 @@ from solver.trace.flow import Flow
 from solver.trace.llvm import NativeKernel, available
 from solver.trace.python import NAMES, direction_lines, sine_and_cosine, sine_and_cosine_lines
 from solver.trace.rows import AnswerKernel
+
+atan2d, cosd, sind = (TABLE[name].value for name in ("atan2d", "cosd", "sind"))
 
 ROOT = Path(__file__).parents[3] / "models"
 MODELS = sorted(path.parent.name for path in ROOT.glob("*/model.tk"))
