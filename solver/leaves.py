@@ -16,6 +16,7 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from solver.accuracy.forward_error import ForwardErrors, forward_errors
 from solver.accuracy.rule_check import check_rule
+from solver.accuracy.rule_sides import half_unit
 from solver.facts import (
     Attempt,
     Conflict,
@@ -30,7 +31,7 @@ from solver.facts import (
 )
 from solver.numerics.linear_algebra import are_alike
 from solver.numerics.tolerances import COVERED
-from solver.path import SolveBlock, Step, activity
+from solver.path import Evaluate, SolveBlock, Step, activity
 from solver.path.cases import (
     AT_LEAST,
     AT_MOST,
@@ -45,6 +46,7 @@ from solver.path.cases import (
     comparisons,
     outcome,
     possible,
+    value_of_equality,
 )
 from solver.path.graph import ModelGraph, is_angle_sum
 
@@ -214,6 +216,26 @@ def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
     return found
 
 
+def branch_errors(model: Model, branch: Branch) -> dict[str, float]:
+    """The error of each number of a branch, at least half a unit of its last place if it has
+    one."""
+    found = forward_errors(model, branch.values, branch.steps, branch.conditions)
+    numbers = {n: v for n, v in branch.values.items() if isinstance(v, float)}
+    return {name: found.error.get(name) or half_unit(number) for name, number in numbers.items()}
+
+
+def is_exact(graph: ModelGraph, branch: Branch, name: str) -> bool:
+    """Whether a value is an input, a number that a rule says, or a copy of one."""
+    origin = branch.origins.get(name)
+    if not isinstance(origin, Evaluate):
+        return origin is None
+    said, _ = graph.isolated(origin.equation, graph.number[name])
+    if said is None or not said.identity or not isinstance(said.start, nodes.Number | nodes.Name):
+        return False
+    others = (other for other in graph.model.equations[origin.equation].names if other != name)
+    return all(is_exact(graph, branch, other) for other in others)
+
+
 def infinite(model: Model, branch: Branch, name: str) -> bool:
     """Whether a variable that calls only pass on has no value because it is infinite."""
     blank = model.variables[name].passed and name not in branch.values
@@ -230,28 +252,6 @@ def blocked(leaf: Leaf) -> bool:
         or (isinstance(fact, NoValue) and not fact.pole)
         for fact in leaf.branch.inactive.values()
     )
-
-
-def excluded(leaf: Leaf) -> bool:
-    """Whether a case that the leaf assumes is proven to have no values, so that it hides no
-    answer."""
-    asked = {name for pair in leaf.branch.signs for side in pair for name in nodes.names(side)}
-    return any(
-        isinstance(fact, Conflict) or not asked.isdisjoint(without_value(fact)[1])
-        for fact in leaf.branch.inactive.values()
-    )
-
-
-def without_value(fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]]:
-    """The equations that no value satisfies according to a proven fact, and the unknowns in
-    question."""
-    match fact:
-        case NoValue(pole=False) | OutOfRange():
-            return (fact.equation,), (fact.unknown,)
-        case NoRoot(proven=True):
-            return fact.equations, fact.unknowns
-        case _:
-            return (), ()
 
 
 class Asked(NamedTuple):
@@ -345,6 +345,16 @@ class CaseAnalysis:
             if self._settle(atom, branch) is None and assumed_outcome(atom, branch.signs) is None:
                 return atom.left, atom.right
         return None
+
+    def assumed(self, branch: Branch, pair: Pair, sign: Sign) -> Branch | None:
+        """The branch with a sign of a pair assumed; None if that contradicts what is known."""
+        case = branch.fork()
+        case.signs[pair] = sign
+        said = value_of_equality(pair) if sign == EQUAL else None
+        if said is not None:
+            case.values.setdefault(*said)
+        self.infer(case)
+        return None if self.contradicted(case) else case
 
     def infer(self, branch: Branch) -> None:
         """The outcome of every condition that the values and the assumed signs decide."""

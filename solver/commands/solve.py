@@ -31,7 +31,7 @@ from solver.commands import (
     read_request,
 )
 from solver.path.planner import planner
-from solver.ranking.ranking import signs_of
+from solver.ranking.signs import signs_of
 from solver.report.sheet import diagnosis_json, result_csv, result_json, result_text
 from solver.solution.solving import Result, posted, solve
 

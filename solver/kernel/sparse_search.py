@@ -54,7 +54,7 @@ from solver.numerics.sparse_newton import (
     sparse_newton,
 )
 from solver.numerics.tolerances import LEAST
-from solver.ranking.ranking import factors_of
+from solver.ranking.signs import factors_of
 from solver.ranking.sizes import added, nearly_balanced
 
 LIMIT = 0.2

@@ -26,7 +26,7 @@ from solver.path import equations_of
 from solver.path.cases import outcomes
 from solver.path.planner import planner
 from solver.pictures import Diagram, drawable, variables
-from solver.ranking.ranking import signs_of
+from solver.ranking.signs import signs_of
 from solver.solution.solving import Result
 from solver.sweeps import Plan, prepare
 from solver.sweeps.sweep import sweep

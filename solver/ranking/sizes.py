@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from math import log10, pi
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,67 +73,38 @@ Slopes: TypeAlias = list[tuple[int, float]]
 """Those that are not 0 of one unknown, each with the place of its known number."""
 
 
-@dataclass(eq=False)
-class Suggestions:
-    """Decades of unknowns of a model, by ``names``, at values of the ``known`` ones."""
+def suggested(
+    model: Model, known: Sequence[str], names: Sequence[str], zero: Sequence[bool]
+) -> tuple[list[Slopes], list[float], list[bool]]:
+    """The decades of unknowns, by ``names``, as slopes times those of the ``known`` numbers plus
+    constants, and which are determined; others are as near to 1 as the rules allow. For too large a
+    model nothing is suggested.
 
-    model: Model
-    known: Sequence[str]
-    names: Sequence[str]
-    _found: dict[tuple[bool, ...], tuple[list[Slopes], list[float], list[bool]]] = field(
-        default_factory=dict
-    )
-
-    def over(
-        self, on: Arithmetic, given: Sequence[Any], zero: tuple[bool, ...]
-    ) -> tuple[list[Any], list[bool]]:
-        """The decades, and which of them follow from the numbers ``given``; nan is one without a
-        size. ``zero`` marks the numbers that are 0."""
-        if zero not in self._found:
-            self._found[zero] = self._where(zero)
-        slopes_of, constants, determined = self._found[zero]
-        sizes = [on.decade(on.there(number, 1.0)) for number in given]
-        decades = [
-            sum((slope * sizes[place] for place, slope in slopes), constant)
-            for slopes, constant in zip(slopes_of, constants, strict=True)
-        ]
-        return decades, determined
-
-    def _where(self, zero: tuple[bool, ...]) -> tuple[list[Slopes], list[float], list[bool]]:
-        """The decades as slopes times those of the known numbers plus constants, and which are
-        determined; others are as near to 1 as the rules allow. For too large a model nothing is
-        suggested.
-
-        Known numbers that are ``zero`` vanish, and with them the terms that they are factors of,
-        and the values that a rule then gives as 0.
-        """
-        names, known = self.names, self.known
-        unknowns = sorted(set(self.model.variables).difference(known))
-        if len(unknowns) > MANY or not names:
-            return [[]] * len(names), [0.0] * len(names), [False] * len(names)
-        vanishing = {name for name, none in zip(known, zero, strict=True) if none}
-        given = ((rule.left, rule.right) for rule in self.model.equations)
-        vanishing |= {
-            left.name for left, right in given if isinstance(left, Name) and is_number(right, 0.0)
-        }
-        rows = _Balances((*unknowns, *known), vanishing, nodes=_nodes(self.model.equations))
-        for equation in self.model.equations:
-            rows.read(equation)
-        a, k, c = rows.parts(len(unknowns))
-        places = [unknowns.index(name) for name in names]
-        if (
-            a.shape[1] > LARGE
-            and (found := least_squares(a, np.column_stack([k, c]), NULL)) is not None
-        ):
-            decades = -found[places]
-            return _sparse(decades[:, :-1]), decades[:, -1].tolist(), [True] * len(names)
-        inverse = np.linalg.pinv(a, rcond=NULL)
-        determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - UNDECIDED
-        return (
-            _sparse(-(inverse[places] @ k)),
-            (-(inverse[places] @ c)).tolist(),
-            determined.tolist(),
-        )
+    Known numbers that are ``zero`` vanish, and with them the terms that they are factors of, and
+    the values that a rule then gives as 0.
+    """
+    unknowns = sorted(set(model.variables).difference(known))
+    if len(unknowns) > MANY or not names:
+        return [[]] * len(names), [0.0] * len(names), [False] * len(names)
+    vanishing = {name for name, none in zip(known, zero, strict=True) if none}
+    given = ((rule.left, rule.right) for rule in model.equations)
+    vanishing |= {
+        left.name for left, right in given if isinstance(left, Name) and is_number(right, 0.0)
+    }
+    rows = _Balances((*unknowns, *known), vanishing, nodes=_nodes(model.equations))
+    for equation in model.equations:
+        rows.read(equation)
+    a, k, c = rows.parts(len(unknowns))
+    places = [unknowns.index(name) for name in names]
+    if (
+        a.shape[1] > LARGE
+        and (found := least_squares(a, np.column_stack([k, c]), NULL)) is not None
+    ):
+        decades = -found[places]
+        return _sparse(decades[:, :-1]), decades[:, -1].tolist(), [True] * len(names)
+    inverse = np.linalg.pinv(a, rcond=NULL)
+    determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - UNDECIDED
+    return _sparse(-(inverse[places] @ k)), (-(inverse[places] @ c)).tolist(), determined.tolist()
 
 
 def _sparse(matrix: Vector) -> list[Slopes]:
@@ -451,28 +422,6 @@ def added(node: Expression, negative: bool = False) -> list[tuple[Expression, bo
         case Negative(operand):
             return added(operand, not negative)
     return [(node, negative)]
-
-
-LEAST = 1e-300
-MOST = 1e300
-
-
-class Arithmetic(NamedTuple):
-    """``there``: the number, or another one for nan; ``decade``: its logarithm, within those of the
-    ends."""
-
-    there: Callable[[Any, float], Any]
-    largest: Callable[[Sequence[Any]], Any]
-    rounded: Callable[[Any], Any]
-    decade: Callable[[Any], Any]
-
-
-FLOATS = Arithmetic(
-    lambda number, other: number if number == number else other,
-    max,
-    lambda number: round(number) if abs(number) < MOST else number,
-    lambda number: math.log10(min(max(abs(number), LEAST), MOST)),
-)
 
 
 class Scalings:

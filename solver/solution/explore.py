@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from functools import cached_property, partial
 from itertools import chain, islice
 from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
-from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Value
-from rulesheets.syntax.nodes import Name, Number, subtract
-from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import check_rule
-from solver.accuracy.rule_sides import MANY, half_unit
+from solver.accuracy.rule_sides import MANY
 from solver.facts import (
     AsksNothing,
     Beside,
@@ -43,14 +38,13 @@ from solver.leaves import (
     Leaf,
     Outcomes,
     blocked,
-    excluded,
+    branch_errors,
     indeterminacy,
     infinite,
+    is_exact,
     moved_into_one_turn,
     unmet,
-    without_value,
 )
-from solver.numerics.tolerances import ROUGHLY, SAFETY
 from solver.path import (
     Assume,
     Check,
@@ -64,23 +58,19 @@ from solver.path import (
     given_by,
     known_rules,
 )
-from solver.path.cases import EQUAL, Pair, value_of_equality
-from solver.path.graph import Shape, asked_shape, is_angle_sum, shape_of
+from solver.path.cases import EQUAL
 from solver.path.planner import planner
+from solver.solution.adjust import agreed, onto_boundary
+from solver.solution.completeness import hides_no_answer, turns_matter
+from solver.solution.kinds import Kind, continued, kind_of, unknowns_by_kind
 
 MAX_LEAVES, FEW_LEAVES, MAX_VALUES = 1_000, 20, 20_000
 """Answers that are listed; the least and the values in all where the model is large."""
-
-
 MANY_BLOCKS = 8
 """Blocks of a path from which on it is solved as one block where there are too many answers to
 list."""
 MAX_SEARCHES = 150
 """Searches of nonlinear blocks at other values, after the first search of each block."""
-
-
-# --- following a path ---
-
 MAX_ASSUMPTIONS = 16
 MAX_CASES = 100
 GRACE = 1.0
@@ -89,8 +79,6 @@ GRACE = 1.0
 Facts: TypeAlias = tuple[Fact, ...]
 Forks: TypeAlias = Iterator[Branch]
 Numbers: TypeAlias = tuple[Value, ...]
-Kind: TypeAlias = tuple[Shape, ...]
-"""The shapes of the rules of a step, in which known names are numbers."""
 Pending: TypeAlias = tuple[Branch, Sequence[Step] | None, int]
 """A branch, its remaining steps, and the first of them; without steps it is planned first."""
 
@@ -186,40 +174,16 @@ class PathSearch:
         return start
 
     def _found(self) -> Exploration:
-        """The results; an open case hides no answer if its missing values are refused."""
+        """The results, and whether they are known to be all."""
         complete = self.complete and all(
-            excluded(leaf) or self._refused(leaf) for leaf in self.open_cases
+            hides_no_answer(self.model, leaf, self.inputs) for leaf in self.open_cases
         )
-        complete = complete and not (self.turned and self._reads_turns())
+        if complete and self.turned:
+            ended = not (self.leaves or self.open_cases)
+            complete = ended and not turns_matter(self.model, self.contradicted)
         ends = tuple(self.leaves), complete, tuple(self.contradicted), tuple(self.open_cases)
         gaps, outside = tuple(self.gaps.values()), tuple(self.outside_case)
         return Exploration(*ends, self.delicate, self.outcomes, self.budget.used, gaps, outside)
-
-    def _reads_turns(self) -> bool:
-        """Whether ways with other whole turns of an angle may end otherwise than those that were
-        followed.
-
-        They cannot if each of these ends at a rule that reads its angles in periodic functions.
-        """
-        model, facts = self.model, [fact for leaf in self.contradicted for fact in leaf.conflicts]
-        rules = [
-            model.equations[i]
-            for fact in facts
-            if isinstance(fact, Conflict)
-            for i in fact.equations
-        ]
-        sums = any(is_angle_sum(rule.left) and is_angle_sum(rule.right) for rule in rules)
-        weighed = sums or len(rules) < len(facts) or model.conditions or model.requirements
-        return bool(weighed or self.leaves or self.open_cases)
-
-    def _refused(self, leaf: Leaf) -> bool:
-        """Whether no value satisfies a rule that leads to a missing value of a leaf."""
-        missing = frozenset(leaf.missing)
-        path = self.planner.path(frozenset(self.inputs), leaf.branch.conditions, want=missing)
-        leading = {equation for step in path.steps for equation in equations_of(step)}
-        return any(
-            not leading.isdisjoint(without_value(fact)[0]) for fact in leaf.branch.inactive.values()
-        )
 
     # --- results ---
 
@@ -290,16 +254,6 @@ class PathSearch:
                 stack[-1] = chain(first, forks), stack[-1][1]
                 stack = stack if one is None else [(iter([(one, None, 0)]), 1)]
 
-    def _kind(self, step: Step) -> Kind:
-        """The common key of steps that pose the same problem with other names and numbers."""
-        equations, unknown = (
-            [self.model.equations[e] for e in equations_of(step)],
-            frozenset(given_by(step)),
-        )
-        return tuple(
-            [asked_shape(shape_of(e)[0], tuple([n in unknown for n in e.names])) for e in equations]
-        )
-
     @property
     def _too_many_searches(self) -> bool:
         """Whether the blocks of the first path of the kinds that were searched, one of them twice,
@@ -312,11 +266,7 @@ class PathSearch:
     @cached_property
     def _rows(self) -> Counter[Kind]:
         """The unknowns of the blocks of the first path, by their kinds."""
-        found = Counter[Kind]()
-        for step in self.first_path or ():
-            if isinstance(step, SolveBlock):
-                found[self._kind(step)] += len(step.unknowns)
-        return found
+        return unknowns_by_kind(self.model, self.first_path or ())
 
     def _as_one_block(self, begun: Mapping[str, Value], forked: bool) -> Branch | None:
         """The preferred answer of all steps of the first path, solved as one large block from the
@@ -338,12 +288,14 @@ class PathSearch:
         equations = tuple(number for step in solved for number in equations_of(step))
         unknowns = tuple(name for step in solved for name in given_by(step))
         whole = SolveBlock(equations, unknowns, ())
-        for guesses in ({**self._continued(begun, solved), **self.guesses}, self.guesses):
+        begun = continued(self.model, solved, begun)
+        for guesses in ({**begun, **self.guesses}, self.guesses):
             found = solve_sparsely(
                 kernel_of(self.graph, whole), branch.values, guesses, self.budget
             )
-            values: Mapping[str, Value] = self._sensible(found, forked)
-            if values:
+            values = next((a.values for a in found.answers if a.double is None), {})
+            negative = any(v < 0.0 and self.graph.turn(n) is None for n, v in values.items())
+            if values and not (forked and negative):
                 break
         else:
             return None
@@ -355,24 +307,6 @@ class PathSearch:
                 branch.attempts[step] = found.attempts
             self._learn(branch, step, {name: values[name] for name in given_by(step)})
         return branch
-
-    def _sensible(self, found: BlockOutcome, forked: bool) -> dict[str, float]:
-        """The first answer, if it is simple, and not negative where others may be positive; else
-        none."""
-        values = next((a.values for a in found.answers if a.double is None), {})
-        negative = any(v < 0.0 and self.graph.turn(name) is None for name, v in values.items())
-        return {} if forked and negative else {**values}
-
-    def _continued(self, begun: Mapping[str, Value], steps: Sequence[Step]) -> dict[str, float]:
-        """The values that steps have ``begun`` with; others continue the last of their kind."""
-        last, found = dict[Kind, tuple[float, ...]](), dict[str, float]()
-        for step in steps:
-            kind = self._kind(step)
-            numbers = [v for name in given_by(step) if isinstance(v := begun.get(name), float)]
-            if len(numbers) == len(given_by(step)):
-                last[kind] = tuple(numbers)
-            found.update(zip(given_by(step), last.get(kind, ()), strict=False))
-        return found
 
     def _followed(
         self, branch: Branch, steps: Sequence[Step] | None, start: int
@@ -423,19 +357,17 @@ class PathSearch:
                 return again
             if again is not None:
                 return ((fork, steps, place + 1) for fork in again)
-        if not ends or (branch.inactive and self._reopened(branch)):
+        if not ends:
             return True
-        self._finish(branch)
-        return False
-
-    def _reopened(self, branch: Branch) -> bool:
-        """Solve blocks again that determined too little, and of which more is known now."""
+        # blocks that determined too little, and of which more is known now, are solved again
         lost = {e: fact.free for e, fact in branch.inactive.items() if isinstance(fact, RankLoss)}
-        again = [e for e, free in lost.items() if any(name in branch.values for name in free)]
-        for equation in again:
-            del branch.inactive[equation]
-            branch.checked.discard(equation)
-        return bool(again)
+        more = [e for e, free in lost.items() if any(name in branch.values for name in free)]
+        for number in more:
+            del branch.inactive[number]
+            branch.checked.discard(number)
+        if not more:
+            self._finish(branch)
+        return bool(more)
 
     def _broken(self, branch: Branch) -> bool:
         """Whether known values violate a requirement, so that the branch leads to no answer. Whole
@@ -481,25 +413,23 @@ class PathSearch:
         self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]]
     ) -> Forks | None:
         """Continue with the only value (None), or with a fork for each."""
+
+        def each() -> Forks:  # made after those before it have been followed to their ends
+            for values, facts in found:
+                if self._is_full(branch):
+                    break
+                fork = branch.fork()
+                fork.facts = (*fork.facts, *facts)
+                self._learn(fork, step, values)
+                yield fork
+
         if len(found) != 1:
             self.forked = len(found)
-            return self._each(branch, step, found)
-        values, facts = found[0]
+            return each()
+        ((values, facts),) = found
         branch.facts = (*branch.facts, *facts)
         self._learn(branch, step, values)
         return None
-
-    def _each(
-        self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]]
-    ) -> Forks:
-        """A fork for each value, made after those before it have been followed to their ends."""
-        for values, facts in found:
-            if self._is_full(branch):
-                break
-            fork = branch.fork()
-            fork.facts = (*fork.facts, *facts)
-            self._learn(fork, step, values)
-            yield fork
 
     def _select(self, branch: Branch, step: Select) -> bool | Forks | None:
         equations = self.model.equations
@@ -518,52 +448,11 @@ class PathSearch:
         branch.checked.add(equation)
         branch.steps.append(step)
         check = check_rule(self.model.equations[equation], branch.values)
-        if check.holds or self._agreed(branch, equation):
+        if check.holds or agreed(self.graph, branch, equation, self.inputs):
             return None
         self.delicate |= check.delicate
         self._finish(branch)
         return False
-
-    def _agreed(self, branch: Branch, equation: int) -> bool:
-        """Whether another value, equally good for all its rules, satisfies a rule that fails: it is
-        taken.
-
-        It is the nearest one: a farther one may be another answer, which has a branch of its own.
-        """
-        for name in self.model.equations[equation].names:
-            isolation, _ = self.graph.isolated(equation, self.graph.number[name])
-            number = branch.values[name]
-            if name in self.inputs or isolation is None or isinstance(number, str):
-                continue
-            others = {other: value for other, value in branch.values.items() if other != name}
-            found = StepSolver(self.graph, equation, name, others).outcome().values
-            for value in sorted(
-                (v for v in found if isinstance(v, float)), key=lambda v: abs(v - number)
-            ):
-                if self._moved(branch, name, value):
-                    return True
-        return False
-
-    def _moved(self, branch: Branch, name: str, value: float) -> bool:
-        """Whether the rules that read a computed number also hold at another value of it, which is
-        taken.
-
-        None of the block that it came from may be left open by an unknown: no value of that need
-        save it.
-        """
-        trial, decided = {**branch.values, name: value}, branch.conditions
-        active = [
-            e for i in self.graph.users[name] if activity(e := self.model.equations[i], decided)
-        ]
-        known = [e for e in active if all(other in trial for other in e.names)]
-        told_by = () if name not in branch.origins else equations_of(branch.origins[name])
-        if any(e.index in told_by and e not in known for e in active):
-            return False
-        if not all(check_rule(e, trial).holds for e in known):
-            return False
-        branch.values[name] = value
-        branch.precise.pop(name, None)
-        return True
 
     def _block(self, branch: Branch, step: SolveBlock) -> bool | Forks | None:
         outcome = self._solved(step, branch)
@@ -592,10 +481,13 @@ class PathSearch:
         ]
         return self._forks(branch, step, found)
 
-    def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
-        """The outcome of a block, which is searched at most once for the same known numbers."""
+    def _solved(
+        self, step: SolveBlock, branch: Branch, before: Numbers | None = None
+    ) -> BlockOutcome:
+        """The outcome of a block, which is searched at most once for the same known numbers, or for
+        those ``before``."""
         kernel, values, assumed = kernel_of(self.graph, step), branch.values, bool(branch.signs)
-        key = step, self._asked_before(step, tuple(values[name] for name in kernel.known))
+        key = step, before or tuple(values[name] for name in kernel.known)
         if key not in self.outcomes:
             again = len(self.outcomes) - len(self._searched)
             if step in self._searched and again >= MAX_SEARCHES and not kernel.linear:
@@ -605,38 +497,19 @@ class PathSearch:
             self._searched.add(step)
             off, given = (
                 partial(self._off, branch),
-                [n for n in kernel.known if self._is_exact(branch, n)],
+                [n for n in kernel.known if is_exact(self.graph, branch, n)],
             )
             self.outcomes[key] = solve_block(
                 kernel, values, self.guesses, self.budget, assumed, off, given
             )
             if first and any(attempt.method in SEARCHES for attempt in self.outcomes[key].attempts):
-                self._sought[self._kind(step)] += 1
+                self._sought[kind_of(self.model, step)] += 1
         outcome: BlockOutcome = self.outcomes[key]
         return outcome
 
-    def _is_exact(self, branch: Branch, name: str) -> bool:
-        """Whether a value is an input, a number that a rule says, or a copy of one."""
-        origin = branch.origins.get(name)
-        if not isinstance(origin, Evaluate):
-            return origin is None
-        said, _ = self.graph.isolated(origin.equation, self.graph.number[name])
-        if said is None or not said.identity or not isinstance(said.start, Number | Name):
-            return False
-        others = (other for other in self.model.equations[origin.equation].names if other != name)
-        return all(self._is_exact(branch, other) for other in others)
-
-    def _asked_before(self, step: SolveBlock, known: Numbers) -> Numbers:
-        """The key of the outcome of a block: its known numbers."""
-        return known
-
     def _off(self, branch: Branch) -> Mapping[str, float]:
         """The error of each number of a branch."""
-        found = forward_errors(self.model, branch.values, branch.steps, branch.conditions)
-        numbers = {n: v for n, v in branch.values.items() if isinstance(v, float)}
-        return {
-            name: found.error.get(name) or half_unit(number) for name, number in numbers.items()
-        }
+        return branch_errors(self.model, branch)
 
     def _blank(self, branch: Branch, unknowns: Sequence[str], fact: Fact) -> None:
         """No value of these satisfies the known rules: they stay blank, and rules with them are
@@ -674,60 +547,11 @@ class PathSearch:
             if sign == EQUAL and self._underdetermined_since(before):
                 self.complete = False
                 continue
-            case = branch.fork()
-            case.signs[pair] = sign
-            case.steps.append(step)
-            said = value_of_equality(pair) if sign == EQUAL else None
-            if said is not None:
-                case.values.setdefault(*said)
-            self.analysis.infer(case)
-            if not self.analysis.contradicted(case):
+            if (case := self.analysis.assumed(branch, pair, sign)) is not None:
+                case.steps.append(step)
                 self._explore(case)
         if self._underdetermined_since(before):
             self._finish(branch, underdetermined=True)
-        return False
-
-    def _onto_boundary(self, branch: Branch) -> bool:
-        """Whether a branch misses its case by no more than its rounding: a number is moved onto the
-        boundary.
-
-        The Reynolds number that a friction factor gives as 2299.9999999999995 belongs to ``Re >=
-        2300``.
-        """
-        return any(
-            self._moved_onto(branch, pair) for pair, sign in branch.signs.items() if sign > EQUAL
-        )
-
-    def _moved_onto(self, branch: Branch, pair: Pair) -> bool:
-        """The same for one comparison. If no number can be moved alone the case stays open."""
-        with suppress(Undefined, KeyError, TypeError):
-            miss, slopes = derivatives(subtract(*pair), branch.values)
-            numbers = {name: v for name in slopes if isinstance(v := branch.values[name], float)}
-            if not abs(miss) <= ROUGHLY * sum(abs(slopes[n] * v) for n, v in numbers.items()):
-                return False
-            errors = self._off(branch)
-            if abs(miss) > SAFETY * sum(
-                abs(slope) * errors[name] for name, slope in slopes.items()
-            ):
-                return False
-            ends = [
-                (n, v - miss / slopes[n])
-                for n, v in numbers.items()
-                if n not in self.inputs and slopes[n]
-            ]
-            beside = (
-                (name, math.nextafter(at, to))
-                for name, at in ends
-                for to in (at, math.inf, -math.inf)
-            )
-            trials = (trial for end in beside if self._moved(trial := branch.without(()), *end))
-            moved = False
-            for trial in trials:
-                if not self.analysis.contradicted(trial):
-                    branch.values, branch.precise = trial.values, trial.precise
-                    return True
-                moved = True
-            self.complete = self.complete and moved
         return False
 
     # --- the end of a branch ---
@@ -739,9 +563,17 @@ class PathSearch:
         """Check every rule that is active at the end of a branch with the independent rule
         check."""
         branch = branch.fork()
-        if branch.signs and self.analysis.contradicted(branch) and not self._onto_boundary(branch):
-            self.outside_case.append(Leaf(branch, (), (), 0.0, 0))
-            return
+        if branch.signs and self.analysis.contradicted(branch):
+            for pair in (pair for pair, sign in branch.signs.items() if sign > EQUAL):
+                moved = onto_boundary(
+                    self.graph, branch, pair, self.inputs, self._off, self.analysis
+                )
+                if moved:
+                    break
+                self.complete = self.complete and moved is not None
+            else:
+                self.outside_case.append(Leaf(branch, (), (), 0.0, 0))
+                return
         values = branch.values = self._moved_into_one_turn(branch)
         decided = {
             **branch.assumed,
@@ -759,7 +591,7 @@ class PathSearch:
             if check.holds:
                 worst = max(worst, check.scaled)
             # no step has asked it
-            elif not (equation.guard and self._agreed(branch, equation.index)):
+            elif not (equation.guard and agreed(self.graph, branch, equation.index, self.inputs)):
                 self.delicate = self.delicate or check.delicate
                 undefined = indeterminacy(equation, values) if check.miss is None else None
                 conflicts.append(undefined or Conflict((equation.index,), check.miss, values))

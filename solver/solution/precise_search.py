@@ -147,9 +147,15 @@ class _PreciseSearch(PathSearch):
                     return StepOutcome((fold[1][0],), double=double, delicate=True)
         return found
 
-    def _solved(self, step: SolveBlock, branch: Branch) -> BlockOutcome:
-        floats = super()._solved(step, branch)
-        problem = BlockProblem(kernel_of(self.graph, step), branch.values, self.guesses)
+    def _solved(
+        self, step: SolveBlock, branch: Branch, before: Numbers | None = None
+    ) -> BlockOutcome:
+        kernel = kernel_of(self.graph, step)
+        # known numbers that differ by rounding, which decided nothing in floats
+        known, same = tuple(branch.values[name] for name in kernel.known), self._before.get(step)
+        near = next((other for other in same or () if are_alike(known, other, BACKWARD)), None)
+        floats = super()._solved(step, branch, near)
+        problem = BlockProblem(kernel, branch.values, self.guesses)
         if problem.symbolic or floats.free or not step.unknowns:
             return floats
         rules = [self.model.equations[index] for index in step.equations]
@@ -158,12 +164,6 @@ class _PreciseSearch(PathSearch):
         more = max(0, len(found.answers) - len(floats.answers))
         attempts = (Attempt(Method.EXTENDED, more, found.complete),) if more else ()
         return found._replace(attempts=(*floats.attempts, *attempts), cut=floats.cut)
-
-    def _asked_before(self, step: SolveBlock, known: Numbers) -> Numbers:
-        """The known numbers of a search in floats that differ by rounding, which has decided
-        nothing there."""
-        before = self._before.get(step, ())
-        return next((other for other in before if are_alike(known, other, BACKWARD)), known)
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
         """The change of each number with the last places of the inputs, and of the numbers in the

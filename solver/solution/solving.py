@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from importlib.util import find_spec
@@ -20,7 +20,7 @@ from solver.leaves import Asked, CutOff, Exploration, Leaf, infinite, leaf_error
 from solver.path import Path, Shown, SolveBlock, Step, equations_of
 from solver.path.planner import planner
 from solver.ranking.ranking import unlikely
-from solver.solution.verdict import Verdict, explore_required, judge
+from solver.solution.verdict import Verdict, explore_required, is_complete, judge
 
 if TYPE_CHECKING:
     from solver.derivatives import Near, Sensitivities, ToleranceBands
@@ -236,10 +236,13 @@ def solve(
     asked = Asked(model, given, wanted, hints, posted(model) if wanted is None else wanted)
     if prove:
         require_proof()
+    usual = gc.get_threshold()
+    gc.set_threshold(*(COLLECTION if usual[0] else usual))  # not at all if it is switched off
     try:
-        with time_limit(timeout), _rare_collection():
-            verdict, found, by = conclude(asked, prove=prove, limits=limits or model.limits)
-            result = _result(asked, by, verdict, found.complete, prove)
+        with time_limit(timeout):
+            found = explore_required(asked, always=prove)
+            verdict, found, by = conclude(asked, found, prove=prove, limits=limits or model.limits)
+            result = _result(asked, by, verdict, found, prove)
             if result.status is not Status.SOLVED or result.complete:
                 return result
             from solver.solution.explain import gap_note
@@ -253,22 +256,15 @@ def solve(
         return _cut_off(
             asked, up if isinstance(up, CutOff) else CutOff(Exploration((), False, ()), given)
         )
+    finally:
+        gc.set_threshold(*usual)
 
 
 def conclude(
-    asked: Asked, *, prove: bool = False, limits: bool
+    asked: Asked, found: Exploration, *, prove: bool = False, limits: bool
 ) -> tuple[Verdict, Exploration, Model]:
-    """The verdict on these inputs, its exploration, and the model as it was read for it.
-
-    Raises TimeIsUp if there is none yet.
-    """
-    return concluded(asked, explore_required(asked, always=prove), prove, limits)
-
-
-def concluded(
-    asked: Asked, found: Exploration, prove: bool, limits: bool
-) -> tuple[Verdict, Exploration, Model]:
-    """The same from an exploration."""
+    """The verdict on what was ``found``, or on what was found after rules were read again, the
+    exploration that it is about, and the model as it was read for it."""
     verdict = judge(asked, found)
     if verdict.status not in (Status.SOLVED, Status.PARTIAL):
         from solver.solution.reread import without_copies
@@ -286,17 +282,6 @@ def concluded(
     return judged_again(asked, found, verdict, prove, limits)
 
 
-@contextmanager
-def _rare_collection() -> Iterator[None]:
-    """Garbage collection runs rarely; not at all if it has been switched off."""
-    usual = gc.get_threshold()
-    gc.set_threshold(*(COLLECTION if usual[0] else usual))
-    try:
-        yield
-    finally:
-        gc.set_threshold(*usual)
-
-
 def _cut_off(asked: Asked, reached: CutOff) -> Result:
     """The results when the time is up: the answers found until then, else the values determined."""
     verdict = judge(asked, reached.found)
@@ -305,7 +290,7 @@ def _cut_off(asked: Asked, reached: CutOff) -> Result:
         verdict = verdict._replace(facts=(fact,))
     else:
         verdict = Verdict(Status.FAILED, (), (fact,))
-    result = _result(asked, asked.model, verdict, False, False)
+    result = _result(asked, asked.model, verdict, reached.found, False)
     return result if result.solutions else replace(result, partial=reached.known)
 
 
@@ -315,7 +300,7 @@ def posted(model: Model) -> tuple[str, ...]:
     return names or tuple(model.variables)
 
 
-def _result(asked: Asked, by: Model, verdict: Verdict, complete: bool, prove: bool) -> Result:
+def _result(asked: Asked, by: Model, verdict: Verdict, found: Exploration, prove: bool) -> Result:
     """The result; ``by`` is the model as it was read at these values."""
     model, inputs, _, guesses, judged = asked
     status, leaves = verdict.status, verdict.leaves
@@ -343,8 +328,7 @@ def _result(asked: Asked, by: Model, verdict: Verdict, complete: bool, prove: bo
         model=model,
         status=status,
         solutions=tuple(solutions),
-        complete=status is Status.INFEASIBLE
-        or (complete and not verdict.facts and status is Status.SOLVED),
+        complete=is_complete(verdict, found),
         inputs=inputs,
         guesses=guesses,
         wanted=tuple(name for name in judged if name not in beyond),

@@ -221,6 +221,15 @@ class Verdict(NamedTuple):
     reread: bool = False
 
 
+def is_complete(verdict: Verdict, found: Exploration) -> bool:
+    """Whether the answers of a verdict are known to be all there are.
+
+    ``completeness.py`` says what makes an exploration complete.
+    """
+    solved = verdict.status is Status.SOLVED and found.complete and not verdict.facts
+    return solved or verdict.status is Status.INFEASIBLE
+
+
 def judge(asked: Asked, found: Exploration) -> Verdict:
     """The status of a solve, from its leaves."""
     model, inputs = asked.model, asked.inputs

@@ -31,8 +31,8 @@ from solver.path.planner import planner
 from solver.ranking.branches import Answers, found_again, kept, together
 from solver.solution.explain import explain
 from solver.solution.explore import explore
-from solver.solution.solving import conclude, concluded
-from solver.solution.verdict import Verdict, judge
+from solver.solution.solving import conclude
+from solver.solution.verdict import Verdict, explore_required, judge
 from solver.trace.guards import Pattern
 from solver.trace.python import float_of, with_fallback
 from solver.trace.records import Records
@@ -169,7 +169,8 @@ class Plan:
 
     def _every(self, *given: Value | None, **named: Value) -> list[tuple[Value, ...]]:
         numbers = self._numbers(given, named)
-        found = self._known(numbers)
+        found = self.records.known(numbers)
+        self._bind()
         return self._answers(numbers) if found is None else found
 
     def _numbers(
@@ -179,12 +180,6 @@ class Plan:
         while given and given[-1] is None:
             given = given[:-1]
         return arguments(self.model, self.inputs, given, named)
-
-    def _known(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]] | None:
-        """The answers by the first record that covers them."""
-        found = self.records.known(numbers)
-        self._bind()
-        return found
 
     def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
         status, found, verdict = self._solved(numbers)
@@ -197,7 +192,8 @@ class Plan:
     def outcome(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
         """The status of one row and, if it is solved, the wanted values of every answer in
         order."""
-        found = self._known(numbers)
+        found = self.records.known(numbers)
+        self._bind()
         if found is not None:
             self.before = Status.SOLVED
             return Status.SOLVED, found
@@ -245,12 +241,12 @@ class Plan:
     def _briefly(self, numbers: tuple[Value, ...]) -> Status:
         """The status of a row as far as a brief search tells; an infeasible row becomes a
         refusal."""
-        asked = Asked(self.model, self._values(numbers), self.want, self.guesses, self.want)
+        asked = self._asked(numbers)
         with suppress(TimeIsUp), time_limit(self.timeout):
             found = explore(asked, brief=True)
             verdict = judge(asked, found)
             if verdict.status is Status.INFEASIBLE:
-                verdict, found, _ = concluded(asked, found, False, self.model.limits)
+                verdict, found, _ = conclude(asked, found, limits=self.model.limits)
                 if verdict.status is Status.INFEASIBLE and not verdict.reread and _finite(numbers):
                     self.records.refuse(numbers, found)
             return verdict.status
@@ -331,9 +327,8 @@ class Plan:
             return Verdict(status, ()), Exploration((), status is Status.INFEASIBLE, ())
         try:
             with time_limit(self.timeout):
-                values, limits = self._values(numbers), self.model.limits
-                asked = Asked(self.model, values, self.want, self.guesses, self.want)
-                found = conclude(asked, limits=limits)[:2]
+                asked = self._asked(numbers)
+                found = conclude(asked, explore_required(asked), limits=self.model.limits)[:2]
                 if interrupted():  # a partial result is not an outcome
                     expect_time()
                 return found
@@ -353,21 +348,18 @@ class Plan:
                 return Status.INFEASIBLE, outside_range(number, variable, None)
         return None
 
-    def _values(self, numbers: tuple[Value, ...]) -> dict[str, Value]:
-        """The inputs of a row by name, without missing ones."""
+    def _asked(self, numbers: tuple[Value, ...]) -> Asked:
+        """The question of a row, without missing inputs."""
         row = {
             n: v if isinstance(v, str) else float(v)
             for n, v in zip(self.inputs, numbers, strict=True)
         }
-        return {
-            **self.given,
-            **{n: v for n, v in row.items() if isinstance(v, str) or math.isfinite(v)},
-        }
+        given = {n: v for n, v in row.items() if isinstance(v, str) or math.isfinite(v)}
+        return Asked(self.model, {**self.given, **given}, self.want, self.guesses, self.want)
 
     def _explained(self, numbers: tuple[Value, ...], verdict: Verdict) -> tuple[Diagnosis, ...]:
-        if (refused := self._refused(numbers)) is not None:
-            return refused[1:]
-        return explain(Asked(self.model, self._values(numbers), None, {}, self.want), verdict)
+        refused = self._refused(numbers)
+        return explain(self._asked(numbers), verdict) if refused is None else refused[1:]
 
 
 def _finite(numbers: Iterable[Value]) -> bool:

@@ -18,8 +18,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.ranking.ranking import Key, Ranking, is_measured
-from solver.ranking.sizes import LEAST, MOST, Arithmetic
+from solver.ranking.ranking import LEAST, MOST, Arithmetic, Key, Ranking, is_measured
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable
 from solver.trace.ranges import Pair, Ranges

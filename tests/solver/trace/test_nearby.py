@@ -10,8 +10,7 @@ import pytest
 
 import solver
 from benchmarks.redistribution import linkage_question
-from solver.ranking.ranking import Ranking
-from solver.ranking.sizes import FLOATS
+from solver.ranking.ranking import FLOATS, Ranking
 from solver.trace import records
 from tests.everyday.corpus import sheets
 
