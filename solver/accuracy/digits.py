@@ -43,12 +43,6 @@ class DigitWork:
             raise Unresolved
 
 
-def linearising(equations: Sequence[Equation]) -> int:
-    """The operations of a residual and its square Jacobian."""
-    sides = (side for equation in equations for side in (equation.left, equation.right))
-    return 3 * sum(1 for side in sides for _ in walk(side)) + len(equations) ** 3
-
-
 def linearized(
     forms: Sequence[Expression], unknowns: Sequence[str], values: Mapping[str, Any], digits: int
 ) -> tuple[list[list[Any]], list[Any]]:
@@ -76,7 +70,9 @@ class ManyDigits:
         names = {name for equation in equations for name in equation.names} - set(unknowns)
         self.known = {name: known[name] for name in names}
         self.digits, self.work, self.mp = digits, work, context(digits)
-        self.cost = linearising(equations)
+        # the operations of a residual and its square Jacobian
+        operations = sum(1 for e in equations for _ in walk(e.left, e.right))
+        self.cost = 3 * operations + len(equations) ** 3
         self.tiny = self.mp.mpf(10) ** (SPARE - digits)
         self.small = self.mp.mpf(10) ** (-7 * digits // 10)
 

@@ -136,7 +136,14 @@ def _square(
     taken = [e for place, e in enumerate(order) if matching.unknown_of[place] is not None]
     if len(taken) == len(unknowns):
         blocks = _blocks(rows, taken, unknowns)
-        if all(_regular(rows, block, values) for block in blocks):
+        factors = (
+            factorise(
+                [[rows[e].get(name, 0.0) for name in block.unknowns] for e in block.equations],
+                _sizes(block.unknowns, values),
+            )
+            for block in blocks
+        )
+        if all(factor.rank == factor.columns for factor in factors):
             return blocks, set()
     matrix = [[rows[e].get(name, 0.0) for name in unknowns] for e in order]
     found = independent_rows(matrix, _sizes(unknowns, values))
@@ -175,14 +182,6 @@ def _incidence(
         for e in order
     )
     return Incidence(occurs, tuple({} for _ in occurs), len(unknowns))
-
-
-def _regular(
-    rows: Mapping[int, Mapping[str, float]], block: SquareBlock, values: Mapping[str, Value]
-) -> bool:
-    matrix = [[rows[e].get(name, 0.0) for name in block.unknowns] for e in block.equations]
-    factor = factorise(matrix, _sizes(block.unknowns, values))
-    return factor.rank == factor.columns
 
 
 def _sizes(unknowns: Iterable[str], values: Mapping[str, Value]) -> list[float]:

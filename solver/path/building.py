@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from heapq import heappop, heappush
 
 from rulesheets.deadline import expect_time
@@ -329,16 +328,15 @@ class Building:
             left = (v for v in self.graph.occurs[equation] if not self.frontier.known[v])
             occurs.append(tuple(sorted(number.setdefault(v, len(number)) for v in left)))
         part, variables = Incidence(tuple(occurs), ({},) * len(occurs), len(number)), list(number)
-        blocks = (
-            _blocks(part, partial(self._bends, remaining, frozenset(number))) if remaining else ()
-        )
+        unknown = {self.graph.names[v] for v in variables}
+
+        def bends(place: int) -> bool:
+            rule = self.graph.model.equations[remaining[place]]
+            return degree(subtract(rule.left, rule.right), unknown) > 1.0
+
+        blocks = _blocks(part, bends) if remaining else ()
         for block in blocks:
             rules = {place: remaining[place] for place in block.equations}
             mine = {unknown: variables[unknown] for unknown in block.unknowns}
             self._take(_block_step(self.graph, part.restrict(block), rules, mine))
         return bool(blocks)
-
-    def _bends(self, remaining: Sequence[int], unknown: Collection[int], place: int) -> bool:
-        """Whether an equation is not linear in the unknowns."""
-        rule = self.graph.model.equations[remaining[place]]
-        return degree(subtract(rule.left, rule.right), {self.graph.names[v] for v in unknown}) > 1.0

@@ -147,8 +147,10 @@ class _System:
 
     def _solve_one(self) -> bool:
         """Solve an equation in one generator, or a line in the cosine and sine of one angle."""
+        pairs = [[cosine, sine] for cosine, sine, _ in self.generators.angles.values()]
         for place, equation in enumerate(self.equations):
             closed = self.unknown(equation)
+            angle = next((pair for pair in pairs if closed and {*closed} <= {*pair}), None)
             match closed:
                 case [name] if _plain(name) and equation.degree(name) <= 2:
                     c, b, a = (
@@ -159,7 +161,7 @@ class _System:
                     else:
                         inverse = Name(self._reciprocal(b))
                         self.forward.append(Let(name, -(self._expression(c) * inverse)))
-                case _ if (angle := self._angle(closed)) and (found := _line(equation, *angle)):
+                case _ if angle and (found := _line(equation, *angle)):
                     numbers = map(self._coefficient, (*found, constant(1.0)))
                     self.forward.append(Circle(angle[0], angle[1], *numbers))
                     closed = angle
@@ -167,11 +169,6 @@ class _System:
                     continue
             return self._close(closed, place)
         return False
-
-    def _angle(self, generators: Collection[str]) -> list[str] | None:
-        """The cosine and sine that these generators are, or are one of."""
-        pairs = ([cosine, sine] for cosine, sine, _ in self.generators.angles.values())
-        return next((pair for pair in pairs if generators and set(generators) <= set(pair)), None)
 
     def _subtract(self) -> bool:
         """Subtract one equation from another so that their nonlinear parts cancel."""

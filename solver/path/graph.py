@@ -291,10 +291,20 @@ def _evidence(*parts: Node) -> Iterator[tuple[str, float, int]]:
 
 
 def angle_evidence(model: Model) -> Iterator[tuple[str, float, int]]:
-    """The evidence of angles in rules that call functions of angles."""
-    for rules in by_shape(model):
-        if _reads_angles(rules[0]):
-            yield from _angle_evidence_by_shape(rules)
+    """The evidence of angles in rules that call functions of angles: in rules of one shape the same
+    for other names, if the numbers in the arguments of periodic functions are the same."""
+    for rules in (rules for rules in by_shape(model) if _reads_angles(rules[0])):
+        places = _numbers_of_angles(rules[0].left, rules[0].right)
+        alike: dict[tuple[float, ...], list[Equation]] = {}
+        for rule in rules:
+            numbers = shape_of(rule)[1]
+            alike.setdefault(tuple([numbers[place] for place in places]), []).append(rule)
+        for first, same in ((same[0], same) for same in alike.values()):
+            number = {name: k for k, name in enumerate(first.names)}
+            said = _rule_angle_evidence(first.left, first.right)
+            read = dict.fromkeys((number[name], turn, turns) for name, turn, turns in said)
+            for rule in same:
+                yield from ((rule.names[k], turn, turns) for k, turn, turns in read)
 
 
 REPEATING = named(lambda row: row.turn or row.swings)
@@ -339,22 +349,6 @@ def _angles(model: Model, conditions: Iterable[Node] = ()) -> dict[str, Angle]:
     return {name: angle for name, angle in found.items() if name not in plain}
 
 
-def _angle_evidence_by_shape(rules: Sequence[Equation]) -> Iterator[tuple[str, float, int]]:
-    """The evidence of angles in rules of one shape: the same for other names, if the numbers in the
-    arguments of periodic functions are the same."""
-    places = _numbers_of_angles(rules[0].left, rules[0].right)
-    alike: dict[tuple[float, ...], list[Equation]] = {}
-    for rule in rules:
-        alike.setdefault(tuple([shape_of(rule)[1][place] for place in places]), []).append(rule)
-    for same in alike.values():
-        first = same[0]
-        number = {name: k for k, name in enumerate(first.names)}
-        said = _rule_angle_evidence(first.left, first.right)
-        read = dict.fromkeys((number[name], turn, turns) for name, turn, turns in said)
-        for rule in same:
-            yield from ((rule.names[k], turn, turns) for k, turn, turns in read)
-
-
 def _numbers_of_angles(*sides: Expression) -> list[int]:
     """The numbers of a rule, by their order, that occur in arguments of periodic functions."""
     found, count = list[int](), 0
@@ -394,15 +388,12 @@ def within_half_turns(number: float, turn: float) -> float:
 def is_angle_sum(side: nodes.Expression) -> bool:
     """Whether names, each a whole number of times, and numbers are only added up, compared or not:
     no evidence of angles, and harmless to them unless one of them is not an angle."""
-    return all(
-        isinstance(part, Name | Number | Negative | Sum) or _is_multiple(part) or _chooses(part)
-        for part in walk(side)
-    )
-
-
-def _is_multiple(part: Node) -> bool:
-    factors = (part.left, part.right) if isinstance(part, Product) else ()
-    return any(isinstance(factor, Number) and factor.value.is_integer() for factor in factors)
+    for part in walk(side):
+        factors = (part.left, part.right) if isinstance(part, Product) else ()
+        multiple = any(isinstance(one, Number) and one.value.is_integer() for one in factors)
+        if not (multiple or isinstance(part, Name | Number | Negative | Sum) or _chooses(part)):
+            return False
+    return True
 
 
 def _chooses(part: Node) -> bool:

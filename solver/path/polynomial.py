@@ -333,19 +333,19 @@ class Generators:
     def _turned(self, base: Expression, unit: str, unknown: bool) -> tuple[Polynomial, Polynomial]:
         """The cosine and the sine of a name with either sign."""
         name = name_of(base)
-        c, s = self._of_unknown(name, unit) if unknown else self._pair(Name(name), unit)
+        if unknown:
+            if name in self.open or name not in self.turning:
+                raise NoForm
+            cosine, sine, known = self.angles.setdefault(name, (f"#c {name}", f"#s {name}", unit))
+            if known != unit:
+                raise NoForm
+            self.pairs[sine] = cosine
+            self.open.update((cosine, sine))
+            self.meaning.update({cosine: Name(cosine), sine: Name(sine)})
+            c, s = generator(cosine), generator(sine)
+        else:
+            c, s = self._pair(Name(name), unit)
         return c, -s if isinstance(base, Negative) else s
-
-    def _of_unknown(self, name: str, unit: str) -> tuple[Polynomial, Polynomial]:
-        if name in self.open or name not in self.turning:
-            raise NoForm
-        cosine, sine, known = self.angles.setdefault(name, (f"#c {name}", f"#s {name}", unit))
-        if known != unit:
-            raise NoForm
-        self.pairs[sine] = cosine
-        self.open.update((cosine, sine))
-        self.meaning.update({cosine: Name(cosine), sine: Name(sine)})
-        return generator(cosine), generator(sine)
 
     def _pair(self, argument: Expression, unit: str) -> tuple[Polynomial, Polynomial]:
         cosine = self._named(call("cos" + unit, argument))

@@ -63,11 +63,9 @@ class Shapes:
 
     def of(self, equations: Sequence[Equation]) -> Alike:
         key = tuple([equation.index for equation in equations])
-        if key not in self.kept:
-            self.kept[key] = self._part(np.array(key, dtype=np.intp))
-        return self.kept[key]
-
-    def _part(self, chosen: NDArray[np.intp]) -> Alike:
+        if key in self.kept:
+            return self.kept[key]
+        chosen = np.array(key, dtype=np.intp)
         order = np.argsort(of := self.family[chosen], kind="stable")
         numbers, starts = np.unique(of[order], return_index=True)
         families = []
@@ -83,7 +81,8 @@ class Shapes:
         within = (
             family._replace(columns=np.searchsorted(read, family.columns)) for family in families
         )
-        return Alike(names, tuple(within))
+        self.kept[key] = Alike(names, tuple(within))
+        return self.kept[key]
 
 
 shapes = once(Shapes)

@@ -433,12 +433,8 @@ class _Explanation:
             self.asked, self._movable(equations, read)[:MAX_INPUTS], unknowns, self.patience
         )
         sides = [f"{b.name} {b.relation} {number_text(b.value)}" for b in found]
-        text = (
-            f"with the other inputs as they are, a solution needs {listed(sides, 'or')}"
-            if sides
-            else ""
-        )
-        return tuple(filter(None, (text,)))
+        text = "with the other inputs as they are, a solution needs "
+        return (text + listed(sides, "or"),) if sides else ()
 
     def _movable(self, equations: Sequence[int], read: Sequence[str] = ()) -> list[str]:
         """The inputs that these rules, or what is ``read``, depend on, those that were changed

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import ChainMap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from itertools import chain, repeat
@@ -239,22 +239,18 @@ class _PreciseSearch(PathSearch):
     # --- what rests on rounding ---
 
     def _finish(self, branch: Branch, underdetermined: bool = False) -> None:
-        # what moves far there is no pole
-        if not any(isinstance(fact, DoubleRoot) for fact in branch.facts):
-            branch.facts = (*branch.facts, *self._resting_on_rounding(branch))
-        super()._finish(branch, underdetermined)
-
-    def _resting_on_rounding(self, branch: Branch) -> Iterator[RestsOnRounding]:
-        """The wanted variables that are divided by only the last places of the given numbers."""
-        moved = self._off(branch)
-        for name, step in branch.origins.items():
+        """Wanted variables that are divided by only the last places of the given numbers are
+        noted."""
+        # what moves far at a double root is no pole
+        double = any(isinstance(fact, DoubleRoot) for fact in branch.facts)
+        moved = {} if double else self._off(branch)
+        for name, step in {} if double else branch.origins.items():
             if name in self.judged and isinstance(step, Evaluate):
-                rule = self.model.equations[step.equation]
+                asked = branch, name, self.model.equations[step.equation], moved
                 with suppress(Undefined, ZeroDivisionError):
-                    if self._drops_out(branch, name, rule, moved) or self._inverts(
-                        branch, name, rule, moved
-                    ):
-                        yield RestsOnRounding(step.equation, name)
+                    if self._drops_out(*asked) or self._inverts(*asked):
+                        branch.facts = (*branch.facts, RestsOnRounding(step.equation, name))
+        super()._finish(branch, underdetermined)
 
     def _drops_out(
         self, branch: Branch, name: str, rule: Equation, moved: Mapping[str, float]

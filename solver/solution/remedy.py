@@ -125,12 +125,20 @@ def _undetermined_part(asked: Asked, branch: Branch) -> tuple[tuple[str, ...], I
     """The variables that the inputs do not determine, and the rules for them, with the variables of
     guards.
 
-    Conditions on such a variable have their outcome at arbitrary values.
+    Conditions on such a variable have their outcome at arbitrary values: different numbers, and
+    symbols where they are compared with one.
     """
     model, plan, decided = asked.model, planner(asked.model), branch.conditions
     names = plan.path(frozenset(asked.inputs), decided).undetermined
     place = {plan.graph.number[name]: u for u, name in enumerate(names)}
-    case = {**outcomes(model, {**_arbitrary(model), **branch.values}, asked.inputs), **decided}
+    arbitrary: dict[str, Value] = {
+        name: 1.0 + 1.0 / (2 + k) for k, name in enumerate(model.variables)
+    }
+    for comparison in chain.from_iterable(map(comparisons, model.conditions)):
+        match value_said(comparison):
+            case str(name), str(symbol):
+                arbitrary[name] = symbol
+    case = {**outcomes(model, {**arbitrary, **branch.values}, asked.inputs), **decided}
     rows, own = list[tuple[int, ...]](), list[dict[int, int]]()
     for equation in model.equations:
         if activity(equation, case):
@@ -142,16 +150,6 @@ def _undetermined_part(asked: Asked, branch: Branch) -> tuple[tuple[str, ...], I
             rows.append(tuple(sorted(place[v] for v in read.union(body) if v in place)))
             own.append({place[v]: 0 for v in body if v in place})
     return names, Incidence(tuple(rows), tuple(own), len(names))
-
-
-def _arbitrary(model: Model) -> dict[str, Value]:
-    """Different numbers for all variables, and symbols for those that are compared with one."""
-    values: dict[str, Value] = {name: 1.0 + 1.0 / (2 + k) for k, name in enumerate(model.variables)}
-    for comparison in chain.from_iterable(map(comparisons, model.conditions)):
-        match value_said(comparison):
-            case str(name), str(symbol):
-                values[name] = symbol
-    return values
 
 
 # --- inconsistent: the smallest conflicting set --------------------------------------------

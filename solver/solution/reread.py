@@ -12,8 +12,6 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
-from itertools import takewhile
 from typing import Any
 
 from rulesheets.deadline import TimeIsUp
@@ -139,20 +137,24 @@ def answers_between(asked: Asked, known: Sequence[Leaf] = ()) -> tuple[Leaf, ...
     if not any(isinstance(part, Quotient) for part in every):
         return ()
     read = Counter(name for e in model.equations for name in e.names)
-    rules = {name: (rule, number) for rule in model.equations for name, number in _told_by(rule)}
-    given = {**{name: number for name, (_, number) in rules.items()}, **inputs}
-    numbers = {
-        name: number for name, number in given.items() if isinstance(number, float) and read[name]
+    said = {  # the rules that only give a number, ``C = 2000``
+        rule.left.name: (rule, rule.right.value)
+        for rule in model.equations
+        if isinstance(rule.left, Name) and isinstance(rule.right, Number) and not rule.guard
     }
+    given = {**{name: number for name, (_, number) in said.items()}, **inputs}
+    numbers = {n: v for n, v in given.items() if isinstance(v, float) and read[n]}
     for name in sorted(numbers, key=lambda name: (numbers[name] != 1.0, -read[name]))[:MOST_MOVED]:
         number = numbers[name]
         size = 2.0 ** math.frexp(number)[1] if number else 1.0  # both results hold the step exactly
         moved = (number + sign * step * size for step in STEPS for sign in (1, -1))
-        free = (
-            asked if name in inputs else asked._replace(model=_without_rule(model, rules[name][0]))
-        )
-        beside = (_beside(free._replace(inputs={**inputs, name: there})) for there in moved)
-        sides = list(takewhile(partial(_are_others, known), beside))
+        free = model if name in inputs else _without_rule(model, said[name][0])
+        trials = (asked._replace(model=free, inputs={**inputs, name: there}) for there in moved)
+        sides = list[tuple[Leaf, ...]]()
+        for leaves in map(_beside, trials):
+            if not any(all(_distance(leaf, old) > NEAR for old in known) for leaf in leaves):
+                break
+            sides.append(leaves)
         if len(sides) < 2 * len(STEPS):
             continue
         found = (_between(leaf, sides, {**inputs, name: number}) for leaf in sides[-1])
@@ -164,21 +166,10 @@ def answers_between(asked: Asked, known: Sequence[Leaf] = ()) -> tuple[Leaf, ...
     return ()
 
 
-def _told_by(rule: Equation) -> Iterator[tuple[str, float]]:
-    """The name to which a rule gives a number, ``C = 2000``, and that number."""
-    match rule.left, rule.right, rule.guard:
-        case Name(name), Number(number), ():
-            yield name, number
-
-
 def _without_rule(model: Model, rule: Equation) -> Model:
     """The model with an empty rule in place of one."""
     equations = (e.but(e.left, e.left) if e is rule else e for e in model.equations)
     return replace(model, equations=tuple(equations))
-
-
-def _are_others(known: Sequence[Leaf], found: Sequence[Leaf]) -> bool:
-    return any(all(_distance(leaf, other) > NEAR for other in known) for leaf in found)
 
 
 def _beside(asked: Asked) -> tuple[Leaf, ...]:
@@ -417,8 +408,14 @@ def without_copies(asked: Asked, missed: Exploration, prove: bool) -> Exploratio
     A number that was copied from an answer carries its rounding, which the rules may amplify.
     """
     facts = [fact for leaf in missed.contradicted for fact in leaf.conflicts]
-    conflicts = [fact for fact in facts if isinstance(fact, Conflict)]
-    if conflicts and not any(map(partial(_is_slight, asked.model), conflicts)):
+    conflicts, rules = [fact for fact in facts if isinstance(fact, Conflict)], asked.model.equations
+    slight = any(
+        fact.miss is not None
+        and abs(fact.miss)
+        <= ROUGHLY * max(gross(rules[index], fact.values) for index in fact.equations)
+        for fact in conflicts
+    )
+    if conflicts and not slight:
         return None
     for name, number in asked.inputs.items():
         if not isinstance(number, float) or not half_unit(number):
@@ -429,31 +426,16 @@ def without_copies(asked: Asked, missed: Exploration, prove: bool) -> Exploratio
         found = explore_required(
             asked._replace(inputs=others, judged=(*asked.judged, name)), always=prove
         )
-        given_back = (
-            _given_back(asked.model, leaf, name, number) for leaf in found.leaves if leaf.solved
-        )
-        if leaves := tuple(leaf for leaf in given_back if leaf is not None):
-            return replace(found, leaves=leaves)
+        leaves = []  # those that have the number up to a unit in its last place, with it
+        for leaf in (leaf for leaf in found.leaves if leaf.solved):
+            told = leaf.branch.values[name]
+            leaf = leaf.but(values={**leaf.branch.values, name: number})
+            near = isinstance(told, float) and abs(told - number) <= NEIGHBOURS * abs(number)
+            if near and _stands(asked.model, leaf):
+                leaves.append(leaf)
+        if leaves:
+            return replace(found, leaves=tuple(leaves))
     return None
-
-
-def _is_slight(model: Model, conflict: Conflict) -> bool:
-    """Whether rules miss one another by a small share of their terms."""
-    terms = (gross(model.equations[index], conflict.values) for index in conflict.equations)
-    return conflict.miss is not None and abs(conflict.miss) <= ROUGHLY * max(terms)
-
-
-def _given_back(model: Model, leaf: Leaf, name: str, number: float) -> Leaf | None:
-    """An answer with that number, if it has it up to a unit in its last place."""
-    found, values = leaf.branch.values[name], {**leaf.branch.values, name: number}
-    near = isinstance(found, float) and abs(found - number) <= NEIGHBOURS * abs(number)
-    active = (rule for rule in model.equations if activity(rule, leaf.branch.conditions))
-    known = (rule for rule in active if values.keys() >= {*rule.names})
-    return (
-        leaf.but(values=values)
-        if near and all(check_rule(r, values).holds for r in known)
-        else None
-    )
 
 
 # --- rules that lose an unknown ---

@@ -73,7 +73,11 @@ def explore_refined(asked: Asked, always: bool = False) -> Exploration:
         if always or not too_long:
             if not (always or found.delicate or any(_vague(asked, leaf) for leaf in leaves)):
                 return found
-            if (precise := _precisely(asked, found)) is not None:
+            from rulesheets.evaluate.digits import in_many_digits  # floats are mostly enough
+            from solver.solution.precise_search import explore_precisely
+
+            sides = (side for rule in asked.model.equations for side in (rule.left, rule.right))
+            if all(map(in_many_digits, sides)) and (precise := explore_precisely(asked, found)):
                 return precise
             kept = tuple(leaf for leaf in kept if not (leaf.solved and _meaningless(asked, leaf)))
         lost = found.complete and any(_vague(asked, leaf) for leaf in found.contradicted)
@@ -81,15 +85,6 @@ def explore_refined(asked: Asked, always: bool = False) -> Exploration:
         raise CutOff(certain(asked, found), asked.inputs) from None
     complete = found.complete and not lost and len(kept) == len(found.leaves)
     return replace(found, leaves=kept, complete=complete)
-
-
-def _precisely(asked: Asked, found: Exploration) -> Exploration | None:
-    """The exploration in many digits, if the rules have them, and two precisions agree."""
-    from rulesheets.evaluate.digits import in_many_digits  # floats are mostly enough
-    from solver.solution.precise_search import explore_precisely
-
-    sides = (side for rule in asked.model.equations for side in (rule.left, rule.right))
-    return explore_precisely(asked, found) if all(map(in_many_digits, sides)) else None
 
 
 def _meaningless(asked: Asked, leaf: Leaf) -> bool:

@@ -268,11 +268,15 @@ class Plan:
         ]
         one_length(self.inputs, arrays)
         inputs = dict(zip(self.inputs, arrays, strict=True))
-        if _is_long(self, arrays) and (table := _in_pieces(self, inputs, jit)) is not None:
+        # memory for all answers may be more than that for one, and too much
+        first = [self.records.programs[place].endings for place in self.records.order[:1]]
+        long = all(c.dtype == float and len(c) > PIECE for c in arrays)
+        several = any(len(some) > 1 for some in first)
+        if long and several and (table := _in_pieces(self, inputs, jit)) is not None:
             return table
         status, answers = sweep_answers(self, arrays, jit, steady=True)
-        first = kept(arrays, answers, self.turns, len(status))
-        return one_answer(inputs, self.want, status, answers, first, own=True)
+        chosen = kept(arrays, answers, self.turns, len(status))
+        return one_answer(inputs, self.want, status, answers, chosen, own=True)
 
     @cached_property
     def turns(self) -> Array:
@@ -469,13 +473,6 @@ def _alike(
 
 PIECE, HEAD = 2**17, 2**9
 """Rows whose answers are all in memory at a time, and the first of them."""
-
-
-def _is_long(plan: Plan, columns: Sequence[Array]) -> bool:
-    """Whether memory for all answers is more than that for one, and too much."""
-    first = [plan.records.programs[place].endings for place in plan.records.order[:1]]
-    several = any(len(some) > 1 for some in first)
-    return several and all(c.dtype == float and len(c) > PIECE for c in columns)
 
 
 def _in_pieces(plan: Plan, inputs: dict[str, Array], jit: bool) -> Table | None:

@@ -262,24 +262,17 @@ def curve_rows(curve: Curve, values: Vector) -> Iterator[tuple[CurvePoint, bool]
         for here, there in pairwise(piece.points):
             a, b = float(here.z[-1]), float(there.z[-1])
             inside = values[(values > min(a, b)) & (values < max(a, b))].tolist()
+            # from the end with the steeper tangent: that of a fold does not reach the swept value
+            begin, end = (_turned(there), here) if here.fold else (here, there)
+            reach = float((end.z - begin.z) / piece.problem.scale @ begin.tangent)
             for value in sorted(inside, reverse=b < a):
-                found = _crossing(piece.problem, here, there, value)
+                found = crossing(piece.problem, begin, reach, value)
                 if found is not None:
-                    yield found, False
+                    yield _turned(found) if here.fold else found, False
             if there is not last and (there.fold or bool((values == b).any())):
                 yield there, bool(here.tangent[-1] > 0)
     if len(curve.points) > 1:
         yield last, bool(last.tangent[-1] > 0)
-
-
-def _crossing(
-    problem: Problem, here: CurvePoint, there: CurvePoint, value: float
-) -> CurvePoint | None:
-    """From the end with the steeper tangent: that of a fold does not reach the swept value."""
-    begin, end = (_turned(there), here) if here.fold else (here, there)
-    reach = float((end.z - begin.z) / problem.scale @ begin.tangent)
-    found = crossing(problem, begin, reach, value)
-    return _turned(found) if here.fold and found is not None else found
 
 
 class Limit(NamedTuple):

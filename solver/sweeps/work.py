@@ -141,19 +141,16 @@ class Solver:
         # a branch is kept: not every row has to be sorted
         steady = not work.every and work.line > 1
         with time_limit(None if work.until is None else max(work.until - time(), 1e-9)):
-            self._begin()
+            if self._known is not None:
+                self._plan.forget(self._known)
+            else:  # only the records of the warm-up rows
+                warmup = work.warmup
+                if warmup and (asked := refusals(warmup, self._inputs) == 0).any():
+                    self._plan.sweep(*(column[asked] for column in warmup), jit=work.jit)
+                self._known = self._plan.mark()
             here = [column if len(places) == len(column) else column[places] for column in columns]
             codes[places], answers = sweep_answers(self._plan, here, work.jit, steady)
         return Rows(tuple(columns), codes, together([(places, answers)], len(codes)))
-
-    def _begin(self) -> None:
-        """Only the records of the warm-up rows."""
-        if self._known is not None:
-            self._plan.forget(self._known)
-            return
-        if self.work.warmup and (asked := refusals(self.work.warmup, self._inputs) == 0).any():
-            self._plan.sweep(*(column[asked] for column in self.work.warmup), jit=self.work.jit)
-        self._known = self._plan.mark()
 
 
 class Primary:
