@@ -1,91 +1,57 @@
 """The record of a solve: for each answer its steps, as one straight-line program with guards.
 
-A direct step is recorded as the inverse that was taken, rules that exclude each other as a
-selection, a block as its closed form or else as Newton's method from the answer. The conditions
-that were decided or assumed, the ends of domains and every rule guard the results: if one of them
-fails, the next record, or a full solve, decides. The same holds if a branch without an answer may
-come to one, and if a block is ill-conditioned.
+The conditions that were decided or assumed, the ends of domains and every rule guard the results:
+if one of them fails, the next record, or a full solve, decides. The same holds if a branch without
+an answer may come to one, and if a block is ill-conditioned.
+
+A refusal is a record of a row without an answer: every row that comes to the same step by the same
+decisions and asks for the same impossible value, clearly, is infeasible as well.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from itertools import compress
-from typing import TypeAlias
+from typing import Any
 
 from rulesheets.evaluate import Undefined
 from rulesheets.functions import named
-from rulesheets.model import Model, Value, Variable
-from rulesheets.syntax.nodes import Comparison, Or, subtract
-from solver.facts import Beside, Conflict, DoubleRoot, NoValue, Unmet
-from solver.kernel.block import BlockKernel, kernel_of
+from rulesheets.model import Value, Variable
+from rulesheets.syntax.nodes import Comparison, Or, names
+from solver.facts import Conflict, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange, Unmet
+from solver.kernel.block import kernel_of
 from solver.leaves import Leaf, different
-from solver.path import Decide, Evaluate, Select, SolveBlock, Step, activity
-from solver.path.cases import EQUAL, MEANING, value_of_equality
-from solver.path.planner import Planner
+from solver.path import SolveBlock, activity
+from solver.path.cases import MEANING
 from solver.ranking.ranking import Ranking
-from solver.trace.folds import NO_CASE, Case, ConstantRootCount, case_of
-from solver.trace.graph import Graph, NotCompilable, computed_from, operands
-from solver.trace.guards import Pattern, State
-from solver.trace.inverses import Inverses
+from solver.trace.folds import NO_CASE
+from solver.trace.graph import NotCompilable, computed_from, copied, operands
+from solver.trace.guards import State
 from solver.trace.newton import BlockNewton
 from solver.trace.order import Order, Ranked
 from solver.trace.order import order as order_of
 from solver.trace.program import Ending, Program, simplified
 from solver.trace.python import compile_scalar
+from solver.trace.steps import BEYOND, MATCHES, REMOTE, ROUNDINGS, StepRecording
 
-MATCHES = 1e-6
-"""The relative distance of a number of the record from the answer it was made from."""
-APART = 1e-6
-"""The least relative distance of two answers of a block."""
 BESIDE = 1e-3, -7e-4
 """How far from the sample answers must be the same that are so at it, relative to its numbers."""
-REMOTE = 1e60
-"""Records are not valid for larger numbers, or for smaller ones than 1 over it: products
-overflow."""
 MAX_DEAD = 8
 """The most branches without an answer that a record watches."""
-BEYOND = 1e-6
-"""How far outside of an image, relative to the numbers around, a target is refused without a second
-look."""
-ROUNDINGS = 2.0**10
-"""The least distance outside a range, in multiples of the rounding at the sample."""
 _DIRECTIONS = named(lambda row: row.angle) | {"direction", "directiond"}
 _BOUNDED = frozenset({"sind", "cosd", "sin", "cos", "lt", "le", "finite"})
 
 
-Proof: TypeAlias = tuple[tuple[object, ...], ConstantRootCount]
-"""Of a block, and the known numbers that do not vary, where its roots neither appear nor vanish."""
+class Recording(StepRecording):
+    """The program of answers, or of a refusal, from a step recording of their leaves."""
 
-
-class Recording(Inverses):
-    """Follows the steps of each of the answers ``leaves`` as they were taken.
-
-    ``corrects``: unknowns are corrected by rules whose residual is too large. ``proofs``: those of
-    other records, to which new ones are added. Raises NotCompilable if a step has no record.
-    """
-
-    def __init__(
-        self,
-        model: Model,
-        planner: Planner,
-        pattern: Pattern,
-        leaves: Sequence[Leaf],
-        corrects: bool = False,
-        proofs: list[Proof] | None = None,
-    ) -> None:
-        super().__init__(model, planner, pattern, leaves[0].branch.values)
-        self.leaves, self.branch, self.corrects = leaves, leaves[0].branch, corrects
+    def __init__(self, *asked: Any) -> None:
+        super().__init__(*asked)
         self.endings: list[Ending] = []
-        self._guards = dict[int, None]()
-        """Requirements common to all answers."""
         self._watches = set[int]()
-        """Those that only show that a branch outside its case still is."""
-        self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
-        self._proofs: list[Proof] = [] if proofs is None else proofs
+        """Those guards that only show that a branch outside its case still is."""
 
     def run(self, refused: Sequence[Leaf], ranking: Ranking) -> Program:
         """The program of the answers, put in their order by the ``ranking``; ``refused`` are
@@ -190,242 +156,6 @@ class Recording(Inverses):
         self.endings.append(Ending(results, tuple(state.checks)))
         return state
 
-    def _steps(self, state: State, leaf: Leaf, within: bool = True) -> State:
-        """The values that the steps of a leaf have computed, and their conditions: those that it
-        assumed if it is ``within`` its case."""
-        self.branch, self.sample, self.poles = leaf.branch, leaf.branch.values, set[str]()
-        if not all(isinstance(fact, Beside | DoubleRoot) for fact in self.branch.facts):
-            raise NotCompilable
-        state.decided = dict(self.branch.assumed)
-        for pair, sign in self.branch.signs.items():
-            if sign == EQUAL and (said := value_of_equality(pair)) is not None:
-                name, value = said
-                if isinstance(value, str):
-                    state.symbols.setdefault(name, value)
-                else:
-                    state.values.setdefault(name, self.flow.constant(value))
-        self._on(state)
-        self._hold(state, self.branch.conditions.keys() - state.decided.keys())
-        for step in self.branch.steps:
-            before = frozenset(state.values)
-            state = self._step(state, step)
-            if self._is_delicate:
-                self._correct(state, frozenset(state.values) - before)
-        self._on(state)
-        doubles = (fact.unknowns for fact in self.branch.facts if isinstance(fact, DoubleRoot))
-        moving = (state.values.get(name, self.flow.true) for names in doubles for name in names)
-        if any(self.flow.value_of(node) != 0.0 for node in moving):
-            raise NotCompilable  # two answers separate in nearby rows, or end
-        assumed = self.branch.assumed if within else ()
-        self._hold(state, (*assumed, *sorted(state.used - state.decided.keys())))
-        for fact in self.branch.inactive.values():
-            # A case of fixed numbers alone has no value: those are the same in every row.
-            if not isinstance(fact, NoValue) or not fact.pole:
-                raise NotCompilable
-            others = (n for n in self.model.equations[fact.equation].names if n != fact.unknown)
-            nodes = [state.values.get(name) for name in others]
-            if any(node is None or self.flow.value_of(node) is None for node in nodes):
-                raise NotCompilable
-            self.poles.add(fact.unknown)
-        self._settle(state)
-        return state
-
-    def _hold(self, state: State, conditions: Iterable[int]) -> None:
-        """Require the outcomes of the sample, for conditions that are known, or decided by known
-        ones."""
-        for index in conditions:
-            outcome, condition = self.branch.conditions.get(index), self.model.conditions[index]
-            node = None if outcome is None else self._condition(state, condition, outcome)
-            if node is not None and self._numbers(node) is not outcome:
-                node = self._condition(state, condition)
-            if node is not None and outcome is not None:
-                state.decided[index] = outcome
-                self._require(node, outcome)
-
-    def _step(self, state: State, step: Step) -> State:
-        if isinstance(step, SolveBlock) and any(
-            self.sample.get(name) == 0.0 for name in step.unknowns
-        ):
-            with suppress(NotCompilable):
-                return self._vanishing(state.fork(), step)
-        if isinstance(step, SolveBlock) and self._is_delicate:
-            with suppress(NotCompilable):
-                return self._iterated(state.fork(), step)  # formulas lose digits that the solve has
-        try:
-            fork = self._on(state.fork())
-            match step:
-                case Evaluate(equation=equation, unknown=unknown):
-                    self._use(fork, (equation,))
-                    fork = self._taken(fork, unknown, self._values(fork, equation, unknown))
-                case Select(unknown=unknown):
-                    fork = self._taken(fork, unknown, [self._selected(fork, step)])
-                case SolveBlock():
-                    fork = self._solved(fork, step)
-                case Decide(conditions=conditions):
-                    self._hold(self._on(state), set(conditions) - state.decided.keys())
-                    return state
-            if any(self._numbers(check) is False for check in fork.checks[len(state.checks) :]):
-                raise NotCompilable  # so near to a fold the formula would lose too many digits
-        except NotCompilable:
-            return self._otherwise(state, step)
-        return fork
-
-    @property
-    def _is_delicate(self) -> bool:
-        """Whether the solve took more digits than floats have, or a record by formulas did not
-        hold."""
-        return self.corrects or bool(self.branch.precise)
-
-    def _correct(self, state: State, new: frozenset[str]) -> None:
-        """A rule other than the one that a new unknown was solved from may determine its last
-        places better: as the remainder of terms that cancel."""
-        flow, values = self.flow, state.values
-        for rule in self.model.equations:
-            known = not new.isdisjoint(rule.names) and values.keys() >= set(rule.names)
-            if (
-                not known
-                or rule.index in state.settled
-                or not activity(rule, self.branch.conditions)
-            ):
-                continue
-            holds = self._numbers(self._check_rule(self._on(state.fork()), rule))
-            self._on(state)
-            if holds is not False:
-                continue
-            form = subtract(rule.left, rule.right)
-            slopes = {n: self._slope(state, form, n) for n in rule.names if n in new}
-            name = max(
-                slopes, key=lambda n: abs(self._numbers(flow.add("mul", slopes[n], values[n])))
-            )
-            step = flow.add("div", self._expression(state, form), slopes[name])
-            limit = flow.add("mul", MATCHES, flow.add("abs", values[name]))
-            limit = flow.add("add", limit, 10.0 * self._numbers.error(values[name]))
-            flow.require(flow.add("le", flow.add("abs", step), limit))
-            values[name] = flow.add("sub", values[name], step)
-            state.settled -= {e.index for e in self.model.equations if name in e.names}
-
-    def _otherwise(self, state: State, step: Step) -> State:
-        """A selection by the rule that was active, and Newton's method for a step without a
-        form."""
-        match step:
-            case Select(equations=equations, unknown=unknown):
-                active = (
-                    e
-                    for e in equations
-                    if activity(self.model.equations[e], self.branch.conditions)
-                )
-                return self._step(state, Evaluate(next(active), unknown))
-            case Evaluate(equation=equation, unknown=unknown):
-                step = SolveBlock((equation,), (unknown,), (unknown,), residuals=(equation,))
-                return self._iterated(state, step)
-            case SolveBlock():
-                return self._iterated(state, step)
-            case _:
-                raise NotCompilable
-
-    def _vanishing(self, state: State, step: SolveBlock) -> State:
-        """Unknowns of a block that are 0 for any known numbers, and the others from them."""
-        self._use(self._on(state), step.equations)
-        zeros = [name for name in step.unknowns if self.sample.get(name) == 0.0]
-        state.values |= dict.fromkeys(zeros, self.flow.constant(0.0))
-        left = list(step.equations)
-        while left:
-            unknown = {
-                index: set(self.model.equations[index].names) - state.values.keys()
-                for index in left
-            }
-            index = min(left, key=lambda one: len(unknown[one]))
-            left.remove(index)
-            match [*unknown[index]]:
-                case []:
-                    rule = self.model.equations[index]
-                    miss = self._expression(state, subtract(rule.left, rule.right))
-                    if not _is_zero(self.flow, miss):
-                        raise NotCompilable
-                case [name]:
-                    state = self._taken(state, name, self._values(state, index, name))
-                case _:
-                    raise NotCompilable
-        return state
-
-    def _use(self, state: State, equations: Iterable[int]) -> None:
-        """Require that these rules, active at the sample, are active."""
-        for equation in equations:
-            state.used.update(premise.condition for premise in self.model.equations[equation].guard)
-
-    # --- selection of a value ---
-
-    def _taken(self, state: State, unknown: str, found: Sequence[int | str]) -> State:
-        """The value of the answer; require that values out of range stay there."""
-        taken = next((node for node in found if self._is_sampled(node, unknown)), None)
-        if taken is None:
-            raise NotCompilable
-        if isinstance(taken, str):
-            state.symbols[unknown] = taken
-            return state
-        variable = self.model.variables[unknown]
-        state.values[unknown] = taken
-        self.flow.require(self._in_range(variable, taken))
-        for node in found:
-            if node != taken and isinstance(node, int):
-                self._stays_out([self._in_range(variable, node)])
-        return state
-
-    def _solved(self, state: State, step: SolveBlock) -> State:
-        """The candidate that is the answer; require that refused ones stay refused."""
-        self._use(state, step.equations)
-        candidates = self._candidates(state, step)
-        taken, generators = next(
-            (one, generators)
-            for one, generators in (*candidates, (None, None))
-            if generators is None
-            or all(self._is_sampled(generators[name], name) for name in step.unknowns)
-        )
-        if taken is None or generators is None:
-            raise NotCompilable
-        self._on(taken)
-        for name in step.unknowns:
-            taken.values[name] = generators[name]
-            self.flow.require(self._in_range(self.model.variables[name], generators[name]))
-        for one, others in candidates:
-            if one is not taken:
-                ranges = [
-                    self._in_range(self.model.variables[name], others[name])
-                    for name in step.unknowns
-                ]
-                self._stays_out([*one.checks[len(state.checks) :], *ranges])
-        return taken
-
-    def _stays_out(self, conditions: Sequence[int]) -> None:
-        """Require that conditions of which one fails at the sample continue to fail."""
-        failing = (node for node in conditions if self._numbers(node) is False)
-        node = next(failing, None)
-        if node is not None:
-            self.flow.require(self.flow.add("not", node))
-
-    def _is_sampled(self, node: int | str, name: str) -> bool:
-        wanted = self.sample[name]
-        if isinstance(wanted, str) or isinstance(node, str):
-            return node == wanted
-        apart = abs(float(self._numbers(node)) - wanted)
-        turn = self.graph.turn(name)
-        if turn is not None:
-            apart = min(apart, abs(apart - turn))
-        if apart <= MATCHES * max(abs(wanted), 1e-3 if turn is not None else 0.0):
-            return True
-        return name not in self.pattern.want and apart <= self._numbers.error(node)
-
-    # --- the end ---
-
-    def _settle(self, state: State) -> None:
-        """Angles in the turn of the answer."""
-        for name, node in state.values.items():
-            wanted, turn = self.sample[name], self.graph.turn(name)
-            if turn is None or name in self.given or isinstance(wanted, str):
-                continue
-            if abs(float(self._numbers(node)) - wanted) > turn / 2:
-                state.values[name] = self._wrapped(node, turn)
-
     def _turned(self, state: State, name: str, variable: Variable) -> None:
         """Require an angle to stay within the turn of the answer. A case may override this."""
         flow, turn, node = self.flow, self.graph.single_turn(name), state.values.get(name)
@@ -460,9 +190,34 @@ class Recording(Inverses):
         flow.require(flow.within(flow.add("sub", found, other), MATCHES, flow.add("abs", other)))
         return other
 
-    def _guard(self, *checks: int) -> None:
-        """Require more of the record."""
-        self._guards.update(dict.fromkeys(node for node in checks if node != self.flow.true))
+    # --- branches without an answer ---
+
+    def refused(self) -> Program:
+        """The program whose one ending holds if a row is refused as this one was.
+
+        Raises NotCompilable if more than one step without a value was the reason for a leaf, or if
+        known numbers may decide which cases are possible.
+        """
+        start, symbols = self._start()
+        for leaf in self.leaves:
+            branch = leaf.branch
+            known = [e for e in self.model.equations if branch.values.keys() >= set(e.names)]
+            active = [e.index for e in known if activity(e, branch.conditions)]
+            if branch.inactive and (
+                not branch.checked.issuperset(active) or len(branch.reasons) != 1
+            ):
+                raise NotCompilable
+            if len(branch.signs) > 1 and any(
+                all(any(names(side)) for side in pair) for pair in branch.signs
+            ):
+                raise NotCompilable
+            self._watch(start, leaf)
+        if any(isinstance(finder, BlockNewton) for finder in self.flow.finders):
+            raise NotCompilable  # of the roots of a block it follows those that the sample has
+        self._keep_usual()
+        return Program(
+            self.flow, len(self.pattern.inputs), (Ending((), tuple(self._guards)),), symbols
+        )
 
     def _watch(self, start: State, leaf: Leaf) -> None:
         """Require that a branch without an answer still has none, for the first reason that is
@@ -470,19 +225,11 @@ class Recording(Inverses):
 
         Raises NotCompilable if there is none.
         """
-        for reason in self._reasons:
+        for reason in (self._rootless, self._contradicted, self._stopped):
             with suppress(NotCompilable, KeyError, Undefined):
                 reason(start, leaf)
                 return
         raise NotCompilable
-
-    @property
-    def _reasons(self) -> tuple[Callable[[State, Leaf], None], ...]:
-        return self._rootless, self._contradicted
-
-    def _case(self, state: State, kernel: BlockKernel) -> Case:
-        """The case that is assumed in a block."""
-        return case_of(kernel, self.branch.signs, state.values.keys())
 
     def _rootless(self, start: State, leaf: Leaf) -> None:
         """A block of the branch has roots outside the case alone."""
@@ -528,6 +275,18 @@ class Recording(Inverses):
         self._guard(*state.checks, broken)
         self._watches |= set() if leaf.conflicts else self._guards.keys() - known
 
+    def _stopped(self, start: State, leaf: Leaf) -> None:
+        """The branch came to a step without a value."""
+        branch = leaf.branch.fork()
+        if not branch.inactive:
+            raise NotCompilable
+        branch.inactive = {}
+        state = self._on(self._steps(start.fork(), replace(leaf, branch=branch), within=False))
+        impossible = self._impossible(state, leaf.branch.reasons[0], leaf)
+        if not all(map(self._numbers, (*state.checks, impossible))):
+            raise NotCompilable
+        self._guard(*state.checks, impossible)
+
     def _keep_usual(self) -> None:
         """Require inputs of ordinary size, whose products do not over- or underflow."""
         flow = self.flow
@@ -549,125 +308,132 @@ class Recording(Inverses):
             raise NotCompilable
         self._guard(*checks)
 
-    # --- blocks without a form ---
+    # --- steps without a value ---
 
-    def _iterated(self, state: State, step: SolveBlock) -> State:
-        """Newton's method from the recorded answer."""
-        self._on(state)
-        self._use(state, step.equations)
-        flow, kernel = self.flow, kernel_of(self.graph, step)
-        known = self._floats(kernel.known)
-        start = self._floats(step.unknowns, usual=False)
-        places = [state.values.get(name, -1) for name in kernel.known]
-        if -1 in places:
-            raise NotCompilable
-        key = (step.equations, step.unknowns, tuple(start), *places)
-        if key not in self._blocks:
-            varying = [self.flow.value_of(place) is None for place in places]
-            newton = BlockNewton(kernel, start, known, varying)
-            flow.finders.append(newton)
-            root = flow.node("root", len(flow.finders) - 1, *compress(places, varying))
-            self._blocks[key] = (
-                newton,
-                [flow.node("item", k, root) for k in range(len(newton.start))],
-            )
-            self._keep_roots(state, kernel, (self._case(state, kernel), NO_CASE))
-        newton, items = self._blocks[key]
-        self._numbers.found.update(zip(items, newton.start, strict=True))
-        self._distinct(key, places)
-        for name, node in zip(step.unknowns, items, strict=True):
-            state.values[name] = self._in_turn(name, node)
-            flow.require(self._in_range(self.model.variables[name], state.values[name]))
-        return state
-
-    def _keep_roots(
-        self, state: State, kernel: BlockKernel, cases: Iterable[Case], proved: bool = False
-    ) -> None:
-        """Require that a block has as many roots as at the sample, in the first of the cases for
-        which that is proved for ranges of the known numbers. Raises NotCompilable for none; unless
-        it has to be ``proved``, it is required without a case anyway."""
-        for case in dict.fromkeys(cases):
-            names = *kernel.known, *case.known
-            if not state.values.keys() >= set(names):
-                raise NotCompilable
-            places = [state.values[name] for name in names]
-            varying = [self.flow.value_of(place) is None for place in places]
-            if not any(varying):
-                return
-            sample = [float(self._numbers(place)) for place in places]
-            fixed = (None if varies else v for v, varies in zip(sample, varying, strict=True))
-            about = (kernel.block.equations, kernel.unknowns, case, proved, *fixed)
-            numbers = list(compress(sample, varying))
-            found = next(
-                (one for asked, one in self._proofs if asked == about and one(*numbers)), None
-            )
-            if found is None:
-                margins = list(map(self._rounded, places)) if proved else ()
-                found = ConstantRootCount(kernel, sample, varying, margins, case)
-                self._proofs.append((about, found))
-            if found.proved or not (case.limits or proved):
-                finders = self.flow.finders
-                if found not in finders:
-                    finders.append(found)
-                self._guard(
-                    self.flow.node("unfolded", finders.index(found), *compress(places, varying))
-                )
-                return
+    def _impossible(self, state: State, fact: Fact, leaf: Leaf) -> int:
+        match fact:
+            case NoValue(equation, unknown, _, False):
+                self._use(state, (equation,))
+                return self._no_value(state, equation, unknown)
+            case NoRoot(equations, unknowns, True):
+                self._use(state, equations)
+                steps = (step for step in leaf.branch.attempts if step.equations == equations)
+                step = next(steps, None) or SolveBlock(equations, unknowns, ())
+                before = state.checks.copy()
+                try:
+                    return self.flow.over("and", self._every_out(state, step))
+                except NotCompilable:
+                    state.checks[:] = before
+                    kernel = kernel_of(self.graph, step)
+                    self._keep_roots(
+                        self._on(state), kernel, (self._case(state, kernel), NO_CASE), proved=True
+                    )
+                    return self.flow.true
+            case OutOfRange(equation, unknown):
+                self._use(state, (equation,))
+                return self._out_of_range(state, equation, unknown)
         raise NotCompilable
 
-    def _rounded(self, node: int) -> float:
-        """The change of a number that makes no difference to a solve."""
-        return BEYOND * abs(self._numbers(node)) + ROUNDINGS * self._numbers.error(node)
-
-    def _floats(self, names: Sequence[str], usual: bool = True) -> list[float]:
-        """Numbers of the sample. Raises NotCompilable if one is missing, or not of ``usual``
-        size."""
-        values = [self.sample.get(name) for name in names]
-        numbers = [value for value in values if isinstance(value, float)]
-        odd = usual and not all(v == 0.0 or 1.0 / REMOTE <= abs(v) <= REMOTE for v in numbers)
-        if odd or len(numbers) < len(values):
+    def _no_value(self, state: State, equation: int, unknown: str) -> int:
+        """A target clearly outside of the image of the operation that is undone."""
+        isolation = self._isolation(equation, unknown)
+        if isolation.quadratic is not None:
             raise NotCompilable
-        return numbers
+        self._expect_known(state, equation, unknown)
+        target = self._expression(state, isolation.start)
+        for stage in isolation.stages:
+            if stage.low > -math.inf or stage.high < math.inf:
+                margin = self._margin(state, equation, target)
+                outside = self._outside(
+                    target, max(stage.low, -1e300), min(stage.high, 1e300), margin
+                )
+                if self._numbers(outside) is True:
+                    return outside
+            target, *others = self._undone(state, stage, target)
+            if others:
+                raise NotCompilable
+        negative = self._undefined(target)
+        state.checks[:] = filter(self._has_value, state.checks)  # nothing is asked of what has none
+        return negative
 
-    def _in_turn(self, name: str, node: int) -> int:
-        """An angle without a range in the turn around 0, unless the answer has it elsewhere."""
-        variable, turn = self.model.variables[name], self.graph.turn(name)
-        if turn is None or variable.low > -math.inf or variable.high < math.inf:
-            return node
-        if abs(float(self._numbers(node))) > 0.5 * turn:
-            return node
-        return self._wrapped(node, turn)
+    def _has_value(self, node: int) -> bool:
+        return not any(math.isnan(self._numbers(one)) for one in computed_from(self.flow, [node]))
 
-    def _distinct(self, key: tuple[object, ...], places: list[int]) -> None:
-        """Roots of one block at the same numbers must stay apart: no two branches may come to one
-        root.
+    def _outside(self, node: int, low: float, high: float, margin: int) -> int:
+        """The condition that a number lies outside a range by more than the margin."""
+        flow = self.flow
+        below = flow.add("lt", flow.add("add", node, margin), float(low))
+        return flow.add("or", below, flow.add("lt", flow.add("add", float(high), margin), node))
 
-        This is required of the two unknowns that differ most at the sample.
-        """
-        flow, (newton, items) = self.flow, self._blocks[key]
-        for other, (second, others) in self._blocks.items():
-            if (
-                other is key
-                or other[0] != key[0]
-                or other[1] != key[1]
-                or list(other[3:]) != places
-            ):
-                continue
-            if items == others:
-                continue
-            shares = [
-                abs(a - b) / s
-                for a, b, s in zip(newton.start, second.start, newton.scale, strict=True)
-            ]
-            most = sorted(range(len(items)), key=shares.__getitem__)[-2:]
-            pairs = [(items[k], others[k]) for k in most]
-            apart = (
-                flow.beyond(flow.add("sub", a, b), APART, flow.add("abs", a)) for a, b in pairs
+    def _undefined(self, target: int) -> int:
+        """The condition that an operation has no value: a root or power of a negative number."""
+        flow = self.flow
+        for node in computed_from(flow, [target]):
+            kind, *parts = flow.nodes[node]
+            if kind in ("pow", "sqrt") and math.isnan(self._numbers(node)):
+                margin = ROUNDINGS * self._numbers.error(int(parts[0]))
+                negative = flow.add("lt", int(parts[0]), -margin)
+                if self._numbers(negative) is True:
+                    return negative
+        raise NotCompilable
+
+    def _expect_known(self, state: State, equation: int, unknown: str) -> None:
+        """Raises NotCompilable for a rule of a block, which has unknowns that are not known yet."""
+        known = state.values.keys() | state.symbols.keys() | {unknown}
+        if not known >= set(self.model.equations[equation].names):
+            raise NotCompilable
+
+    def _margin(self, state: State, equation: int, node: int) -> int:
+        """The distance by which a number must lie outside: its change, to first order, if every
+        input changes by ``BEYOND`` of itself. After an iterated block it is relative to the squares
+        of the rule's numbers, or 1."""
+        flow, read = self.flow, computed_from(self.flow, [node])
+        if any(flow.nodes[one][0] == "root" for one in read):
+            numbers = map(state.values.get, self.model.equations[equation].names)
+            squares = (flow.add("mul", node, node) for node in numbers if node is not None)
+            return flow.add("mul", BEYOND, flow.add("add", 1.0, flow.over("add", squares)))
+        total = flow.constant(ROUNDINGS * self._numbers.error(node))
+        inputs = list(map(flow.input, range(len(self.pattern.inputs))))
+        for place, number in enumerate(inputs):
+            if number in read:
+                moved = flow.add("mul", 1.0 + BEYOND, number)
+                (there,) = copied(
+                    flow, flow, [node], [*inputs[:place], moved, *inputs[place + 1 :]]
+                )
+                total = flow.add("add", total, flow.add("abs", flow.add("sub", there, node)))
+        return total
+
+    def _out_of_range(self, state: State, equation: int, unknown: str) -> int:
+        """The only value is clearly beyond an end of the range."""
+        variable = self.model.variables[unknown]
+        isolation = self._isolation(equation, unknown)
+        self._expect_known(state, equation, unknown)
+        node, *others = self._preimages(state, isolation)
+        if others:
+            raise NotCompilable
+        margin = self._margin(state, equation, node)
+        return self._outside(node, variable.low, variable.high, margin)
+
+    def _every_out(self, state: State, step: SolveBlock) -> Iterator[int]:
+        """For each candidate the first check that failed at the sample and clearly fails."""
+        for one, _ in self._candidates(state, step):
+            self._on(state)
+            checks = one.checks[len(state.checks) :]
+            place = next(
+                (k for k, c in enumerate(checks) if self._numbers(c) is False), len(checks)
             )
-            flow.require(flow.over("or", apart))
+            for check in checks[:place]:
+                self.flow.require(check)
+            yield self._failing(*checks[place : place + 1])
 
-
-def _is_zero(flow: Graph, node: int) -> bool:
-    """Whether a number is 0 for any inputs."""
-    kind, *parts = flow.nodes[node]
-    return flow.value_of(node) == 0.0 or (kind in ("neg", "div") and _is_zero(flow, int(parts[0])))
+    def _failing(self, *checks: int) -> int:
+        """The condition that a number is negative by more than rounding."""
+        flow = self.flow
+        for kind, *parts in (flow.nodes[check] for check in checks):
+            if kind == "le" and flow.value_of(int(parts[0])) == 0.0:
+                return flow.add("not", checks[0])
+            if kind == "lt":
+                less = flow.add("lt", int(parts[1]), flow.add("neg", int(parts[0])))
+                if self._numbers(less) is True:
+                    return less
+        raise NotCompilable

@@ -4,213 +4,29 @@ A record is valid for every row with the same decisions as the row it was made f
 the remaining rows, and the next one gets those it does not cover; a row that none covers is solved
 in full, and a new record may be made of it. A record that does not reproduce its own row is not
 used.
-
-A refusal is a record of a row without an answer: every row that comes to the same step by the same
-decisions and asks for the same impossible value, clearly, is infeasible as well.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from itertools import chain
 from typing import Any
 
 from rulesheets.deadline import TimeIsUp
 from rulesheets.model import Model, Value
-from rulesheets.syntax.nodes import names
-from solver.facts import Fact, NoRoot, NoValue, OutOfRange
-from solver.kernel.block import kernel_of
 from solver.leaves import Exploration, Leaf
-from solver.path import SolveBlock, activity
 from solver.path.planner import Planner
 from solver.ranking.ranking import Ranking
-from solver.trace.folds import NO_CASE, ConstantRootCount
-from solver.trace.graph import NotCompilable, computed_from, copied
-from solver.trace.guards import Pattern, State
+from solver.trace.folds import ConstantRootCount
+from solver.trace.graph import NotCompilable
+from solver.trace.guards import Pattern
 from solver.trace.nearby import Nearby
-from solver.trace.newton import BlockNewton
-from solver.trace.program import Ending, Program
+from solver.trace.program import Program
 from solver.trace.python import compile_scalar
-from solver.trace.record import BEYOND, MAX_DEAD, ROUNDINGS, Proof, Recording
-
-
-class Refusal(Recording):
-    """Follows the steps of leaves to the one that they have no value for, all of them or some."""
-
-    def refused(self) -> Program:
-        """The program whose one ending holds if a row is refused as this one was.
-
-        Raises NotCompilable if more than one step without a value was the reason for a leaf, or if
-        known numbers may decide which cases are possible.
-        """
-        start, symbols = self._start()
-        for leaf in self.leaves:
-            branch = leaf.branch
-            known = [e for e in self.model.equations if branch.values.keys() >= set(e.names)]
-            active = [e.index for e in known if activity(e, branch.conditions)]
-            if branch.inactive and (
-                not branch.checked.issuperset(active) or len(branch.reasons) != 1
-            ):
-                raise NotCompilable
-            if len(branch.signs) > 1 and any(
-                all(any(names(side)) for side in pair) for pair in branch.signs
-            ):
-                raise NotCompilable
-            self._watch(start, leaf)
-        if any(isinstance(finder, BlockNewton) for finder in self.flow.finders):
-            raise NotCompilable  # of the roots of a block it follows those that the sample has
-        self._keep_usual()
-        return Program(
-            self.flow, len(self.pattern.inputs), (Ending((), tuple(self._guards)),), symbols
-        )
-
-    @property
-    def _reasons(self) -> tuple[Callable[[State, Leaf], None], ...]:
-        return *super()._reasons, self._stopped
-
-    def _stopped(self, start: State, leaf: Leaf) -> None:
-        """The branch came to a step without a value."""
-        branch = leaf.branch.fork()
-        if not branch.inactive:
-            raise NotCompilable
-        branch.inactive = {}
-        state = self._on(self._steps(start.fork(), replace(leaf, branch=branch), within=False))
-        impossible = self._impossible(state, leaf.branch.reasons[0], leaf)
-        if not all(map(self._numbers, (*state.checks, impossible))):
-            raise NotCompilable
-        self._guard(*state.checks, impossible)
-
-    def _impossible(self, state: State, fact: Fact, leaf: Leaf) -> int:
-        match fact:
-            case NoValue(equation, unknown, _, False):
-                self._use(state, (equation,))
-                return self._no_value(state, equation, unknown)
-            case NoRoot(equations, unknowns, True):
-                self._use(state, equations)
-                steps = (step for step in leaf.branch.attempts if step.equations == equations)
-                step = next(steps, None) or SolveBlock(equations, unknowns, ())
-                before = state.checks.copy()
-                try:
-                    return self.flow.over("and", self._every_out(state, step))
-                except NotCompilable:
-                    state.checks[:] = before
-                    kernel = kernel_of(self.graph, step)
-                    self._keep_roots(
-                        self._on(state), kernel, (self._case(state, kernel), NO_CASE), proved=True
-                    )
-                    return self.flow.true
-            case OutOfRange(equation, unknown):
-                self._use(state, (equation,))
-                return self._out_of_range(state, equation, unknown)
-        raise NotCompilable
-
-    def _no_value(self, state: State, equation: int, unknown: str) -> int:
-        """A target clearly outside of the image of the operation that is undone."""
-        isolation = self._isolation(equation, unknown)
-        if isolation.quadratic is not None:
-            raise NotCompilable
-        self._expect_known(state, equation, unknown)
-        target = self._expression(state, isolation.start)
-        for stage in isolation.stages:
-            if stage.low > -math.inf or stage.high < math.inf:
-                margin = self._margin(state, equation, target)
-                outside = self._outside(
-                    target, max(stage.low, -1e300), min(stage.high, 1e300), margin
-                )
-                if self._numbers(outside) is True:
-                    return outside
-            target, *others = self._undone(state, stage, target)
-            if others:
-                raise NotCompilable
-        negative = self._undefined(target)
-        state.checks[:] = filter(self._has_value, state.checks)  # nothing is asked of what has none
-        return negative
-
-    def _has_value(self, node: int) -> bool:
-        return not any(math.isnan(self._numbers(one)) for one in computed_from(self.flow, [node]))
-
-    def _outside(self, node: int, low: float, high: float, margin: int) -> int:
-        """The condition that a number lies outside a range by more than the margin."""
-        flow = self.flow
-        below = flow.add("lt", flow.add("add", node, margin), float(low))
-        return flow.add("or", below, flow.add("lt", flow.add("add", float(high), margin), node))
-
-    def _undefined(self, target: int) -> int:
-        """The condition that an operation has no value: a root or power of a negative number."""
-        flow = self.flow
-        for node in computed_from(flow, [target]):
-            kind, *parts = flow.nodes[node]
-            if kind in ("pow", "sqrt") and math.isnan(self._numbers(node)):
-                margin = ROUNDINGS * self._numbers.error(int(parts[0]))
-                negative = flow.add("lt", int(parts[0]), -margin)
-                if self._numbers(negative) is True:
-                    return negative
-        raise NotCompilable
-
-    def _expect_known(self, state: State, equation: int, unknown: str) -> None:
-        """Raises NotCompilable for a rule of a block, which has unknowns that are not known yet."""
-        known = state.values.keys() | state.symbols.keys() | {unknown}
-        if not known >= set(self.model.equations[equation].names):
-            raise NotCompilable
-
-    def _margin(self, state: State, equation: int, node: int) -> int:
-        """The distance by which a number must lie outside: its change, to first order, if every
-        input changes by ``BEYOND`` of itself. After an iterated block it is relative to the squares
-        of the rule's numbers, or 1."""
-        flow, read = self.flow, computed_from(self.flow, [node])
-        if any(flow.nodes[one][0] == "root" for one in read):
-            numbers = map(state.values.get, self.model.equations[equation].names)
-            squares = (flow.add("mul", node, node) for node in numbers if node is not None)
-            return flow.add("mul", BEYOND, flow.add("add", 1.0, flow.over("add", squares)))
-        total = flow.constant(ROUNDINGS * self._numbers.error(node))
-        inputs = list(map(flow.input, range(len(self.pattern.inputs))))
-        for place, number in enumerate(inputs):
-            if number in read:
-                moved = flow.add("mul", 1.0 + BEYOND, number)
-                (there,) = copied(
-                    flow, flow, [node], [*inputs[:place], moved, *inputs[place + 1 :]]
-                )
-                total = flow.add("add", total, flow.add("abs", flow.add("sub", there, node)))
-        return total
-
-    def _out_of_range(self, state: State, equation: int, unknown: str) -> int:
-        """The only value is clearly beyond an end of the range."""
-        variable = self.model.variables[unknown]
-        isolation = self._isolation(equation, unknown)
-        self._expect_known(state, equation, unknown)
-        node, *others = self._preimages(state, isolation)
-        if others:
-            raise NotCompilable
-        margin = self._margin(state, equation, node)
-        return self._outside(node, variable.low, variable.high, margin)
-
-    def _every_out(self, state: State, step: SolveBlock) -> Iterator[int]:
-        """For each candidate the first check that failed at the sample and clearly fails."""
-        for one, _ in self._candidates(state, step):
-            self._on(state)
-            checks = one.checks[len(state.checks) :]
-            place = next(
-                (k for k, c in enumerate(checks) if self._numbers(c) is False), len(checks)
-            )
-            for check in checks[:place]:
-                self.flow.require(check)
-            yield self._failing(*checks[place : place + 1])
-
-    def _failing(self, *checks: int) -> int:
-        """The condition that a number is negative by more than rounding."""
-        flow = self.flow
-        for kind, *parts in (flow.nodes[check] for check in checks):
-            if kind == "le" and flow.value_of(int(parts[0])) == 0.0:
-                return flow.add("not", checks[0])
-            if kind == "lt":
-                less = flow.add("lt", int(parts[1]), flow.add("neg", int(parts[0])))
-                if self._numbers(less) is True:
-                    return less
-        raise NotCompilable
-
+from solver.trace.record import MAX_DEAD, Recording
+from solver.trace.steps import Proof
 
 MAX_RECORDS = 24
 """Records of one pattern; a sheet whose rows decide otherwise more often is solved step by step
@@ -317,7 +133,7 @@ class Records:
         for corrects in (False, True):
             # the answers are known, whatever becomes of a record
             with suppress(NotCompilable, TimeIsUp):
-                recording = Refusal(
+                recording = Recording(
                     self.model, self.planner, pattern, leaves, corrects, self._proofs
                 )
                 program = recording.run(refused, ranking)
@@ -360,7 +176,9 @@ class Records:
         ends = (*found.leaves, *found.open_cases, *found.outside_case)
         with suppress(NotCompilable, TimeIsUp):
             if 1 <= len(ends) <= MAX_DEAD and not found.contradicted:
-                program = Refusal(self.model, self.planner, self.pattern, ends).refused()
+                program = Recording(
+                    self.model, self.planner, self.pattern, ends, False, []
+                ).refused()
                 refused = compile_scalar(program)
                 if refused(*numbers) is not None:
                     self.refusals.append(program)
