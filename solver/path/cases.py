@@ -218,7 +218,10 @@ def _bounds(
     if sign == DIFFERENT:
         return None
     try:
-        left, right = (_number(side, known) for side in pair)
+        left, right = (  # None if it depends on an unknown
+            value(side, known) if all(name in known for name in nodes.names(side)) else None
+            for side in pair
+        )
     except Undefined:
         return None
     if right is None and (left is not None or repr(pair[0]) > repr(pair[1])):
@@ -231,8 +234,3 @@ def _bounds(
     low = (-math.inf, 0) if sign >= LESS else (at - slack, is_open)
     high = (math.inf, 0) if sign >= GREATER else (at + slack, -is_open)
     return pair if right is None else pair[:1], (low, high)
-
-
-def _number(side: Expression, known: Mapping[str, Value]) -> float | None:
-    """The value of a side, None if it depends on an unknown. Raises Undefined if it has none."""
-    return value(side, known) if all(name in known for name in nodes.names(side)) else None

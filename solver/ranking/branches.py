@@ -320,17 +320,15 @@ def far_apart(ends: Points, turns: Points) -> NDArray[np.bool_]:
 
 
 def numbers_of(column: Array) -> Points:
-    """The numbers of a column; a symbol is a number by its letters, far from all others."""
-    if column.dtype == object:
-        return np.array([_coded(value) for value in column.tolist()], dtype=float)
-    return np.nan_to_num(column)
-
-
-def _coded(value: float | str | None) -> float:
-    """A number that is the same for the same symbol in every process."""
-    if isinstance(value, str):
-        return float(int.from_bytes(value.encode()[:4], "big"))
-    return value or 0.0
+    """The numbers of a column; a symbol is a number by its letters, far from all others, and the
+    same in every process."""
+    if column.dtype != object:
+        return np.nan_to_num(column)
+    numbers = (
+        int.from_bytes(value.encode()[:4], "big") if isinstance(value, str) else value or 0.0
+        for value in column.tolist()
+    )
+    return np.fromiter(numbers, dtype=float, count=len(column))
 
 
 def without_turns(apart: Points, turns: Any) -> Points:

@@ -341,19 +341,15 @@ class _Balances:
             case Power(base, Number(exponent)):
                 inner = self._term(base)
                 return None if inner is None else _ONE.plus(inner, exponent)
-            case Power(base, exponent):
-                return self._power(base, exponent)
+            case Power(base, exponent):  # it should have size 1, and for a scaling the base as well
+                terms = self._term(exponent), self._term(base)
+                asked = terms if self.exact else terms[:1]
+                self.rows += [(term, 1.0) for term in asked if term is not None]
+                return self._any()
             case Call(function, arguments):
                 return self._call(function, arguments)
             case _:
                 return _ONE
-
-    def _power(self, base: Expression, exponent: Expression) -> _Term:
-        """The exponent should have size 1, and for a scaling the base as well."""
-        for term, asked in ((self._term(exponent), True), (self._term(base), self.exact)):
-            if asked and term is not None:
-                self.rows.append((term, 1.0))
-        return self._any()
 
     def _call(self, function: str, arguments: Sequence[Expression]) -> _Term | None:
         of_sum = function in LOGARITHMS and isinstance(arguments[0], Sum)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from itertools import chain, islice
 from typing import TypeAlias
@@ -226,17 +226,15 @@ class PathSearch:
         )
 
     def _underdetermined_since(self, count: int) -> bool:
-        """Whether the cases after the first so many open ones leave an uncontradicted continuum.
-
-        Answers of other cases do not make this a solved one; a case of equality is only its
-        boundary.
-        """
+        """Whether the cases after the first so many open ones leave an uncontradicted continuum:
+        answers of other cases do not make this solved, and equality is only its boundary."""
         return any(not blocked(leaf) and not leaf.on_boundary for leaf in self.open_cases[count:])
 
     # --- following a path ---
 
     def _explore(self, branch: Branch) -> None:
-        """Follow a branch and its forks to their ends, depth first."""
+        """Follow a branch and its forks to their ends, depth first; a branch whose outcomes require
+        it is planned again."""
         stack: list[tuple[Iterator[Pending], int]] = [(iter([(branch, None, 0)]), 1)]
         while stack:
             forks, answers = stack[-1]
@@ -244,8 +242,16 @@ class PathSearch:
             if pending is None:
                 stack.pop()
                 continue
-            self.forked = 1
-            forks = iter(self._followed(*pending))
+            self.forked, (branch, steps, begin) = 1, pending
+            found = True if steps is None else self._follow(branch, steps, begin)
+            while found is True and not self._is_full(branch):
+                self.budget.used += PLAN
+                known, inactive = frozenset(branch.values), frozenset(branch.inactive)
+                asked = known, branch.conditions, inactive, self.want
+                path = self.planner.path(*asked, required=True)
+                self.first_path = path.steps if self.first_path is None else self.first_path
+                found = self._follow(branch, path.steps)
+            forks = iter(()) if isinstance(found, bool) else found
             stack.append((forks, answers * self.forked))
             if answers * self.forked > self.most_leaves or self._too_many_searches:
                 forked = answers * self.forked > 1 or not self.complete
@@ -307,21 +313,6 @@ class PathSearch:
                 branch.attempts[step] = found.attempts
             self._learn(branch, step, {name: values[name] for name in given_by(step)})
         return branch
-
-    def _followed(
-        self, branch: Branch, steps: Sequence[Step] | None, start: int
-    ) -> Iterable[Pending]:
-        """Follow a branch until it ends, planning again when an outcome requires it: its forks, if
-        it has any, and the remaining steps of each."""
-        found = True if steps is None else self._follow(branch, steps, start)
-        while found is True and not self._is_full(branch):
-            self.budget.used += PLAN
-            known = frozenset(branch.values)
-            inactive = frozenset(branch.inactive)
-            path = self.planner.path(known, branch.conditions, inactive, self.want, required=True)
-            self.first_path = path.steps if self.first_path is None else self.first_path
-            found = self._follow(branch, path.steps)
-        return () if isinstance(found, bool) else found
 
     def _follow(
         self, branch: Branch, steps: Sequence[Step], start: int = 0, ends: bool = True

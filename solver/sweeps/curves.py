@@ -197,11 +197,17 @@ class _Found(NamedTuple):
 
     def passes(self, leaf: Leaf, value: float) -> bool:
         """Whether an answer at a swept value lies on the branch."""
-        at = [leaf.branch.values.get(name) for name in self.system.names[:-1]]
-        fixed = self.system.fixed.items()
-        if not all(isinstance(v, float) for v in at) or not all(
-            _same(leaf, n, v) for n, v in fixed
-        ):
+        known = leaf.branch.values.get
+        at = [known(name) for name in self.system.names[:-1]]
+        # what does not change with the swept variable agrees as well
+        pairs = [(known(name), number) for name, number in self.system.fixed.items()]
+        same = all(
+            abs(one - other) <= SAME * max(abs(one), abs(other))
+            if isinstance(one, float) and isinstance(other, float)
+            else one == other
+            for one, other in pairs
+        )
+        if not same or not all(isinstance(v, float) for v in at):
             return False
         point = np.array([*at, value], dtype=np.float64)
         problem = self.curve.pieces[0].problem
@@ -210,14 +216,6 @@ class _Found(NamedTuple):
             for row, _ in self.rows
             if row.z[-1] == value
         )
-
-
-def _same(leaf: Leaf, name: str, value: Value) -> bool:
-    """Whether an answer also agrees in a variable that does not change with the swept one."""
-    there = leaf.branch.values.get(name)
-    if isinstance(there, float) and isinstance(value, float):
-        return abs(there - value) <= SAME * max(abs(there), abs(value))
-    return there == value
 
 
 def _table(plan: Plan, name: str, found: Sequence[_Found]) -> CurveTable:

@@ -102,7 +102,13 @@ class Nearby:
         flow, (asked, share), checks = self.program.flow, best, list[int]()
         for node, (low, high) in asked.limits.items():
             checks += flow.add("lt", low, node), flow.add("lt", node, high)
-        checks += [self._is_nearer(place, other, here) for other in asked.compared]
+        # the sizes of others are so much farther that only they decide, by more than rounding
+        ranking, answers, given = self.ranked
+        zero = tuple(number == 0.0 for number in here[0][len(ranking.read) :])
+        for other in asked.compared:
+            pair = [answers[place], answers[other]]
+            _, farther = keys_as_nodes(flow, ranking, pair, given, zero)
+            checks.append(flow.add("lt", ROUNDED, farther[SIZE]))
         pairs = ((n - share * abs(n), n + share * abs(n)) for n in numbers if isinstance(n, float))
         ends, key = tuple(end for pair in pairs for end in pair), (place, tuple(checks))
         if key not in self._alone:
@@ -112,14 +118,6 @@ class Nearby:
             self._alone[key] = box, compile_scalar(simplified(alone))
         self.box, self.call = self._alone[key]
         self.box.ends, self.box.uses = ends, 0
-
-    def _is_nearer(self, place: int, other: int, here: Rows) -> int:
-        """The condition that the sizes of one answer are so much nearer to the suggested ones than
-        those of another that only they decide the ranking, by more than rounding."""
-        flow, (ranking, answers, given) = self.program.flow, self.ranked
-        zero = tuple(number == 0.0 for number in here[0][len(ranking.read) :])
-        _, key = keys_as_nodes(flow, ranking, [answers[place], answers[other]], given, zero)
-        return flow.add("lt", ROUNDED, key[SIZE])
 
     def _moved(self, numbers: Numbers, share: float) -> list[Rows] | None:
         """The answers with each number moved down and up by a share; None if one of them ends."""

@@ -39,7 +39,6 @@ from solver.trace.python import block_function
 THRESHOLD = 0.05
 """Share of the largest entry of its row, each by the size of its column, that a pivot must have."""
 
-
 Entries: TypeAlias = dict[tuple[int, int], Any]
 """The entries of a sparse matrix by (row, column)."""
 
@@ -240,7 +239,10 @@ class BlockNewton:
         inverse = eliminate(flow, dict(slopes), numbers, self.scale)
         self.step = inverse.solve([flow.expression(form, places) for form in self.forms])
         ends = (flow.raw("sub", places[x], d) for x, d in zip(unknowns, self.step, strict=True))
-        near = places | {x: _rounded(flow, end) for x, end in zip(unknowns, ends, strict=True)}
+        near = places.copy()
+        for x, end in zip(unknowns, ends, strict=True):  # without its last binary digits
+            large = flow.raw("mul", end, SPLITTER)
+            near[x] = flow.raw("sub", large, flow.raw("sub", large, end))
         last = inverse.solve([flow.expression(form, near) for form in self.forms])
         moved = inverse.solve([*self._sizes(flow, places, slopes)])
         self.root = [flow.raw("sub", near[x], d) for x, d in zip(unknowns, last, strict=True)]
@@ -514,11 +516,11 @@ class BlockNewton:
             len(given), count
         )
         with np.errstate(all="ignore"):
-            return self._along(columns) if given and _in_line(columns) else self._reached(columns)
-
-    def _reached(self, columns: Array) -> Array:
-        """The roots (unknowns, n) at known numbers (m, n), each from the record."""
-        return self._iterate(self._run(0, columns), columns)
+            steps = np.diff(columns, axis=1)
+            in_line = ((steps >= 0.0).all(axis=1) | (steps <= 0.0).all(axis=1)).all()
+            if given and in_line:
+                return self._along(columns)
+            return self._iterate(self._run(0, columns), columns)  # each from the record
 
     def _along(self, columns: Array) -> Array:
         """The roots (unknowns, n) along a line of known numbers (m, n): of some rows one after
@@ -538,8 +540,9 @@ class BlockNewton:
         after = np.clip(np.searchsorted(rows, np.arange(count)), 1, len(rows) - 1)
         lost = np.flatnonzero(~np.isfinite(found[0]) & (there[after] | there[after - 1]))
         if lost.size:
-            again = self._along if lost.size < count / 2 else self._reached
-            found[:, lost] = again(columns[:, lost])
+            left = columns[:, lost]
+            few = lost.size < count / 2
+            found[:, lost] = self._along(left) if few else self._iterate(self._run(0, left), left)
         return found
 
     def _walked(self, columns: Array, place: int) -> Array:
@@ -580,12 +583,6 @@ class BlockNewton:
         return roots
 
 
-def _in_line(columns: Array) -> bool:
-    """Whether the numbers of each column (m, n) are monotone."""
-    steps = np.diff(columns, axis=1)
-    return bool(((steps >= 0.0).all(axis=1) | (steps <= 0.0).all(axis=1)).all())
-
-
 def _between(at: Array, rows: Array, roots: Array) -> Array:
     """The roots (unknowns, n) at numbers (n,) by cubic interpolation of those (unknowns, k) of some
     rows."""
@@ -596,12 +593,6 @@ def _between(at: Array, rows: Array, roots: Array) -> Array:
         others = (other for other in near if other is not there)
         found += roots[:, first + k] * math.prod((at - other) / (there - other) for other in others)
     return found
-
-
-def _rounded(flow: Flow, number: int) -> int:
-    """A number without its last binary digits."""
-    large = flow.raw("mul", number, SPLITTER)
-    return flow.raw("sub", large, flow.raw("sub", large, number))
 
 
 def _names(places: int) -> list[str]:

@@ -147,7 +147,11 @@ def every(program: Program, in_order: bool, quick: bool) -> AllAnswers:
         holds = flow.over("and", (holds, *order.conditions))
         rows = (row + key for row, key in zip(places, order.keys, strict=True))
         places = _sorted(flow, rows, len(symbols))
-    return AllAnswers(places, tuple(_once(flow, places)), symbols, holds)
+    there = [  # the values of a place differ from those of all earlier ones
+        flow.over("and", (flow.add("not", flow.alike(before, place)) for before in places[:at]))
+        for at, place in enumerate(places)
+    ]
+    return AllAnswers(places, tuple(there), symbols, holds)
 
 
 def _words(column: tuple[int | str, ...]) -> tuple[str, ...] | None:
@@ -179,13 +183,6 @@ def _less(flow: Flow, one: tuple[int, ...], other: tuple[int, ...]) -> int:
     for a, b in reversed(list(zip(one, other, strict=True))):
         less = flow.add("or", flow.add("lt", a, b), flow.add("and", flow.add("eq", a, b), less))
     return less
-
-
-def _once(flow: Flow, places: list[tuple[int, ...]]) -> Iterator[int]:
-    """For each place the node that is true if its values differ from all earlier places."""
-    for at, place in enumerate(places):
-        same = (flow.alike(before, place) for before in places[:at])
-        yield flow.over("and", (flow.add("not", node) for node in same))
 
 
 Range: TypeAlias = tuple[float, float]
@@ -312,21 +309,12 @@ class _Simplification:
         """The outcome of a comparison if it is the same in all rows."""
         if not {a, b} <= self.sure:
             return None
-        signs, wanted = self._compared(a, b), {"lt": {-1}, "le": {-1, 0}, "eq": {0}}[kind]
+        signs = set[int]()  # those that ``a - b`` can have
+        for (low, high), (least, most) in product(self.ranges[a], self.ranges[b]):
+            can = (-1, low < most), (0, low <= most and least <= high), (1, high > least)
+            signs.update(sign for sign, possible in can if possible)
+        wanted = {"lt": {-1}, "le": {-1, 0}, "eq": {0}}[kind]
         return signs <= wanted if signs <= wanted or not signs & wanted else None
-
-    def _compared(self, a: int, b: int) -> set[int]:
-        """The signs that ``a - b`` can have."""
-        return {
-            sign
-            for (low, high), (least, most) in product(self.ranges[a], self.ranges[b])
-            for sign, can in (
-                (-1, low < most),
-                (0, low <= most and least <= high),
-                (1, high > least),
-            )
-            if can
-        }
 
     # --- ranges from conditions ---
 

@@ -175,7 +175,11 @@ class _Writer:
         arguments = [f"a{i}" for i in range(program.inputs)]
         self.indent = " " * 12
         self._inputs()
-        self._conditions(program.holds)
+        checks, finite = checks_and_bounds(self.flow, program.holds)
+        self._require(checks)
+        if finite:
+            self._line(f"total = {' + '.join(map(self.text, dict.fromkeys(finite.values())))}")
+            self._line("if total - total != 0.0: break")
         if len(program.endings) > 1 or program.order.usual:
             self._sorted(program.endings)
         else:
@@ -245,13 +249,6 @@ class _Writer:
         for place, ending in enumerate(endings):
             with self._under(f"if first == {place}:"):
                 self._line(f"return {self._row(ending)}")
-
-    def _conditions(self, conditions: Sequence[int]) -> None:
-        checks, numbers = checks_and_bounds(self.flow, conditions)
-        self._require(checks)
-        if numbers:
-            self._line(f"total = {' + '.join(map(self.text, dict.fromkeys(numbers.values())))}")
-            self._line("if total - total != 0.0: break")
 
     def _require(self, checks: Iterable[int]) -> None:
         for check in checks:

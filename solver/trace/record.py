@@ -353,11 +353,12 @@ class Recording(StepRecording):
             if others:
                 raise NotCompilable
         negative = self._undefined(target)
-        state.checks[:] = filter(self._has_value, state.checks)  # nothing is asked of what has none
+        state.checks[:] = [  # nothing is asked of what has no value
+            check
+            for check in state.checks
+            if not any(map(math.isnan, map(self._numbers, computed_from(self.flow, [check]))))
+        ]
         return negative
-
-    def _has_value(self, node: int) -> bool:
-        return not any(math.isnan(self._numbers(one)) for one in computed_from(self.flow, [node]))
 
     def _outside(self, node: int, low: float, high: float, margin: int) -> int:
         """The condition that a number lies outside a range by more than the margin."""

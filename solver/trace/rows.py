@@ -245,33 +245,28 @@ class AnswerKernel:
         planes, there, holds = found
         alone, told = holds.copy(), []
         for start, end in runs:
-            first = self._first_ordered(columns, start + 1, end - 1)
-            if first is not None:
+            # the first sampled row in which the record knows the order
+            sampled = np.arange(start + 1, end - 1, 256)
+            here = [column[sampled] for column in columns]
+            (_, _, knows), _ = self._computed(here, in_order=True)
+            if not knows[:1].all() and PATIENT in self._made:
+                (_, _, knows), _ = self._computed(here, in_order=True, quick=False)
+            if knows.any():
+                first = int(sampled[np.argmax(knows)])
                 told.append((first - 1, end))
                 alone[first + 1 : end] = False
         seconds = [_row(planes, there, start + 1) for start, _ in told]
-        self._sort_rows(found, columns, np.flatnonzero(alone))
+        rows = np.flatnonzero(alone)
+        self._replace(found, columns, rows, in_order=True)
+        left = rows[~holds[rows]]
+        if len(left) > MANY or (len(left) and PATIENT in self._made):
+            self._replace(found, columns, left, in_order=True, quick=False)
         for (start, end), second in zip(told, seconds, strict=True):
             nearest, _ = continued(_row(planes, there, start + 1), second, self.turns)
             order = nearest[:, 0].tolist()
             if order != sorted(order):
                 _exchange(planes, [*order, *range(len(order), len(planes))], start + 2, end)
         return told
-
-    def _first_ordered(self, columns: Sequence[Array], start: int, end: int) -> int | None:
-        """The first sampled row of a run in which the record knows the order."""
-        rows = np.arange(start, end, 256)
-        here = [column[rows] for column in columns]
-        (_, _, knows), _ = self._computed(here, in_order=True)
-        if not knows[:1].all() and PATIENT in self._made:
-            (_, _, knows), _ = self._computed(here, in_order=True, quick=False)
-        return int(rows[np.argmax(knows)]) if knows.any() else None
-
-    def _sort_rows(self, found: _Found, columns: Sequence[Array], rows: Array) -> None:
-        self._replace(found, columns, rows, in_order=True)
-        left = rows[~found[2][rows]]
-        if len(left) > MANY or (len(left) and PATIENT in self._made):
-            self._replace(found, columns, left, in_order=True, quick=False)
 
 
 def _row(planes: list[list[Array]], there: Array, row: int) -> Array:
@@ -415,8 +410,9 @@ class AnswerSweeper:
                 left, np.fromiter(alone, left.dtype, len(alone)), assume_unique=True
             )
         self.records.useful = best
-        if alone:
-            parts.append(_one_by_one(alone))
+        if alone:  # in their order, which may skip rows that were solved ahead
+            rows = sorted(alone)
+            parts.append((np.array(rows, dtype=np.intp), listed([alone[row] for row in rows])))
         return together(parts, count)
 
     def _ahead(self, rows: list[int], done: Container[int]) -> Iterator[int]:
@@ -484,13 +480,6 @@ class AnswerSweeper:
         if holds.any():
             keep(left[holds], Status.INFEASIBLE)
         return left[~holds]
-
-
-def _one_by_one(alone: dict[int, list[tuple[Value, ...]]]) -> tuple[Array, Answers]:
-    """Rows that were solved one by one, in their order, which may skip rows that were solved
-    ahead."""
-    rows = sorted(alone)
-    return np.array(rows, dtype=np.intp), listed([alone[row] for row in rows])
 
 
 def listed(rows: Sequence[list[tuple[Value, ...]]]) -> Answers:

@@ -362,7 +362,11 @@ class StepRecording(Inverses):
                 (one for asked, one in self._proofs if asked == about and one(*numbers)), None
             )
             if found is None:
-                margins = list(map(self._rounded, places)) if proved else ()
+                # the changes of numbers that make no difference to a solve
+                pairs = zip(
+                    sample, map(self._numbers.error, places if proved else ()), strict=False
+                )
+                margins = [BEYOND * abs(v) + ROUNDINGS * off for v, off in pairs]
                 found = ConstantRootCount(kernel, sample, varying, margins, case)
                 self._proofs.append((about, found))
             if found.proved or not (case.limits or proved):
@@ -374,10 +378,6 @@ class StepRecording(Inverses):
                 )
                 return
         raise NotCompilable
-
-    def _rounded(self, node: int) -> float:
-        """The change of a number that makes no difference to a solve."""
-        return BEYOND * abs(self._numbers(node)) + ROUNDINGS * self._numbers.error(node)
 
     def _floats(self, names: Sequence[str], usual: bool = True) -> list[float]:
         """Numbers of the sample. Raises NotCompilable if one is missing, or not of ``usual``
