@@ -363,9 +363,8 @@ class StepRecording(Inverses):
             )
             if found is None:
                 # the changes of numbers that make no difference to a solve
-                pairs = zip(
-                    sample, map(self._numbers.error, places if proved else ()), strict=False
-                )
+                errors = map(self._numbers.error, places if proved else ())
+                pairs = zip(sample, errors, strict=False)
                 margins = [BEYOND * abs(v) + ROUNDINGS * off for v, off in pairs]
                 found = ConstantRootCount(kernel, sample, varying, margins, case)
                 self._proofs.append((about, found))

@@ -291,7 +291,7 @@ def test_roots_that_take_many_steps_are_found_together_beside_machine_code(
     columns = rng.uniform(3.0, 3.9, 3000), rng.uniform(2.0, 3.0, 3000)
     assert plan.sweep(*columns).solved.all()
     alone: list[object] = []
-    monkeypatch.setattr(plan, "_known", lambda numbers: alone.append(numbers))
+    monkeypatch.setattr(plan.records, "known", lambda numbers: alone.append(numbers))
     assert plan.sweep(*columns, jit=True).solved.all()
     assert len(alone) < 60
 
