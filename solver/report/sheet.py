@@ -361,7 +361,9 @@ def work_line(result: Result) -> str:
     checked, worst = result.solutions[0].checked, result.solutions[0].worst_residual
     parts += [plural(checked - used, "check")] * (checked > used)
     parts += [f"{total - max(checked, used)} idle"] * (total > max(checked, used))
-    satisfied = "all" if result.status is Status.SOLVED else str(checked)
+    undefined = {label.span for d in result.diagnoses if d.code == "S545" for label in d.labels}
+    refused = sum(equation.rule in undefined for equation in result.model.equations)
+    satisfied = "all" if result.status is Status.SOLVED else str(checked - refused)
     held = f"; {satisfied} satisfied, worst residual {f'{worst:.0e}' if worst else '0'}" * bool(
         checked
     )

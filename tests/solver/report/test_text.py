@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+import rulesheets
 import solver
 from rulesheets.model import Model
 from rulesheets.syntax import Span
@@ -125,6 +126,13 @@ def test_a_block_shows_what_it_iterates_on(solved: Result) -> None:
     assert lines[3].split()[:2] == ["c", "2"]
     assert lines[4].split()[0] == "(closes)"
     assert lines[-1] == "Not reached: a."
+
+
+def test_a_rule_that_has_no_value_is_not_counted_as_satisfied() -> None:
+    rules = "(1*y + sgn(y))*y = int(pi()*y)\ny*y = y\ny/int(y*y) = y\n"
+    result = solver.solve(rulesheets.loads(rules))
+    assert [diagnosis.code for diagnosis in result.diagnoses] == ["S545"]
+    assert "3 rules: 1 direct, 2 checks; 2 satisfied" in result_text(result)
 
 
 def test_a_failed_solve_does_not_say_satisfied(unsolved: Result) -> None:
