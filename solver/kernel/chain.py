@@ -22,6 +22,7 @@ from rulesheets.model import Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     ONE,
+    ZERO,
     Call,
     Expression,
     Name,
@@ -55,7 +56,7 @@ class Assignment(NamedTuple):
 
     ``relational``: the expression is a quotient that stands for a product, so that 0/0 may be
     anything. ``reciprocal``: it is one by which some dividend is multiplied, and 1/0 may be
-    anything.
+    anything. ``side``: beside a jump by 1, the value is the lower (-1) or the upper (1) one.
     """
 
     name: str
@@ -66,6 +67,7 @@ class Assignment(NamedTuple):
     high_open: bool = False
     relational: bool = False
     reciprocal: bool = False
+    side: int = 0
 
 
 def assigned(variable: Variable, expression: Expression) -> Assignment:
@@ -233,14 +235,28 @@ def followed(chain: Chain, values: Mapping[str, Any], digits: int) -> dict[str, 
 
 def jumps(expression: Expression) -> bool:
     """Whether an expression has an operation that jumps at points that depend on its values."""
+    return any(steps(expression))
+
+
+def steps(expression: Expression) -> Iterator[Call]:
+    """The operations in an expression that jump at points that depend on its values."""
     stack: list[Any] = [expression]
     while stack:
         node = stack.pop()
         if isinstance(node, Call) and TABLE[node.function].jumps:
-            return True
+            yield node
         inside = signed_root(node)
         stack.extend(nodes.children(node) if inside is None else (inside,))
-    return False
+
+
+def stepwise(expression: Expression) -> Expression:
+    """The expression with remainders by their definition, so that what jumps is constant between
+    jumps."""
+    for part in steps(expression):
+        row, inside = TABLE[part.function], part.arguments
+        if row.definition is not None and set(row.partials(inside)) != {ZERO}:
+            return stepwise(exchange(expression, part, row.definition(*inside)))
+    return expression
 
 
 def directions(expression: Expression) -> Iterator[Call]:
@@ -258,13 +274,11 @@ def directions(expression: Expression) -> Iterator[Call]:
 
 def slope_chain(chain: Chain) -> Chain | None:
     """The chain whose residual is the derivative of that of ``chain`` by its tear: the slopes of
-    all assignments follow these (forward accumulation). None if a step may jump."""
+    all assignments follow these (forward accumulation). None if one has no formula."""
     moving: dict[str, Expression] = {chain.tears[0]: Number(1.0)}
     slopes: list[Assignment] = []
     for item in chain.assignments:
         used = [name for name in dict.fromkeys(nodes.names(item.expression)) if name in moving]
-        if used and jumps(item.expression):
-            return None
         if used:
             try:
                 terms = [differentiate(item.expression, name) * moving[name] for name in used]
@@ -434,29 +448,37 @@ def _scaled(node: Expression, v: Expression, known: Mapping[str, Scaled]) -> Sca
             return rebuilt(node, tuple(over(part, 0.0) for part in parts)) if parts else node, 0.0
 
 
-MOST_DIRECTIONS = 2
-"""Directions of a chain, of which every combination of sides is a chain of its own."""
+MOST_SIDES = 2
+"""Directions and jumps of a chain, of which every combination of sides is a chain of its own."""
 
 
 def sides(chain: Chain) -> tuple[Chain, ...]:
-    """One chain for every combination of sides; none without a direction, or for too many.
+    """One chain for every combination of the sides of its directions and jumps; none without any,
+    or for too many.
 
     The residual at every point is that of one of the chains, if it has a value there.
     """
     calls = dict.fromkeys(
-        call for item in chain.assignments for call in directions(item.expression)
+        call
+        for item in chain.assignments
+        for call in (*directions(item.expression), *steps(stepwise(item.expression)))
     )
-    if not 0 < len(calls) <= MOST_DIRECTIONS:
+    if not 0 < len(calls) <= MOST_SIDES:
         return ()
     found = []
     for upper in itertools.product((True, False), repeat=len(calls)):
         assignments: list[Assignment] = []
         for item in chain.assignments:
-            expression = item.expression
+            expression = stepwise(item.expression)
             for number, (turn, above) in enumerate(zip(calls, upper, strict=True)):
-                if turn in directions(expression):
+                if turn not in walk(expression):
+                    continue
+                name = f"#side {number}"
+                if TABLE[turn.function].jumps:
+                    assignments.append(Assignment(name, turn, side=1 if above else -1))
+                    expression = exchange(expression, turn, Name(name))
+                else:
                     y, x = turn.arguments
-                    name = f"#side {number}"
                     assignments.append(Assignment(name, y if above else -y, low=0.0))
                     turned = Call(turn.function, (Name(name), x))
                     expression = exchange(expression, turn, turned if above else -turned)

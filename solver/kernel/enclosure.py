@@ -21,6 +21,8 @@ from solver.kernel.chain import (
     reciprocal,
     sides,
     slope_chain,
+    steps,
+    stepwise,
 )
 from solver.kernel.interval_code import IntervalEmitter, Pair
 
@@ -31,6 +33,13 @@ def bounded(low: float, high: float, least: float, most: float) -> Interval:
     """The part of an interval between ``least`` and ``most``."""
     low, high = greatest(low, least), smaller(high, most)
     return (low, high) if low <= high else EMPTY
+
+
+def beside_jump(low: float, high: float, side: int) -> Interval:
+    """The lower (-1) or the upper (1) value next to a jump by 1; both of others."""
+    if high - low != 1.0:
+        return low, high
+    return (high, high) if side > 0 else (low, low)
 
 
 def quotient(
@@ -121,7 +130,8 @@ class Enclosure:
         return found
 
     def _has_none_beside_cuts(self, box: tuple[float, ...], known: Sequence[float]) -> bool:
-        """Whether there is no root on either side of the cuts of the directions in the chain."""
+        """Whether there is no root on either side of the cuts of the directions in the chain, or of
+        its jumps."""
         return bool(self._sides) and all(
             _is_rootless(side._range(*known)(*box)) for side in self._sides
         )
@@ -207,14 +217,24 @@ def _followed(
     ``smooth``: returns -inf, inf if some value may leave it, or may jump.
     """
     emitter = IntervalEmitter(
-        (*chain.tears, *ranged), known, cut=cut, bounded=bounded, quotient=quotient
+        (*chain.tears, *ranged),
+        known,
+        cut=cut,
+        bounded=bounded,
+        beside_jump=beside_jump,
+        quotient=quotient,
     )
     otherwise = "return -inf, inf" if smooth else "return nan, nan"
     for item in chain.assignments:
         for direction in directions(item.expression) if smooth else ():
             y, x = (emitter.of(argument) for argument in direction.arguments)
             emitter.line(f"if cut({y[0]}, {y[1]}, {x[0]}, {x[1]}): {otherwise}")
+        for step in steps(stepwise(item.expression)) if smooth else ():
+            low, high = emitter.of(step)
+            emitter.line(f"if {low} != {high}: {otherwise}")
         low, high = _assigned(emitter, item)
+        if item.side:
+            low, high = emitter.apply("beside_jump", (low, high), more=f", {item.side}")
         (least, _), (most, _) = emitter.number(Number(item.low)), emitter.number(Number(item.high))
         if item.low == -inf and item.high == inf:
             emitter.line(f"if {low} != {low}: {otherwise}")

@@ -22,6 +22,7 @@ from solver.solution.remedy import (
     found_near,
     givings,
     rounded,
+    stretch,
 )
 from solver.solution.verdict import Verdict
 
@@ -132,9 +133,10 @@ class _Explanation:
                 variables = [self.model.variables[name] for name in unknowns]
                 bounded = any(v.low > -math.inf or v.high < math.inf for v in variables)
                 where = " within the ranges that the sheet gives them" if bounded else ""
-                message = (
-                    f"no values of {listed(unknowns)} satisfy these rules together{where} (proven)"
-                )
+                found, these = "values", "satisfy these rules together"
+                if len(equations) == 1 == len(unknowns):
+                    found, these = "value", "satisfies this rule"
+                message = f"no {found} of {listed(unknowns)} {these}{where} (proven)"
                 return self._error(
                     "S532", message, equations, unknowns, *self._bounds(equations, unknowns)
                 )
@@ -300,11 +302,25 @@ class _Explanation:
             code = "S511"
             message = f"these rules do not determine {listed(fact.free)}: they are not independent"
             if len(fact.equations) == 1:
-                message = (
-                    f"{listed(fact.free)} can take many values here, and this rule still holds"
-                )
+                which = self._stretch(fact)
+                message = f"{listed(fact.free)} can take {which} here, and this rule still holds"
         notes = (*self._giving(fact.free), *_along("they can move along", fact.direction))
         return self._error(code, message, fact.equations, fact.free, *notes)
+
+    def _stretch(self, fact: facts.RankLoss) -> str:
+        """Which values the unknown of a single rule can take."""
+        variable = self.model.variables[fact.free[0]]
+        low, high = stretch(self.model.equations[fact.equations[0]], fact.point, variable.name)
+        low, high = max(low, variable.low), min(high, variable.high)
+        least, most = number_text(rounded(low)), number_text(rounded(high))
+        match math.isfinite(low), math.isfinite(high):
+            case True, True if rounded(low) < rounded(high):
+                return f"any value between {least} and {most}"
+            case True, False:
+                return f"any value above {least}"
+            case False, True:
+                return f"any value below {most}"
+        return "many values"
 
     def _not_found(self, fact: facts.NoRoot) -> Diagnosis:
         notes = [*self._found_near(fact.equations, fact.unknowns, fact.best)]

@@ -8,10 +8,12 @@ from dataclasses import replace
 from itertools import chain, combinations, islice, product
 from typing import NamedTuple
 
-from rulesheets.model import Model, Value
+from rulesheets.evaluate.number import enclose
+from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from solver.facts import Conflict
 from solver.leaves import Asked, Branch, Exploration, Leaf
+from solver.numerics.tolerances import BACKWARD
 from solver.path import activity, equations_of
 from solver.path.cases import comparisons, outcomes, value_said
 from solver.path.planner import planner
@@ -376,6 +378,34 @@ def _bound(trials: _Trials, given: float) -> Bound | None:
     unit = 10.0 ** (math.floor(math.log10(abs(edge))) - 5) if edge else 1.0
     shown = rounded((math.ceil if inward > 0 else math.floor)(edge / unit) * unit)
     return Bound(name, "≥" if inward > 0 else "≤", shown) if trials.beside(shown) else None
+
+
+FARTHEST = 1e30
+"""The size up to which values are tried one after another."""
+
+
+def stretch(equation: Equation, values: Mapping[str, Value], name: str) -> tuple[float, float]:
+    """The interval around the value of ``name`` on which interval arithmetic shows that a rule
+    holds; infinite where it goes on, as wide as a point where nothing is shown."""
+    box = {other: (v, v) for other, v in values.items() if isinstance(v, float)}
+
+    def holds(other: float) -> bool:
+        there = {**box, name: (min(other, start), max(other, start))}
+        ends = enclose(nodes.subtract(equation.left, equation.right), there)
+        return max(map(abs, ends)) <= BACKWARD * max(map(abs, enclose(equation.left, there)))
+
+    def end(sign: int) -> float:
+        inside, step = start, sign * (abs(start) or 1.0)
+        while abs(step) < FARTHEST and holds(inside + step):
+            inside, step = inside + step, 2 * step
+        if abs(step) >= FARTHEST:
+            return sign * math.inf
+        while abs(step) > CLOSELY * CLOSELY * abs(start or 1.0):
+            inside, step = inside + step * holds(inside + step), step / 2
+        return inside
+
+    start, _ = box[name]
+    return end(-1), end(1)
 
 
 def rounded(value: float, digits: int = 6) -> float:

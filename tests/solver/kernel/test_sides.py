@@ -102,3 +102,50 @@ rules
     assert sorted(answer["theta"] for answer in result.solutions) == pytest.approx(
         expected, rel=1e-9
     )
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.sampled_from(("int(x)", "round(x)", "step(x, 1.3)", "x - mod(x, 2)", "int(x) + round(x)")),
+    st.floats(0.0, 1.0).map(lambda slope: round(slope, 2)),
+    st.floats(-3.0, 9.0).map(lambda target: round(target, 2)),
+)
+def test_a_jump_over_a_value_is_no_root(steps: str, slope: float, target: float) -> None:
+    """What no point of a fine grid comes near to, no point attains."""
+    result = solver.solve(
+        rulesheets.loads(f"variables\n x in [0, 4]\nrules\n {steps} + {slope!r}*x = {target!r}\n")
+    )
+    functions = {
+        "int": math.trunc,
+        "round": lambda x: math.floor(x + 0.5),
+        "step": lambda x, a: float(x >= a),
+        "mod": math.fmod,
+    }
+    grid = [k / 5000 for k in range(20001)]
+    heights = [eval(steps, {}, {**functions, "x": x}) + slope * x for x in grid]
+    if all(abs(height - target) > slope / 5000 + 1e-9 for height in heights):
+        assert (str(result.status), result.complete) == ("infeasible", True)
+        return
+    assert str(result.status) != "infeasible"
+    for answer in result.solutions if slope else ():
+        found = eval(steps, {}, {**functions, "x": answer["x"]}) + slope * answer["x"]
+        assert found == pytest.approx(target)
+
+
+@pytest.mark.parametrize(
+    ("rule", "range_", "said"),
+    [
+        ("int(x/5) = 3", "", "between 15 and 20"),
+        ("int(x/5) = 0", "> 0", "between 0 and 5"),
+        ("98 = 24.5*(int(x/11) + 1)", "", "between 33 and 44"),
+        ("12*min(x, 40) = 480", "", "above 40"),
+        ("0.2*max(0, x - 1000) = 0", "", "below 1000"),
+        ("round(1.1*x) = 5", "", "between 4.09091 and 5"),
+    ],
+)
+def test_a_rule_that_leaves_its_unknown_open_says_between_which_values(
+    rule: str, range_: str, said: str
+) -> None:
+    result = solver.solve(rulesheets.loads(f"variables\n x {range_}\nrules\n {rule}\n"))
+    assert str(result.status) == "partial"
+    assert f"any value {said} " in result.diagnoses[0].message
