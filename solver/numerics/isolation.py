@@ -314,6 +314,9 @@ class _RootBoxes:
             return
         interval = (cluster.low, cluster.high)
         self.unresolved.append(interval)
+        zeros = [x for x in _spread(*interval) if cluster.rough and value_at(self.value, x) == 0.0]
+        if len(zeros) > 1:  # a step ends in it
+            interval = zeros[0], zeros[-1]
         if self._is_flat(*interval):
             self.flat.append(interval)
         elif crossings := self._crossings(cluster):
@@ -367,10 +370,11 @@ class _RootBoxes:
 
     def _is_flat(self, low: float, high: float) -> bool:
         """Whether f is 0 to rounding at every sample of a cluster wider than rounding and
-        underflow. For a narrower one, as wide as that of a multiple root, also whether f jumps or
-        bends and is the same throughout."""
+        underflow. For a narrower one, as wide as that of a multiple root, also whether f is the
+        same throughout, and nothing shows a slope."""
         points, size = _spread(low, high)[1:-1], max(abs(low), abs(high))
-        steps = self._enclose_slope is None and len({value_at(self.value, x) for x in points}) == 1
+        still = self._enclose_slope is None or self._slopes([(points[0], points[-1])]) == [(0, 0)]
+        steps = still and len({value_at(self.value, x) for x in points}) == 1
         if not isfinite(high - low) or high - low <= max(
             (PLATEAU if steps else MULTIPLE) * size, 1 / HORIZON
         ):

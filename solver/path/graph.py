@@ -308,13 +308,15 @@ def angle_evidence(model: Model) -> Iterator[tuple[str, float, int]]:
 
 
 REPEATING = named(lambda row: row.turn or row.swings)
+STEPS = frozenset({"frac", "int", "mod", "round"})
 
 
 def phases(*sides: Node) -> list[Expression]:
-    """The arguments of functions that repeat themselves, or go through 0 again and again as they
-    grow."""
-    calls = (node for node in walk(*sides) if isinstance(node, Call))
-    return [call.arguments[-1] for call in calls if call.function in REPEATING]
+    """The arguments of functions that repeat themselves, go through 0 again and again as they grow,
+    or jump at every whole number."""
+    calls = [node for node in walk(*sides) if isinstance(node, Call)]
+    found = [call.arguments[-1] for call in calls if call.function in REPEATING]
+    return found + [call.arguments[0] for call in calls if call.function in STEPS]
 
 
 def _reads_angles(rule: Equation) -> bool:

@@ -32,7 +32,7 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.nodes import names as names_in
 from rulesheets.syntax.program import walk
-from solver.path.graph import angle_evidence, by_shape, phases
+from solver.path.graph import STEPS, angle_evidence, by_shape, phases
 
 MANY = 200
 """Variables of a model beyond which kinds, and what follows from these, are not looked for."""
@@ -237,7 +237,7 @@ def _swings(node: Any, known: Set[str]) -> bool:
     """Whether an expression, or each of its terms, has a function of ``known`` phases as a
     factor."""
     match node:
-        case Call():
+        case Call(function) if function not in STEPS:
             return any(not known.isdisjoint(names_in(argument)) for argument in phases(node))
         case Product():
             return any(_swings(part, known) for part in node.parts)

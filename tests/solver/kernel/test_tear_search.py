@@ -72,6 +72,7 @@ def test_a_root_at_the_end_of_floats_spoils_no_ordinary_one() -> None:
         ("total = round(net*100)", 12100.0),
         ("total = int(net/0.05)*0.05", 12.35),
         ("total = round(net*121)", 12100.0),
+        ("total = round(4050/(1 - 1.0045^-net))/100", 271.4),
     ],
 )
 def test_a_narrow_plateau_leaves_its_unknown_free(rule: str, total: float) -> None:

@@ -615,3 +615,24 @@ def test_of_mirrored_angles_the_positive_comes_first(n1: float, n2: float, angle
     rules += "R = ((n1*cosd(t1) - n2*cosd(t2))/(n1*cosd(t1) + n2*cosd(t2)))^2"
     result = solver.solve(rulesheets.loads(rules), {"n1": n1, "n2": n2, "R": 0.0772})
     assert result["t1"] == pytest.approx(angle, abs=1e-4)  # brentq between 0 and 80, or 41
+
+
+@pytest.mark.parametrize(
+    ("rule", "name", "first", "step"),
+    [
+        ("6 = mod(day + 45, 7)", "day", 3.0, 7.0),
+        ("4.25 = mod(22.5 + hours, 24)", "hours", 5.75, 24.0),
+        ("3 = 8*int((need + 7)/8) - need", "need", 5.0, 8.0),
+        ("7 = wait - 12*int(wait/12)", "wait", 7.0, 12.0),
+        ("0.25 = frac(x/3)", "x", 0.75, 3.0),
+    ],
+)
+def test_the_first_of_what_a_remainder_repeats_comes_first(
+    rule: str, name: str, first: float, step: float
+) -> None:
+    result = solver.solve(rulesheets.loads(rule))
+    found = [answer[name] for answer in result.solutions]
+    assert found[0] == pytest.approx(first)
+    others = [math.remainder(value - first, step) for value in found if value > 0.0]
+    assert others == pytest.approx([0.0] * len(others), abs=1e-9)
+    assert (len(found) <= 48, result.complete) == (True, False)
