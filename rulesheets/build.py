@@ -81,12 +81,10 @@ class _Gathering:
             earlier = self.program.functions.setdefault(function.name.lower(), function)
             if earlier is not function:
                 message = f"the function {function.name} is defined twice"
-                places = (
-                    (head_of(function), "defined again"),
-                    (head_of(earlier), "first defined here"),
-                )
+                again = labels((head_of(function), "defined again"))
+                first = labels((head_of(earlier), "first defined here"))
                 note = "give one of the two another name (capitals do not count in function names)"
-                self.complaints.append(error("E206", message, *labels(*places), notes=(note,)))
+                self.complaints.append(error("E206", message, *again, *first, notes=(note,)))
         for use in file.sheet.uses:
             for path in use.paths:
                 if use.python:
@@ -126,14 +124,11 @@ class _Gathering:
         circle = [file.key for file in trail]
         if key in circle:
             names = [os.path.basename(file.shown) for file in trail[circle.index(key) :]]
-            message = (
-                "a file uses itself" if len(names) == 1 else "files use each other in a circle"
-            )
+            message = "files use each other in a circle" if names[1:] else "a file uses itself"
             ring = " → ".join((*names, names[0]))
             note = f"the circle is {ring}; move what both need into a file of its own"
-            self.complaints.append(
-                error_at("E307", message, place, note, label="closes the circle")
-            )
+            wrong = error_at("E307", message, place, note, label="closes the circle")
+            self.complaints.append(wrong)
             return None
         if key in self.seen:
             return None
@@ -188,10 +183,7 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
     expansion = Expansion(program)
     passed = _passed(program)
     # rows of the sheet, then names of its rules, then locals of the calls
-    for local in (
-        False,
-        True,
-    ):
+    for local in (False, True):
         for full in expansion.names:
             if ("." in full) is local and full not in variables:
                 variables[full] = Variable(full, posted=not local, passed=full in passed)

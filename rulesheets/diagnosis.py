@@ -88,6 +88,13 @@ def error_at(
     return error(code, message, *labels((place, label)), notes=notes)
 
 
+def refusal(
+    code: str, message: str, place: Span | None = None, *notes: str, label: str = ""
+) -> RuleSheetError:
+    """The exception with one error, at a place if it is known."""
+    return RuleSheetError(error_at(code, message, place, *notes, label=label))
+
+
 # --- printing -------------------------------------------------------------------
 
 _COLORS = {Severity.ERROR: "1;31", Severity.WARNING: "1;33", Severity.NOTE: "1;36"}

@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from rulesheets.diagnosis import RuleSheetError, error_at
+from rulesheets.diagnosis import refusal
 from rulesheets.model import Equation, Premise, Requirement
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import children, names, rebuilt
@@ -85,7 +85,7 @@ class Expansion:
             if len(self.equations) + len(self.requirements) > MAX_EQUATIONS:
                 reason = f"the model has more than {MAX_EQUATIONS:,} equations"
                 note = "nest fewer calls"
-                raise RuleSheetError(error_at("E216", reason, place, note, label="one of them"))
+                raise refusal("E216", reason, place, note, label="one of them")
             called, self._called = self._called, []
             for call in called:
                 self._body(*call)

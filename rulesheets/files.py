@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, error_at, suggestion
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refusal, suggestion
 from rulesheets.syntax import Source, Span
 from rulesheets.syntax.nodes import RuleSheet
 
@@ -38,17 +38,13 @@ def read_source(path: str | os.PathLike[str]) -> Source:
         with open(name, "rb") as file:
             data = file.read(_LARGEST + 1)
     except FileNotFoundError:
-        raise RuleSheetError(
-            error("E301", f"there is no file {name}", notes=near_files(name))
-        ) from None
+        raise refusal("E301", f"there is no file {name}", None, *near_files(name)) from None
     except IsADirectoryError:
-        notes = ("name a file in it; a folder is a sheet where it holds a model.tk",)
-        raise RuleSheetError(
-            error("E302", f"{name} is a folder, not a file", notes=notes)
-        ) from None
+        note = "name a file in it; a folder is a sheet where it holds a model.tk"
+        raise refusal("E302", f"{name} is a folder, not a file", None, note) from None
     except (OSError, ValueError) as failure:
         reason = getattr(failure, "strerror", None) or str(failure)
-        raise RuleSheetError(error("E304", f"{name} cannot be read: {reason}")) from None
+        raise refusal("E304", f"{name} cannot be read: {reason}") from None
     return Source(name, decoded(name, data))
 
 
@@ -66,9 +62,7 @@ def parsed(source: Source, path: str | None) -> RuleSheet:
         if path is None or is_sheet(path):
             raise
         note = f"mistakes are shown only in files that end in {ENDING}"
-        raise RuleSheetError(
-            error_at("E312", f"{source.name} is not a rule sheet", None, note)
-        ) from None
+        raise refusal("E312", f"{source.name} is not a rule sheet", None, note) from None
 
 
 def is_sheet(path: str) -> bool:
@@ -95,15 +89,14 @@ def near_files(path: str) -> tuple[str, ...]:
     if not os.path.isdir(folder or "."):
         return (f"there is no folder {folder} either",)
     ending = os.path.splitext(name)[1]
-    return suggestion(
-        name, sorted(other for other in os.listdir(folder or ".") if other.endswith(ending))
-    )
+    others = (other for other in os.listdir(folder or ".") if other.endswith(ending))
+    return suggestion(name, sorted(others))
 
 
 def decoded(name: str, data: bytes) -> str:
     """The text of the bytes of a sheet. Raises RuleSheetError (E303, E305)."""
     if len(data) > _LARGEST:
-        raise RuleSheetError(error("E305", f"{name} is too large for a rule sheet"))
+        raise refusal("E305", f"{name} is too large for a rule sheet")
     nul = data.find(b"\0")
     if nul >= 0:
         raise RuleSheetError(_not_text(name, data, nul))
@@ -148,9 +141,7 @@ def find_sheet(path: str) -> str:
     notes = suggestion(bare, (*shipped_models(), *here)) or (
         "a sheet is named by its path, such as crank.tk; `backsolve models` lists the shipped ones",
     )
-    raise RuleSheetError(
-        error("E309", f"there is no rule sheet and no shipped model {bare}", notes=notes)
-    )
+    raise refusal("E309", f"there is no rule sheet and no shipped model {bare}", None, *notes)
 
 
 def find_variable_sheet(path: str, sheet: str) -> str:
@@ -164,11 +155,11 @@ def find_variable_sheet(path: str, sheet: str) -> str:
     if found is not None:
         return found
     there = sorted(name for name in os.listdir(folder or ".") if name.endswith(".csv"))
-    notes = suggestion(path, there) or (
-        (f"beside {sheet} there are {', '.join(there)}",) if there else ()
+    notes = (
+        suggestion(path, there) or (f"beside {sheet} there are {', '.join(there)}",)[: len(there)]
     )
     message = f"there is no variable sheet {path}, neither here nor beside {sheet}"
-    raise RuleSheetError(error("E310", message, notes=notes))
+    raise refusal("E310", message, None, *notes)
 
 
 def shipped_models() -> tuple[str, ...]:
@@ -188,7 +179,7 @@ def writing(path: str) -> Iterator[None]:
         yield
     except OSError as failure:
         message = f"{path} cannot be written: {failure.strerror}"
-        raise RuleSheetError(error_at("E416", message, None, "choose another place")) from None
+        raise refusal("E416", message, None, "choose another place") from None
 
 
 def expect_regular(name: str) -> None:
@@ -196,4 +187,4 @@ def expect_regular(name: str) -> None:
     if os.path.exists(name) and not (os.path.isfile(name) or os.path.isdir(name)):
         message = f"{name} cannot be read: it is a pipe or a device, not a file"
         note = "a dash in place of the sheet reads it from standard input"
-        raise RuleSheetError(error_at("E304", message, None, note))
+        raise refusal("E304", message, None, note)

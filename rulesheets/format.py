@@ -90,11 +90,8 @@ class Notation:
         return f"'{name}"
 
     def call(self, function: str, arguments: tuple[nodes.Expression, ...]) -> str:
-        return (
-            function
-            if function == "pi"
-            else f"{function}({', '.join(map(self.written, arguments))})"
-        )
+        inside = ", ".join(map(self.written, arguments))
+        return function if function == "pi" else f"{function}({inside})"
 
     def power(self, base: nodes.Expression, exponent: nodes.Expression) -> str:
         return f"{self.written(base, _ATOM)}^{self.written(exponent, _FACTOR)}"
@@ -229,11 +226,9 @@ class Latex(Notation):
             ones = [f for f in above if isinstance(f, nodes.Negative) and f.operand == nodes.ONE]
             negative ^= len(ones) % 2 == 1
             above = [f for f in above if f != nodes.ONE and f not in ones] or [nodes.ONE]
-        text = (
-            rf"\frac{{{self._times(above)}}}{{{self._times(below)}}}"
-            if below
-            else self._times(above)
-        )
+        text = self._times(above)
+        if below:
+            text = rf"\frac{{{text}}}{{{self._times(below)}}}"
         return f"- {text}" if negative else text
 
     def _times(self, factors: Sequence[nodes.Expression]) -> str:
@@ -276,18 +271,6 @@ def format_rule(body: nodes.RuleBody) -> str:
             return f"call {function}({format_list(arguments)}{shown})"
         case nodes.IfRule():
             return " ".join(_arms(body))
-
-
-def rule_lines(body: nodes.RuleBody) -> list[str]:
-    """The rule as lines: one, or for a long conditional one for each arm, ``else`` below
-    ``then``."""
-    whole = format_rule(body)
-    if not isinstance(body, nodes.IfRule) or body.otherwise is None or len(whole) <= WIDTH:
-        return [whole]
-    first, *others = _arms(body)
-    below_then = len(f"if {format_condition(body.condition)} ")
-    margin = " " * (below_then if len(others) == 1 and below_then <= _INDENTED else 2)
-    return [first, *(margin + arm for arm in others)]
 
 
 def _arms(rule: nodes.IfRule) -> list[str]:
@@ -390,9 +373,7 @@ def _cells(row: nodes.VariableRow) -> tuple[str, str, str, str]:
     if row.value is not None:
         value = f"= {format_expression(row.value)}"
         if row.tolerance is not None:
-            value += (
-                f" ± {format_expression(row.tolerance.size)}{'%' if row.tolerance.percent else ''}"
-            )
+            value += f" ± {format_expression(row.tolerance.size)}" + "%" * row.tolerance.percent
     elif row.guess is not None:
         value = f"~ {format_expression(row.guess)}"
     if row.display_unit is not None:
@@ -425,10 +406,17 @@ def _rules(rules: Sequence[nodes.Rule | nodes.Mark | nodes.CommentLine]) -> Iter
 
 
 def _said(rule: nodes.Rule | nodes.Mark) -> list[str]:
-    if isinstance(rule, nodes.Rule):
-        return rule_lines(rule.body)
-    name = "" if rule.name is None else f"{rule.name} = "
-    return [f"{rule.kind} {name}({format_list(rule.arguments)})"]
+    """A long conditional has a line for each arm, ``else`` below ``then``."""
+    if isinstance(rule, nodes.Mark):
+        name = "" if rule.name is None else f"{rule.name} = "
+        return [f"{rule.kind} {name}({format_list(rule.arguments)})"]
+    body, whole = rule.body, format_rule(rule.body)
+    if not isinstance(body, nodes.IfRule) or body.otherwise is None or len(whole) <= WIDTH:
+        return [whole]
+    first, *others = _arms(body)
+    below_then = len(f"if {format_condition(body.condition)} ")
+    margin = " " * (below_then if len(others) == 1 and below_then <= _INDENTED else 2)
+    return [first, *(margin + arm for arm in others)]
 
 
 def _head(block: nodes.Figure | nodes.Function, head: str) -> list[str]:
@@ -443,9 +431,8 @@ def _figure(figure: nodes.Figure) -> Iterator[str]:
 
 def _function(function: nodes.Function) -> Iterator[str]:
     results = f"; {', '.join(function.results)}" if function.results else ""
-    yield from _head(
-        function, f"function {function.name}({', '.join(function.arguments)}{results})"
-    )
+    head = f"function {function.name}({', '.join(function.arguments)}{results})"
+    yield from _head(function, head)
     if function.parameters:
         line = f"parameters {', '.join(function.parameters)}"
         yield from _commented([line], function.parameters_comment, 0)
@@ -468,9 +455,8 @@ def html_table(
     styles = [_CELL + ("right" if at in numeric else "left") for at in range(len(heads))]
 
     def line(kind: str, texts: Sequence[str]) -> str:
-        cells = (
-            f'<{kind} style="{s}">{escape(t)}</{kind}>' for t, s in zip(texts, styles, strict=False)
-        )
+        pairs = zip(texts, styles, strict=False)
+        cells = (f'<{kind} style="{style}">{escape(text)}</{kind}>' for text, style in pairs)
         return f"<tr>{''.join(cells)}</tr>"
 
     body = "".join(line("td", row) for row in rows)

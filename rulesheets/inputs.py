@@ -15,6 +15,7 @@ from rulesheets.diagnosis import (
     empty_range,
     error_at,
     meant,
+    refusal,
     refuse,
     wrong_range,
 )
@@ -46,15 +47,11 @@ def constant(expression: nodes.Expression) -> Value:
         message = f"an input is a number or a symbol, and {name} is a variable"
         notes = f"for the symbol write '{name}", "to tie two variables together write a rule"
         label = "evaluated once, before anything is solved"
-        raise RuleSheetError(error_at("E401", message, expression.span, *notes, label=label))
+        raise refusal("E401", message, expression.span, *notes, label=label)
     if (unit := next(units_of(expression), None)) is not None:
-        message, note = (
-            f"{unit} stands inside an expression of numbers",
-            "write one number with its unit",
-        )
-        raise RuleSheetError(
-            error_at("E461", message, expression.span, f"{note}, as in x = 3[in] [mm]")
-        )
+        message = f"{unit} stands inside an expression of numbers"
+        note = "write one number with its unit, as in x = 3[in] [mm]"
+        raise refusal("E461", message, expression.span, note)
     from rulesheets.checks import check_constant  # a command with mere numbers starts without it
 
     refuse(check_constant(expression))
@@ -172,9 +169,8 @@ def _end(written: nodes.Expression | None, endless: float, variable: Variable) -
         reason = wrong.diagnoses[0].message.replace("this input", "this bound")
         raise RuleSheetError(wrong_range(reason, written.span)) from None
     if isinstance(found, str):
-        raise RuleSheetError(
-            wrong_range(f"a bound is a number, and '{found} is a symbol", written.span)
-        )
+        reason = f"a bound is a number, and '{found} is a symbol"
+        raise RuleSheetError(wrong_range(reason, written.span))
     return found
 
 
@@ -272,9 +268,8 @@ def parse_value(text: str, place: Span | None = None) -> Value:
     try:
         return constant(rule.right[0])
     except RuleSheetError as wrong:
-        raise RuleSheetError(
-            *(one._replace(labels=(Label(place),)) for one in wrong.diagnoses)
-        ) from None
+        told = (one._replace(labels=(Label(place),)) for one in wrong.diagnoses)
+        raise RuleSheetError(*told) from None
 
 
 def _plain_number(text: str) -> float | None:
@@ -305,11 +300,8 @@ def parse_input(
     sign = next((sign for sign in _PLUS_MINUS if sign in text), "")
     written, _, size = text.rpartition(sign) if sign else (text, "", "")
     percent, unit = size.rstrip().endswith("%"), ""
-    if (
-        variable is not None
-        and not percent
-        and (measured := value_and_unit(size if sign else written))
-    ):
+    measured = None if variable is None or percent else value_and_unit(size if sign else written)
+    if measured is not None:
         last, unit = measured
         written, size = (written, last) if sign else (last, "")
     value = parse_value(written, place)
@@ -417,7 +409,7 @@ def _checked(given: Value | SupportsFloat, variable: Variable, model: Model) -> 
             why = "a text is read as a symbol, and this is not one"
             note = "give numbers as numbers, and symbols by their names ('open')"
             message = f"{given!r} is not a valid value for {variable.name}: {why}"
-            raise RuleSheetError(error_at("E406", message, None, note))
+            raise refusal("E406", message, None, note)
         if variable.name in quantities(model):
             raise RuleSheetError(symbol_for_number(symbol, variable, model))
         return symbol
@@ -431,11 +423,8 @@ def _in_its_unit(given: Any, variable: Variable) -> Any:
     """``"3 in"``, ``(3, "in")`` and pint quantities in the unit of the variable; others
     unchanged."""
     if isinstance(given, str) and (measured := value_and_unit(given)):
-        return (
-            parse_input(given, None, variable)[0]
-            if _plain_number(measured[0]) is not None
-            else given
-        )
+        plain = _plain_number(measured[0]) is not None
+        return parse_input(given, None, variable)[0] if plain else given
     if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str):
         return converted([_number(given[0], variable)], given[1], variable)[0]
     if hasattr(given, "to_base_units"):
@@ -451,7 +440,7 @@ def _number(given: SupportsFloat, variable: Variable) -> float:
         why = "neither a number nor a symbol"
         message = f"{given!r} is not a valid value for {variable.name}: {why}"
         note = "a sweep takes lists and arrays; a solve takes one value of each input"
-        raise RuleSheetError(error_at("E406", message, None, note)) from None
+        raise refusal("E406", message, None, note) from None
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
@@ -525,18 +514,15 @@ def symbol_for_number(
 
 
 def symbol_as_guess(symbol: str, place: Span | None) -> Diagnosis:
-    message, note = (
-        f"a guess is a number, and '{symbol} is a symbol",
-        "to give the symbol as an input write",
-    )
-    return error_at("E404", message, place, f"{note} = '{symbol}")
+    message = f"a guess is a number, and '{symbol} is a symbol"
+    return error_at("E404", message, place, f"to give the symbol as an input write = '{symbol}")
 
 
 def no_tolerance(symbol: bool, place: Span | None) -> Diagnosis:
     """A tolerance of a symbol, or one that is not a number from 0 on."""
-    message = (
-        "a symbol has no tolerance" if symbol else "a tolerance is a number that is not negative"
-    )
+    message = "a symbol has no tolerance"
+    if not symbol:
+        message = "a tolerance is a number that is not negative"
     return error_at("E405", message, place, "write it as in = 3 ± 0.01, or = 3 ± 1%")
 
 

@@ -13,7 +13,7 @@ from math import inf
 from typing import Any
 
 from rulesheets.deadline import setting
-from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.diagnosis import refusal
 from rulesheets.functions import PLANNED, TABLE
 from rulesheets.functions.intervals import EPSILON
 from rulesheets.functions.row import Function, Inverse
@@ -63,32 +63,20 @@ def function(
     slopes = _sequence(derivative)
     inverses = _sequence(inverse)
     if inverses and (len(parameters) != 1 or parameters[0].endswith("…")):
-        raise ValueError(
-            f"an inverse is of a function of one parameter; {name} has {', '.join(parameters)}"
-        )
+        named = ", ".join(parameters)
+        raise ValueError(f"an inverse is of a function of one parameter; {name} has {named}")
     if len(slopes) > len(parameters):
         raise ValueError(f"{name} has {len(parameters)} parameters and {len(slopes)} derivatives")
     own = _row(name, value, parameters, ulps)
-    count = 0 if parameters[-1:] and parameters[-1].endswith("…") else len(parameters)
-    partials = [
-        _row(
-            _nth(f"slope_of_{name}", place),
-            _slope(own.value, slopes, place),
-            parameters,
-            1 / EPSILON**0.5,
-        )
-        for place in range(count)
-    ]
-    polished = [_polished(own.value, partials[0].value, one) for one in inverses]
-    backward = [
-        _row(_nth(f"inverse_of_{name}", k), one, ["t"], ulps) for k, one in enumerate(polished)
-    ]
-    rows = [
-        *partials,
-        *backward,
-        _row(name, value, parameters, ulps, array, partials, backward, image),
-    ]
-    TABLE.update({row.name: row for row in rows})
+    partials, backward = list[Function](), list[Function]()
+    for place in range(0 if parameters[-1:] and parameters[-1].endswith("…") else len(parameters)):
+        slope = _slope(own.value, slopes, place)
+        partials.append(_row(_nth(f"slope_of_{name}", place), slope, parameters, EPSILON**-0.5))
+    for place, one in enumerate(inverses):
+        polished = _polished(own.value, partials[0].value, one)
+        backward.append(_row(_nth(f"inverse_of_{name}", place), polished, ["t"], ulps))
+    own = _row(name, value, parameters, ulps, array, partials, backward, image)
+    TABLE.update({row.name: row for row in (*partials, *backward, own)})
 
 
 def _checked_name(name: str) -> str:
@@ -170,9 +158,7 @@ def _in_floats(name: str, value: Value) -> Callable[..., float]:
         except Exception as wrong:
             called = f"{name}({', '.join(f'{argument:.6g}' for argument in arguments)})"
             notes = (f"it raised {type(wrong).__name__}: {wrong}", *_line_of(wrong))
-            raise RuleSheetError(
-                error("E315", f"{called} failed in Python", notes=notes)
-            ) from wrong
+            raise refusal("E315", f"{called} failed in Python", None, *notes) from wrong
         if not math.isfinite(number):
             raise ValueError(f"{name} has no value there")
         return number
@@ -266,4 +252,4 @@ def run_python(path: str) -> None:
             runpy.run_path(path)
     except (Exception, SystemExit) as wrong:
         notes = (f"{type(wrong).__name__}: {wrong}", *_line_of(wrong))
-        raise RuleSheetError(error("E314", f"{path} failed", notes=notes)) from wrong
+        raise refusal("E314", f"{path} failed", None, *notes) from wrong

@@ -51,7 +51,17 @@ def save(kind: str, key: bytes, data: bytes) -> None:
         entry = _entry(kind, key, data)
         if crc32(entry) % LOOKING == 0 and usage()[1] > MAX_BYTES:
             clear()
-        _write_beside(path, entry)
+        # a whole new file takes the place of the entry
+        new = os.path.join(os.path.dirname(path), f".{os.getpid()}-{os.urandom(8).hex()}.new")
+        exclusive = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+        handle = os.open(new, exclusive, 0o600)
+        try:
+            with open(handle, "wb") as file:
+                file.write(entry)
+            os.replace(new, path)
+        except BaseException:
+            os.unlink(new)
+            raise
 
 
 def folder() -> str | None:
@@ -142,20 +152,3 @@ def _entries(base: str | None) -> Iterator[tuple[str, os.stat_result]]:
             if item.name.endswith((_SUFFIX, ".new")) and item.is_file(follow_symlinks=False):
                 with suppress(FileNotFoundError):  # another process has removed it
                     yield item.path, item.stat(follow_symlinks=False)
-
-
-def _write_beside(target: str, data: bytes) -> None:
-    """Write to a new file in the same folder, then rename it to ``target``.
-
-    Raises OSError, and leaves nothing behind then.
-    """
-    temporary = os.path.join(os.path.dirname(target), f".{os.getpid()}-{os.urandom(8).hex()}.new")
-    exclusive = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-    handle = os.open(temporary, exclusive, 0o600)
-    try:
-        with open(handle, "wb") as file:
-            file.write(data)
-        os.replace(temporary, target)
-    except BaseException:
-        os.unlink(temporary)
-        raise

@@ -20,7 +20,15 @@ import os
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, error_at, refuse, suggestion
+from rulesheets.diagnosis import (
+    Diagnosis,
+    RuleSheetError,
+    error,
+    error_at,
+    refusal,
+    refuse,
+    suggestion,
+)
 from rulesheets.files import read_source
 from rulesheets.inputs import (
     decimal_point,
@@ -75,19 +83,14 @@ def _take(row: dict[str, str], line: Span, model: Model, found: VariableSheet) -
     variable, place = variable_named(name, model, _cell(line, name)), _cell(line, given)
     value, tolerance = None, None
     if given:
-        unit = (
-            f" [{row['unit']}]"
-            if row["unit"] and variable.unit and symbol_name(given) is None
-            else ""
-        )
-        value, tolerance = parse_input(given + unit, place, variable)
+        if row["unit"] and variable.unit and symbol_name(given) is None:
+            given += f" [{row['unit']}]"
+        value, tolerance = parse_input(given, place, variable)
     if tolerance is not None and guessed:
         raise RuleSheetError(guess_with_tolerance(place))
     if name in found.inputs:
         message, again = f"{name} has a row already", _cell(line, name)
-        raise RuleSheetError(
-            error_at("E414", message, again, "keep one of the rows", label="again")
-        )
+        raise refusal("E414", message, again, "keep one of the rows", label="again")
     found.inputs[name] = None if guessed else value
     if guessed and value is not None:
         if isinstance(value, str):
@@ -118,7 +121,7 @@ def _rows(source: Source) -> Iterator[tuple[dict[str, str], Span]]:
         if any(cells[len(columns) :]):
             message = f"this row has {len(cells)} cells, and the heading {len(columns)}"
             note = "put a cell that has a comma in it in double quotes"
-            raise RuleSheetError(error_at("E415", message, line, note))
+            raise refusal("E415", message, line, note)
         row = dict.fromkeys(map(str.lower, COLUMNS), "") | dict(zip(columns, cells, strict=False))
         if separator != ",":
             row["input"] = decimal_point(row["input"])
@@ -140,11 +143,11 @@ def _heading(cells: list[str], line: Span) -> list[str]:
     known = {"", *map(str.lower, COLUMNS)}
     every = f"the columns are {', '.join(COLUMNS)}"
     strange = [cell for cell in cells if cell.lower() not in known]
-    message = "a variable sheet has no column "
-    refuse(
-        error_at("E411", message + c, _cell(line, c), *suggestion(c, COLUMNS), every)
-        for c in strange
-    )
+    complaints = []
+    for cell in strange:
+        message, notes = f"a variable sheet has no column {cell}", suggestion(cell, COLUMNS)
+        complaints.append(error_at("E411", message, _cell(line, cell), *notes, every))
+    refuse(complaints)
     return columns
 
 
@@ -158,10 +161,8 @@ def _speaks(row: dict[str, str], line: Span) -> bool:
         if status == "L":
             message = "a variable with the status L holds a list, and lists are not supported yet"
         note = "the column St is blank, or G for a guess, or C for a comment row"
-        raise RuleSheetError(error_at("E412", message, _cell(line, row["st"]), note))
+        raise refusal("E412", message, _cell(line, row["st"]), note)
     if not row["name"]:
         note = "fill in the column Name, or mark a comment row by C in the column St"
-        raise RuleSheetError(
-            error_at("E413", f"the input {row['input']} belongs to no variable", line, note)
-        )
+        raise refusal("E413", f"the input {row['input']} belongs to no variable", line, note)
     return True

@@ -54,14 +54,7 @@ def _form(row: Function) -> Form:
 MATHEMATICS = Forms(TABLE, _form)
 """Every function as sympy has it; angles of the degree functions in degrees."""
 
-_RELATIONS: Mapping[str, Callable[..., Any]] = {
-    "=": sympy.Eq,
-    "<>": sympy.Ne,
-    "<": sympy.Lt,
-    "<=": sympy.Le,
-    ">": sympy.Gt,
-    ">=": sympy.Ge,
-}
+_RELATIONS = {"=": "Eq", "<>": "Ne", "<": "Lt", "<=": "Le", ">": "Gt", ">=": "Ge"}
 
 
 def mathematics(node: Expression) -> Any:
@@ -93,7 +86,8 @@ def mathematics(node: Expression) -> Any:
 def _condition(node: Condition) -> Any:
     match node:
         case Comparison(operator, left, right):
-            return _RELATIONS[operator](mathematics(left), mathematics(right), evaluate=False)
+            relation = getattr(sympy, _RELATIONS[operator])
+            return relation(mathematics(left), mathematics(right), evaluate=False)
         case And(terms):
             return sympy.And(*map(_condition, terms), evaluate=False)
         case Or(terms):
@@ -127,11 +121,8 @@ def sympy_equations(model: Model) -> tuple[SympyEquation, ...]:
     found = []
     for equation in model.equations:
         sides = sympy.Eq(mathematics(equation.left), mathematics(equation.right), evaluate=False)
-        guard = (
-            _condition(conjunction(model.outcomes(equation.guard)))
-            if equation.guard
-            else sympy.true
-        )
+        outcomes = model.outcomes(equation.guard)
+        guard = _condition(conjunction(outcomes)) if outcomes else sympy.true
         found.append(SympyEquation(sides, guard, equation.rule))
     return tuple(found)
 
@@ -160,9 +151,8 @@ def _row(rule: Equation | Requirement, model: Model, latex: bool) -> str:
     if isinstance(rule, Requirement):
         row = ("& " if latex else "") + notation.written(rule.comparison)
     else:
-        row = (
-            f"{notation.written(rule.left)} {'&=' if latex else '='} {notation.written(rule.right)}"
-        )
+        left, right = notation.written(rule.left), notation.written(rule.right)
+        row = f"{left} {'&=' if latex else '='} {right}"
     if not rule.guard:
         return row
     guard = notation.written(conjunction(model.outcomes(rule.guard), _not))

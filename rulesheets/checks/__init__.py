@@ -121,11 +121,6 @@ def name_in(call: nodes.Call | nodes.CallRule) -> Span | None:
     return span if start < 0 else span.part(start, len(call.function))
 
 
-def _usage(function: nodes.Function) -> str:
-    """``position(thetaAO; xA, xB)`` as in the head."""
-    return f"{function.name}({', '.join(function.arguments)}; {', '.join(function.results)})"
-
-
 # --- calls ----------------------------------------------------------------------
 
 _ELSEWHERE = {
@@ -148,17 +143,18 @@ def _check_rule_function(
     call: nodes.Call | nodes.CallRule, function: nodes.Function, scope: Scope
 ) -> Iterator[Diagnosis]:
     name, head = function.name, head_of(function)
+    usage = f"{name}({', '.join(function.arguments)}; {', '.join(function.results)})"
     if len(call.arguments) != len(function.arguments):
         expected = plural(len(function.arguments), "argument")
-        yield _argument_count(call, name, expected, _usage(function), head)
+        yield _argument_count(call, name, expected, usage, head)
     given = len(call.results) if isinstance(call, nodes.CallRule) else 1
     if given != len(function.results):
         expected = plural(len(function.results), "result")
         message = f"{name} gives {expected}, not {given or 'none'}"
-        note = f"it is called as {_usage(function)}"
+        note = f"it is called as {usage}"
         if isinstance(call, nodes.Call):
             message = f"{name} has {expected}, so it has no single value in an expression"
-            note = f"call it on a line of its own: call {_usage(function)}"
+            note = f"call it on a line of its own: call {usage}"
         places = labels((call.span, f"{plural(given, 'result')} asked for"), (head, "defined here"))
         yield error("E204", message, *places, notes=(note,))
     for parameter in function.parameters:
@@ -268,20 +264,7 @@ def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
 
 # --- names ----------------------------------------------------------------------
 
-FREE = frozenset(PLANNED) | {
-    "e",
-    "gamma",
-    "beta",
-    "step",
-    "j0",
-    "j1",
-    "jn",
-    "y0",
-    "y1",
-    "yn",
-    "i0",
-    "k0",
-}
+FREE = PLANNED | {"e", "gamma", "beta", "step", "j0", "j1", "jn", "y0", "y1", "yn", "i0", "k0"}
 """Functions whose names may also be variables, because sheets about angles, places and currents
 need them: a function is always followed by a parenthesis, so nothing is ambiguous."""
 
@@ -396,13 +379,9 @@ def check_head(function: nodes.Function) -> Iterator[Diagnosis]:
             "E207", message, place, f"give it a name of its own, such as my_{function.name}"
         )
     roles: dict[str, list[str]] = {}
-    for role, names in (
-        ("an argument", function.arguments),
-        ("a result", function.results),
-        ("a parameter", function.parameters),
-    ):
-        for name in names:
-            roles.setdefault(name, []).append(role)
+    for role in ("argument", "result", "parameter"):
+        for name in getattr(function, f"{role}s"):
+            roles.setdefault(name, []).append(f"{'an' if role == 'argument' else 'a'} {role}")
     for name, held in roles.items():
         if len(held) > 1:
             distinct = list(dict.fromkeys(held))

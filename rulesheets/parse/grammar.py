@@ -18,7 +18,7 @@ from lark.lexer import PatternRE, TerminalDef
 
 from rulesheets import store
 from rulesheets.checks.marks import wrong_mark
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refuse, wrong_range
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refusal, refuse, wrong_range
 from rulesheets.parse.layout import STRANGE, Line, nested
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import (
@@ -220,7 +220,7 @@ class Builder(Transformer[Any, Any]):
         ranges = [bound for mark in marks if not isinstance(mark, str) for bound in mark]
         if len(units) > 1:
             note = "it stands last: x < 3[in] [mm]"
-            raise RuleSheetError(error_at("E461", "a row has one unit", self._span(name), note))
+            raise refusal("E461", "a row has one unit", self._span(name), note)
         unit, display = _unit(units[0]) if units else (None, None)
         return nodes.VariableRow(
             str(name),
@@ -354,10 +354,8 @@ def _before_a_unit(terminal: TerminalDef) -> None:
         )
 
 
-@cache
-def grammar() -> Grammar:
-    """The grammar, compiled on first use."""
-    return Grammar()
+grammar = cache(Grammar)
+"""The grammar, compiled on first use."""
 
 
 def read_line(source: Source, line: Line, kind: str) -> Any:
@@ -365,19 +363,14 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
 
     Raises RuleSheetError with what is wrong. The shape of the line has been found right before.
     """
-    if kind == "rule" and len(source.text) > LONG and not source.variables_like_pi:
-        return _read_alike(source, line)
-    return _read(source, line, kind)
-
-
-def _read_alike(source: Source, line: Line) -> Any:
-    """A rule in a long text: from the third of its form on, that of the second with other
-    leaves."""
+    if kind != "rule" or len(source.text) <= LONG or source.variables_like_pi:
+        return _read(source, line, kind)
     from rulesheets.syntax.forms import Like, form_of, leaves_of
 
     leaves, known = leaves_of(line.code), grammar().forms
     if leaves is None:
         return _read(source, line, "rule")
+    # from the third of a form on, the tree of the second with other leaves
     if (form := known.get(leaves.key)) is not None:
         return Like.of(form, leaves.names, leaves.numbers).rule(line.place(source))
     node = _read(source, line, "rule")

@@ -7,7 +7,7 @@ import os
 import re
 import tomllib
 import unicodedata
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -30,14 +30,6 @@ class Mistake(NamedTuple):
     label: str = ""
     kinds: str = "rule row mark"
     near: tuple[str, ...] = ()
-
-    def cured(self, groups: Mapping[str, str]) -> str | None:
-        """What to write instead; None if it is not a mistake."""
-        if not self.near:
-            return self.cure.format(**groups)
-        word = groups["at"].lower()
-        near = contents()["idioms"].get(word) or closest(word, self.near)
-        return f"write {near}" if near else None
 
 
 @cache
@@ -102,13 +94,16 @@ class Stop:
         return next((one for one in found if one.start() <= first and last <= one.end()), None)
 
     def explained(self, mistake: Mistake, found: re.Match[str]) -> Diagnosis | None:
-        """The diagnosis of a mistake if its pattern matches."""
+        """The diagnosis of a mistake; None if its words are not ``near`` one."""
         groups = {name: _plain(text) for name, text in found.groupdict().items()}
         groups |= {name: "(…)" for name in ("a", "b") if groups.get(name) in ("(", ")")}
         groups |= {"word": self.word, "found": found.group()}
-        cure, here = mistake.cured(groups), self.here
-        if cure is None:
-            return None
+        cure, here = mistake.cure.format(**groups), self.here
+        if mistake.near:
+            word = groups["at"].lower()
+            if not (near := contents()["idioms"].get(word) or closest(word, mistake.near)):
+                return None
+            cure = f"write {near}"
         if (shown := found.groupdict().get("at")) or _MARK not in mistake.pattern.pattern:
             first, last = found.span("at" if shown else 0)
             last -= len(found.string[first:last]) - len(found.string[first:last].rstrip())
@@ -121,8 +116,13 @@ class Stop:
 def explain_line(source: Source, line: Line, place: int, kind: str) -> Diagnosis:
     """The most helpful diagnosis of a line of a ``kind`` that cannot be read beyond a place."""
     stop = Stop(source, line, place)
-    if kind in contents()["heads"]:
-        return _wrong_head(stop, kind)
+    if note := contents()["heads"].get(kind):
+        if kind == "use" and (line.comment is not None or '"' in line.code):
+            start = max(source.text.rfind('"', line.start, line.end + 2), line.start)
+            quote = Span(source, start, start + 1)
+            return error_at("E123", "a file name is never closed", quote, note, label="opened here")
+        word = line.code.split()[0].lower()
+        return error_at("E118", f"this `{word}` line cannot be read", stop.here, note)
     if kind == "mark" and "(" not in stop.before and len(_WORD.findall(stop.before)) < 4:
         return _misshapen(stop)
     for mistake in _table():
@@ -199,17 +199,6 @@ def _replacement(character: str) -> str:
 SECTIONS = ("variables", "rules", "units", "function", "parameters", "use", "figure")
 
 
-def _wrong_head(stop: Stop, kind: str) -> Diagnosis:
-    """The mistake in a ``use``, ``function``, ``parameters`` or ``figure`` line."""
-    source, line, note = stop.source, stop.line, contents()["heads"][kind]
-    if kind == "use" and (line.comment is not None or '"' in line.code):
-        start = max(source.text.rfind('"', line.start, line.end + 2), line.start)
-        place = Span(source, start, start + 1)
-        return error_at("E123", "a file name is never closed", place, note, label="opened here")
-    word = line.code.split()[0].lower()
-    return error_at("E118", f"this `{word}` line cannot be read", stop.here, note)
-
-
 def unknown_section(word: str, span: Span) -> Diagnosis:
     """A word alone that is not a section head."""
     near = closest(word, SECTIONS)
@@ -234,12 +223,8 @@ def _misshapen(stop: Stop) -> Diagnosis:
     """A line that is not a line of a figure, or one that ends before its parentheses."""
     word = (stop.line.code.split() or [""])[0].lower()
     if word in KINDS:
-        return error_at(
-            "E130",
-            "this line of a figure cannot be read",
-            stop.here,
-            f"write {KINDS[word].example}",
-        )
+        message = "this line of a figure cannot be read"
+        return error_at("E130", message, stop.here, f"write {KINDS[word].example}")
     place = stop.line.place(stop.source)
     near = closest(word, KINDS)
     notes = (f"did you mean {near}?",) if near else (MARK_SHAPE, "a rule stands under `rules`")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rulesheets.checks.marks import MARK_SHAPE
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refuse
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refusal, refuse
 from rulesheets.parse.grammar import read_line
 from rulesheets.parse.layout import Line, logical_lines, wrong_shape
 from rulesheets.syntax import Source, Span, nodes
@@ -88,9 +88,8 @@ class _Reading:
         """Add the next line; its mistakes join the complaints."""
         try:
             if line.blank:
-                self.waiting.append(
-                    nodes.CommentLine(line.comment or "", line.place(self.source), line.gap)
-                )
+                place = line.place(self.source)
+                self.waiting.append(nodes.CommentLine(line.comment or "", place, line.gap))
             elif wrong := wrong_shape(self.source, line):
                 self.complaints.append(wrong)
             elif word := head_word(line.code):
@@ -132,9 +131,8 @@ class _Reading:
     def _lines(self) -> list[Any]:
         if self.section in ("function", "figure"):
             return self.blocks[-1].lines
-        return self.parts.setdefault(
-            self.section if self.section in ("variables", "units") else "rules", []
-        )
+        section = self.section if self.section in ("variables", "units") else "rules"
+        return self.parts.setdefault(section, [])
 
     # --- comment lines ---
 
@@ -168,9 +166,7 @@ class _Reading:
             self._place_comments()
             self.section = _SKIPPED
             message = f"{planned['name']} not supported yet"
-            raise RuleSheetError(
-                error_at("E190", message, line.place(self.source), planned["cure"])
-            )
+            raise refusal("E190", message, line.place(self.source), planned["cure"])
         elif word == "rules" and self.section == "function" and not self.blocks[-1].begun:
             self._place_comments()
             self.blocks[-1].begun = True
@@ -185,13 +181,11 @@ class _Reading:
         if word in ("function", "figure"):
             # it exists for the following lines, even if its head is wrong
             self.section, kind = word, "head" if word == "function" else word
-            empty = (
-                nodes.Function("", (), (), (), ())
-                if word == "function"
-                else nodes.Figure("", None, ())
-            )
             about: dict[str, Any] = {"comment": line.comment or "", "span": span, "above": above}
-            self.blocks.append(_Unfinished(empty.but(**about), line.end))
+            empty: Any = nodes.Figure("", None, (), **about)
+            if word == "function":
+                empty = nodes.Function("", (), (), (), (), **about)
+            self.blocks.append(_Unfinished(empty, line.end))
             self.blocks[-1].node = read_line(self.source, line, kind).but(**about)
         elif word == "use":
             self.comments.extend(above)
@@ -204,7 +198,7 @@ class _Reading:
         elif word == "rules" and self.section == "function":
             message = "this function has its rules already"
             note = "rules of the sheet itself stand before the first function"
-            raise RuleSheetError(error_at("E119", message, span, note, label="a second head"))
+            raise refusal("E119", message, span, note, label="a second head")
         else:
             (self.waiting if self._begun() else self.comments).extend(above)
             self.section = word
@@ -220,7 +214,7 @@ class _Reading:
         if self.section != "function" or self.blocks[-1].begun:
             note = "put the line between the head of the function and its rules"
             message = "parameters belong to a function"
-            raise RuleSheetError(error_at("E119", message, line.place(self.source), note))
+            raise refusal("E119", message, line.place(self.source), note)
         self._place_comments()
         block = self.blocks[-1]
         block.end = line.end
@@ -259,10 +253,8 @@ class _Reading:
             message, note, label = f"the figure {node.name} is empty", MARK_SHAPE, "nothing to draw"
             if block in functions:
                 message, word = f"the function {node.name} has no rule", "function"
-                note, label = (
-                    "write its rules below its head, under `rules`",
-                    "its rules are missing",
-                )
+                note = "write its rules below its head, under `rules`"
+                label = "its rules are missing"
             yield error_at("E126", message, node.span.part(0, len(word)), note, label=label)
 
 
@@ -272,7 +264,7 @@ def _unit_row(code: str, span: Span) -> nodes.UnitRow:
     names = tuple(map(str.strip, left.split(",")))
     if not all(map(_UNIT.fullmatch, names)) or bool(equals) is not bool(right.strip()):
         note = "write smoot = 1.7018 m, or widget alone for a unit of a kind of its own"
-        raise RuleSheetError(error_at("E128", "this line defines no unit", span, note))
+        raise refusal("E128", "this line defines no unit", span, note)
     return nodes.UnitRow(names, " ".join(right.split()), span=span)
 
 

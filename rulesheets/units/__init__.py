@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refuse, suggestion
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refusal, refuse, suggestion
 from rulesheets.library import MONEY, Library, Unit, UnitError, affine, convert, library
 from rulesheets.model import Model, Variable
 from rulesheets.syntax import Span
@@ -49,9 +49,8 @@ def converted(
     if unit == variable.unit:
         return list(numbers)
     source, target = _units(unit, variable, place)
-    return [
-        convert(number, source, target, difference or variable.difference) for number in numbers
-    ]
+    difference = difference or variable.difference
+    return [convert(number, source, target, difference) for number in numbers]
 
 
 def scaling(unit: str, variable: Variable) -> tuple[float, float]:
@@ -66,7 +65,7 @@ def _units(unit: str, variable: Variable, place: Span | None) -> tuple[Unit, Uni
     if not own:
         message = f"{name} has no unit, so a value in {unit} cannot be converted"
         note = f"leave the unit out, or write {name} [{unit}] in the variables section"
-        raise RuleSheetError(error_at("E461", message, place, note))
+        raise refusal("E461", message, place, note)
     source, target = (unit_named(text, place, variable.units) for text in (unit, own))
     if source.bases == target.bases:
         return source, target
@@ -75,7 +74,7 @@ def _units(unit: str, variable: Variable, place: Span | None) -> tuple[Unit, Uni
     if source.dimension == target.dimension:
         message = f"{unit} and {own}, the unit of {name}, differ by an angle"
         note = "write rev/s or rad/s for a rotation, Hz or 1/s for events"
-    raise RuleSheetError(error_at("E461", message, place, note))
+    raise refusal("E461", message, place, note)
 
 
 def unit_named(text: str, place: Span | None, units: Library) -> Unit:
@@ -162,9 +161,8 @@ def displays(model: Model, names: Iterable[str]) -> dict[str, tuple[float, float
 
 def differences(model: Model) -> frozenset[str]:
     """The variables of a model that are differences of temperatures."""
-    if not any(
-        v.unit and v.measure and v.measure.bases == {"K": 1} for v in model.variables.values()
-    ):
+    measures = (v.measure for v in model.variables.values() if v.unit)
+    if not any(measure and measure.bases == {"K": 1} for measure in measures):
         return frozenset()
     from rulesheets.units.temperatures import Weights
 

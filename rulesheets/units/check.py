@@ -100,13 +100,11 @@ def inference(model: Model) -> Dimensions | None:
         return None
     values = {n: v.value for n, v in model.variables.items() if isinstance(v.value, float)}
     dimensions = Dimensions(units, values, model.units)
-    statements = [
-        Statement(equation.rule, equation.left, equation.right) for equation in model.equations
-    ]
-    compared: list[tuple[Condition, Span | None]] = [
-        (r.comparison, r.rule) for r in model.requirements
-    ]
-    for condition, place in (*compared, *((condition, None) for condition in model.conditions)):
+    statements = [Statement(one.rule, one.left, one.right) for one in model.equations]
+    compared: list[tuple[Condition, Span | None]] = []
+    compared += ((one.comparison, one.rule) for one in model.requirements)
+    compared += ((condition, None) for condition in model.conditions)
+    for condition, place in compared:
         for node in walk(condition):
             span = place or node.span
             if isinstance(node, Comparison) and span is not None:
@@ -136,16 +134,10 @@ def _constants(statement: Statement) -> list[float]:
     """Written numbers that may have a unit: 9.81, 8.314 and 3600, but not 2, 1/2 or exponents."""
     nodes = [*walk(statement.left), *walk(statement.right)]
     exponents = {id(node.exponent) for node in nodes if isinstance(node, Power)}
-    found = (
-        n.value
-        for n in nodes
-        if isinstance(n, Number) and n.unit is None and id(n) not in exponents
-    )
-    return [
-        n
-        for n in dict.fromkeys(found)
-        if not (n.is_integer() and abs(n) <= 10) and n not in (0.5, 0.25)
-    ]
+    numbers = (n for n in nodes if isinstance(n, Number) and id(n) not in exponents)
+    found = dict.fromkeys(n.value for n in numbers if n.unit is None)
+    usual = (0.5, 0.25, *map(float, range(-10, 11)))
+    return [number for number in found if number not in usual]
 
 
 def _curable(found: Mismatch, statement: Statement) -> bool:
@@ -197,11 +189,10 @@ def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnos
 def _of_angle(call: Call, factor: float, argument: str, unit: str) -> tuple[str, list[str]]:
     wanted = "deg" if TABLE[call.function].in_degrees else "rad"
     message = f"{call.function} takes an angle in {wanted}, and {argument} is in {unit}"
+    cure = f"multiply it by {factor:.6g}"
     if math.isclose(max(factor, 1 / factor), 180 / math.pi, rel_tol=1e-9):
-        return message, [
-            f"write {in_other_unit(call.function)}({argument}), or give it in {wanted}"
-        ]
-    return message, [f"multiply it by {factor:.6g}, or give it in {wanted}"]
+        cure = f"write {in_other_unit(call.function)}({argument})"
+    return message, [f"{cure}, or give it in {wanted}"]
 
 
 def _constant(found: Mismatch, statement: Statement) -> list[str]:
@@ -212,10 +203,8 @@ def _constant(found: Mismatch, statement: Statement) -> list[str]:
     for side, missing in ((found.left, other.plus(one, -1)), (found.right, one.plus(other, -1))):
         for number, power in _factors_of(side):
             if number.unit is None and number.value in _constants(statement):
-                shown, unit = (
-                    _shown(number, statement.place),
-                    unit_text(missing.times(1 / power).known),
-                )
+                shown = _shown(number, statement.place)
+                unit = unit_text(missing.times(1 / power).known)
                 return [f"if {shown} is a constant with a unit, write it: {shown}[{unit}]"]
     return []
 

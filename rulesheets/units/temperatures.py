@@ -119,12 +119,8 @@ class Weights:
 
     def _alone_on_a_side(self, rule: TemperatureRule) -> bool:
         """``dT = T1 - T2`` is taken as the definition of dT, though T2 might be the difference."""
-        sides = [
-            side.name
-            for side in (rule.equation.left, rule.equation.right)
-            if isinstance(side, Name)
-        ]
-        found = [name for name in self._candidates(rule) if name in sides]
+        sides = rule.equation.left, rule.equation.right
+        found = [name for name in self._candidates(rule) if Name(name) in sides]
         self.differences.update(found[:1])
         return bool(found)
 
@@ -155,10 +151,8 @@ class Weights:
                     continue
                 one, two = (self.model.variables[name].unit for name in (scaled[0], other))
                 apart = abs(float(offset - self.units[other].offset))
-                message = (
-                    f"{scaled[0]} is in {one}, {other} in {two}: their zeros are {apart:.6g} K "
-                    "apart"
-                )
+                where = f"{scaled[0]} is in {one}, {other} in {two}"
+                message = f"{where}: their zeros are {apart:.6g} K apart"
                 note = "give both in one unit, or write the number between them"
             elif self._candidates(rule) or self._may_mean(rule, sure):
                 continue

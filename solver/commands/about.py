@@ -18,7 +18,7 @@ from textwrap import indent
 from typing import Any, TypeAlias
 
 from rulesheets import store
-from rulesheets.diagnosis import RuleSheetError, catalogue, error, suggestion
+from rulesheets.diagnosis import catalogue, refusal, suggestion
 from rulesheets.files import find_sheet, shipped_models
 from solver.commands import Command
 from solver.report import table
@@ -50,9 +50,7 @@ def _codes(arguments: Namespace) -> int:
     code = arguments.code.strip("[]").upper()
     if code not in catalogue():
         notes = (*suggestion(code, catalogue()), "`backsolve codes` lists them")
-        raise RuleSheetError(
-            error("E426", f"no message has the code {arguments.code}", notes=notes)
-        )
+        raise refusal("E426", f"no message has the code {arguments.code}", None, *notes)
     entry = catalogue()[code]
     print(f"{code}: {entry.title}\n\n{entry.cause}\n{entry.fix}")
     return 0

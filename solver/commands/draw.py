@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from rulesheets.diagnosis import RuleSheetError, error, refuse, render, suggestion
+from rulesheets.diagnosis import error, refusal, refuse, render, suggestion
 from rulesheets.inputs import override, readable
 from rulesheets.model import Model, Value
 from rulesheets.syntax import escaped
@@ -91,7 +91,7 @@ def chosen(model: Model, figures: Iterable[str] | None = None) -> tuple[Declared
         notes = (
             "a section figure says what is drawn: points, lines and vectors named by variables",
         )
-        raise RuleSheetError(error("E430", f"{model.name} has no figure to draw", notes=notes))
+        raise refusal("E430", f"{model.name} has no figure to draw", None, *notes)
     by_name = {figure.name: figure for figure in model.figures}
     wanted = tuple(by_name if figures is None else figures)
     unknown = []
@@ -145,7 +145,7 @@ def _run(arguments: Namespace) -> int:
     dpi = (_FILM if motion else _SHARP) if arguments.dpi is None else arguments.dpi
     if not 10.0 <= dpi <= 2400.0:
         notes = ("give 10 to 2400 dots per inch",)
-        raise RuleSheetError(error("E434", f"--dpi {dpi:g} is not a resolution", notes=notes))
+        raise refusal("E434", f"--dpi {dpi:g} is not a resolution", None, *notes)
     states = [
         dict(zip(side_by_side, values, strict=True)) for values in product(*side_by_side.values())
     ]

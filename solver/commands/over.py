@@ -14,7 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, error_at, refuse, suggestion
+from rulesheets.diagnosis import (
+    Diagnosis,
+    RuleSheetError,
+    error,
+    error_at,
+    refusal,
+    refuse,
+    suggestion,
+)
 from rulesheets.inputs import (
     not_finite,
     parse_input,
@@ -201,9 +209,7 @@ def read_swept(arguments: Namespace, request: Request) -> Swept:
     """
     if bool(arguments.over) == bool(arguments.rows):
         note = "give --over NAME=START:STOP:STEP, or --rows FILE"
-        raise RuleSheetError(
-            error("E443", "a sweep needs either ranges or a file of rows", notes=(note,))
-        )
+        raise refusal("E443", "a sweep needs either ranges or a file of rows", None, note)
     if arguments.rows:
         return _file_rows(arguments.rows, arguments.columns, request)
     axes = read_axes(arguments.over, request)
@@ -264,9 +270,7 @@ def _expect_columns(path: str, there: Sequence[str], wanted: Sequence[str], mode
     if not any(name in model.variables for name in there):
         # of another file show no word
         message = f"{path} has no column that is a variable of {model.name}"
-        raise RuleSheetError(
-            error("E440", message, notes=("the first line of the file names variables",))
-        )
+        raise refusal("E440", message, None, "the first line of the file names variables")
     complaints = []
     for name in wanted:
         if name not in there:

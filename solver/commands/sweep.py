@@ -13,7 +13,7 @@ from time import monotonic
 from typing import TextIO
 
 from rulesheets.deadline import WATCH, expired, setting
-from rulesheets.diagnosis import RuleSheetError, error, plural
+from rulesheets.diagnosis import RuleSheetError, plural, refusal
 from rulesheets.inputs import symbolic
 from rulesheets.model import Variable
 from rulesheets.syntax import escaped
@@ -98,7 +98,7 @@ class PlotSink:
         self._rows = rows
         if rows > ROWS_DRAWN:
             said, notes = f"a picture shows at most {ROWS_DRAWN:,} rows", ("take a larger step",)
-            raise RuleSheetError(error("E445", said, notes=notes))
+            raise refusal("E445", said, None, *notes)
 
     def add(self, table: Table) -> None:
         self._count(self._rows + (int(table.begins().sum()) if self._answer else len(table.status)))
@@ -200,7 +200,7 @@ def _prepared(
     if arguments.resume and (arguments.all or not arguments.output):
         notes = ("add -o FILE, the file of the interrupted sweep", "--all and --follow start anew")
         said = "--resume needs a file to go on with, of one answer a row"
-        raise RuleSheetError(error("E448", said, notes=notes))
+        raise refusal("E448", said, None, *notes)
     if not arguments.resume or not os.path.exists(arguments.output):
         return work, [], swept.chunks
     done, chunks = resumed(arguments.output, work, swept.chunks)
@@ -219,7 +219,7 @@ def follow(arguments: Namespace) -> int:
     others = [f"; --{option} does not go with it" for option in ALONE if getattr(arguments, option)]
     if len(arguments.over) != 1 or others:
         said = f"a curve is followed over one range{''.join(others[:1])}"
-        raise RuleSheetError(error("E447", said, notes=("give one --over, and --want",)))
+        raise refusal("E447", said, None, "give one --over, and --want")
     ((name, axis),) = read_axes(arguments.over, request).items()
     if request.inputs.get(name) is not None:
         raise RuleSheetError(Option("over", name).repeated(name))

@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from io import StringIO
 from typing import BinaryIO, Self, TextIO
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, error_at
+from rulesheets.diagnosis import Diagnosis, error, error_at, refusal
 from rulesheets.files import expect_regular, writing
 from rulesheets.syntax import Source, Span
 
@@ -31,9 +31,7 @@ def readable_rows(path: str) -> Iterator[None]:
     except (OSError, ValueError, csv.Error) as failure:
         reason = getattr(failure, "strerror", None) or str(failure)
         note = "rows come from a CSV file with a heading of names, or from a Parquet file"
-        raise RuleSheetError(
-            error_at("E440", f"{path} cannot be read as rows: {reason}", None, note)
-        ) from None
+        raise refusal("E440", f"{path} cannot be read as rows: {reason}", None, note) from None
 
 
 def wrong_cell(path: str, line: int, text: str, name: str, *, number: bool = False) -> Diagnosis:
@@ -49,9 +47,7 @@ def require_extra(extra: str, purpose: str, *packages: str, code: str = "E441") 
     """Raise RuleSheetError if a package of an extra is not installed."""
     if any(find_spec(package) is None for package in packages):
         notes = (f"pip install 'backsolve[{extra}]'",)
-        raise RuleSheetError(
-            error(code, f"{purpose} {packages[0]}, which is not installed", notes=notes)
-        )
+        raise refusal(code, f"{purpose} {packages[0]}, which is not installed", None, *notes)
 
 
 def other_sweep(path: str, reason: str) -> Diagnosis:
@@ -90,7 +86,7 @@ def expect_no_input(path: str, inputs: Iterable[str]) -> None:
             if os.path.isfile(path) and os.path.samefile(path, read):
                 what = "it is read" if path == read else f"it is {read}, which is read"
                 message = f"{path} is an input of this command, and would be overwritten: {what}"
-                raise RuleSheetError(error("E418", message, notes=("write to another file",)))
+                raise refusal("E418", message, None, "write to another file")
 
 
 class Replacement:

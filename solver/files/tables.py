@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.diagnosis import RuleSheetError, refusal
 from rulesheets.files import writing
 from rulesheets.inputs import decimal_point, delimiter, exact, parse_value, symbol_name
 from solver.facts import Status, UnknownName
@@ -377,7 +377,7 @@ def _csv_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Sequence[int]
                     f"line {number} of {path} has {len(cells)} cells, and the heading {len(head)}"
                 )
                 notes = ("a row has a cell for each name of the heading; a cell may be blank",)
-                raise RuleSheetError(error("E440", message, notes=notes))
+                raise refusal("E440", message, None, *notes)
         yield (
             [number for number, _ in piece],
             [[cells[place] for _, cells in piece] for place in places],
@@ -453,7 +453,7 @@ def table_file(path: str, names: Sequence[str], symbols: Collection[str]) -> Csv
     ending = os.path.splitext(path)[1].lower()
     if ending not in CSV + PARQUET:
         message, notes = f"{path} has an ending that is not one of a table", ".csv or .parquet"
-        raise RuleSheetError(error("E442", message, notes=(f"choose a name that ends in {notes}",)))
+        raise refusal("E442", message, None, f"choose a name that ends in {notes}")
     return CsvFile(Replacement(path), names) if ending in CSV else ParquetFile(path, names, symbols)
 
 

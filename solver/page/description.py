@@ -17,7 +17,7 @@ from math import isfinite, prod
 from pathlib import Path
 from typing import Any
 
-from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, render
+from rulesheets.diagnosis import Diagnosis, refusal, render
 from rulesheets.inputs import override
 from rulesheets.model import Equation, Model, Value, Variable
 from rulesheets.syntax.nodes import conjunction
@@ -196,14 +196,12 @@ def export(
     """
     axes = axes or first_axes(model, inputs, guesses)
     if len(axes) > MOST:
-        raise RuleSheetError(
-            error("E445", f"a page has {MOST} sliders at most, and {len(axes)} are given")
-        )
+        raise refusal("E445", f"a page has {MOST} sliders at most, and {len(axes)} are given")
     states = prod(map(len, axes.values()))
     if states > STATES:
         notes = ("take larger steps, or fewer sliders",)
         message = f"{states:,} states are more than the {STATES:,} that a page holds"
-        raise RuleSheetError(error("E445", message, notes=notes))
+        raise refusal("E445", message, None, *notes)
     given = {name: value for name, value in inputs.items() if name not in axes}
     known = override(model, given, guesses).values
     wanted = dict.fromkeys((*(want or [v.name for v in _shown(model)]), *needed(model)))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.checks.marks import PLACES, marks_of, parts
-from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.diagnosis import refusal
 from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression, Figure, names
@@ -164,7 +164,7 @@ def picture_kind(
     kind = os.path.splitext(path)[1].lower()
     if kind not in kinds:
         endings = " or ".join(filter(None, (", ".join(kinds[:-1]), kinds[-1])))
-        raise RuleSheetError(error("E433", f"{path}: a {what} ends in {endings}", notes=notes))
+        raise refusal("E433", f"{path}: a {what} ends in {endings}", None, *notes)
     if kind != ".csv":
         require_matplotlib()
     return kind
