@@ -155,9 +155,9 @@ def find_variable_sheet(path: str, sheet: str) -> str:
     if found is not None:
         return found
     there = sorted(name for name in os.listdir(folder or ".") if name.endswith(".csv"))
-    notes = (
-        suggestion(path, there) or (f"beside {sheet} there are {', '.join(there)}",)[: len(there)]
-    )
+    notes = suggestion(path, there)
+    if there and not notes:
+        notes = (f"beside {sheet} there are {', '.join(there)}",)
     message = f"there is no variable sheet {path}, neither here nor beside {sheet}"
     raise refusal("E310", message, None, *notes)
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from importlib import import_module
 from math import inf
-from typing import NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 from rulesheets.deadline import TimeIsUp, setting, time_limit
 from rulesheets.diagnosis import (
@@ -51,7 +51,7 @@ class Command(NamedTuple):
     Its module has it in the table ``COMMANDS``.
     """
 
-    add_arguments: Callable[[ArgumentParser], None]
+    add_arguments: Callable[[ArgumentParser], object]
     run: Callable[[Namespace], int]
     keeps: bool = True
 
@@ -80,10 +80,8 @@ def answered(command: Callable[[Namespace], int], arguments: Namespace) -> int:
     Diagnoses are rendered for people on stderr, and as an object on stdout where JSON is asked for.
     """
     try:
-        with (
-            time_limit(getattr(arguments, "timeout", None)),
-            setting(SCREEN, screen_of(sys.stdout)),
-        ):
+        limit = time_limit(getattr(arguments, "timeout", None))
+        with limit, setting(SCREEN, screen_of(sys.stdout)):
             return command(arguments)
     except TimeIsUp:
         print("error[S553]: the time was up", file=sys.stderr)
@@ -212,35 +210,23 @@ def number_of(
 
 
 seconds = number_of("seconds", float, 1e-6)
+REPEATED: dict[str, Any] = {"action": "append", "default": []}
+"""An option that can be given several times."""
 
 
 def add_input_options(parser: ArgumentParser, *, want: bool = True, units: bool = False) -> None:
     """Add the arguments for inputs; ``--want`` and display units on request."""
     add_sheet_options(parser)
-    parser.add_argument(
-        "variables", metavar="VARIABLES.csv", nargs="?", help="a variable sheet to fill in"
-    )
     add = parser.add_argument
-    add("--set", metavar="NAME=VALUE[unit]", action="append", default=[], help="give an input")
-    add(
-        "--clear",
-        metavar="NAME",
-        action="append",
-        default=[],
-        help="clear an input to solve for it",
-    )
+    add("variables", metavar="VARIABLES.csv", nargs="?", help="a variable sheet to fill in")
+    add("--set", metavar="NAME=VALUE[unit]", help="give an input", **REPEATED)
+    add("--clear", metavar="NAME", help="clear an input to solve for it", **REPEATED)
     add("--timeout", metavar="SECONDS", type=seconds, help="stop after this time")
-    add("--guess", metavar="NAME=VALUE", action="append", default=[], help="a first guess")
+    add("--guess", metavar="NAME=VALUE", help="a first guess", **REPEATED)
     if want:
-        add("--want", metavar="NAME,…", action="append", default=[], help="solve for these only")
+        add("--want", metavar="NAME,…", help="solve for these only", **REPEATED)
     if units:
-        add(
-            "--unit",
-            metavar="NAME=UNIT",
-            action="append",
-            default=[],
-            help="show a variable in this unit",
-        )
+        add("--unit", metavar="NAME=UNIT", help="show a variable in this unit", **REPEATED)
         add("--units", choices=("si", "us"), help="show every variable in units of this system")
 
 
@@ -260,12 +246,7 @@ def read_request(arguments: Namespace) -> Request:
         files = (*files, filled_in)
         from rulesheets.variables import read_variable_sheet
 
-        written = read_variable_sheet(filled_in, model)
-        inputs, guesses, tolerances = (
-            dict(written.inputs),
-            dict(written.guesses),
-            dict(written.tolerances),
-        )
+        inputs, guesses, tolerances = read_variable_sheet(filled_in, model)
     options: dict[str, Value | None] = {}
     units: dict[str, str] = {}
     want: list[str] = []
@@ -336,9 +317,8 @@ def _input(option: Option, name: str, text: str, model: Model) -> tuple[Value, T
         message = f"--{option.name} gives one value, and can be repeated"
         raise RuleSheetError(option.wrong("E420", message, f"write {apart}")) from None
     if isinstance(value, str) and option.name == "set" and name in quantities(model):
-        raise RuleSheetError(
-            symbol_for_number(value, model.variables[name], model, option.place(text))
-        )
+        variable, place = model.variables[name], option.place(text)
+        raise RuleSheetError(symbol_for_number(value, variable, model, place))
     return value, tolerance
 
 
@@ -349,10 +329,8 @@ def _guess(
     if tolerance is not None:
         raise RuleSheetError(guess_with_tolerance(option.place(text)))
     if inputs.get(name, model.variables[name].value) is not None:
-        message = f"{name} is an input: a guess for it says nothing"
-        raise RuleSheetError(
-            option.wrong("E423", message, f"add --clear {name} to solve for it", name)
-        )
+        message, note = f"{name} is an input: a guess for it says nothing", f"add --clear {name}"
+        raise RuleSheetError(option.wrong("E423", message, f"{note} to solve for it", name))
     if isinstance(value, str):
         message = f"a guess is a number, and {text} is a symbol"
         note = f"write --set {name}={text} to give it as an input"

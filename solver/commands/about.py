@@ -76,10 +76,8 @@ def _cache(arguments: Namespace) -> int:
     entries = "1 entry" if count == 1 else f"{count or 'no'} entries"
     print(f"{folder}: {entries} removed" if arguments.clear else f"{folder}: {entries}, {taken}")
     if not arguments.clear and not store.trusted(folder):
-        print(
-            "it is not used: it belongs to somebody else, or others can write to it",
-            file=sys.stderr,
-        )
+        told = "it is not used: it belongs to somebody else, or others can write to it"
+        print(told, file=sys.stderr)
     return 0
 
 
@@ -147,11 +145,9 @@ def _fish(commands: Completed) -> Iterator[str]:
         if words:
             yield f"{start} -a {quote(words)}"
         for option in options:
-            marks = (
-                ("-l" if name[:2] == "--" else "-s", name.lstrip("-"))
-                for name in option.option_strings
-            )
-            names = " ".join(f"{mark} {name}" for mark, name in marks)
+            marks = {"--": "-l", "-": "-s"}  # of long and of short names
+            apart = (name.partition(name.lstrip("-")) for name in option.option_strings)
+            names = " ".join(f"{marks[dashes]} {name}" for dashes, name, _ in apart)
             values = f" -a {quote(_choices(option))}" if option.choices else ""
             takes = " -r" * (option.nargs != 0)
             yield f"{start} {names}{takes}{values} -d {quote(option.help or '')}"
@@ -213,11 +209,9 @@ def _run(line: str, folder: str) -> None:
     if program != "backsolve":
         print("Here, every command begins with backsolve.\n")
         return
-    paths = os.pathsep.join(
-        filter(None, (str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")))
-    )
+    paths = str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")
+    ours = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
     sys.stdout.flush()
-    ours = {**os.environ, "PYTHONPATH": paths}
     subprocess.run([sys.executable, "-m", "solver", *words], cwd=folder, env=ours)
     print()
 

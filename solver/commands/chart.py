@@ -92,9 +92,8 @@ def exact_state(
     """The reference state; None if an unknown is free, or a function is known in floats only."""
     rules = linearize(model, values, inputs)
     known = (model.equations[e] for e in rules.equations)
-    if not rules.blocks or not all(
-        in_many_digits(side) for e in known for side in (e.left, e.right)
-    ):
+    sides = (side for equation in known for side in (equation.left, equation.right))
+    if not rules.blocks or not all(map(in_many_digits, sides)):
         return None
     sharp = sharpened(model, rules, values, inputs)
     block = SolveBlock(rules.equations, rules.unknowns, ())
@@ -110,10 +109,8 @@ def _ours(
         result = solve(plan.model, given, plan.want, plan.guesses, prove=prove)
         if result.status is not Status.SOLVED:
             return (), str(result.status), None
-        kept = [
-            s for s in result.solutions if not prove or (s.proof is not None and s.proof.proved)
-        ]
-        return kept, "not proved", None
+        answers = result.solutions
+        return [s for s in answers if not prove or (s.proof and s.proof.proved)], "not proved", None
 
     def prepared() -> Ended:
         try:
@@ -144,11 +141,8 @@ def _others(
 
     def ended(run: Callable[[], ScipyRoot]) -> Ended:
         x, success, used = run()
-        return (
-            [dict(zip(block.unknowns, x, strict=True))] if success else [],
-            "no convergence",
-            used,
-        )
+        answers = [dict(zip(block.unknowns, x, strict=True))] if success else []
+        return answers, "no convergence", used
 
     for to in FEW if plan.inputs else TOLERANCES:
         yield "Newton", to, partial(ended, partial(plain_newton, *system, to))
@@ -187,19 +181,14 @@ def _measured(plan: Plan, states: Sequence[Exact], method: Method, at: float | N
     pairs = ((answer, state) for answer in answers for _, state in states)
     errors = (max((off(*pair, name) for name in names), default=0.0) for pair in pairs)
     error = min(errors, default=math.nan)
-    status = (
-        said
-        if not answers
-        else "solved"
-        if error <= max(FALSE, 1e3 * (tolerance or 0.0))
-        else "false"
-    )
+    if answers:
+        said = "solved" if error <= max(FALSE, 1e3 * (tolerance or 0.0)) else "false"
     proved = (answer for answer in answers if isinstance(answer, Solution) and answer.radius)
     radii = (a.radius[n] / (abs(float(a[n])) or 1.0) for a in proved for n in names)
     told = family if tolerance is None else f"{family} to {tolerance:.0e}"
     runs = 1 + min(199, int(max(2.0, 0.02 / Timer(run).timeit(1))))
     seconds, radius = min(Timer(run).repeat(runs, 1)), max(radii, default=None)
-    return Measurement(told, family, tolerance, status, error, iterations, seconds, at, radius)
+    return Measurement(told, family, tolerance, said, error, iterations, seconds, at, radius)
 
 
 # --- the command ---
@@ -262,15 +251,12 @@ def _picture(
 
 def _arguments(parser: ArgumentParser) -> None:
     add_input_options(parser)
-    along = parser.add_mutually_exclusive_group()
-    along.add_argument(
-        "--over", metavar="NAME=START:STOP:STEP", help="measure over values of an input"
-    )
+    along = parser.add_mutually_exclusive_group().add_argument
+    along("--over", metavar="NAME=START:STOP:STEP", help="measure over values of an input")
     towards = "measure towards a limit of an input, such as NAME=3:1e-1..1e-15"
-    along.add_argument("--approach", metavar="NAME=X:A..B", help=towards)
-    parser.add_argument(
-        "-o", "--output", metavar="FILE", help="write the chart: .png, .svg or .csv"
-    )
+    along("--approach", metavar="NAME=X:A..B", help=towards)
+    written = "write the chart: .png, .svg or .csv"
+    parser.add_argument("-o", "--output", metavar="FILE", help=written)
 
 
 def _run(arguments: Namespace) -> int:

@@ -18,7 +18,7 @@ from rulesheets.model import Model, Value
 from rulesheets.syntax import escaped
 from rulesheets.syntax.nodes import Figure as Declared
 from rulesheets.units import shown
-from solver.commands import Command, Request, add_input_options, read_request
+from solver.commands import REPEATED, Command, Request, add_input_options, read_request
 from solver.commands.over import read_states
 from solver.facts import Status, Unsolved
 from solver.files import write_file
@@ -88,10 +88,8 @@ def _views(result: Result, figures: Sequence[Declared], title: str, every: bool)
 def chosen(model: Model, figures: Iterable[str] | None = None) -> tuple[Declared, ...]:
     """The figures of a model with these names, all if there are none."""
     if not model.figures:
-        notes = (
-            "a section figure says what is drawn: points, lines and vectors named by variables",
-        )
-        raise refusal("E430", f"{model.name} has no figure to draw", None, *notes)
+        note = "a section figure says what is drawn: points, lines and vectors named by variables"
+        raise refusal("E430", f"{model.name} has no figure to draw", None, note)
     by_name = {figure.name: figure for figure in model.figures}
     wanted = tuple(by_name if figures is None else figures)
     unknown = []
@@ -115,22 +113,12 @@ def _arguments(parser: ArgumentParser) -> None:
     add_input_options(parser, want=False)
     add = parser.add_argument
     over = "NAME=A,B,… or NAME=START:STOP:STEP"
-    add(
-        "--over",
-        metavar=over,
-        action="append",
-        default=[],
-        help="a column for each value, or a film",
-    )
+    add("--over", metavar=over, help="a column for each value, or a film", **REPEATED)
     add("--all", action="store_true", help="draw every answer, side by side")
-    add("--figure", metavar="NAME,…", action="append", default=[], help="draw only these figures")
+    add("--figure", metavar="NAME,…", help="draw only these figures", **REPEATED)
     add("--dpi", type=float, help=f"dots per inch; {_SHARP:g} for pictures, {_FILM:g} for films")
-    add(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="the output file: .png, .svg, .pdf, or .gif for a film",
-    )
+    written = "the output file: .png, .svg, .pdf, or .gif for a film"
+    add("-o", "--output", metavar="FILE", help=written)
 
 
 def _run(arguments: Namespace) -> int:
@@ -144,11 +132,10 @@ def _run(arguments: Namespace) -> int:
     request.expect_output(path)
     dpi = (_FILM if motion else _SHARP) if arguments.dpi is None else arguments.dpi
     if not 10.0 <= dpi <= 2400.0:
-        notes = ("give 10 to 2400 dots per inch",)
-        raise refusal("E434", f"--dpi {dpi:g} is not a resolution", None, *notes)
-    states = [
-        dict(zip(side_by_side, values, strict=True)) for values in product(*side_by_side.values())
-    ]
+        note = "give 10 to 2400 dots per inch"
+        raise refusal("E434", f"--dpi {dpi:g} is not a resolution", None, note)
+    every = product(*side_by_side.values())
+    states = [dict(zip(side_by_side, values, strict=True)) for values in every]
     studio = _Renderer(request, figures, states, arguments.all)
     data, tally = studio.film(motion, dpi) if motion else studio.picture(kind[1:], dpi)
     print(*studio.complaints, sep="\n\n", end="\n" if studio.complaints else "", file=sys.stderr)
@@ -160,13 +147,10 @@ def _run(arguments: Namespace) -> int:
 
 
 def _kind(path: str, kinds: Sequence[str]) -> str:
-    film = (
-        "give --over NAME=START:STOP:STEP to make a film"
-        if kinds is PICTURES
-        else "a range makes a film"
-    )
-    notes = (film,) if path.lower().endswith(FILMS) or kinds is FILMS else ()
-    return picture_kind(path, kinds, "film" if kinds is FILMS else "picture", notes)
+    if kinds is FILMS:
+        return picture_kind(path, kinds, "film", ("a range makes a film",))
+    note = "give --over NAME=START:STOP:STEP to make a film"
+    return picture_kind(path, kinds, notes=(note,) * path.lower().endswith(FILMS))
 
 
 class _Renderer:
@@ -234,26 +218,17 @@ class _Renderer:
         answer: State = next((r.solutions[0] for r in results if r.solutions), {})
         given = {n: v for n, v in {**request.inputs, **state}.items() if n != name}
         known = override(request.model, given).values
-        needed = variables(
-            figure for figure in self.figures if not answer or not lacking(figure, answer)
-        )
-        want = [n for n in needed if n not in known and n != name]
-        table = sweep(
-            request.model,
-            {name: values},
-            want,
-            all=self.every,
-            given=given,
-            guesses=request.guesses,
-        )
+        drawn = [figure for figure in self.figures if not answer or not lacking(figure, answer)]
+        want = [n for n in variables(drawn) if n not in known and n != name]
+        every, guesses = self.every, request.guesses
+        table = sweep(request.model, {name: values}, want, all=every, given=given, guesses=guesses)
         numbers, instants = table.solved.astype(int), np.arange(len(values))
         if self.every:
             numbers = table[free_name("answer", (name, *want))]
             instants = np.cumsum(table.begins()) - 1
         views: list[list[View | None]] = [[None] * max(1, numbers.max(initial=0)) for _ in values]
-        for row, (instant, number) in enumerate(
-            zip(instants.tolist(), numbers.tolist(), strict=True)
-        ):
+        each = zip(instants.tolist(), numbers.tolist(), strict=True)
+        for row, (instant, number) in enumerate(each):
             at = {**known, **{n: table[n][row] for n in table}}
             diagrams = drawable(self.figures, at) if number else ()
             if any(diagrams):

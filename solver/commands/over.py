@@ -17,7 +17,6 @@ import numpy as np
 from rulesheets.diagnosis import (
     Diagnosis,
     RuleSheetError,
-    error,
     error_at,
     refusal,
     refuse,
@@ -68,9 +67,7 @@ def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axi
     if ":" not in stretch:
         return column_of(_listed(option, variable, stretch, model), variable.name)
     head, _, end = stretch.rpartition(":")
-    if (
-        measured := value_and_unit(end)
-    ) is not None:  # 0:90:5deg: a range in a unit, in that of the variable
+    if measured := value_and_unit(end):  # 0:90:5deg: a range in a unit, in that of the variable
         number, unit = measured
         numbers = _axis(option, variable, f"{head}:{number}", model)[:].tolist()
         return column_of(converted(numbers, unit, variable, option.place(unit)), variable.name)
@@ -78,10 +75,9 @@ def _axis(option: Option, variable: Variable, stretch: str, model: Model) -> Axi
         raise RuleSheetError(_no_range(option))
     exact = []
     for part in map(str.strip, stretch.split(":")):  # decimals as they are written, else as floats
-        value = (
-            Fraction(part) if _DECIMAL.fullmatch(part) else parse_value(part, option.place(part))
-        )
-        if isinstance(value, str):
+        decimal = _DECIMAL.fullmatch(part)
+        value = part if decimal else parse_value(part, option.place(part))
+        if isinstance(value, str) and not decimal:
             raise RuleSheetError(_no_range(option))
         exact.append(Fraction(value))
     start, stop, step = exact
@@ -133,10 +129,8 @@ def read_approach(text: str, model: Model) -> tuple[str, dict[float, float]]:
     """
     option, (head, _, ends) = Option("approach", text), text.rpartition(":")
     name, _, written = (part.strip() for part in head.partition("="))
-    message = (
-        "--approach needs a name, a limit, and the relative distances of the first and the last "
-        "value"
-    )
+    needed = "a name, a limit, and the relative distances of the first and the last value"
+    message = f"--approach needs {needed}"
     note = "write --approach NAME=LIMIT:1e-1..1e-15, with the limit as a number"
     unread = RuleSheetError(option.wrong("E424", message, note))
     try:
@@ -152,9 +146,8 @@ def read_approach(text: str, model: Model) -> tuple[str, dict[float, float]]:
         raise unread
     distances = np.geomspace(first, last, count).tolist()
     numbers = [limit * (1.0 - d) if limit else d for d in distances]
-    return name, {
-        number: abs(d) for number, d in zip(numbers, distances, strict=True) if number != limit
-    }
+    pairs = zip(numbers, map(abs, distances), strict=True)
+    return name, {number: distance for number, distance in pairs if number != limit}
 
 
 FRAMES = 100_000
@@ -171,9 +164,8 @@ def read_states(
     ranges = [text for text in texts if ":" in text]
     if len(ranges) > 1:
         note = "list the values of the other variable: they stand side by side"
-        raise RuleSheetError(
-            Option("over", ranges[1]).wrong("E424", "a film runs over one range", note)
-        )
+        wrong = Option("over", ranges[1]).wrong("E424", "a film runs over one range", note)
+        raise RuleSheetError(wrong)
     axes = read_axes(texts, request)
     moving = ranges[0].partition("=")[0].strip() if ranges else None
     if moving is not None and len(axes[moving]) > FRAMES:
@@ -219,9 +211,8 @@ def read_swept(arguments: Namespace, request: Request) -> Swept:
         raise RuleSheetError(_too_many(Option("over", arguments.over[-1])))
     for (name, other), text in zip(lengths.items(), arguments.over, strict=True):
         if arguments.zip and other != length:
-            message = (
-                f"with --zip all have one length: {first} has {length:,}, {name} has {other:,}"
-            )
+            lengths_ = f"{first} has {length:,}, {name} has {other:,}"
+            message = f"with --zip all have one length: {lengths_}"
             note = "leave --zip out to sweep every combination"
             raise RuleSheetError(Option("over", text).wrong("E424", message, note))
     rows = Grid(tuple(axes.values()), zipped=arguments.zip)
@@ -274,20 +265,15 @@ def _expect_columns(path: str, there: Sequence[str], wanted: Sequence[str], mode
     complaints = []
     for name in wanted:
         if name not in there:
-            place, notes = Option("columns", name).place(name), suggestion(name, there)
-            named = f"its columns are {', '.join(there)}"
-            complaints.append(
-                error_at("E440", f"{path} has no column {name}", place, *notes, named)
-            )
+            place, near = Option("columns", name).place(name), suggestion(name, there)
+            message, named = f"{path} has no column {name}", f"its columns are {', '.join(there)}"
+            complaints.append(error_at("E440", message, place, *near, named))
     for name in dict.fromkeys(wanted or there):
         if name not in model.variables:
-            notes = (
-                *suggestion(name, model.variables),
-                "--columns NAME,… takes some of the columns alone",
-            )
+            near, some = suggestion(name, model.variables), "takes some of the columns alone"
             message = f"{path} has a column {name}, and {model.name} no such variable"
-            complaints.append(error("E440", message, notes=notes))
+            complaints.append(error_at("E440", message, None, *near, f"--columns NAME,… {some}"))
         if there.count(name) > 1:
-            notes = ("rename one of them",)
-            complaints.append(error("E440", f"{path} has two columns {name}", notes=notes))
+            message = f"{path} has two columns {name}"
+            complaints.append(error_at("E440", message, None, "rename one of them"))
     refuse(complaints)

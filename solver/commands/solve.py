@@ -51,18 +51,14 @@ def _solve_arguments(parser: ArgumentParser) -> None:
     slopes = "derivatives of outputs by inputs, for the names given or for all"
     add("--sensitivity", metavar="NAME,…", nargs="?", const="", help=slopes)
     add("--tolerances", action=flag, help="tolerances of the outputs (default if inputs have some)")
-    add(
-        "--monte-carlo",
-        metavar="N",
-        type=samples,
-        help="compare the tolerances with N random samples",
-    )
+    compared = "compare the tolerances with N random samples"
+    add("--monte-carlo", metavar="N", type=samples, help=compared)
     add("--seed", metavar="K", type=int, default=0, help="the seed of the samples (0)")
     how = "uniform within the tolerances, or normal with tolerances of 3 sigma"
     add("--distribution", choices=("uniform", "normal"), default="uniform", help=how)
-    forms = parser.add_mutually_exclusive_group()
-    forms.add_argument("--json", action=flag, help="print one JSON object")
-    forms.add_argument("--csv", action=flag, help="print the variable sheet as CSV")
+    form = parser.add_mutually_exclusive_group().add_argument
+    form("--json", action=flag, help="print one JSON object")
+    form("--csv", action=flag, help="print the variable sheet as CSV")
     add("-o", "--output", metavar="FILE.csv", help="also write the variable sheet to a file")
 
 
@@ -75,9 +71,8 @@ def remembered(asked: Request, **options: bool) -> Result:
     A new path is kept with what belongs to it.
     """
     model, inputs, want, guesses = asked.model, asked.inputs, asked.want, asked.guesses
-    question = repr(
-        (stamp(_CODE), sorted((name, value is None) for name, value in inputs.items()), want)
-    )
+    cleared = sorted((name, value is None) for name, value in inputs.items())
+    question = repr((stamp(_CODE), cleared, want))
     recall(model, question)
     known = len(planner(model).paths)
     result = solve(model, inputs, want, guesses, **options)
@@ -175,11 +170,8 @@ def _round(arguments: Namespace) -> set[str]:
     """Solve once and print; return the files that the sheet was read from."""
     answered(_solve, arguments)
     with suppress(RuleSheetError):
-        return set(
-            load(
-                arguments.sheet, within=arguments.within, allow_python=arguments.allow_python
-            ).files
-        )
+        within, allowed = arguments.within, arguments.allow_python
+        return set(load(arguments.sheet, within=within, allow_python=allowed).files)
     return set()
 
 
@@ -195,11 +187,10 @@ def _saved(files: Iterable[str]) -> dict[str, float]:
 
 def _check_arguments(parser: ArgumentParser) -> None:
     add_sheet_options(parser)
-    parser.add_argument(
-        "--equations", action="store_true", help="list the equations with calls expanded"
-    )
-    parser.add_argument("--latex", action="store_true", help="list the equations as LaTeX")
-    parser.add_argument("--json", action="store_true", help="print the messages as a JSON object")
+    add, flag = parser.add_argument, "store_true"
+    add("--equations", action=flag, help="list the equations with calls expanded")
+    add("--latex", action=flag, help="list the equations as LaTeX")
+    add("--json", action=flag, help="print the messages as a JSON object")
 
 
 def _check(arguments: Namespace) -> int:
@@ -238,13 +229,9 @@ def summary(model: Model, warnings: int = 0) -> str:
 
 def _format_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("sheet", metavar="SHEET", help="a rule sheet, or the name of a shipped one")
-    how = parser.add_mutually_exclusive_group()
-    how.add_argument(
-        "-i", "--in-place", action="store_true", help="write the file instead of printing it"
-    )
-    how.add_argument(
-        "--check", action="store_true", help="only report whether the file is in canonical form"
-    )
+    how, flag = parser.add_mutually_exclusive_group().add_argument, "store_true"
+    how("-i", "--in-place", action=flag, help="write the file instead of printing it")
+    how("--check", action=flag, help="only report whether the file is in canonical form")
 
 
 def _format(arguments: Namespace) -> int:
@@ -258,10 +245,8 @@ def _format(arguments: Namespace) -> int:
     if arguments.check:
         if text == source.text:
             return 0
-        print(
-            f"{escaped(path)} is not in canonical form: backsolve format -i writes it so",
-            file=sys.stderr,
-        )
+        told = "is not in canonical form: backsolve format -i writes it so"
+        print(f"{escaped(path)} {told}", file=sys.stderr)
         return 1
     if not arguments.in_place:
         sys.stdout.write(text)
@@ -278,21 +263,19 @@ def _path(arguments: Namespace) -> int:
     request = read_request(arguments)
     model, given = request.model, override(request.model, request.inputs, request.guesses).values
     wanted = request.want or posted(model)
-    ahead = path_tree(
-        planner(model), given, None if request.want is None else frozenset(request.want)
-    )
+    want = None if request.want is None else frozenset(request.want)
+    ahead = path_tree(planner(model), given, want)
     print(tree_text(model, ahead, wanted))
     return 0 if reaches(ahead, wanted) else 1
 
 
 def _why_arguments(parser: ArgumentParser) -> None:
     add_input_options(parser, want=False, units=True)
-    parser.add_argument(
-        "name", metavar="NAME", help="the variable to explain; a local by its full name"
-    )
-    forms = parser.add_mutually_exclusive_group()
-    forms.add_argument("--markdown", action="store_true", help="print Markdown")
-    forms.add_argument("--latex", action="store_true", help="print LaTeX")
+    named = "the variable to explain; a local by its full name"
+    parser.add_argument("name", metavar="NAME", help=named)
+    form = parser.add_mutually_exclusive_group().add_argument
+    form("--markdown", action="store_true", help="print Markdown")
+    form("--latex", action="store_true", help="print LaTeX")
 
 
 def _why(arguments: Namespace) -> int:
@@ -301,9 +284,8 @@ def _why(arguments: Namespace) -> int:
 
     request = read_request(arguments)
     variable_named(arguments.name, request.model)
-    derivation = told.why(
-        solve(request.model, request.inputs, guesses=request.guesses), arguments.name
-    )
+    result = solve(request.model, request.inputs, guesses=request.guesses)
+    derivation = told.why(result, arguments.name)
     known = derivation.value is not None
     write = told.why_markdown if arguments.markdown else told.why_text
     print((told.why_latex if arguments.latex and known else write)(derivation))

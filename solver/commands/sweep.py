@@ -18,7 +18,15 @@ from rulesheets.inputs import symbolic
 from rulesheets.model import Variable
 from rulesheets.syntax import escaped
 from rulesheets.units import shown
-from solver.commands import Command, Option, Request, add_input_options, number_of, read_request
+from solver.commands import (
+    REPEATED,
+    Command,
+    Option,
+    Request,
+    add_input_options,
+    number_of,
+    read_request,
+)
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.files import Printed, write_file
 from solver.files.tables import Chunk, CsvFile, Table, joined, table_file
@@ -112,12 +120,10 @@ class PlotSink:
         model, turn = self._work.model, planner(self._work.model).graph.turn
         drawn, whole = (*model.variables, self._answer), joined(self._pieces)
         table = whole.having({n: column for n, column in whole.items() if n in drawn})
-        drawing = plot.arranged(
-            table, self._work.inputs, self._shape or (self._rows,), self._answer
-        )
-        turns = {
-            n: t and shown(t, model.variables[n], difference=True) for n in table if (t := turn(n))
-        }
+        shape = self._shape or (self._rows,)
+        drawing = plot.arranged(table, self._work.inputs, shape, self._answer)
+        whole_turns = ((model.variables[name], turn(name)) for name in table)
+        turns = {v.name: shown(whole, v, difference=True) for v, whole in whole_turns if whole}
         write_file(self._path, plot.plotted(drawing, model, turns, self._form))
 
     def discard(self) -> None:
@@ -132,15 +138,14 @@ def _arguments(parser: ArgumentParser) -> None:
     add_input_options(parser, units=True)
     add, flag = parser.add_argument, "store_true"
     over = "values of an input, or NAME=A,B,…; several ranges make every combination"
-    add("--over", metavar="NAME=START:STOP:STEP", action="append", default=[], help=over)
+    add("--over", metavar="NAME=START:STOP:STEP", help=over, **REPEATED)
     add("--zip", action=flag, help="combine several ranges value by value instead")
     add("--rows", metavar="FILE", help="take inputs from the columns of a CSV or Parquet file")
-    add("--columns", metavar="NAME,…", action="append", default=[], help="take only these columns")
+    add("--columns", metavar="NAME,…", help="take only these columns", **REPEATED)
     add("--all", action=flag, help="give every answer a row of its own")
     add("--follow", action=flag, help="follow every branch of answers through its turning points")
-    add(
-        "-o", "--output", metavar="FILE.csv|.parquet", help="write the table instead of printing it"
-    )
+    written = "write the table instead of printing it"
+    add("-o", "--output", metavar="FILE.csv|.parquet", help=written)
     add("--resume", action=flag, help="continue with the rows that the file of -o lacks")
     add("--plot", metavar="FILE.png|.svg|.pdf", help="draw the wanted variables over the swept one")
     add("--jobs", metavar="N", type=processes, help="number of processes (automatic by default)")
@@ -170,9 +175,8 @@ def _run(arguments: Namespace) -> int:
     pieces = solved_pieces(work, chunks, swept.total, arguments.jobs, arguments.scheduler)
     try:
         with setting(WATCH, progress.within):
-            outcome = streamed(
-                chain(before, followed(work, pieces)), sinks, progress, work.model, work.every
-            )
+            tables = chain(before, followed(work, pieces))
+            outcome = streamed(tables, sinks, progress, work.model, work.every)
     finally:
         progress.end()
     if expired():
@@ -180,10 +184,8 @@ def _run(arguments: Namespace) -> int:
     print(outcome, file=sys.stderr)  # 361 rows: 340 solved, 21 infeasible
     if not outcome.interrupted:
         return 0 if outcome.all_solved else 1
-    of, path = (
-        f" of {swept.total:,}" * (swept.total is not None),
-        arguments.output or arguments.plot,
-    )
+    of = "" if swept.total is None else f" of {swept.total:,}"
+    path = arguments.output or arguments.plot
     place = f"; {escaped(path)} is whole, with these rows" if path else ""
     print(f"interrupted after {outcome.rows:,}{of} rows{place}", file=sys.stderr)
     return INTERRUPTED
@@ -226,12 +228,9 @@ def follow(arguments: Namespace) -> int:
     model, given = request.model, {n: value for n, value in request.inputs.items() if n != name}
     table = follow_sweep(model, name, axis[:], request.want, given, request.guesses)
     names = heads(tuple(table), model)
-    to_file = bool(arguments.output)
-    sink = (
-        table_file(arguments.output, names, symbolic(model))
-        if to_file
-        else CsvFile(Printed(sys.stdout), names)
-    )
+    sink: Sink = CsvFile(Printed(sys.stdout), names)
+    if arguments.output:
+        sink = table_file(arguments.output, names, symbolic(model))
     streamed(iter([table]), [sink], model=model)
     late, count = expired(), len(table.branches)
     if late:
