@@ -62,9 +62,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return BROKEN_PIPE
     except OSError as failure:
         _silence_stdout()
-        print(
-            f"error: the output cannot be written: {failure.strerror or failure}", file=sys.stderr
-        )
+        reason = failure.strerror or failure
+        print(f"error: the output cannot be written: {reason}", file=sys.stderr)
         return WRONG
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)

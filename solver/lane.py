@@ -119,14 +119,9 @@ class Workers:
 
 async def _started() -> asyncio.subprocess.Process:
     """A worker that has imported its modules."""
-    process = await asyncio.create_subprocess_exec(
-        sys.executable,
-        "-m",
-        "solver.page.bench",
-        stdin=asyncio.subprocess.PIPE,
-        stdout=asyncio.subprocess.PIPE,
-        limit=LARGEST,
-    )
+    words, pipe = (sys.executable, "-m", "solver.page.bench"), asyncio.subprocess.PIPE
+    start = asyncio.create_subprocess_exec(*words, stdin=pipe, stdout=pipe, limit=LARGEST)
+    process = await start
     assert process.stdout is not None
     await process.stdout.readline()
     return process

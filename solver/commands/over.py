@@ -211,8 +211,8 @@ def read_swept(arguments: Namespace, request: Request) -> Swept:
         raise RuleSheetError(_too_many(Option("over", arguments.over[-1])))
     for (name, other), text in zip(lengths.items(), arguments.over, strict=True):
         if arguments.zip and other != length:
-            lengths_ = f"{first} has {length:,}, {name} has {other:,}"
-            message = f"with --zip all have one length: {lengths_}"
+            each = f"{first} has {length:,}, {name} has {other:,}"
+            message = f"with --zip all have one length: {each}"
             note = "leave --zip out to sweep every combination"
             raise RuleSheetError(Option("over", text).wrong("E424", message, note))
     rows = Grid(tuple(axes.values()), zipped=arguments.zip)

@@ -122,8 +122,8 @@ class PlotSink:
         table = whole.having({n: column for n, column in whole.items() if n in drawn})
         shape = self._shape or (self._rows,)
         drawing = plot.arranged(table, self._work.inputs, shape, self._answer)
-        whole_turns = ((model.variables[name], turn(name)) for name in table)
-        turns = {v.name: shown(whole, v, difference=True) for v, whole in whole_turns if whole}
+        angles = {name: around for name in table if (around := turn(name))}
+        turns = {n: shown(a, model.variables[n], difference=True) for n, a in angles.items()}
         write_file(self._path, plot.plotted(drawing, model, turns, self._form))
 
     def discard(self) -> None:

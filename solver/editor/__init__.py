@@ -64,10 +64,8 @@ def words(text: str) -> list[Word]:
             found.append(before)
         start, end = before.end if before else 0, after.start if after else len(text)
         for comment in re.finditer(r"\S[^\n]*", text[start:end]):
-            said = comment.group().rstrip()
-            found.append(
-                Word("comment", start + comment.start(), start + comment.start() + len(said), said)
-            )
+            said, place = comment.group().rstrip(), start + comment.start()
+            found.append(Word("comment", place, place + len(said), said))
     return found
 
 
@@ -89,9 +87,8 @@ def _code(text: str) -> Iterator[Word]:
                 scope = f"{said}:"
             drawn = section == "figure" and not reckoned
             within = scope if drawn or (section != "figure" and said not in shared) else ""
-            yield Word(
-                kind, line.start + match.start(), line.start + match.end(), said, within, section
-            )
+            start, end = line.start + match.start(), line.start + match.end()
+            yield Word(kind, start, end, said, within, section)
 
 
 def _kinds(code: str, section: str, head: str) -> Iterator[tuple[re.Match[str], str, bool]]:
@@ -175,11 +172,8 @@ class Names:
         return sorted({one.name for one in self.places if one.scope == scope and not one.function})
 
     def functions(self) -> list[str]:
-        return [
-            word.text
-            for word in self.words
-            if word.kind == "function" and word.section == "function"
-        ]
+        heads = (word for word in self.words if word.section == "function")
+        return [word.text for word in heads if word.kind == "function"]
 
 
 def symbol(word: Word) -> Symbol | None:

@@ -75,16 +75,11 @@ class Server(LanguageServer):
         for one in found:  # at its first place here; in the first line what is about another file
             place = next((p for p in one["places"] if p["file"] == name), {"start": 0, "end": 0})
             lines = [one["message"], *(f"help: {note}" for note in one["notes"])]
-            where, severity = (
-                stretch(document, place["start"], place["end"]),
-                SEVERITIES[one["severity"]],
-            )
-            shown.append(
-                lsp.Diagnostic(where, "\n".join(lines), severity, one["code"], source="backsolve")
-            )
-        self.text_document_publish_diagnostics(
-            lsp.PublishDiagnosticsParams(uri, shown, version=document.version)
-        )
+            where = stretch(document, place["start"], place["end"])
+            about = SEVERITIES[one["severity"]], one["code"], None, "backsolve"
+            shown.append(lsp.Diagnostic(where, "\n".join(lines), *about))
+        params = lsp.PublishDiagnosticsParams(uri, shown, version=document.version)
+        self.text_document_publish_diagnostics(params)
 
     async def check(self, document: TextDocument, text: str) -> Json:
         return await self.quick.ask({**_sheet(document, text), "do": "check"})
@@ -104,12 +99,8 @@ class Server(LanguageServer):
 
 def _sheet(document: TextDocument, text: str) -> Json:
     path = document.path or ""
-    return {
-        "text": text,
-        "name": path or document.uri,
-        "base": os.path.dirname(path),
-        "within": None,
-    }
+    folder = os.path.dirname(path)
+    return {"text": text, "name": path or document.uri, "base": folder, "within": None}
 
 
 def stretch(document: TextDocument, start: int, end: int) -> lsp.Range:
@@ -118,9 +109,8 @@ def stretch(document: TextDocument, start: int, end: int) -> lsp.Range:
 
     def position(offset: int) -> lsp.Position:
         line, column = source.place(min(offset, len(source.text)))
-        return lsp.Position(
-            line - 1, document.position_codec.client_num_units(source.line(line)[: column - 1])
-        )
+        before = source.line(line)[: column - 1]
+        return lsp.Position(line - 1, document.position_codec.client_num_units(before))
 
     return lsp.Range(position(start), position(end))
 
@@ -220,9 +210,8 @@ def completions(server: Server, params: lsp.CompletionParams) -> Iterator[lsp.Co
         if name != typed:
             yield lsp.CompletionItem(name, kind=kinds.Variable)
     for name, entry in TABLE.items():
-        yield lsp.CompletionItem(
-            name, kind=kinds.Function, detail=entry.usage, documentation=entry.meaning
-        )
+        usage, meaning, kind = entry.usage, entry.meaning, kinds.Function
+        yield lsp.CompletionItem(name, kind=kind, detail=usage, documentation=meaning)
     others = (Names(read_source(path).text).functions() for path in used_files(document, names))
     for name in dict.fromkeys((*names.functions(), *(name for some in others for name in some))):
         yield lsp.CompletionItem(name, kind=kinds.Module, detail="rule function")
@@ -235,9 +224,8 @@ async def renamed(server: Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit
     document, names, _, word = asked(server, params)
     named, new = symbol(word) if word else None, params.new_name
     if named is None or "." in named.name:
-        raise JsonRpcInvalidParams(
-            "only variables, points and functions of this file can be renamed"
-        )
+        some = "only variables, points and functions of this file"
+        raise JsonRpcInvalidParams(f"{some} can be renamed")
     if not NAME.fullmatch(new) or new.lower() in RESERVED:
         raise JsonRpcInvalidParams(f"{new} is not a name")
     if Symbol(new.lower() if named.function else new, named.scope, named.function) in names.places:
@@ -259,11 +247,9 @@ async def renamed(server: Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit
 def formatted(server: Server, params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
     """The edit that puts a document in canonical form; none for a text that is not a sheet yet."""
     document = server.document(params.text_document.uri)
-    text = document.source
+    text, path = document.source, document.path or None
     try:
-        new = format_sheet(
-            parsed(Source(document.path or document.uri, text), document.path or None)
-        )
+        new = format_sheet(parsed(Source(path or document.uri, text), path))
     except RuleSheetError:
         return []
     return [] if new == text else [lsp.TextEdit(stretch(document, 0, len(text)), new)]

@@ -38,16 +38,15 @@ def wrong_cell(path: str, line: int, text: str, name: str, *, number: bool = Fal
     kinds = "a number" if number else "a number, a symbol ('open)"
     place = Span(Source(f"{path}, line {line}", text), 0, len(text))
     note = f"a cell is {kinds}, or blank where the row has no value"
-    return error_at(
-        "E440", f"line {line} of {path}: this is not a valid value for {name}", place, note
-    )
+    message = f"line {line} of {path}: this is not a valid value for {name}"
+    return error_at("E440", message, place, note)
 
 
 def require_extra(extra: str, purpose: str, *packages: str, code: str = "E441") -> None:
     """Raise RuleSheetError if a package of an extra is not installed."""
     if any(find_spec(package) is None for package in packages):
-        notes = (f"pip install 'backsolve[{extra}]'",)
-        raise refusal(code, f"{purpose} {packages[0]}, which is not installed", None, *notes)
+        cure = f"pip install 'backsolve[{extra}]'"
+        raise refusal(code, f"{purpose} {packages[0]}, which is not installed", None, cure)
 
 
 def other_sweep(path: str, reason: str) -> Diagnosis:

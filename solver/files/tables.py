@@ -223,14 +223,12 @@ class ParquetFile:
     def _write(self, table: Table) -> None:
         status = self._arrow.array(WORDS).take(self._arrow.array(table.status))
         columns = [self._array(*pair) for pair in zip(self._names, table.values(), strict=True)]
-        rows = self._arrow.table(
-            [*columns, status], names=[*self._names, free_name("status", self._names)]
-        )
+        names = [*self._names, free_name("status", self._names)]
+        rows = self._arrow.table([*columns, status], names=names)
         if self._writer is None:
             texts = [field.name for field in rows.schema if field.type != self._arrow.float64()]
-            self._writer = self._parquet.ParquetWriter(
-                self._file.stream, rows.schema, use_dictionary=texts, compression="none"
-            )
+            how = {"use_dictionary": texts, "compression": "none"}
+            self._writer = self._parquet.ParquetWriter(self._file.stream, rows.schema, **how)
         if len(table.status):
             with writing(self._path):
                 self._writer.write_table(rows, row_group_size=ROW_GROUP)
@@ -285,9 +283,8 @@ def column_of(values: Any, name: str = "the input") -> Array:
         if column.dtype.kind not in _NUMBERS:  # numpy would make texts of numbers among symbols
             column = np.asarray(values, dtype=object)
     except ValueError:
-        raise ValueError(
-            f"the values of {name} are no column: there are lists among them"
-        ) from None
+        why = "there are lists among them"
+        raise ValueError(f"the values of {name} are no column: {why}") from None
     if column.ndim > 1:
         shape = "x".join(map(str, column.shape))
         raise ValueError(f"a column of a sweep has one dimension, and that of {name} is {shape}")
@@ -324,10 +321,8 @@ def _plain(value: Any, name: str) -> float | str | None:
 def one_length(names: Sequence[str], axes: Sequence[Sized]) -> None:
     """Raises ValueError for columns of different lengths."""
     if len(set(map(len, axes))) > 1:
-        lengths = ", ".join(f"{name}: {len(axis)}" for name, axis in zip(names, axes, strict=True))
-        raise ValueError(
-            f"the columns of a sweep must have one length ({lengths}); or use grid=True"
-        )
+        each = ", ".join(f"{name}: {len(axis)}" for name, axis in zip(names, axes, strict=True))
+        raise ValueError(f"the columns of a sweep must have one length ({each}); or use grid=True")
 
 
 PIECE = 8192
@@ -373,15 +368,12 @@ def _csv_pieces(path: str, names: Sequence[str]) -> Iterator[tuple[Sequence[int]
     while piece := list(islice(lines, PIECE)):
         for number, cells in piece:
             if len(cells) != len(head):
-                message = (
-                    f"line {number} of {path} has {len(cells)} cells, and the heading {len(head)}"
-                )
+                counts = f"{len(cells)} cells, and the heading {len(head)}"
+                message = f"line {number} of {path} has {counts}"
                 notes = ("a row has a cell for each name of the heading; a cell may be blank",)
                 raise refusal("E440", message, None, *notes)
-        yield (
-            [number for number, _ in piece],
-            [[cells[place] for _, cells in piece] for place in places],
-        )
+        columns = [[cells[place] for _, cells in piece] for place in places]
+        yield [number for number, _ in piece], columns
 
 
 def _lines(path: str) -> Iterator[tuple[int, list[str]]]:
@@ -390,12 +382,9 @@ def _lines(path: str) -> Iterator[tuple[int, list[str]]]:
         separator = delimiter(file.readline())
         file.seek(0)
         reader = csv.reader(file, delimiter=separator, strict=True)
-        for cells in reader:
-            if cells:
-                yield (
-                    reader.line_num,
-                    cells if separator == "," else list(map(decimal_point, cells)),
-                )
+        for cells in filter(None, reader):
+            told = cells if separator == "," else list(map(decimal_point, cells))
+            yield reader.line_num, told
 
 
 def _column(
@@ -421,11 +410,10 @@ def _column(
 
 def _value(cell: Any) -> float | str | None:
     """The value of a cell; spreadsheets write missing values in many ways."""
-    if cell is None or (
-        isinstance(cell, str) and cell.strip().lower() in ("", "nan", "na", "null", "none")
-    ):
-        return None
-    return parse_value(cell) if isinstance(cell, str) else float(cell)
+    if isinstance(cell, str):
+        missing = cell.strip().lower() in ("", "nan", "na", "null", "none")
+        return None if missing else parse_value(cell)
+    return None if cell is None else float(cell)
 
 
 class CsvFile:
@@ -495,12 +483,8 @@ class Samples(NamedTuple):
         column = self.solved(name)
         if len(column) < 2:
             return None
-        return (
-            float(column.mean()),
-            float(column.std(ddof=1)),
-            float(column.min()),
-            float(column.max()),
-        )
+        least, greatest = float(column.min()), float(column.max())
+        return float(column.mean()), float(column.std(ddof=1)), least, greatest
 
     @property
     def counts(self) -> dict[Status, int]:

@@ -37,15 +37,10 @@ def outline(figure: Figure) -> dict[str, Any]:
     """The parts common to all answers: names and kinds of points, strokes between them."""
     marks = marks_of(figure)
     places = [{"name": mark.name, "kind": mark.kind} for mark in marks if mark.kind in PLACES]
-    strokes = [
-        {
-            "kind": mark.kind,
-            "points": [node.name for node in parts(mark)[0]],
-            "label": mark.name or "",
-        }
-        for mark in marks
-        if mark.kind not in PLACES
-    ]
+    strokes = []
+    for mark in (mark for mark in marks if mark.kind not in PLACES):
+        named = [node.name for node in parts(mark)[0]]
+        strokes.append({"kind": mark.kind, "points": named, "label": mark.name or ""})
     return {
         "name": figure.name,
         "title": figure.comment or figure.name,
@@ -61,15 +56,13 @@ def geometry(model: Model, values: Mapping[str, Value]) -> list[dict[str, Any] |
 
     None for a figure that the values do not determine.
     """
-    drawn = drawable(model.figures, values)
-    return [
-        one
-        and {
-            "places": list(map(list, one.places.values())),
-            "angles": [s.angle for s in one.strokes],
-        }
-        for one in drawn
-    ]
+    found: list[dict[str, Any] | None] = []
+    for one in drawable(model.figures, values):
+        found.append(None)
+        if one is not None:
+            places, angles = map(list, one.places.values()), (s.angle for s in one.strokes)
+            found[-1] = {"places": list(places), "angles": list(angles)}
+    return found
 
 
 def needed(model: Model, *, polar: bool = True) -> tuple[str, ...]:
@@ -88,9 +81,8 @@ def boxes(
     """
     found: list[list[float] | None] = []
     for number, figure in enumerate(outlines):
-        places = [
-            place for some in drawn if some and (one := some[number]) for place in one["places"]
-        ]
+        there = (one for some in drawn if some and (one := some[number]))
+        places = [place for one in there for place in one["places"]]
         share = 3.0 if figure["polar"] else 0.0
         ends = np.percentile(np.array(places), [share, 100.0 - share], axis=0) if places else None
         found.append(None if ends is None else ends.ravel().tolist())
@@ -126,27 +118,24 @@ def handles(result: Result, answer: int = 0) -> tuple[Handle, ...]:
     values = dict(result.solutions[answer])
     drivers = [name for name, value in result.inputs.items() if isinstance(value, float)]
     posted = (n for n, variable in model.variables.items() if variable.posted)
-    names = dict.fromkeys(
-        (*needed(model), *(n for n in posted if isinstance(values.get(n), float)))
-    )
+    names = dict.fromkeys(needed(model))
+    names |= dict.fromkeys(n for n in posted if isinstance(values.get(n), float))
     slopes = result.sensitivity([n for n in names if n not in result.inputs], drivers, answer)
     before = drawable(model.figures, values)
     for driver in drivers:
         moved = _displaced(slopes, values, driver)
         both = enumerate(zip(before, drawable(model.figures, moved), strict=True))
         pairs = {number: (a, b) for number, (a, b) in both if moved and a and b and not a.polar}
-        if not any(_motion(*pair) for pair in pairs.values()) or not all(
-            map(_rigid, pairs.values())
-        ):
+        moves = any(_motion(*pair) for pair in pairs.values())
+        if not moves or not all(map(_rigid, pairs.values())):
             continue
         for number, (here, there) in pairs.items():
             most = _motion(here, there)
             for point, kind in here.kinds.items():
                 moves = dist(here.places[point], there.places[point]) > 1e-2 * most
                 if kind == "point" and moves and (number, point) not in found:
-                    variable = _variable(
-                        result, values, slopes, model.figures[number], point, driver
-                    )
+                    figure = model.figures[number]
+                    variable = _variable(result, values, slopes, figure, point, driver)
                     found[number, point] = Handle(number, point, driver, variable)
     return tuple(found.values())
 
@@ -183,11 +172,9 @@ def _variable(
         given, variable = frozenset({*result.inputs} - {driver} | {name}), known[name]
         path = planner(result.model).path(given, decided, want=wanted - {name})
         if not wanted & set(path.undetermined):
-            steps = (
-                len(equations_of(step)) ** 2 * getattr(step, "branches", 1) for step in path.steps
-            )
+            counts = ((len(equations_of(s)), getattr(s, "branches", 1)) for s in path.steps)
             silent = not (variable.unit or variable.comment) and variable.value is None
-            reached[name] = silent, sum(steps)
+            reached[name] = silent, sum(rules**2 * branches for rules, branches in counts)
     return min(reached, key=reached.__getitem__, default=driver)
 
 
@@ -199,9 +186,8 @@ def _motion(before: Diagram, after: Diagram) -> float:
 def _rigid(pair: Pair) -> bool:
     """Whether links, pins and fixed guides are unchanged after a motion."""
     before, after = (one.places for one in pair)
-    changes = [
-        dist(before[name], after[name]) for name, kind in pair[0].kinds.items() if kind == "pin"
-    ]
+    pins = (name for name, kind in pair[0].kinds.items() if kind == "pin")
+    changes = [dist(before[name], after[name]) for name in pins]
     for stroke in pair[0].strokes:
         first = stroke.points[0]
         if stroke.kind in _RIGID_STROKES:
@@ -266,9 +252,8 @@ def rail(
     parameter = (turning or followed)[0]
     own = {name: None for name, variable in model.variables.items() if variable.value is not None}
     fixed = {n: v for n, v in {**own, **given, driver: None}.items() if n != parameter}
-    guesses = {
-        n: v for n, v in values.items() if isinstance(v, float) and n not in (*fixed, parameter)
-    }
+    numbers = {n: v for n, v in values.items() if isinstance(v, float)}
+    guesses = {n: v for n, v in numbers.items() if n not in (*fixed, parameter)}
     names = tuple(dict.fromkeys((*followed, *needed(model, polar=False))))
     want = [name for name in names if name != parameter and fixed.get(name) is None]
     along = {parameter: _range(model, parameter, float(values[parameter]))}
@@ -277,9 +262,8 @@ def rail(
     kept = {name: value for name, value in fixed.items() if value is not None}
     columns = [table[name].tolist() for name in table]
     every = [{**kept, **dict(zip(table, row, strict=True))} for row in zip(*columns, strict=True)]
-    branches = [
-        [r for r in every[one.first : one.last] if _whole(r, names)] for one in table.branches
-    ]
+    stretches = (every[one.first : one.last] for one in table.branches)
+    branches = ([row for row in rows if _whole(row, names)] for rows in stretches)
     solid = [rows for rows in branches if len(rows) > 1]
     if not solid:
         return None
@@ -289,14 +273,12 @@ def rail(
     more = [n for n in needed(model) if n != parameter and fixed.get(n) is None]
     want = list(dict.fromkeys((*want, *more)))
     plan = prepare(model, [parameter], want=want, given=fixed, guesses=guesses)
-    limits = {
-        name: _limits(plan, name, rows, closed)
-        for name in followed
-        if name != parameter and all(isinstance(row.get(name), float) for row in rows)
-    }
-    return Rail(
-        parameter, followed, tuple(rows), closed, limits, _rests_on(model, fixed, parameter), plan
-    )
+    limits = {}
+    for name in (name for name in followed if name != parameter):
+        if all(isinstance(row.get(name), float) for row in rows):
+            limits[name] = _limits(plan, name, rows, closed)
+    rests = _rests_on(model, fixed, parameter)
+    return Rail(parameter, followed, tuple(rows), closed, limits, rests, plan)
 
 
 def _range(model: Model, name: str, now: float) -> NDArray[np.float64]:
@@ -346,9 +328,8 @@ def _limits(
     for sign in (1.0, -1.0):
         place = int(np.argmin(sign * values))
         if closed or 0 < place < len(rows) - 1:
-            rows[place] = _extreme(
-                plan, name, rows[place], sign, sorted(at[place : place + 3 : 2].tolist())
-            )
+            ends = sorted(at[place : place + 3 : 2].tolist())
+            rows[place] = _extreme(plan, name, rows[place], sign, ends)
             found.append(float(rows[place][name]))
         else:
             found.append(None)
@@ -374,10 +355,8 @@ def _extreme(plan: Plan, name: str, row: Row, sign: float, ends: list[float]) ->
 
 def nearest(plan: Plan, at: float, answers: Iterable[Sequence[Value]], like: Row) -> Row:
     """The values of the answer of a plan, for its one input, that is nearest to given ones."""
-    rows = (
-        {**plan.given, plan.inputs[0]: at, **dict(zip(plan.want, one, strict=True))}
-        for one in answers
-    )
+    given = {**plan.given, plan.inputs[0]: at}
+    rows = ({**given, **dict(zip(plan.want, one, strict=True))} for one in answers)
     return min(rows, key=lambda row: apart(plan.model, row, like), default={})
 
 

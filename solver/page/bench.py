@@ -144,9 +144,9 @@ class Bench:
         if not result.solutions:
             return {"outputs": [], "inputs": [], "slopes": []}
         table = result.sensitivity(answer=_answer(question, result))
-        slopes = [
-            [_number(table[output, given]) for given in table.inputs] for output in table.outputs
-        ]
+        slopes = []
+        for output in table.outputs:
+            slopes.append([_number(table[output, given]) for given in table.inputs])
         return {"outputs": list(table.outputs), "inputs": list(table.inputs), "slopes": slopes}
 
     def swap(self, question: Json) -> Json:
@@ -158,11 +158,8 @@ class Bench:
         number = _answer(question, result)
         table = result.sensitivity([name], answer=number)
         drivers = {handle.driver for handle in handles(result, number)}
-        share = {
-            given: abs(slope * float(result.inputs[given]))
-            for given in table.inputs
-            if (slope := table[name, given])
-        }
+        slopes = ((given, table[name, given]) for given in table.inputs)
+        share = {given: abs(by * float(result.inputs[given])) for given, by in slopes if by}
         return {"choices": sorted(share, key=lambda n: (n not in drivers, -share[n]))}
 
     def sweep(self, question: Json) -> Json:
@@ -173,27 +170,18 @@ class Bench:
         if not 0 < len(at) <= ROWS:
             raise ValueError(f"a page draws 1 to {ROWS} rows, and these are {len(at)}")
         given = {n: v for n, v in _values(question, "inputs").items() if n != name}
-        wanted = [
-            n
-            for n, v in model.variables.items()
-            if v.posted and n != name and given.get(n, v.value) is None
-        ]
+        posted = {n: given.get(n, v.value) for n, v in model.variables.items() if v.posted}
+        wanted = [n for n, value in posted.items() if n != name and value is None]
         variable = model.variables[name]
         shown = variable.display_unit
         rows = converted(at.tolist(), shown, variable) if shown else at
         table = sweep(model, {name: rows}, want=wanted, given=given, guesses=_guesses(question))
         found = shown_columns(table, model)
-        numbers = {
-            n: [None if isinstance(v, str) else _number(v) for v in found[n].tolist()]
-            for n in found
-        }
-        columns = {**numbers, name: at.tolist()}
-        return {
-            "name": name,
-            "columns": columns,
-            "solved": int(table.solved.sum()),
-            "rows": len(at),
-        }
+        columns = {}
+        for n, column in found.items():
+            columns[n] = [None if isinstance(v, str) else _number(v) for v in column.tolist()]
+        columns[name], solved = at.tolist(), int(table.solved.sum())
+        return {"name": name, "columns": columns, "solved": solved, "rows": len(at)}
 
     # --- dragging ---
 

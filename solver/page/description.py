@@ -10,7 +10,7 @@ import base64
 import html
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from hashlib import sha256
 from itertools import chain
 from math import isfinite, prod
@@ -37,8 +37,7 @@ _SCOPE = re.compile(r"\\text\{[^{}]*\.\}")
 
 NO_CODE = (
     "a page runs no code of a sheet; if you trust the file, solve the sheet with --allow-python "
-    "in the "
-    "terminal, or load it with allow_python=True and show it in a notebook"
+    "in the terminal, or load it with allow_python=True and show it in a notebook"
 )
 
 
@@ -63,13 +62,10 @@ def described(model: Model) -> dict[str, Any]:
 
 
 def _variable(variable: Variable) -> dict[str, Any]:
-    limits = {
-        name: size if isfinite(size := getattr(variable, name)) else None
-        for name in ("low", "high")
-    }
-    own = {
-        name: getattr(variable, name) for name in ("name", "value", "guess", "comment", "posted")
-    }
+    sizes = ((name, getattr(variable, name)) for name in ("low", "high"))
+    limits = {name: size if isfinite(size) else None for name, size in sizes}
+    names = ("name", "value", "guess", "comment", "posted")
+    own = {name: getattr(variable, name) for name in names}
     return {**own, **limits, "unit": variable.shown_unit, "scale": list(displaying(variable))}
 
 
@@ -89,10 +85,9 @@ def typeset(model: Model) -> list[list[str]]:
 
 def complaint(diagnosis: Diagnosis) -> dict[str, Any]:
     """A diagnosis with its places, and as printed in the terminal."""
-    spans = [label.span for label in diagnosis.labels]
-    places = [
-        {name: getattr(span, name) for name in ("file", "start", "end", "line")} for span in spans
-    ]
+    places, names = [], ("file", "start", "end", "line")
+    for label in diagnosis.labels:
+        places.append({name: getattr(label.span, name) for name in names})
     told = {**diagnosis_json(diagnosis), "places": places, "printed": render(diagnosis)}
     return told | ({"notes": [NO_CODE]} if diagnosis.code == "E313" else {})
 
@@ -128,16 +123,12 @@ def _rules(result: Result) -> list[dict[str, Any]]:
     rows = []
     for group in Places(result.model).groups.values():
         steps = [place[equation.index] for equation in group if equation.index in place]
-        missing = sorted(
-            {name for equation in group for name in equation.names if name not in known}
-        )
-        state = "used" if steps else "idle"
-        if (
-            result.status is not Status.SOLVED
-            and (group[0].rule.file, group[0].rule.start) in blamed
-        ):
+        named = {name for equation in group for name in equation.names}
+        missing = sorted(name for name in named if name not in known)
+        state, unsolved = "used" if steps else "idle", result.status is not Status.SOLVED
+        if unsolved and (group[0].rule.file, group[0].rule.start) in blamed:
             state = "broken"
-        elif result.status is not Status.SOLVED and missing:
+        elif unsolved and missing:
             state = "waiting"
         waits = missing if state == "waiting" else []
         rows.append({"state": state, "step": min(steps, default=0), "waits": waits})
@@ -156,9 +147,8 @@ def derived(derivation: Derivation) -> dict[str, Any]:
             shown: dict[str, Any] = {"tex": tex, "unit": unit, "within": bool(link.tears)}
             if line.equation is not None:
                 shown["place"], shown["rule"] = page.places.rule(line.equation)
-                shown["because"] = [
-                    f"{word} {said}" for word, said, _ in page.guards(line, Plain())
-                ]
+                guards = page.guards(line, Plain())
+                shown["because"] = [f"{word} {said}" for word, said, _ in guards]
             lines.append(shown)
     return {"head": page.head(), "given": given, "lines": lines}
 
@@ -253,41 +243,30 @@ def _document(
     shown = _shown(model)
     drawn = [None if row is None else geometry(model, row) for row in rows]
     outlines = list(map(outline, model.figures))
-    flat = [  # coordinates and angles one after the other
-        None
-        if some is None
-        else [
-            list(map(_round, chain(*one["places"], one["angles"]))) if one else None for one in some
-        ]
-        for some in drawn
-    ]
+
+    def flat(one: dict[str, Any] | None) -> list[float] | None:
+        """Coordinates and angles one after the other."""
+        return None if one is None else list(map(_round, chain(*one["places"], one["angles"])))
+
+    def numbers(name: str, values: Iterable[Value | None]) -> list[Value | None]:
+        return [_number(value, displaying(model.variables[name])) for value in values]
+
+    names = ("name", "unit", "comment", "scale")
+    columns = [numbers(v.name, (row.get(v.name) if row else None for row in rows)) for v in shown]
+    lines = map(list, zip(*columns, strict=True)) if columns else ([] for _ in rows)
     return {
         "name": model.name,
         "axes": [
-            {
-                "name": name,
-                "values": [_number(value, displaying(model.variables[name])) for value in values],
-                "at": _place(model, name, values),
-            }
-            for name, values in axes.items()
+            {"name": name, "values": numbers(name, some), "at": _place(model, name, some)}
+            for name, some in axes.items()
         ],
-        "variables": [
-            {
-                key: told
-                for key, told in _variable(v).items()
-                if key in ("name", "unit", "comment", "scale")
-            }
-            for v in shown
-        ],
+        "variables": [{name: _variable(v)[name] for name in names} for v in shown],
         "given": [v.name for v in shown if v.name in axes or effective[v.name] is not None],
         "figures": outlines,
         "boxes": [box and list(map(_round, box)) for box in boxes(outlines, drawn)],
         "said": SAID,
-        "values": [
-            None if row is None else [_number(row.get(v.name), displaying(v)) for v in shown]
-            for row in rows
-        ],
-        "drawn": flat,
+        "values": [row and line for row, line in zip(rows, lines, strict=True)],
+        "drawn": [None if some is None else list(map(flat, some)) for some in drawn],
     }
 
 

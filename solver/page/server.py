@@ -67,9 +67,8 @@ class Sheet(NamedTuple):
     def write(self, text: str, seen: str) -> None:
         """Replace the file, if its text is still what the page has ``seen``. Raises Refused."""
         if self.key.startswith(SHIPPED):
-            raise Refused(
-                "a sheet that comes with Backsolve is not written to; copy its folder first"
-            )
+            cure = "copy its folder first"
+            raise Refused(f"a sheet that comes with Backsolve is not written to; {cure}")
         if fingerprint(read_source(self.file).text) != seen:
             raise Refused(f"{self.name} has changed on disk since it was opened")
         write_file(str(self.file), text.encode())
@@ -79,9 +78,8 @@ def listed(folder: Path) -> list[dict[str, str]]:
     """Every sheet by key and name, those of the folder first."""
     paths = (file.relative_to(folder) for file in sorted(folder.rglob("*.tk")))
     found: list[dict[str, str]] = []
-    for path in islice(
-        (p for p in paths if not any(part.startswith(".") for part in p.parts)), LISTED
-    ):
+    shown = (path for path in paths if not any(part.startswith(".") for part in path.parts))
+    for path in islice(shown, LISTED):
         key, parent = path.as_posix(), path.parent.as_posix() if path.parent.name else folder.name
         found.append({"key": key, "name": parent if path.name == MAIN_SHEET else key})
     return found + [{"key": SHIPPED + name, "name": name} for name in shipped_models()]
@@ -109,10 +107,9 @@ def fingerprint(text: str) -> str:
 
 
 POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' "
-    "data:; "
-    "font-src 'self'; connect-src 'self'; base-uri 'none'; frame-ancestors 'none'; form-action "
-    "'none'"
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data:; font-src 'self'; connect-src 'self'; base-uri 'none'; "
+    "frame-ancestors 'none'; form-action 'none'"
 )
 
 HEADERS = {
@@ -165,11 +162,8 @@ class Gate:
         if host.rpartition(":")[0] not in self.hosts and host not in self.hosts:
             return "the host is not this machine"
         if origin is None:
-            return (
-                "a websocket says where it comes from"
-                if asked.scope["type"] == "websocket"
-                else None
-            )
+            silent = "a websocket says where it comes from"
+            return silent if asked.scope["type"] == "websocket" else None
         return None if origin == f"http://{host}" else "it comes from another site"
 
     def _right(self, given: str) -> bool:
@@ -274,12 +268,8 @@ class Tab:
         """Read a sheet and load it; ``kept`` is the last state of it in a tab."""
         self.sheet = sheet = sheet_of(str(message["sheet"]), self.folder)
         text, shipped = read_source(sheet.file).text, sheet.key.startswith(SHIPPED)
-        told = {
-            "sheet": sheet.key,
-            "name": sheet.name,
-            "text": text,
-            "kept": self.kept.get(sheet.key),
-        }
+        kept = self.kept.get(sheet.key)
+        told = {"sheet": sheet.key, "name": sheet.name, "text": text, "kept": kept}
         return {**await self.edit(told), **told, "seen": fingerprint(text), "shipped": shipped}
 
     async def edit(self, message: Json) -> Json:
@@ -330,11 +320,6 @@ def serve(folder: Path, first: str, *, host: str, port: int, timeout: float, bro
         print(address, flush=True)
         if browse:
             webbrowser.open(address)
-        config = uvicorn.Config(
-            app,
-            log_level="warning",
-            access_log=False,
-            ws_max_size=MESSAGE,
-            timeout_graceful_shutdown=1,
-        )
+        limits: dict[str, Any] = {"ws_max_size": MESSAGE, "timeout_graceful_shutdown": 1}
+        config = uvicorn.Config(app, log_level="warning", access_log=False, **limits)
         uvicorn.Server(config).run(sockets=[listener])

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from rulesheets.files import find_sheet, shipped_models
 from rulesheets.inputs import override
 from rulesheets.model import Model, Value, expect_model
-from solver.commands import Command, add_input_options, read_request, seconds
+from solver.commands import REPEATED, Command, add_input_options, read_request, seconds
 from solver.commands.over import read_axes
 from solver.files import require_extra, write_file
 
@@ -49,26 +49,22 @@ def interact(
     for name, values in sliders.items():
         if name not in begin.values:
             given[name] = values[len(values) // 2]
-    return Cell(
-        model, sliders, given, {name: begin.guesses[name] for name in guesses or {}}, timeout
-    )
+    first = {name: begin.guesses[name] for name in guesses or {}}
+    return Cell(model, sliders, given, first, timeout)
 
 
 def _add_patience(parser: ArgumentParser) -> None:
     """The limit of one solve. (As ``timeout`` it would be that of the whole command.)"""
-    said = "seconds that a solve may take; 10"
-    parser.add_argument(
-        "--timeout", metavar="S", dest="patience", type=seconds, default=10.0, help=said
-    )
+    add, said = parser.add_argument, "seconds that a solve may take; 10"
+    add("--timeout", metavar="S", dest="patience", type=seconds, default=10.0, help=said)
 
 
 def _open_arguments(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("sheet", metavar="SHEET", nargs="?", help="a rule sheet, or the name of a shipped one")
     add("--port", type=int, default=0, help="the port to serve on; any free one by default")
-    add(
-        "--host", default="127.0.0.1", help="the address to serve on; this machine alone by default"
-    )
+    served = "the address to serve on; this machine alone by default"
+    add("--host", default="127.0.0.1", help=served)
     _add_patience(parser)
     add("--no-browser", action="store_true", help="print the address, and open no browser")
 
@@ -94,7 +90,7 @@ def _export_arguments(parser: ArgumentParser) -> None:
     add_input_options(parser)
     add = parser.add_argument
     over = "a slider for an input, or NAME=A,B,…; up to three"
-    add("--over", metavar="NAME=START:STOP:STEP", action="append", default=[], help=over)
+    add("--over", metavar="NAME=START:STOP:STEP", help=over, **REPEATED)
     add("-o", "--output", metavar="FILE.html", help="the file to write; NAME.html by default")
 
 
@@ -106,9 +102,8 @@ def _export(arguments: Namespace) -> int:
     path = arguments.output or f"{request.model.name}.html"
     request.expect_output(path)
     values = {name: axis[:].tolist() for name, axis in read_axes(arguments.over, request).items()}
-    page, states, solved = export(
-        request.model, request.inputs, request.guesses, values, request.want
-    )
+    asked = request.model, request.inputs, request.guesses, values, request.want
+    page, states, solved = export(*asked)
     write_file(path, page.encode())
     print(f"{path}: {solved} of {states} states solved")
     return 0 if solved else 1

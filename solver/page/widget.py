@@ -38,13 +38,8 @@ class Cell(AnyWidget):
         self._base = os.path.dirname(model.files[0]) if model.files else ""
         state = {"text": self.text, "inputs": self.inputs, "guesses": dict(guesses), "near": None}
         sliders = [{"name": name, "values": list(values)} for name, values in over.items()]
-        names = {
-            "sheet": model.name,
-            "name": model.name,
-            "text": self.text,
-            "seen": "",
-            "shipped": True,
-        }
+        names: dict[str, Any] = {"sheet": model.name, "name": model.name, "text": self.text}
+        names |= {"seen": "", "shipped": True}
         described = self._bench.take(model)
         super().__init__(opened={**described, **names, "kept": {"doc": state}, "sliders": sliders})
         self.on_msg(self._heard)
@@ -79,9 +74,7 @@ class Cell(AnyWidget):
 
 def _text(model: Model) -> str:
     """The text of the sheet itself, without used files."""
-    spans = [
-        *(v.span for v in model.variables.values()),
-        *(equation.rule for equation in model.equations),
-    ]
+    spans = [variable.span for variable in model.variables.values()]
+    spans += [equation.rule for equation in model.equations]
     sources = [span.source for span in spans if span is not None]
     return next((one.text for one in sources if not model.files or one.name == model.files[0]), "")

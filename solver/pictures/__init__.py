@@ -94,18 +94,16 @@ class View(NamedTuple):
 def variables(figures: Iterable[Figure]) -> tuple[str, ...]:
     """Full names of the variables that the figures need, in order of appearance."""
     marks = (mark for figure in figures for mark in marks_of(figure))
-    return tuple(
-        dict.fromkeys(name for mark in marks for part in parts(mark)[1] for name in names(part))
-    )
+    reckoned = (part for mark in marks for part in parts(mark)[1])
+    return tuple(dict.fromkeys(name for part in reckoned for name in names(part)))
 
 
 def diagram(figure: Figure, values: Mapping[str, Value]) -> Diagram:
     """The figure at these values. Raises ValueError with a short reason if it lacks one."""
     missing = [name for name in variables([figure]) if name not in values]
     if missing:
-        raise ValueError(
-            f"{' and '.join(missing[:3])}{' …' if len(missing) > 3 else ''} has no value"
-        )
+        some = " and ".join(missing[:3]) + " …" * (len(missing) > 3)
+        raise ValueError(f"{some} has no value")
 
     def number(part: Expression) -> float:
         try:
@@ -259,17 +257,13 @@ def place(
     Boxes (n, 4) are middles and half sides, ``segments`` (n, 2, 2) their ends. ``before`` are the
     offsets of labels from their points in an earlier frame.
     """
-    half, found = (
-        np.array(size) / 2,
-        dict.fromkeys(label_requests, np.array([np.inf, np.inf, 0.0, 0.0])),
-    )
+    half = np.array(size) / 2
+    found = dict.fromkeys(label_requests, np.array([np.inf, np.inf, 0.0, 0.0]))
     costs: dict[str, tuple[Array, Array]] = {}  # of each candidate by itself
     for key, request in label_requests.items():
         boxes = _candidates(request)
-        off, beyond = (
-            boxes[:, :2] - request.point,
-            np.abs(boxes[:, :2] - half) + boxes[:, 2:] - half,
-        )
+        off = boxes[:, :2] - request.point
+        beyond = np.abs(boxes[:, :2] - half) + boxes[:, 2:] - half
         cost = _COVERED * overlaps(boxes, symbols).sum(axis=1)
         cost += _CROSSED * inside(boxes, segments).sum(axis=1)
         cost += _OUTSIDE * beyond.clip(0.0).sum(axis=1) + _FAR * np.linalg.norm(off, axis=1)
@@ -289,9 +283,8 @@ def _candidates(request: LabelRequest) -> Array:
     half = np.array([0.6 * _POINT * FONT * len(request.text) + 0.4, 0.95 * _POINT * FONT]) / 2
     if request.along is None:
         around = np.column_stack([np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)])
-        middles = np.concatenate(
-            [request.point + around * (half + clear) for clear in (1.4, 2.9, 4.9)]
-        )
+        rings = [request.point + around * (half + clear) for clear in (1.4, 2.9, 4.9)]
+        middles = np.concatenate(rings)
     else:
         start, step = np.array(request.along[0]), np.subtract(request.along[1], request.along[0])
         normal = step[::-1] * (-1.0, 1.0) / np.hypot(*step)
@@ -311,10 +304,8 @@ def inside(boxes: Array, segments: Array) -> Array:
     """The lengths (n, m) of segments inside boxes (Liang and Barsky 1984)."""
     start, step = segments[:, 0], segments[:, 1] - segments[:, 0]
     slope = np.where(step == 0.0, 1e-300, step)
-    low, high = (
-        (boxes[:, None, :2] + side * boxes[:, None, 2:] - start) / slope for side in (-1, 1)
-    )
+    middles, half = boxes[:, None, :2], boxes[:, None, 2:]
+    low, high = (middles - half - start) / slope, (middles + half - start) / slope
     enter, leave = np.minimum(low, high).max(axis=2), np.maximum(low, high).min(axis=2)
-    return np.asarray(
-        (leave.clip(max=1.0) - enter.clip(0.0)).clip(0.0) * np.linalg.norm(step, axis=1)
-    )
+    share = (leave.clip(max=1.0) - enter.clip(0.0)).clip(0.0)
+    return np.asarray(share * np.linalg.norm(step, axis=1))

@@ -100,16 +100,14 @@ def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> 
     count = max(map(len, frames))
     shown = [[v for views in frames if k < len(views) and (v := views[k])] for k in range(count)]
     views = [view for column in shown for view in column]
-    rows = range(len(views[0].diagrams))
-    seen = [
-        [[d for view in column if (d := view.diagrams[row])] for column in shown] for row in rows
-    ]
+    rows, seen = range(len(views[0].diagrams)), []
+    for row in rows:
+        seen.append([[d for view in column if (d := view.diagrams[row])] for column in shown])
     extents = list(map(_extent, seen))
     # figures below each other where there are several views; the figures of one view fill rows
     wide = len(rows) if len(rows) <= _ACROSS else -(-len(rows) // 2)
-    cells = {
-        (row, k): (row, k) if count > 1 else divmod(row, wide) for row in rows for k in range(count)
-    }
+    every = ((row, k) for row in rows for k in range(count))
+    cells = {cell: cell if count > 1 else divmod(cell[0], wide) for cell in every}
     widths, heights = dict[int, float](), dict[int, float]()
     for (row, column), (y, x) in cells.items():
         units, width, height = extents[row]
@@ -164,13 +162,8 @@ def _travel(seen: Sequence[Diagram]) -> dict[int, tuple[Place, Place]]:
 
 def _legend(views: Sequence[View], width: float) -> tuple[tuple[str, ...], ...]:
     """The kinds of arrows in the views, if there are several, in rows of that width."""
-    drawn = {
-        stroke.kind
-        for view in views
-        for diagram in view.diagrams
-        if diagram
-        for stroke in diagram.strokes
-    }
+    diagrams = (diagram for view in views for diagram in view.diagrams if diagram)
+    drawn = {stroke.kind for diagram in diagrams for stroke in diagram.strokes}
     kinds = [kind for kind in ARROWS if kind in drawn]
     rows: list[tuple[str, ...]] = []
     for kind in kinds if len(kinds) > 1 else ():
@@ -215,10 +208,9 @@ class Pen:
 
     def __init__(self, axes: Axes, diagram: Diagram, room: Room) -> None:
         self.axes, self.diagram, self.room = axes, diagram, room
-        left, bottom, *_ = room.window
-        self.spots = {
-            n: complex(x - left, y - bottom) / room.scale for n, (x, y) in diagram.places.items()
-        }
+        corner = complex(room.window.left, room.window.bottom)
+        places = diagram.places.items()
+        self.spots = {name: (complex(*at) - corner) / room.scale for name, at in places}
         self.lines: list[tuple[complex, complex]] = []
         self.joints: list[tuple[float, float, float, float]] = []
 
@@ -231,10 +223,8 @@ class Pen:
             if not name.startswith("_"):
                 self._point(self.spots[name], kind)
         lines = np.array(self.lines, complex).view(float).reshape(-1, 2, 2)
-        joints, size = (
-            np.array(self.joints).reshape(-1, 4),
-            (window.width / scale, window.height / scale),
-        )
+        joints = np.array(self.joints).reshape(-1, 4)
+        size = window.width / scale, window.height / scale
         offsets, label_requests = {}, self.label_requests()
         for key, box in place(label_requests, lines, joints, size, before).items():
             request, (sign, _, number_of) = label_requests[key], key.partition(" ")
@@ -242,13 +232,9 @@ class Pen:
             offsets[key] = float(box[0] - request.point[0]), float(box[1] - request.point[1])
             (x,), (y,) = self._in_units([complex(*box[:2])])
             color, style = STYLES.get(drawn, ("", INK, ""))[1], "italic" if drawn else "normal"
-            look: dict[str, Any] = {
-                "color": color,
-                "style": style,
-                "fontsize": FONT,
-                "ha": "center",
-            }
-            self.axes.text(x, y, request.text, va="center", zorder=8, parse_math=False, **look)
+            look: dict[str, Any] = {"color": color, "style": style, "fontsize": FONT}
+            look |= {"ha": "center", "va": "center", "zorder": 8, "parse_math": False}
+            self.axes.text(x, y, request.text, **look)
         return offsets
 
     def label_requests(self) -> dict[str, LabelRequest]:
@@ -258,28 +244,23 @@ class Pen:
             if not name.startswith("_"):
                 near = (n for n in groups if abs(self.spots[n] - at) < _SAME)
                 groups.setdefault(next(near, name), []).append(name)
-        found = {
-            f"point {n}": LabelRequest(", ".join(all_), _pair(self.spots[n]))
-            for n, all_ in groups.items()
-        }
+        found = {}
+        for name, alike in groups.items():
+            found[f"point {name}"] = LabelRequest(", ".join(alike), _pair(self.spots[name]))
         for number, stroke in enumerate(self.diagram.strokes):
-            start, end = (
-                self.spots[stroke.points[place]] for place in (0, min(1, len(stroke.points) - 1))
-            )
+            start, end = (self.spots[name] for name in (stroke.points * 2)[:2])
             if stroke.label and abs(end - start) > _LEAST:
                 along = (_pair(start), _pair(end)) if abs(end - start) > _SHORT else None
-                found[f"stroke {number}"] = LabelRequest(
-                    stroke.label, _pair((start + end) / 2), along
-                )
+                middle = _pair((start + end) / 2)
+                found[f"stroke {number}"] = LabelRequest(stroke.label, middle, along)
         return found
 
     # --- the elements, in millimetres ---
 
     def _in_units(self, places: Sequence[complex]) -> tuple[list[float], list[float]]:
         (left, bottom, *_), scale = self.room.window, self.room.scale
-        return [left + at.real * scale for at in places], [
-            bottom + at.imag * scale for at in places
-        ]
+        xs, ys = ([left + at.real * scale for at in places], [at.imag for at in places])
+        return xs, [bottom + y * scale for y in ys]
 
     def _line(
         self, places: Sequence[complex], width: float, layer: float, color: str = INK, **more: Any
@@ -370,11 +351,7 @@ def _box(middle: complex, along: complex, length: float, width: float) -> list[c
     return [middle + complex(u * length / 2, v * width / 2) * along for u, v in corners]
 
 
-_DATES: dict[str, dict[str, Any]] = {
-    "png": {"Software": None},
-    "svg": {"Date": None},
-    "pdf": {"CreationDate": None},
-}
+_DATES = {"png": "Software", "svg": "Date", "pdf": "CreationDate"}
 """Metadata that would make two files of one picture differ."""
 
 
@@ -382,7 +359,7 @@ def encode(figure: Figure, form: str, dpi: float) -> bytes:
     """The page as ``png``, ``svg`` or ``pdf``: the same bytes for the same picture."""
     file = BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": "backsolve"}):
-        figure.savefig(file, format=form, dpi=dpi, metadata=_DATES[form])
+        figure.savefig(file, format=form, dpi=dpi, metadata={_DATES[form]: None})
     return file.getvalue()
 
 
@@ -436,10 +413,8 @@ class _Sheet:
         figure.set_size_inches(self.width / _INCH, self.height / _INCH)
 
     def text(self, x: float, y: float, text: str, points: float, **more: Any) -> None:
-        more = {"ha": "center", "va": "center", "color": INK, **more}
-        self.figure.text(
-            x / self.width, y / self.height, text, fontsize=points, parse_math=False, **more
-        )
+        look = {"ha": "center", "va": "center", "color": INK, "parse_math": False, **more}
+        self.figure.text(x / self.width, y / self.height, text, fontsize=points, **look)
 
     def line(
         self, places: Sequence[Place], width: float, color: str = INK, dashes: Any = "solid"

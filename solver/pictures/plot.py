@@ -76,16 +76,13 @@ def arranged(
     count = answers * prod(sizes)
     if count > CURVES:
         if len(inputs) == len(lengths) == 2 and answers == 1:
-            return _maps(
-                axes, {name: _spread(column, places, shape) for name, column in drawn.items()}
-            )
+            return _maps(axes, {n: _spread(v, places, shape) for n, v in drawn.items()})
         raise _nothing(f"{count:,} curves are too many for one picture")
     at = dict(zip(inputs, places, strict=True))
     if others:
         number = number + answers * np.ravel_multi_index([at[name] for name in others], sizes)
-    heights = {
-        n: _spread(v, (number, at[along]), (count, len(axes[along]))) for n, v in drawn.items()
-    }
+    where, size = (number, at[along]), (count, len(axes[along]))
+    heights = {n: _spread(v, where, size) for n, v in drawn.items()}
     labels = []
     for place in np.ndindex(*sizes, answers):
         said = [f"{n} = {readable(axes[n][k])}" for n, k in zip(others, place[:-1], strict=True)]
@@ -173,9 +170,8 @@ def _draw_curves(
         axes.margins(x=0)
     if len(curves.labels) > 1:
         handles, _ = rows[0, 0].get_legend_handles_labels()
-        figure.legend(
-            handles, curves.labels, loc="outside upper center", ncols=4, frameon=False, fontsize=8
-        )
+        look: dict[str, Any] = {"loc": "outside upper center", "frameon": False, "fontsize": 8}
+        figure.legend(handles, curves.labels, ncols=4, **look)
     rows[-1, 0].set_xlabel(titled([curves.along], model))
     figure.align_ylabels()
 
@@ -210,9 +206,8 @@ def _draw_maps(figure: Figure, maps: Maps, model: Model) -> None:
     for axes, (name, field) in zip(rows[:, 0], maps.fields.items(), strict=True):
         shown = np.ma.masked_invalid(field)
         low, high, extend = colored(field)
-        mesh = axes.pcolormesh(
-            maps.columns, maps.lines, shown, shading="nearest", rasterized=True, vmin=low, vmax=high
-        )
+        look = {"shading": "nearest", "rasterized": True, "vmin": low, "vmax": high}
+        mesh = axes.pcolormesh(maps.columns, maps.lines, shown, **look)
         figure.colorbar(mesh, ax=axes, label=titled([name], model), extend=extend)
         axes.set_ylabel(titled([maps.up], model))
     rows[-1, 0].set_xlabel(titled([maps.across], model))
@@ -229,9 +224,7 @@ def colored(field: Any) -> tuple[float | None, float | None, str]:
         return None, None, "neither"
     least, low, high, most = (float(v) for v in np.quantile(values, [0.0, 0.01, 0.99, 1.0]))
     below, above = (high - least > 2 * (high - low)), (most - low > 2 * (high - low))
-    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get(
-        (below, above), "neither"
-    )
+    extend = ("both" if above else "min") if below else ("max" if above else "neither")
     return low if below else least, high if above else most, extend
 
 
@@ -244,15 +237,9 @@ def titled(names: Sequence[str], model: Model) -> str:
 FLOOR, HIGHEST = 1e-17, 1e4
 """Errors are drawn between these: a float that is right to its last bit has up to 1e-16."""
 MARKERS = "oosdP^vX"
-RING: dict[str, Any] = {
-    "markersize": 9,
-    "mfc": "none",
-    "mec": "#c0392b",
-    "zorder": 5,
-    "marker": "o",
-    "lw": 0,
-}
-CROSS: dict[str, Any] = {"markersize": 4.5, "color": "#111111", "zorder": 5, "marker": "x", "lw": 0}
+_SIGN: dict[str, Any] = {"zorder": 5, "lw": 0}
+RING = {**_SIGN, "marker": "o", "markersize": 9, "mfc": "none", "mec": "#c0392b"}
+CROSS = {**_SIGN, "marker": "x", "markersize": 4.5, "color": "#111111"}
 
 
 def chart_picture(
@@ -262,9 +249,8 @@ def chart_picture(
     input that it names (``towards`` its limit), a line for each method, and a cross where a method
     gave no answer."""
     figure = Figure(figsize=(8.2, 5.6 if label else 4.4), layout="constrained")
-    panels: Any = (
-        figure.subplots(2, 1, sharex=True, height_ratios=(2, 1)) if label else [figure.subplots()]
-    )
+    two: dict[str, Any] = {"nrows": 2, "sharex": True, "height_ratios": (2, 1)}
+    panels: Any = figure.subplots(**two) if label else [figure.subplots()]
     names = dict.fromkeys(mark.method if label else mark.family for mark in marks)
     for place, name in enumerate(names):
         _line(panels, name, [mark for mark in marks if name in (mark.method, mark.family)], place)
@@ -310,12 +296,9 @@ def _line(panels: Sequence[Axes], name: str, marks: Sequence[Measurement], place
     if over:
         panels[1].plot(x, times, **look)
     for end in (0, -1) if len(marks) > 1 and not over else ():
-        there: dict[str, Any] = {
-            "xy": (x[end], shown[end]),
-            "xytext": (7, 5),
-            "textcoords": "offset points",
-        }
-        errors.annotate(f"to {marks[end].tolerance:.0e}", fontsize=7, color=color, **there)
+        there: dict[str, Any] = {"xytext": (7, 5), "textcoords": "offset points", "fontsize": 7}
+        point = x[end], shown[end]
+        errors.annotate(f"to {marks[end].tolerance:.0e}", point, color=color, **there)
 
 
 def _framed(axes: Axes, marks: Sequence[Measurement], title: str) -> None:

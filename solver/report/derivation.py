@@ -169,9 +169,9 @@ class _Tracing:
 
     def __init__(self, result: Result) -> None:
         self.model, self.inputs, self.origins = result.model, result.inputs, result.origins
-        self.values: Mapping[str, Value] = (
-            result.solutions[0] if result.solutions else result.partial
-        )
+        self.values: Mapping[str, Value] = result.partial
+        if result.solutions:
+            self.values = result.solutions[0]
         self.place: dict[Step, int] = {}
         for number, step in enumerate(result.path.steps):
             self.place.setdefault(step, number)
@@ -184,20 +184,15 @@ class _Tracing:
             if one not in needed:
                 needed.add(one)
                 for equation in self._solved(self.origins.get(one)):
-                    selecting = (
-                        self.model.conditions[premise.condition] for premise in equation.guard
-                    )
+                    selecting = (condition for condition, _ in self.model.outcomes(equation.guard))
                     read = chain(equation.names, *map(names, selecting))
                     waiting.extend(name for name in read if name in self.values)
-        steps = sorted(
-            {self.origins[n] for n in needed if n in self.origins}, key=self.place.__getitem__
-        )
+        found = {self.origins[n] for n in needed if n in self.origins}
+        links = tuple(map(self._link, sorted(found, key=self.place.__getitem__)))
         given = [n for n in self.model.variables if n in needed and n not in self.origins]
-        inputs, assumed = (
-            [n for n in given if (n in self.inputs) is there] for there in (True, False)
-        )
-        links = tuple(map(self._link, steps))
-        return Derivation(self.model, name, self.values, tuple(inputs), tuple(assumed), links)
+        inputs = tuple(n for n in given if n in self.inputs)
+        assumed = tuple(n for n in given if n not in self.inputs)
+        return Derivation(self.model, name, self.values, inputs, assumed, links)
 
     def _solved(self, step: Step | None) -> tuple[Equation, ...]:
         """The equations that a step solved: of several alternatives, the first active one."""
@@ -227,14 +222,11 @@ class _Tracing:
         for premise in equation.guard:
             condition = self.model.conditions[premise.condition]
             read = tuple(n for n in dict.fromkeys(names(condition)) if n in self.values)
-            known = {n: self.values[n] for n in read if self._earlier(n, step)}
+            found = {n: self.place[self.origins[n]] for n in read if n in self.origins}
+            known = {n: self.values[n] for n in read if found.get(n, -1) < self.place[step]}
             assumed = premise.condition not in outcomes(self.model, known, self.inputs)
             guards.append(Guard(condition, premise.holds, assumed, read))
         return Line(unknown, equation, form, tuple(guards))
-
-    def _earlier(self, name: str, step: Step) -> bool:
-        origin = self.origins.get(name)
-        return origin is None or self.place[origin] < self.place[step]
 
 
 MARGIN = "    "
@@ -253,9 +245,8 @@ def why_markdown(derivation: Derivation) -> str:
 def why_latex(derivation: Derivation) -> str:
     """The inputs, then the steps, the places of their rules in comments."""
     given = map(Line, (*derivation.inputs, *derivation.assumed))
-    return aligned(
-        derivation, (*given, *(line for link in derivation.links for line in link.lines))
-    )
+    lines = (line for link in derivation.links for line in link.lines)
+    return aligned(derivation, (*given, *lines))
 
 
 def aligned(derivation: Derivation, lines: Iterable[Line]) -> str:
@@ -295,11 +286,8 @@ class Page:
         if not found.links:
             return f"{whole} is {'an input' if name in found.inputs else 'what its case says'}"
         used = sum(len(link.unknowns) for link in found.links)
-        inputs, rules = (
-            plural(len(found.inputs), "input"),
-            plural(len(self.model.equations), "rule"),
-        )
-        return f"{whole}, from {inputs} by {used} of {rules}"
+        inputs, rules = len(found.inputs), len(self.model.equations)
+        return f"{whole}, from {plural(inputs, 'input')} by {used} of {plural(rules, 'rule')}"
 
     def unit(self, name: str | None) -> str:
         """`` N``, or `` N = 2.25 lbf`` if it is shown in another unit than that of the rules."""
@@ -315,11 +303,8 @@ class Page:
         """The equal expressions of a line: unknown, form, form with numbers, value; each once."""
         tell = self.notation.written
         if line.unknown is None:
-            return (
-                ()
-                if line.equation is None
-                else (tell(line.equation.left), tell(line.equation.right))
-            )
+            sides = (line.equation.left, line.equation.right) if line.equation else ()
+            return tuple(map(tell, sides))
         told = [self.notation.value(self.values[line.unknown])]
         if line.form is not None:
             told = [tell(line.form), self.notation.filled(line.form, self.values), *told]
@@ -374,9 +359,8 @@ class Page:
         rows = [(self.known(name), self.model.variables[name].comment) for name in names]
         if not self.markdown:
             return table((), ((MARGIN + known, comment) for known, comment in rows))
-        return "\n".join(
-            f"- {known}" + f": {self._plain(said)}" * bool(said) for known, said in rows
-        )
+        ends = (f": {self._plain(said)}" if said else "" for _, said in rows)
+        return "\n".join(f"- {known}{end}" for (known, _), end in zip(rows, ends, strict=True))
 
     def _steps(self, links: Sequence[Link]) -> Iterator[str]:
         for number, link in enumerate(links, 1):
@@ -397,9 +381,8 @@ class Page:
         formula, told = [word + self.formula(line)], []
         if line.equation is not None:
             place, rule = self.places.rule(line.equation)
-            told.append(
-                f"{self.code(rule)} ({self._plain(place)})" if self.markdown else f"{place}  {rule}"
-            )
+            marked = f"{self.code(rule)} ({self._plain(place)})"
+            told.append(marked if self.markdown else f"{place}  {rule}")
         for reason, condition, read in self.guards(line):
             said, gap = (f"${condition}$", " ") if self.markdown else (condition, "   ")
             told.append(f"{reason} {said}" + f"{gap}({self.code(read)})" * bool(read))
@@ -423,14 +406,8 @@ class Page:
         return [f"{found} {how}:", ""] if self.markdown else [f"{found}: {how}"]
 
 
-ESCAPED = str.maketrans(
-    {
-        **{mark: f"\\{mark}" for mark in "%_#&${}"},
-        "\\": r"\textbackslash{}",
-        "^": r"\^{}",
-        "~": r"\~{}",
-    }
-)
+_MARKS = {mark: f"\\{mark}" for mark in "%_#&${}"}
+ESCAPED = str.maketrans({**_MARKS, "\\": r"\textbackslash{}", "^": r"\^{}", "~": r"\~{}"})
 _SPECIAL = re.compile(r"([\\`*_\[\]<>|$~&])")
 
 

@@ -39,10 +39,9 @@ class Derived(NamedTuple):
         """Blocks of text: tables, each followed by the reasons for missing entries."""
         blocks: list[str] = []
         if (slopes := self.sensitivities) is not None:
-            groups = [slopes.inputs[i : i + WIDE] for i in range(0, len(slopes.inputs), WIDE)]
-            tables = [
-                table(header, rows) for header, *rows in (cells(slopes, group) for group in groups)
-            ]
+            groups = (slopes.inputs[i : i + WIDE] for i in range(0, len(slopes.inputs), WIDE))
+            texts = (cells(slopes, group) for group in groups)
+            tables = [table(header, rows) for header, *rows in texts]
             head = "Sensitivities: units of output for one unit of input, the other inputs held\n"
             if not tables or not slopes.outputs:
                 head, tables = "Sensitivities: there is no output with a number, or no input", [""]
@@ -58,30 +57,22 @@ class Derived(NamedTuple):
         """Members of a JSON object; null for unknown values."""
         members: dict[str, object] = {}
         if (slopes := self.sensitivities) is not None:
-            members["sensitivities"] = [
-                {
-                    "output": out,
-                    "input": given,
-                    "value": slopes[out, given],
-                    "unit": slopes.unit(out, given),
-                }
-                for out, given in slopes
-            ]
+            keys = ("output", "input", "value", "unit")
+            rows = ((*pair, slopes[pair], slopes.unit(*pair)) for pair in slopes)
+            members["sensitivities"] = [dict(zip(keys, row, strict=True)) for row in rows]
             members["sensitivity_diagnoses"] = [diagnosis_json(one) for one in slopes.diagnoses]
         if self.bands is not None:
             members["tolerances"] = [_band_json(name, band) for name, band in self.bands.items()]
             members["tolerance_diagnoses"] = [diagnosis_json(one) for one in self.bands.diagnoses]
         if (samples := self.samples) is not None:
-            names = ("mean", "deviation", "least", "greatest")
-            found = ((name, samples.statistics(name) or (None,) * 4) for name in samples.outputs)
+            names = ("output", "mean", "deviation", "least", "greatest")
+            found = ((name, *(samples.statistics(name) or (None,) * 4)) for name in samples.outputs)
             members["monte_carlo"] = {
                 "samples": len(samples.table.status),
                 "seed": samples.seed,
                 "distribution": samples.distribution,
                 "statuses": {str(status): n for status, n in samples.counts.items()},
-                "outputs": [
-                    {"output": name, **dict(zip(names, four, strict=True))} for name, four in found
-                ],
+                "outputs": [dict(zip(names, row, strict=True)) for row in found],
             }
         return members
 
@@ -152,13 +143,14 @@ def _samples_text(samples: Samples, bands: ToleranceBands) -> str:
         rss = worst = ""
         if band is not None:
             rss = f"{band.rss * samples.spread:.{DIGITS}g}"
-            worst = (
-                f"{band.value - band.worst:.{SAMPLED}g} to {band.value + band.worst:.{SAMPLED}g}"
-            )
+            ends = (band.value - band.worst, band.value + band.worst)
+            worst = " to ".join(f"{end:.{SAMPLED}g}" for end in ends)
         mean = spread = least = greatest = ""
         if (found := samples.statistics(name)) is not None:
-            average, deviation, *ends = found
-            mean, least, greatest = (f"{shown(v, variable):.{SAMPLED}g}" for v in (average, *ends))
+            average, deviation, low, high = found
+            mean, least, greatest = (
+                f"{shown(size, variable):.{SAMPLED}g}" for size in (average, low, high)
+            )
             spread = f"{abs(shown(deviation, variable, difference=True)):.{DIGITS}g}"
         rows.append((name, mean, spread, rss, least, greatest, worst))
     how = f"{samples.distribution} within the tolerances"
@@ -206,9 +198,9 @@ def latex(shown: Any) -> str:
     grid = grid_of(shown)
     rows = [grid.heads, *grid.rows]
     lines = [" & ".join(rf"\text{{{cell.translate(ESCAPED)}}}" for cell in row) for row in rows]
-    body = " \\\\\n".join(
-        [lines[0] + r" \\ \hline " + lines[1], *lines[2:]] if lines[1:] else lines
-    )
+    if lines[1:]:
+        lines[:2] = [lines[0] + r" \\ \hline " + lines[1]]
+    body = " \\\\\n".join(lines)
     return f"\\begin{{array}}{{{'r' * len(grid.heads)}}}\n{body}\n\\end{{array}}"
 
 
@@ -253,9 +245,7 @@ def _derivation_grid(derivation: Derivation) -> Grid:
     given = (name for name in (*derivation.inputs, *derivation.assumed) if name != derivation.name)
     rows = [(page.known(name), "", "given") for name in given]
     for line in (line for link in derivation.links for line in link.lines):
-        place, rule = (
-            ("by iteration", "") if line.equation is None else page.places.rule(line.equation)
-        )
+        place, rule = page.places.rule(line.equation) if line.equation else ("by iteration", "")
         rows.append((f"{'' if line.unknown else 'such that '}{page.formula(line)}", rule, place))
     before = f"<b>{escape(page.head())}</b>"
     return Grid(("", "Rule", "Place"), rows, (), before, _notes(derivation.diagnoses))
@@ -266,9 +256,8 @@ def _path_grid(path: Path) -> Grid:
     """The steps in order, rules by their numbers in the model."""
     rows = []
     for number, step in enumerate(steps_to_show(path), 1):
-        found = ", ".join(given_by(step)) or (
-            "(checks)" if isinstance(step, Check) else "(case by case)"
-        )
+        kind = "(checks)" if isinstance(step, Check) else "(case by case)"
+        found = ", ".join(given_by(step)) or kind
         together = " together" * isinstance(step, SolveBlock)
         rules = ", ".join(str(index + 1) for index in equations_of(step))
         rows.append((str(number), found + together, rules))

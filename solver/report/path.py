@@ -42,10 +42,8 @@ class Plain(Notation):
     value = staticmethod(readable)
 
     def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
-        texts = {name: readable(values[name]) for name in names(node)}
-        numbers = {
-            n: nodes.Name(f"({text})" if text[0] == "-" else text) for n, text in texts.items()
-        }
+        texts = ((name, readable(values[name])) for name in names(node))
+        numbers = {n: nodes.Name(f"({t})" if t[0] == "-" else t) for n, t in texts}
         return _FIRST.sub(r"\1\2", self.written(substitute(node, numbers)))
 
 
@@ -56,18 +54,15 @@ class Tex(Latex):
         return self.written(_rounded(value))
 
     def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
-        return self.written(
-            substitute(node, {name: _rounded(values[name]) for name in names(node)})
-        )
+        numbers = {name: _rounded(values[name]) for name in names(node)}
+        return self.written(substitute(node, numbers))
 
 
 def _rounded(value: Value) -> Expression:
     """A value with the digits for a reader."""
-    return (
-        nodes.Symbol(value)
-        if isinstance(value, str)
-        else nodes.Number(float(f"{value:.{DIGITS}g}") + 0.0)
-    )
+    if isinstance(value, str):
+        return nodes.Symbol(value)
+    return nodes.Number(float(f"{value:.{DIGITS}g}") + 0.0)
 
 
 def rule_text(span: Span) -> str:
@@ -144,20 +139,17 @@ def path_table(model: Model, path: Path, first: int = 1) -> str:
     """A line for each step: number, unknowns, number of branches, the rule and its place."""
     places, rows = Places(model), []
     for number, step in enumerate(steps_to_show(path), first):
-        for place, (found, ways, *rule) in enumerate(_rows(model, places, step)):
-            rows.append(
-                ("" if place else str(number), found, "" if ways == 1 else str(ways), *rule)
-            )
+        for found, ways, *rule in _rows(model, places, step):
+            rows.append((str(number or ""), found, "" if ways == 1 else str(ways), *rule))
+            number = 0
     return table(("Step", "Finds", "Ways", "Place", "By the rule"), rows)
 
 
 def steps_to_show(path: Path) -> tuple[Step, ...]:
     """The steps to show: each once, without checks of an equation that was solved with."""
-    steps = tuple(dict.fromkeys(path.steps))
+    steps = dict.fromkeys(path.steps)
     solved = {e for step in steps if not isinstance(step, Check) for e in equations_of(step)}
-    return tuple(
-        step for step in steps if not (isinstance(step, Check) and step.equation in solved)
-    )
+    return tuple(s for s in steps if not (isinstance(s, Check) and s.equation in solved))
 
 
 def _at_most(branches: int | None) -> str:
@@ -185,16 +177,14 @@ def _rows(model: Model, places: Places, step: Step) -> Iterator[tuple[str, int, 
             yield unknown, branches, *first
             yield from (("  or by", 1, *other) for other in others)
         case SolveBlock(unknowns=unknowns, tears=tears):
-            iterated = (
-                f", iterating on {', '.join(tears)}" if 0 < len(tears) < len(unknowns) else ""
-            )
-            yield f"block of {len(unknowns)}", 1, "", f"{', '.join(unknowns)}{iterated}"
-            yield from (
-                (f"  {one.unknown}", one.branches, *rule(one.equation)) for one in step.order
-            )
-            yield from (
-                ("  (closes)", 1, *rule(index)) for index in step.residuals or step.equations
-            )
+            told = ", ".join(unknowns)
+            if 0 < len(tears) < len(unknowns):
+                told += f", iterating on {', '.join(tears)}"
+            yield f"block of {len(unknowns)}", 1, "", told
+            for one in step.order:
+                yield f"  {one.unknown}", one.branches, *rule(one.equation)
+            for index in step.residuals or step.equations:
+                yield "  (closes)", 1, *rule(index)
             yield "  (tries)", 1, "", _methods(model, step)
         case Decide(conditions):
             for index in conditions:
@@ -218,13 +208,10 @@ def tree_text(model: Model, tree: PathTree, wanted: Sequence[str]) -> str:
     """A table for the path and one for each case under its conditions, then how many answers there
     can be."""
     parts = list(_parts(model, tree, wanted, (), 1))
+    last = _at_most(tree.branches)
     if any(end.open for end in tree.ends()):
-        last = (
-            "What follows depends on how the conditions come out, and on how many answers there "
-            "are then."
-        )
-    else:
-        last = _at_most(tree.branches)
+        last = "What follows depends on how the conditions come out, and on how many answers there "
+        last += "are then."
     if tree.path.steps:
         parts.append(last)
     return "\n\n".join(parts) if tree.cases else "\n".join(parts)
@@ -244,9 +231,9 @@ def unreached(path: Path, wanted: Iterable[str]) -> tuple[str, ...]:
 def _parts(
     model: Model, tree: PathTree, wanted: Sequence[str], outcomes: tuple[Premise, ...], first: int
 ) -> Iterator[str]:
-    lines = (
-        [f"Where {format_condition(conjunction(model.outcomes(outcomes)))}:"] if outcomes else []
-    )
+    lines = []
+    if outcomes:
+        lines.append(f"Where {format_condition(conjunction(model.outcomes(outcomes)))}:")
     if tree.path.steps:
         lines.append(path_table(model, tree.path, first))
     else:
@@ -279,11 +266,8 @@ def rule_status_table(result: Result) -> str:
     blamed = {(label.span.file, label.span.start) for d in result.diagnoses for label in d.labels}
     known = result.solutions[0] if result.solutions else result.partial
     found: dict[tuple[str, Span, str], tuple[Equation | Requirement, tuple[str, ...]]] = {}
-    rules: tuple[Equation | Requirement, ...] = (
-        *result.model.equations,
-        *result.model.requirements,
-    )
-    for one in rules:
+    rules: list[Equation | Requirement] = [*result.model.equations]
+    for one in (*rules, *result.model.requirements):
         rule, waits_for = one.rule, tuple(name for name in one.names if name not in known)
         if (rule.file, rule.start) in blamed:
             found.setdefault((BLAMED, rule, ""), (one, waits_for))

@@ -69,9 +69,9 @@ class SheetRow(NamedTuple):
 
     def cells(self, tell: Callable[[Value | None], str] = readable) -> tuple[str, ...]:
         """Its texts, one for each column."""
-        outputs = (
-            map(certain, self.outputs, self.errors) if self.errors else map(tell, self.outputs)
-        )
+        outputs = map(tell, self.outputs)
+        if self.errors:
+            outputs = map(certain, self.outputs, self.errors)
         given = tolerated(tell(self.input), self.tolerance)
         return (self.status, given, self.name, *outputs, self.unit, self.comment)
 
@@ -112,18 +112,9 @@ def sheet_rows(
             errors = [abs(shown(error, variable, difference=True)) for error in errors]
             if tolerance is not None and not tolerance.percent:
                 tolerance = Tolerance(abs(shown(tolerance.size, variable, difference=True)))
-        status, outputs = "" if guess is None else GUESS, tuple(values[1:])
-        row = (
-            status,
-            values[0],
-            name,
-            outputs,
-            unit or "",
-            variable.comment,
-            tuple(errors),
-            tolerance,
-        )
-        rows.append(SheetRow(*row))
+        status, (first, *outputs) = "" if guess is None else GUESS, values
+        told = unit or "", variable.comment, tuple(errors), tolerance
+        rows.append(SheetRow(status, first, name, tuple(outputs), *told))
     return tuple(rows)
 
 
@@ -176,18 +167,16 @@ def result_json(
 
     variables, (rows, _) = result.model.variables, named(result)
     names = [name for name in variables if explain or name in rows]
-    solutions = [
-        finite({n: answer[n] for n in names if n in answer}) for answer in result.solutions
-    ]
+    known = ({n: answer[n] for n in names if n in answer} for answer in result.solutions)
+    solutions = list(map(finite, known))
     both = list(zip(result.solutions, solutions, strict=True))
     # the units in which the rules compute, whatever a table shows
-    units = {
-        n: v.unit for n, v in variables.items() if v.unit and any(n in some for some in solutions)
-    }
+    valued = {name for some in solutions for name in some}
+    units = {n: v.unit for n, v in variables.items() if v.unit and n in valued}
     document: Json = {"status": str(result.status), "solutions": solutions}
     if digits:  # null where nothing can be said
         bars = ({n: answer.error[n] for n in some if n in answer.error} for answer, some in both)
-        document["errors"] = [{**dict.fromkeys(known), **finite(known)} for known in bars]
+        document["errors"] = [{**dict.fromkeys(some), **finite(some)} for some in bars]
     if proofs := [_proof(answer, some) for answer, some in both if answer.proof is not None]:
         document["proofs"] = proofs
     if any(answer.unlikely for answer in result.solutions):
@@ -195,7 +184,7 @@ def result_json(
     document |= {
         "complete": result.complete,
         "undetermined": list(result.undetermined),
-        "diagnoses": [diagnosis_json(diagnosis) for diagnosis in result.diagnoses],
+        "diagnoses": list(map(diagnosis_json, result.diagnoses)),
         "path": [_step(result.model, step) for step in steps_to_show(result.path)],
         **({"units": units} if units else {}),
         **(also or {}),
@@ -205,9 +194,7 @@ def result_json(
 
 def error_json(diagnoses: Iterable[Diagnosis]) -> str:
     """The object of a sheet or a command that is wrong: status ``error`` and the diagnoses."""
-    return _dump(
-        {"status": "error", "diagnoses": [diagnosis_json(diagnosis) for diagnosis in diagnoses]}
-    )
+    return _dump({"status": "error", "diagnoses": list(map(diagnosis_json, diagnoses))})
 
 
 def _dump(document: Json) -> str:
@@ -216,9 +203,7 @@ def _dump(document: Json) -> str:
 
 def finite(values: Mapping[str, Value]) -> dict[str, Value]:
     """The values that JSON can carry."""
-    return {
-        name: value for name, value in values.items() if isinstance(value, str) or isfinite(value)
-    }
+    return {name: v for name, v in values.items() if isinstance(v, str) or isfinite(v)}
 
 
 def _proof(answer: Solution, shown: Mapping[str, Value]) -> Json:
@@ -258,9 +243,8 @@ def _step(model: Model, step: Step) -> Json:
             asked = step.conditions if isinstance(step, Decide) else (step.condition,)
             from rulesheets.format import format_condition
 
-            return found | {
-                "conditions": [format_condition(model.conditions[index]) for index in asked]
-            }
+            told = [format_condition(model.conditions[index]) for index in asked]
+            return found | {"conditions": told}
     return found | {"rules": [_place(model.equations[index].rule) for index in equations_of(step)]}
 
 
@@ -292,9 +276,8 @@ def conditions_text(result: Result) -> str:
     rows = []
     for block in blocks.values():
         condition = f"{block.condition:.1e}" if isfinite(block.condition) else "infinite"
-        rows.append(
-            (few(block.unknowns, NAMES), f"{block.rank} of {len(block.unknowns)}", condition)
-        )
+        rank = f"{block.rank} of {len(block.unknowns)}"
+        rows.append((few(block.unknowns, NAMES), rank, condition))
     return "Blocks\n" + table(("Unknowns", "Rank", "Condition"), rows)
 
 
@@ -313,14 +296,10 @@ def proof_lines(result: Result) -> Iterator[str]:
                 exactly = "hold exactly, with a singular Jacobian: a double root"
                 yield f"proved: the rules of {names} {exactly}"
             elif proof.beside is not None:
-                apart = (
-                    f"{name} {distance:.2g}"
-                    for name, distance in proof.beside.apart.items()
-                    if distance
-                )
-                said = (
-                    f"there is no answer here for {', '.join(proof.beside.unknowns)}, but only just"
-                )
+                distances = proof.beside.apart.items()
+                apart = (f"{name} {distance:.2g}" for name, distance in distances if distance)
+                unknowns = ", ".join(proof.beside.unknowns)
+                said = f"there is no answer here for {unknowns}, but only just"
                 if proof.beside.roots:
                     said = f"there are two answers, this far apart: {', '.join(apart)}"
                 yield f"proved: for the numbers exactly as they are {said}"
@@ -337,11 +316,7 @@ def proof_lines(result: Result) -> Iterator[str]:
             radius = "every number the float nearest to the exact one"
         yield f"proved: {plural(len(proved), 'answer')}, {radius}"
     if result.complete and len(proved) == len(proofs):
-        yield (
-            "proved: there is no other answer"
-            if len(proofs) == 1
-            else "proved: there are no others"
-        )
+        yield f"proved: there {'is no other answer' if len(proofs) == 1 else 'are no others'}"
 
 
 def work_line(result: Result) -> str:
@@ -363,10 +338,10 @@ def work_line(result: Result) -> str:
     parts += [f"{total - max(checked, used)} idle"] * (total > max(checked, used))
     undefined = {label.span for d in result.diagnoses if d.code == "S545" for label in d.labels}
     refused = sum(equation.rule in undefined for equation in result.model.equations)
-    satisfied = "all" if result.status is Status.SOLVED else str(checked - refused)
-    held = f"; {satisfied} satisfied, worst residual {f'{worst:.0e}' if worst else '0'}" * bool(
-        checked
-    )
+    held = ""
+    if checked:
+        satisfied = "all" if result.status is Status.SOLVED else str(checked - refused)
+        held = f"; {satisfied} satisfied, worst residual {f'{worst:.0e}' if worst else '0'}"
     return f"{plural(total, 'rule')}: {', '.join(parts)}{held}"
 
 
@@ -426,9 +401,9 @@ def _turned(rows: Sequence[SheetRow]) -> str:
     """Many answers on a narrow screen: the inputs, then tables of variables that fit side by side,
     a line for each answer."""
     given = [row for row in rows if not any(v is not None for v in row.outputs)]
-    parts = (
-        [sheet_table([row._replace(outputs=(None,), errors=()) for row in given])] if given else []
-    )
+    parts = []
+    if given:
+        parts.append(sheet_table([row._replace(outputs=(None,), errors=()) for row in given]))
     groups: list[list[SheetRow]] = [[]]
     for row in (row for row in rows if row not in given):
         if groups[-1] and not fits(*_lines([*groups[-1], row])):
@@ -479,15 +454,14 @@ def _verdict(result: Result, every: bool) -> Iterator[str]:
         them = "it" if others == 1 else "them"
         yield f"{plural(others, 'other answer')}{more}: --all shows {them}"
     elif result.status is Status.SOLVED and not result.complete:
-        some = (
-            "these are not known to be all the answers" if others else "there may be other answers"
-        )
+        some = "there may be other answers"
+        if others:
+            some = "these are not known to be all the answers"
         why = next((f": {note.message}" for note in result.diagnoses if note.code == "S597"), "")
         # of which unknowns, by which rule
         if gap := next((gap for gap in result.gaps if gap.labels), None):
-            place = (
-                f"{escaped(os.path.basename(gap.labels[0].span.file))}:{gap.labels[0].span.line}"
-            )
+            span = gap.labels[0].span
+            place = f"{escaped(os.path.basename(span.file))}:{span.line}"
             names = few(gap.variables, NAMES)
             why = f": {names} by {place}, which could not be searched whole (--explain)"
         yield some + why
