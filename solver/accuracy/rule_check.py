@@ -19,7 +19,7 @@ from contextlib import suppress
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Equation, Value
-from rulesheets.syntax.nodes import Expression, Name, Symbol, names
+from rulesheets.syntax.nodes import names
 from solver.accuracy.rule_sides import (
     RuleCheck,
     gross,
@@ -29,6 +29,7 @@ from solver.accuracy.rule_sides import (
     moves_of,
     remembered,
     sides,
+    symbol_of,
 )
 from solver.numerics.tolerances import BACKWARD, EPS, ROUNDINGS, STEEP
 
@@ -50,7 +51,7 @@ def check_rule(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
 
 def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
     left, right = equation.left, equation.right
-    symbols = _symbol(left, values), _symbol(right, values)
+    symbols = symbol_of(left, values), symbol_of(right, values)
     if symbols != (None, None):
         same = symbols[0] == symbols[1]
         return RuleCheck(same, None, 0.0 if same else math.inf)
@@ -105,10 +106,3 @@ def _leaps(equation: Equation, values: Mapping[str, Value]) -> bool:
     except Undefined:
         return False
     return abs(there) > 4 * LEAP * (abs(miss) + EPS * (abs(left) + abs(right) + total))
-
-
-def _symbol(expression: Expression, values: Mapping[str, Value]) -> str | None:
-    if isinstance(expression, Symbol):
-        return expression.name
-    found = values[expression.name] if isinstance(expression, Name) else None
-    return found if isinstance(found, str) else None

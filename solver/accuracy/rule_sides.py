@@ -99,6 +99,14 @@ def size(equation: Equation, values: Mapping[str, Value]) -> float:
     return total if math.isfinite(total) else math.inf
 
 
+def symbol_of(side: Expression, values: Mapping[str, Value]) -> str | None:
+    """The symbol that a side is, or that its variable has; None for a number."""
+    if isinstance(side, Symbol):
+        return side.name
+    found = values.get(side.name) if isinstance(side, Name) else None
+    return found if isinstance(found, str) else None
+
+
 def terms(*sides: Expression) -> Iterator[Expression]:
     """The terms of the sides of an equation."""
     for side in sides:

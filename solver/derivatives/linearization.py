@@ -18,10 +18,10 @@ from rulesheets.evaluate.digits import context, extended_derivatives, in_many_di
 from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import ZERO, Call, Expression, Name, Number, Quotient, Symbol, subtract
+from rulesheets.syntax.nodes import ZERO, Call, Expression, Number, Quotient, subtract
 from rulesheets.syntax.program import walk
 from solver.accuracy.digits import DigitWork, ManyDigits, Unresolved
-from solver.accuracy.rule_sides import sides
+from solver.accuracy.rule_sides import sides, symbol_of
 from solver.numerics.elimination import eliminate_rows, independent_rows
 from solver.numerics.linear_algebra import factorise
 from solver.numerics.tolerances import ASTRAY, DRIFT
@@ -68,16 +68,9 @@ def active_equations(
     model: Model, values: Mapping[str, Value], inputs: Collection[str]
 ) -> tuple[Equation, ...]:
     """Equations of numbers whose guards hold at ``values`` and all of whose variables have one."""
-    known = outcomes(model, values, inputs)
-    return tuple(
-        equation
-        for equation in known_rules(model, known, values)
-        if not any(
-            isinstance(side, Symbol)
-            or (isinstance(side, Name) and isinstance(values[side.name], str))
-            for side in (equation.left, equation.right)
-        )
-    )
+    known = known_rules(model, outcomes(model, values, inputs), values)
+    symbols = ((e, symbol_of(e.left, values), symbol_of(e.right, values)) for e in known)
+    return tuple(equation for equation, *found in symbols if found == [None, None])
 
 
 def linearize(

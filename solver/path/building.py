@@ -14,6 +14,7 @@ from solver.path import (
     Check,
     Decide,
     Evaluate,
+    Isolation,
     Path,
     Select,
     SolveBlock,
@@ -23,7 +24,7 @@ from solver.path import (
     given_by,
 )
 from solver.path.cases import value_said
-from solver.path.graph import Effort, ModelGraph
+from solver.path.graph import ModelGraph
 from solver.structure.decomposition import (
     Block,
     Frontier,
@@ -186,7 +187,7 @@ class Building:
             i: tuple(p.condition for p in equations[i].guard if p.condition not in decided)
             for i in self.pending
         }
-        self.parked: list[tuple[int, int, Effort]] = []
+        self.parked: list[tuple[int, int, Isolation]] = []
         self.forking: list[tuple[int, int, int]] = []
         self.frontier = Frontier((*graph.occurs, *graph.condition_occurs), len(graph.names))
         for name in known:
@@ -278,7 +279,7 @@ class Building:
     # --- guards ---
 
     def _select(self, cost: int) -> bool:
-        groups: dict[int, list[tuple[int, Effort]]] = {}
+        groups: dict[int, list[tuple[int, Isolation]]] = {}
         self.parked = [one for one in self.parked if self.frontier.missing[one[0]]]
         for equation, unknown, effort in self.parked:
             if effort.cost <= cost and not self._awaited(equation):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from itertools import chain
 from math import gcd, lcm
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 from rulesheets.functions import TABLE, named
 from rulesheets.model import Equation, Model, once
@@ -127,14 +127,6 @@ def _counts(shape: Shape) -> Counter[str]:
     return Counter((*nodes.names(shape.left), *nodes.names(shape.right)))
 
 
-class Effort(NamedTuple):
-    """The cost of solving a rule for an unknown, as in ``Isolation``, and the number of
-    branches."""
-
-    cost: int
-    branches: int
-
-
 Ratio: TypeAlias = tuple[int, int]
 Isolated: TypeAlias = tuple[Isolation | None, tuple[str, ...]]
 
@@ -156,7 +148,7 @@ class ModelGraph:
             for condition in model.conditions
         )
         self._isolations: dict[tuple[int, int], Isolated] = {}
-        self._efforts: dict[tuple[Shape, int, tuple[float, ...]], Effort | None] = {}
+        self._efforts: dict[tuple[Shape, int, tuple[float, ...]], Isolation | None] = {}
         self._isolated: dict[tuple[Shape, int, tuple[float, ...]], Isolated] = {}
         self.kernels: dict[Any, Any] = {}
         self.torn: dict[Any, Any] = {}
@@ -205,8 +197,9 @@ class ModelGraph:
             self._isolations[key] = self._isolated[alike]
         return self._isolations[key]
 
-    def effort(self, equation: int, variable: int) -> Effort | None:
-        """The cost of an isolation, None if there is none: computed once for rules of one shape.
+    def effort(self, equation: int, variable: int) -> Isolation | None:
+        """An isolation of the same cost and branches, None if there is none: computed once for
+        rules of one shape.
 
         Numbers 0 and 1 fold away, so they distinguish shapes; if an unknown occurs several times,
         terms may also be equal by their numbers.
@@ -218,8 +211,7 @@ class ModelGraph:
             numbers = [number if number in FOLDING else math.inf for number in numbers]
         key = shape, place, tuple(numbers)
         if key not in self._efforts:
-            found, _ = self.isolated(equation, variable)
-            self._efforts[key] = None if found is None else Effort(found.cost, found.branches)
+            self._efforts[key], _ = self.isolated(equation, variable)
         return self._efforts[key]
 
     @cached_property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partialmethod
 from typing import assert_never
 
 from rulesheets.diagnosis import MAX_NAMED, Diagnosis, Label, Severity, listed, plural
@@ -120,15 +121,10 @@ class _Explanation:
 
     def _said(self, fact: facts.Fact) -> Diagnosis:
         match fact:
-            case facts.NoValue(equation, unknown, reading):
-                message = f"no value of {unknown} satisfies this rule: it needs {reading}"
+            case facts.NoValue(equation, unknown) | facts.OutOfRange(equation, unknown):
+                code = "S530" if isinstance(fact, facts.NoValue) else "S531"
                 cures = self._bounds((equation,), (unknown,))
-                return self._error("S530", message, (equation,), (unknown,), *cures)
-            case facts.OutOfRange(equation, unknown, value):
-                would = f"{unknown} would be {number_text(value)}"
-                message = f"{would}, outside the range that the sheet gives it"
-                cures = self._bounds((equation,), (unknown,))
-                return self._error("S531", message, (equation,), (unknown,), *cures)
+                return self._error(code, _refused(fact), (equation,), (unknown,), *cures)
             case facts.NoRoot(equations, unknowns, True):
                 variables = [self.model.variables[name] for name in unknowns]
                 bounded = any(v.low > -math.inf or v.high < math.inf for v in variables)
@@ -136,10 +132,9 @@ class _Explanation:
                 found, these = "values", "satisfy these rules together"
                 if len(equations) == 1 == len(unknowns):
                     found, these = "value", "satisfies this rule"
+                cures = self._bounds(equations, unknowns)
                 message = f"no {found} of {listed(unknowns)} {these}{where} (proven)"
-                return self._error(
-                    "S532", message, equations, unknowns, *self._bounds(equations, unknowns)
-                )
+                return self._error("S532", message, equations, unknowns, *cures)
             case facts.NoRoot():
                 return self._not_found(fact)
             case facts.AsksNothing(equation, unknown):
@@ -354,24 +349,13 @@ class _Explanation:
         return self._error("S550", message, fact.equations, fact.unknowns, *notes)
 
     def _dead_end(self, end: facts.DeadEnd) -> Diagnosis:
-        fact = end.reason
-        match fact:
-            case facts.NoValue(_, unknown, reading):
-                why = f"no value of {unknown} satisfies this rule: it needs {reading}"
-            case facts.OutOfRange(_, unknown, value):
-                why = (
-                    f"{unknown} would be {number_text(value)}, outside the range that the sheet "
-                    "gives it"
-                )
-            case facts.NoRoot(_, unknowns):
-                why = f"no values of {listed(unknowns)} satisfy these rules together"
-        rules, missing = facts.about(fact), self.leaf.missing if self.leaf else ()
+        rules, missing = facts.about(end.reason), self.leaf.missing if self.leaf else ()
         values = self.leaf.branch.values if self.leaf else {}
         point = {name: value for name, value in values.items() if isinstance(value, float)}
         notes = self._found_near(rules, self.judged, point)
         posted = [name for name in end.unknowns if self.model.variables[name].posted]
         cure = f"give a guess for {listed(posted or missing, 'or')}, or a range: name in [a, b]"
-        message = f"no answer was found; at the values that were tried {why}"
+        message = f"no answer was found; at the values that were tried {_refused(end.reason)}"
         return self._error("S552", message, rules, missing, *notes, cure)
 
     def _found_near(
@@ -471,28 +455,32 @@ class _Explanation:
         rule = self.model.equations[equation].rule
         return f"{rule.file}:{rule.line}"
 
-    def _error(
+    def _diagnosis(
         self,
-        code: str,
-        message: str,
-        equations: Sequence[int],
-        variables: Sequence[str],
-        *notes: str,
-    ) -> Diagnosis:
-        labels = _labels(self.model, equations)
-        return Diagnosis(code, Severity.ERROR, message, labels, notes, tuple(variables))
-
-    def _note(
-        self,
+        severity: Severity,
         code: str,
         message: str,
         equations: Sequence[int],
         variables: Sequence[str] = (),
         *notes: str,
     ) -> Diagnosis:
-        return Diagnosis(
-            code, Severity.NOTE, message, _labels(self.model, equations), notes, tuple(variables)
-        )
+        labels = _labels(self.model, equations)
+        return Diagnosis(code, severity, message, labels, notes, tuple(variables))
+
+    _error = partialmethod(_diagnosis, Severity.ERROR)
+    _note = partialmethod(_diagnosis, Severity.NOTE)
+
+
+def _refused(fact: facts.NoValue | facts.OutOfRange | facts.NoRoot) -> str:
+    """Why a rule or a block leads to no value."""
+    match fact:
+        case facts.NoValue(_, unknown, reading):
+            return f"no value of {unknown} satisfies this rule: it needs {reading}"
+        case facts.OutOfRange(_, unknown, value):
+            would = f"{unknown} would be {number_text(value)}"
+            return f"{would}, outside the range that the sheet gives it"
+        case facts.NoRoot(_, unknowns):
+            return f"no values of {listed(unknowns)} satisfy these rules together"
 
 
 def _labels(model: Model, equations: Sequence[int]) -> tuple[Label, ...]:

@@ -47,8 +47,9 @@ from rulesheets.evaluate.balls import (
 from rulesheets.evaluate.exact import Inexact, exactly
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Symbol, add, multiply, subtract
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, add, multiply, subtract
 from rulesheets.syntax.program import walk
+from solver.accuracy.rule_sides import symbol_of
 from solver.facts import DoubleRoot, Proof, ProvedRoots
 from solver.leaves import Leaf
 from solver.numerics.elimination import eliminate
@@ -164,9 +165,7 @@ class _Proving:
         if not isinstance(condition, nodes.Comparison):
             return None
         sides = condition.left, condition.right
-        if any(
-            isinstance(s, Symbol) or (isinstance(s, Name) and s.name in self.symbols) for s in sides
-        ):
+        if any(symbol_of(side, self.values) is not None for side in sides):
             return holds(condition, self.values, self.inputs)
         try:
             left, right = (enclosing_ball(side, self.balls) for side in sides)

@@ -39,35 +39,6 @@ from solver.trace.records import Records
 from solver.trace.rows import AnswerSweeper, Steady, columns_of, listed
 
 
-def arguments(
-    model: Model, inputs: tuple[str, ...], given: tuple[Any, ...], named: Mapping[str, Any]
-) -> tuple[Value, ...]:
-    """The value of every input, floats and names of symbols.
-
-    Raises TypeError that names the input: for one that is missing, given twice or not prepared for,
-    and for a value that is neither a number nor a symbol.
-    """
-    asked = ", ".join(inputs) or "nothing"
-    if len(given) > len(inputs):
-        took = f"this plan takes {plural(len(inputs), 'input')} ({asked})"
-        raise TypeError(f"{took}, and {len(given)} were given")
-    values = dict(zip(inputs, given, strict=False))
-    for name, value in named.items():
-        if name not in inputs:
-            notes = meant(name, inputs)
-            tail = f"; {notes[0]}" if notes else ""
-            raise TypeError(f"{name} is no input of this plan, which takes {asked}{tail}")
-        if name in values:
-            raise TypeError(f"{name} is given twice, by its place and by its name")
-        values[name] = value
-    missing = [name for name in inputs if name not in values]
-    if missing:
-        raise TypeError(
-            f"no value is given for {', '.join(missing)}; this plan takes {asked}, in this order"
-        )
-    return tuple(_value(model, name, values[name]) for name in inputs)
-
-
 def _value(model: Model, name: str, given: Any) -> Value:
     if isinstance(given, str):
         symbol = symbol_name(given)
@@ -176,10 +147,31 @@ class Plan:
     def _numbers(
         self, given: tuple[Value | None, ...], named: Mapping[str, Value]
     ) -> tuple[Value, ...]:
-        """The numbers of a call; places that a record has filled hold None."""
+        """The value of every input, floats and names of symbols; places that a record has filled
+        hold None.
+
+        Raises TypeError that names the input: for one that is missing, given twice or not prepared
+        for, and for a value that is neither a number nor a symbol.
+        """
+        inputs, asked = self.inputs, ", ".join(self.inputs) or "nothing"
         while given and given[-1] is None:
             given = given[:-1]
-        return arguments(self.model, self.inputs, given, named)
+        if len(given) > len(inputs):
+            took = f"this plan takes {plural(len(inputs), 'input')} ({asked})"
+            raise TypeError(f"{took}, and {len(given)} were given")
+        values = dict(zip(inputs, given, strict=False))
+        for name, value in named.items():
+            if name not in inputs:
+                notes = meant(name, inputs)
+                tail = f"; {notes[0]}" if notes else ""
+                raise TypeError(f"{name} is no input of this plan, which takes {asked}{tail}")
+            if name in values:
+                raise TypeError(f"{name} is given twice, by its place and by its name")
+            values[name] = value
+        if missing := [name for name in inputs if name not in values]:
+            rest = f"this plan takes {asked}, in this order"
+            raise TypeError(f"no value is given for {', '.join(missing)}; {rest}")
+        return tuple(_value(self.model, name, values[name]) for name in inputs)
 
     def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
         status, found, verdict = self._solved(numbers)

@@ -19,13 +19,11 @@ from rulesheets.syntax.nodes import (
     Comparison,
     Expression,
     Given,
-    Name,
     Not,
     Or,
-    Symbol,
     subtract,
 )
-from solver.accuracy.rule_sides import heights, jumps
+from solver.accuracy.rule_sides import heights, jumps, symbol_of
 from solver.numerics.tolerances import BACKWARD
 from solver.path import activity
 from solver.path.isolate import without_logarithm
@@ -68,17 +66,6 @@ class State:
 
     def fork(self) -> State:
         return State(*(part.copy() for part in vars(self).values()))
-
-
-def symbol_of(expression: Expression, symbols: Mapping[str, str]) -> str | None:
-    """The symbol that an expression is, or that its variable has; None for a number."""
-    match expression:
-        case Symbol(name):
-            return name
-        case Name(name):
-            return symbols.get(name)
-        case _:
-            return None
 
 
 LARGEST = 1e300

@@ -10,6 +10,7 @@ from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name
+from solver.accuracy.rule_sides import symbol_of
 from solver.kernel.block import kernel_of
 from solver.kernel.step import is_affine, is_scaled
 from solver.numerics.tolerances import EPS, SAME_TURN
@@ -27,7 +28,7 @@ from solver.path import (
 )
 from solver.trace.flow import LIBRARY
 from solver.trace.graph import NotCompilable
-from solver.trace.guards import CLEAR, STRANGE, Guards, State, symbol_of
+from solver.trace.guards import CLEAR, STRANGE, Guards, State
 
 MAX_TURNS = 8
 LEFT = 1e-4

@@ -336,8 +336,13 @@ class StepRecording(Inverses):
         self._numbers.found.update(zip(items, newton.start, strict=True))
         self._distinct(key, places)
         for name, node in zip(step.unknowns, items, strict=True):
-            state.values[name] = self._in_turn(name, node)
-            flow.require(self._in_range(self.model.variables[name], state.values[name]))
+            variable, turn = self.model.variables[name], self.graph.turn(name)
+            free = variable.low == -math.inf and variable.high == math.inf
+            # an angle in the turn around 0, unless the answer has it elsewhere
+            if turn is not None and free and abs(float(self._numbers(node))) <= 0.5 * turn:
+                node = self._wrapped(node, turn)
+            state.values[name] = node
+            flow.require(self._in_range(variable, node))
         return state
 
     def _keep_roots(
@@ -387,15 +392,6 @@ class StepRecording(Inverses):
         if odd or len(numbers) < len(values):
             raise NotCompilable
         return numbers
-
-    def _in_turn(self, name: str, node: int) -> int:
-        """An angle without a range in the turn around 0, unless the answer has it elsewhere."""
-        variable, turn = self.model.variables[name], self.graph.turn(name)
-        if turn is None or variable.low > -math.inf or variable.high < math.inf:
-            return node
-        if abs(float(self._numbers(node))) > 0.5 * turn:
-            return node
-        return self._wrapped(node, turn)
 
     def _distinct(self, key: tuple[object, ...], places: list[int]) -> None:
         """Roots of one block at the same numbers must stay apart: no two branches may come to one
