@@ -264,7 +264,7 @@ def _path(arguments: Namespace) -> int:
     model, given = request.model, override(request.model, request.inputs, request.guesses).values
     wanted = request.want or posted(model)
     want = None if request.want is None else frozenset(request.want)
-    ahead = path_tree(planner(model), given, want)
+    ahead = path_tree(model, given, want)
     print(tree_text(model, ahead, wanted))
     return 0 if reaches(ahead, wanted) else 1
 

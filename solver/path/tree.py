@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from rulesheets.model import Premise, Value
+from rulesheets.model import Model, Premise, Value
 from solver.path import Assume, Check, Decide, Path, SolveBlock, equations_of, given_by
 from solver.path.cases import compatible, outcomes, value_said
-from solver.path.planner import Planner
+from solver.path.planner import planner
 
 MAX_ENDS = 8
 """The most leaves of a tree: a longer list of cases is useless."""
@@ -63,16 +63,16 @@ def question(path: Path) -> tuple[int, ...]:
 
 
 def path_tree(
-    planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] | None = None
+    model: Model, inputs: Mapping[str, Value], want: frozenset[str] | None = None
 ) -> PathTree:
     """The path from ``inputs`` with its cases, down to at most :data:`MAX_ENDS` ends.
 
     Only the conditions that the inputs decide are evaluated; nothing is solved.
     """
-    ahead = _Ahead(planner, inputs, want)
-    known, decided = frozenset(inputs), outcomes(planner.graph.model, inputs, inputs)
+    ahead = _Ahead(model, inputs, want)
+    known, decided = frozenset(inputs), outcomes(model, inputs, inputs)
     found = ahead.tree(known, decided, frozenset(), 0)
-    for depth in range(1, len(planner.graph.model.conditions) + 1):
+    for depth in range(1, len(model.conditions) + 1):
         deeper = ahead.tree(known, decided, frozenset(), depth)
         if deeper == found or sum(1 for _ in deeper.ends()) > MAX_ENDS:
             break
@@ -84,16 +84,15 @@ class _Ahead:
     """Plans again after each question; ``told`` are the equations that earlier steps have used."""
 
     def __init__(
-        self, planner: Planner, inputs: Mapping[str, Value], want: frozenset[str] | None
+        self, model: Model, inputs: Mapping[str, Value], want: frozenset[str] | None
     ) -> None:
-        self.planner, self.inputs, self.want = planner, inputs, want
-        self.model = planner.graph.model
+        self.model, self.inputs, self.want = model, inputs, want
 
     def tree(
         self, known: frozenset[str], decided: Mapping[int, bool], told: frozenset[int], depth: int
     ) -> PathTree:
         """The path from known variables, with cases down to ``depth``."""
-        path = self.planner.path(known, decided, want=self.want)
+        path = planner(self.model).path(known, decided, want=self.want)
         steps = (
             step for step in path.steps if not (isinstance(step, Check) and step.equation in told)
         )

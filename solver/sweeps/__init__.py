@@ -82,7 +82,7 @@ class Plan:
     ) -> None:
         self.model, self.inputs, self.want = model, inputs, want
         self.given, self.guesses, self.timeout = given, guesses, timeout
-        self.records = Records(model, planner(model), Pattern(inputs, given, want, guesses))
+        self.records = Records(model, Pattern(inputs, given, want, guesses))
         self._sweeper: AnswerSweeper | None = None
         self._fixing: dict[Key, Plan] = {}
         self._bound: tuple[Callable[..., Any], ...] = ()

@@ -27,7 +27,7 @@ from solver.accuracy.rule_sides import heights, jumps, symbol_of
 from solver.numerics.tolerances import BACKWARD
 from solver.path import activity
 from solver.path.isolate import without_logarithm
-from solver.path.planner import Planner
+from solver.path.planner import planner
 from solver.trace.flow import Flow, Numbers
 from solver.trace.graph import LEAVES, NotCompilable
 
@@ -74,12 +74,9 @@ LARGEST = 1e300
 class Guards:
     """A graph in progress, of one model for one pattern, with the decisions of ``sample``."""
 
-    def __init__(
-        self, model: Model, planner: Planner, pattern: Pattern, sample: Mapping[str, Value]
-    ) -> None:
-        self.model, self.planner, self.pattern = model, planner, pattern
-        self.graph = planner.graph
-        self.sample = sample
+    def __init__(self, model: Model, pattern: Pattern, sample: Mapping[str, Value]) -> None:
+        self.model, self.pattern, self.sample = model, pattern, sample
+        self.graph = planner(model).graph
         self.flow = Flow()
         self.given = frozenset((*pattern.given, *pattern.inputs))
         values = (sample[name] for name in pattern.inputs)

@@ -17,7 +17,7 @@ from typing import Any
 from rulesheets.deadline import TimeIsUp
 from rulesheets.model import Model, Value
 from solver.leaves import Exploration, Leaf
-from solver.path.planner import Planner
+from solver.path.planner import planner
 from solver.ranking.ranking import Ranking
 from solver.trace.folds import ConstantRootCount
 from solver.trace.graph import NotCompilable
@@ -45,8 +45,8 @@ class Records:
     """The records of one pattern: ``every`` gives all answers of a row by each of the ``programs``,
     and ``refused`` is not None for a row that is infeasible by one of the ``refusals``."""
 
-    def __init__(self, model: Model, planner: Planner, pattern: Pattern) -> None:
-        self.model, self.planner, self.pattern = model, planner, pattern
+    def __init__(self, model: Model, pattern: Pattern) -> None:
+        self.model, self.pattern = model, pattern
         self.programs: list[Program] = []
         self.every: list[Callable[..., Any]] = []
         self.refusals: list[Program] = []
@@ -133,9 +133,7 @@ class Records:
         for corrects in (False, True):
             # the answers are known, whatever becomes of a record
             with suppress(NotCompilable, TimeIsUp):
-                recording = Recording(
-                    self.model, self.planner, pattern, leaves, corrects, self._proofs
-                )
+                recording = Recording(self.model, pattern, leaves, corrects, self._proofs)
                 program = recording.run(refused, ranking)
                 every = compile_scalar(program, all_answers=True)
                 if self._agrees(every(*numbers), answers):
@@ -176,9 +174,7 @@ class Records:
         ends = (*found.leaves, *found.open_cases, *found.outside_case)
         with suppress(NotCompilable, TimeIsUp):
             if 1 <= len(ends) <= MAX_DEAD and not found.contradicted:
-                program = Recording(
-                    self.model, self.planner, self.pattern, ends, False, []
-                ).refused()
+                program = Recording(self.model, self.pattern, ends, False, []).refused()
                 refused = compile_scalar(program)
                 if refused(*numbers) is not None:
                     self.refusals.append(program)
@@ -203,7 +199,7 @@ class Records:
         if not isinstance(rows, list):
             return False
         names = self.pattern.want
-        turns = [self.planner.graph.turn(name) for name in names]
+        turns = list(map(planner(self.model).graph.turn, names))
         wanted = [tuple(answer.get(name, math.nan) for name in names) for answer in answers]
 
         def same(one: Sequence[Value], other: Sequence[Value]) -> bool:

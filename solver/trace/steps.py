@@ -19,7 +19,6 @@ from solver.kernel.block import BlockKernel, kernel_of
 from solver.leaves import Leaf
 from solver.path import Decide, Evaluate, Select, SolveBlock, Step, activity
 from solver.path.cases import EQUAL, value_of_equality
-from solver.path.planner import Planner
 from solver.trace.folds import NO_CASE, Case, ConstantRootCount, case_of
 from solver.trace.graph import Graph, NotCompilable
 from solver.trace.guards import Pattern, State
@@ -54,13 +53,12 @@ class StepRecording(Inverses):
     def __init__(
         self,
         model: Model,
-        planner: Planner,
         pattern: Pattern,
         leaves: Sequence[Leaf],
         corrects: bool,
         proofs: list[Proof],
     ) -> None:
-        super().__init__(model, planner, pattern, leaves[0].branch.values)
+        super().__init__(model, pattern, leaves[0].branch.values)
         self.leaves, self.branch, self.corrects = leaves, leaves[0].branch, corrects
         self._guards = dict[int, None]()
         """Requirements common to all answers."""

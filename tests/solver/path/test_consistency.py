@@ -26,7 +26,6 @@ from solver.path.cases import (
     compatible,
     possible,
 )
-from solver.path.planner import planner
 from solver.path.tree import path_tree
 
 SIGNS = {"<": LESS, "<=": AT_MOST, ">": GREATER, ">=": AT_LEAST, "=": EQUAL, "<>": DIFFERENT}
@@ -109,7 +108,7 @@ def arm(model: Model, x: float) -> float:
 
 def listed(model: Model) -> set[float]:
     """The arms of the cases that the path shows."""
-    ends = path_tree(planner(model), {"u": 1.0, "v": 0.0}).ends()
+    ends = path_tree(model, {"u": 1.0, "v": 0.0}).ends()
     used = {equation for end in ends for step in end.path.steps for equation in equations_of(step)}
     return {
         e.right.value for e in model.equations if e.index in used and isinstance(e.right, Number)

@@ -12,7 +12,6 @@ import solver
 from rulesheets.model import Value
 from solver.__main__ import main
 from solver.path import SolveBlock
-from solver.path.planner import planner
 from solver.path.tree import MAX_ENDS, PathTree, path_tree
 from solver.report.path import reaches, tree_text
 from solver.solution.solving import posted
@@ -22,7 +21,7 @@ def ahead(
     text: str, inputs: dict[str, Value] | None = None, want: str | None = None
 ) -> tuple[str, PathTree]:
     model = rulesheets.loads(text)
-    found = path_tree(planner(model), inputs or {}, None if want is None else frozenset({want}))
+    found = path_tree(model, inputs or {}, None if want is None else frozenset({want}))
     return tree_text(model, found, posted(model) if want is None else (want,)), found
 
 
