@@ -226,10 +226,7 @@ class _Reduction:
             return None
         found = []
         # from the estimate by Newton on the block itself, which is regular there
-        for side in (
-            -1,
-            1,
-        ):
+        for side in (-1, 1):
             self.at(t + side * reach)
             if (root := self.system.newton(self.x)) is None:
                 return None

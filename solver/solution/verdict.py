@@ -395,15 +395,14 @@ def _contradicted(found: Exploration) -> Verdict:
         for leaf in found.contradicted
         if all(isinstance(fact, facts.Unmet) for fact in leaf.conflicts)
     ]
-    if refused:  # the one that breaks the fewest requirements, and these by least
-        misses = [
-            [fact.miss for fact in leaf.conflicts if isinstance(fact, facts.Unmet)]
-            for leaf in refused
-        ]
-        worst = [
-            (len(row), max(math.inf if miss is None else miss for miss in row)) for row in misses
-        ]
-        leaf = refused[worst.index(min(worst))]
+    if refused:
+
+        def broken(leaf: Leaf) -> tuple[int, float]:
+            """How many requirements, and the worst by how much."""
+            misses = [fact.miss for fact in leaf.conflicts if isinstance(fact, facts.Unmet)]
+            return len(misses), max(math.inf if miss is None else miss for miss in misses)
+
+        leaf = min(refused, key=broken)
         return Verdict(Status.INFEASIBLE if conclusive else Status.FAILED, (leaf,), leaf.conflicts)
     for leaf in found.contradicted:
         if all(isinstance(fact, facts.Indeterminacy | facts.Unmet) for fact in leaf.conflicts):

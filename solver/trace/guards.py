@@ -13,16 +13,7 @@ from typing import NamedTuple
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import (
-    ZERO,
-    And,
-    Comparison,
-    Expression,
-    Given,
-    Not,
-    Or,
-    subtract,
-)
+from rulesheets.syntax.nodes import ZERO, And, Comparison, Expression, Given, Not, Or, subtract
 from solver.accuracy.rule_sides import heights, jumps, symbol_of
 from solver.numerics.tolerances import BACKWARD
 from solver.path import activity
