@@ -3,8 +3,10 @@
 Every step and every block says whether it has all of its values. ``PathSearch`` (``explore.py``)
 records the first that does not as a ``Gap``, and is not ``complete`` from then on, nor after it has
 abandoned a branch. At the end of its search an open case counts, unless it hides no answer, and so
-do the whole turns of angles that were left out, if another turn may end otherwise. ``Result`` is
-complete if its exploration is, and its status has no reservation (``verdict.is_complete``).
+do the whole turns of angles that were left out, if another turn may end otherwise. Where floats may
+have lost an answer, ``explore_refined`` (``verdict.py``) takes it back, unless two precisions
+agree. ``Result`` is complete if its exploration is, and its status has no reservation
+(``is_complete`` there).
 """
 
 from __future__ import annotations

@@ -159,7 +159,7 @@ def followed(work: Work, pieces: Iterator[Rows]) -> Iterator[Table]:
     for rows in pieces:
         failed = np.flatnonzero(rows.codes == CODES[Status.FAILED])
         if interrupted() and len(failed):
-            yield tabled(rows.before(int(failed[0])))
+            yield tabled(rows.cut(0, int(failed[0])))
             return
         yield tabled(rows)
 
@@ -296,17 +296,13 @@ def file_chunks(pieces: Iterable[Chunk], total: int | None) -> Iterator[Chunk]:
         waiting.append(piece)
         held += len(piece[0])
         while held >= size(done, total):
-            whole = _joined(waiting)
+            whole = tuple(map(stacked, zip(*waiting, strict=True)))
             count = size(done, total)
             yield tuple(column[:count] for column in whole)
             done, held = done + count, held - count
             waiting = [tuple(column[count:] for column in whole)]
     if held:
-        yield _joined(waiting)
-
-
-def _joined(pieces: list[Chunk]) -> Chunk:
-    return tuple(stacked(columns) for columns in zip(*pieces, strict=True))
+        yield tuple(map(stacked, zip(*waiting, strict=True)))
 
 
 class Sink(Protocol):

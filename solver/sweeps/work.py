@@ -57,16 +57,10 @@ class Rows(NamedTuple):
     codes: Array
     answers: Answers
 
-    def last(self) -> Rows:
-        """The last two rows, which a branch continues."""
-        rows = len(self.codes)
-        inputs = tuple(column[-2:] for column in self.inputs)
-        return Rows(inputs, self.codes[-2:], self.answers.cut(max(rows - 2, 0), rows))
-
-    def before(self, end: int) -> Rows:
-        """The rows up to one."""
-        inputs = tuple(column[:end] for column in self.inputs)
-        return Rows(inputs, self.codes[:end], self.answers.cut(0, end))
+    def cut(self, start: int, end: int) -> Rows:
+        """Some of the rows."""
+        inputs = tuple(column[start:end] for column in self.inputs)
+        return Rows(inputs, self.codes[start:end], self.answers.cut(start, end))
 
 
 ENDLESS = 2**62
@@ -170,7 +164,9 @@ class Primary:
         first, here = np.zeros(count, dtype=np.intp), rows
         if (rows.answers.counts > 1).any():
             first, here = self._continued(rows)
-        self._before, self._done = (here.last(), first[-2:].tolist()), self._done + count
+        # the last two rows, which a branch continues
+        last = here.cut(max(len(here.codes) - 2, 0), len(here.codes))
+        self._before, self._done = (last, first[-2:].tolist()), self._done + count
         inputs = dict(zip(work.inputs, rows.inputs, strict=True))
         return one_answer(inputs, work.want, rows.codes, rows.answers, first[-count:])
 

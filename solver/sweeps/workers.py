@@ -24,7 +24,7 @@ from itertools import takewhile
 from math import inf
 from threading import Lock, current_thread, local, main_thread
 from time import thread_time
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import Any, Self
 
 from rulesheets.deadline import INTERRUPTS, interrupted
@@ -175,12 +175,7 @@ class Interrupts:
             self._before = {number: signal.signal(number, self._heard) for number in ENDING}
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        failure: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *failure: object) -> None:
         for number, before in self._before.items():
             signal.signal(number, before)
         if self._before:
