@@ -25,18 +25,9 @@ if TYPE_CHECKING:
     from rulesheets.registered import function
     from rulesheets.syntax import Source, Span
 
-__all__ = [
-    "Diagnosis",
-    "Equation",
-    "Label",
-    "Model",
-    "Premise",
-    "RuleSheetError",
-    "Severity",
-    "Source",
-]
-__all__ += ["Span", "Value", "Variable", "function", "in_unit", "load", "loads", "shipped_models"]
-__all__ += ["sympy_equations"]
+__all__ = ["Diagnosis", "Equation", "Label", "Model", "Premise", "RuleSheetError", "Severity"]
+__all__ += ["Source", "Span", "Value", "Variable", "function", "in_unit", "load", "loads"]
+__all__ += ["shipped_models", "sympy_equations"]
 
 
 def fetched(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rulesheets.checks import check, head_of
 from rulesheets.checks.marks import check_figures
@@ -18,16 +18,16 @@ from rulesheets.diagnosis import (
     error,
     error_at,
     labels,
+    refusal,
     refuse,
 )
-from rulesheets.expand import Expansion
 from rulesheets.files import confined, is_sheet, near_files, outside, parsed, read_source
 from rulesheets.inputs import declared, valued
 from rulesheets.library import Library
-from rulesheets.model import Model, Variable
+from rulesheets.model import Equation, Model, Premise, Requirement, Variable
 from rulesheets.registered import run_python
 from rulesheets.syntax import LIKE_PI, Source, Span, nodes
-from rulesheets.syntax.nodes import Number, children, leaves, names
+from rulesheets.syntax.nodes import Number, children, leaves, names, rebuilt
 from rulesheets.syntax.program import Program, bodies, components, names_of, rules_of, walk
 from rulesheets.units import differences, library_of, unit_named
 
@@ -154,10 +154,9 @@ def place_of(path: str, use: nodes.Use) -> Span | None:
 
 
 def _missing(path: str, shown: str, place: Span | None) -> Diagnosis:
+    message, label = f"there is no file {path} to use", f"looked for {shown}"
     notes = near_files(shown) or ("paths are relative to the file that names them",)
-    return error_at(
-        "E306", f"there is no file {path} to use", place, *notes, label=f"looked for {shown}"
-    )
+    return error_at("E306", message, place, *notes, label=label)
 
 
 def _only_functions(file: File, path: str, place: Span | None) -> Iterator[Diagnosis]:
@@ -202,12 +201,10 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
         units=units,
     )
     if found := differences(model):  # of temperatures, which are converted as such
-        rows = (row for row in program.rows if row.name in found)
-        changed = {
-            row.name: valued(replace(model.variables[row.name], difference=True), row)
-            for row in rows
-        }
-        model = replace(model, variables={**model.variables, **changed})
+        for row in (row for row in program.rows if row.name in found):
+            bare = replace(variables[row.name], difference=True)
+            variables[row.name] = valued(bare, row)
+        model = replace(model, variables=variables)
     refuse(check_figures(program, model.variables))
     return model
 
@@ -226,11 +223,11 @@ def _rule_parts(
 
 def _wrong_units(program: Program, units: Library) -> Iterator[Diagnosis]:
     """Numbers of rules, and figures, whose units are unknown."""
-    figures = (
-        (one.unit, one.span and one.span.part(0, len("figure"))) for one in program.sheet.figures
-    )
     numbers = (one for part in _rule_parts(program, _MEASURE) for one in leaves(part, Number))
-    for unit, place in (*figures, *((one.unit, one.span) for one in numbers)):
+    figures, word = program.sheet.figures, len("figure")
+    written = [(one.unit, one.span and one.span.part(0, word)) for one in figures]
+    written += ((one.unit, one.span) for one in numbers)
+    for unit, place in written:
         try:
             unit_named(unit or "", place, units)
         except RuleSheetError as wrong:
@@ -271,3 +268,185 @@ def _passed(program: Program) -> set[str]:
                     n for node in side if not isinstance(node, nodes.Name) for n in names(node)
                 )
     return (results & arguments) - used
+
+
+# --- calls expanded -------------------------------------------------------------
+
+MAX_EQUATIONS = 200_000
+_NOWHERE = Span(Source("<tree>", ""), 0, 0)
+
+
+class FullNames(NamedTuple):
+    """The names of one body of rules and their full names.
+
+    ``bound`` maps arguments, results and parameters to full names; other names are local and get
+    ``prefix``. ``counts`` numbers the calls of each function.
+    """
+
+    prefix: str
+    bound: Mapping[str, str]
+    counts: dict[str, int]
+
+    def full_name(self, name: str) -> str:
+        return self.bound.get(name) or self.prefix + name
+
+
+class Context(NamedTuple):
+    """The context of an expression: its scope, its premises, and the rule that messages refer
+    to."""
+
+    scope: FullNames
+    guard: tuple[Premise, ...]
+    rule: Span
+
+
+class Expansion:
+    """The equations of a program that passed its checks: rules under full names, calls expanded.
+
+    A call of a rule function stands for the rules of that function with their names bound:
+
+    * an argument or a result whose actual is a plain variable *is* that variable;
+    * any other actual gets a dotted variable and an equation (``f.a = AO/2``);
+    * a parameter is the variable of that name in the calling scope;
+    * every other name is local: ``f.name``, in the second call of f ``f#2.name``,
+      in a call inside a call ``f.g.name``.
+
+    Equations come rule by rule in source order, those of a call right after the rule that
+    calls.
+
+    ``names`` are all variables that occur, in order of appearance, conditions included.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self.functions = program.functions
+        self.equations: list[Equation] = []
+        self.conditions: list[nodes.Condition] = []
+        self.requirements: list[Requirement] = []
+        self.names: dict[str, None] = {}
+        self._called: list[tuple[nodes.Function, FullNames, tuple[Premise, ...]]] = []
+        self._body(program.sheet, FullNames("", {}, {}), ())
+        for row in program.rows:  # the ends of ranges that name variables
+            limits = row.range
+            if limits is None or limits.span is None:
+                continue
+            low, high = ">" if limits.low_open else ">=", "<" if limits.high_open else "<="
+            for operator, end in ((low, limits.lower), (high, limits.upper)):
+                if end is not None and any(names(end)):
+                    comparison = nodes.Comparison(operator, nodes.Name(row.name), end, limits.span)
+                    self.requirements.append(Requirement(comparison, (), limits.span))
+
+    def _body(
+        self, owner: nodes.RuleSheet | nodes.Function, scope: FullNames, guard: tuple[Premise, ...]
+    ) -> None:
+        """The rules of a sheet or a function, each followed by those of its calls."""
+        for rule in rules_of(owner):
+            place = rule.span or rule.body.span or _NOWHERE
+            self._expand(rule.body, Context(scope, guard, place))
+            if len(self.equations) + len(self.requirements) > MAX_EQUATIONS:
+                reason = f"the model has more than {MAX_EQUATIONS:,} equations"
+                note = "nest fewer calls"
+                raise refusal("E216", reason, place, note, label="one of them")
+            called, self._called = self._called, []
+            for call in called:
+                self._body(*call)
+
+    def _expand(self, body: nodes.RuleBody, context: Context) -> None:
+        """Expand one rule; a stack holds the remaining arms, so ``else if`` chains do not
+        recurse."""
+        stack = [(body, context)]
+        while stack:
+            body, context = stack.pop()
+            scope, guard, rule = context
+            read = names_of(body)  # in the order of the text, whatever the order of the calls
+            self.names.update(dict.fromkeys(map(scope.full_name, read) if scope.prefix else read))
+            for part in components(body, self.functions):
+                match part:
+                    case nodes.Equality(like=like) if like is not None and not scope.prefix:
+                        self.equations.append(Equation(len(self.equations), part, guard, rule))
+                    case nodes.Equality((left, *_), (right, *_)):
+                        self._equate(self._bind(left, context), self._bind(right, context), context)
+                    case nodes.CallRule(called, arguments, results, span):
+                        function = self.functions.get(called.lower())
+                        if function is not None:
+                            self._call(function, arguments, results, context)
+                        else:
+                            sides = results[0], nodes.Call(called.lower(), arguments, span)
+                            left, right = (self._bind(side, context) for side in sides)
+                            self._equate(left, right, context)
+                    case nodes.Inequality(comparisons):
+                        for comparison in comparisons:
+                            bound = _exact(self._bind(comparison, context), rule)
+                            self.requirements.append(Requirement(bound, guard, rule, scope.prefix))
+                    case nodes.IfRule(condition, then, otherwise):
+                        index = len(self.conditions)
+                        self.conditions.append(_exact(self._bind(condition, context), rule))
+                        for arm, holds in ((otherwise, False), (then, True)):
+                            premises = (*guard, Premise(index, holds))
+                            if arm is not None:
+                                stack.append((arm, Context(scope, premises, rule)))
+
+    def _call(
+        self,
+        function: nodes.Function,
+        arguments: tuple[nodes.Expression, ...],
+        results: tuple[nodes.Expression, ...] | None,
+        context: Context,
+    ) -> str:
+        """Bind a call and record its body; return the full name of its first result.
+
+        With ``results`` None (a call in an expression) the results are locals of the call.
+        """
+        caller, name = context.scope, function.name
+        number = caller.counts[name] = caller.counts.get(name, 0) + 1
+        prefix = f"{caller.prefix}{name}." if number == 1 else f"{caller.prefix}{name}#{number}."
+        bound = {parameter: caller.full_name(parameter) for parameter in function.parameters}
+        pairs = [*zip(function.arguments, arguments, strict=True)]
+        if results is not None:
+            pairs += zip(function.results, results, strict=True)
+        for formal, actual in pairs:
+            value = self._bind(actual, context)
+            if isinstance(value, nodes.Name):
+                bound[formal] = value.name
+            else:
+                bound[formal] = full = prefix + formal
+                self.names.setdefault(full)
+                self._equate(nodes.Name(full, actual.span), value, context)
+        scope = FullNames(prefix, bound, {})
+        self._called.append((function, scope, context.guard))
+        return scope.full_name(function.results[0]) if function.results else ""
+
+    def _equate(self, left: nodes.Expression, right: nodes.Expression, context: Context) -> None:
+        scope, guard, rule = context
+        left, right = (_exact(side, rule) for side in (left, right))
+        body = nodes.Equality((left,), (right,))
+        self.equations.append(Equation(len(self.equations), body, guard, rule, scope.prefix))
+
+    def _bind(self, node: Any, context: Context) -> Any:
+        """A node with full names, and with calls of rule functions replaced by their results."""
+        if not self.functions:
+            return node
+        if isinstance(node, nodes.Name | nodes.Given):
+            full = context.scope.full_name(node.name)
+            return node if full == node.name else type(node)(full, node.span)
+        if isinstance(node, nodes.Call) and node.function in self.functions:
+            result = self._call(self.functions[node.function], node.arguments, None, context)
+            self.names.setdefault(result)
+            return nodes.Name(result, node.span)
+        parts = children(node)
+        bound = []
+        for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
+            bound.append(self._bind(part, context))
+        if all(new is old for new, old in zip(bound, parts, strict=True)):
+            return node
+        return rebuilt(node, tuple(bound))
+
+
+def _exact(part: Any, rule: Span) -> Any:
+    """A part of a rule with exact values of its constants put in; ``text`` tells whether it may
+    have any."""
+    text = (rule.text or "sin pi").lower()
+    if "pi" not in text or not any(function in text for function in ("sin", "cos", "tan")):
+        return part
+    from rulesheets.evaluate.exact import with_round_values  # few rules have any
+
+    return with_round_values(part)

@@ -119,9 +119,8 @@ class _Rendering(NamedTuple):
         """A sentence from column ``before``, folded, with ``margin`` before its other lines."""
         if self.width is None or before + len(text) <= self.width:
             return text
-        first, *rest = textwrap.wrap(
-            text, self.width - margin, initial_indent=" " * (before - margin)
-        )
+        indent = " " * (before - margin)
+        first, *rest = textwrap.wrap(text, self.width - margin, initial_indent=indent)
         return "\n".join((first[before - margin :], *(" " * margin + line for line in rest)))
 
     def paint(self, text: str, style: str) -> str:
@@ -150,12 +149,9 @@ class _Rendering(NamedTuple):
         """The place, the first line of the source at it, and carets below."""
         span = label.span
         number, column = span.source.place(span.start)
-        shown, start, width = _clipped(
-            span.source.line(number),
-            column - 1,
-            span.end - span.start,
-            _WIDTH if self.width is None else max(self.width - gutter - 7, 20),
-        )
+        most = _WIDTH if self.width is None else max(self.width - gutter - 7, 20)
+        line, length = span.source.line(number), span.end - span.start
+        shown, start, width = _clipped(line, column - 1, length, most)
         margin, bar = " " * gutter, self.paint("|", _BLUE)
         carets = " " * start + self.paint(f"{'^' * width} {escaped(label.text)}".rstrip(), style)
         return [

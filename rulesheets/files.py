@@ -17,9 +17,8 @@ MAIN_SHEET = "model.tk"
 
 _PACKAGE = os.path.dirname(os.path.abspath(__file__))
 _INSTALLED = os.path.join(_PACKAGE, "models")
-_MODELS = (
-    _INSTALLED if os.path.isdir(_INSTALLED) else os.path.join(os.path.dirname(_PACKAGE), "models")
-)
+_BESIDE = os.path.join(os.path.dirname(_PACKAGE), "models")
+_MODELS = _INSTALLED if os.path.isdir(_INSTALLED) else _BESIDE
 """``rulesheets/models`` if installed, ``models`` next to the package in a checkout."""
 
 _LARGEST = 64 * 2**20
@@ -116,10 +115,8 @@ def _not_text(name: str, data: bytes, place: int) -> Diagnosis:
         note = "a rule sheet is a UTF-8 text file"
         return error_at("E303", f"{name} is a binary file, not a rule sheet", None, note)
     label = f"byte 0x{data[place]:02x} is not valid in UTF-8"
-    note = "save the sheet in the encoding UTF-8"
-    return error_at(
-        "E303", f"{name} is not UTF-8 text", here if is_sheet(name) else None, note, label=label
-    )
+    note, shown = "save the sheet in the encoding UTF-8", here if is_sheet(name) else None
+    return error_at("E303", f"{name} is not UTF-8 text", shown, note, label=label)
 
 
 def find_sheet(path: str) -> str:

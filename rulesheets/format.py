@@ -98,10 +98,9 @@ class Notation:
 
     def chain(self, node: nodes.Expression) -> str:
         """``a*b/c``"""
-        first, *others = nodes.chain(node)
-        return self.written(first[1], _PRODUCT) + "".join(
-            sign + self.written(factor, _FACTOR) for sign, factor in others
-        )
+        (_, first), *others = nodes.chain(node)
+        rest = (sign + self.written(factor, _FACTOR) for sign, factor in others)
+        return self.written(first, _PRODUCT) + "".join(rest)
 
 
 format_expression: Callable[[nodes.Expression], str] = Notation().written
@@ -318,9 +317,8 @@ def format_sheet(sheet: nodes.RuleSheet) -> str:
         *(list(_figure(figure)) for figure in sheet.figures),
         *(list(_function(function)) for function in sheet.functions),
     ]
-    return "\n\n".join("\n".join(lines) for lines in sections if lines) + (
-        "\n" if any(sections) else ""
-    )
+    text = "\n\n".join("\n".join(lines) for lines in sections if lines)
+    return text and f"{text}\n"
 
 
 def _comment(text: str) -> str:
@@ -386,9 +384,8 @@ def _cells(row: nodes.VariableRow) -> tuple[str, str, str, str]:
 def _range(limits: nodes.Range | None) -> str:
     if limits is None:
         return ""
-    low, high = (
-        "" if end is None else format_expression(end) for end in (limits.lower, limits.upper)
-    )
+    ends = limits.lower, limits.upper
+    low, high = ("" if end is None else format_expression(end) for end in ends)
     if low and high and not (limits.low_open or limits.high_open):
         return f"in [{low}, {high}]"
     lower = low and f">{'' if limits.low_open else '='} {low}"

@@ -142,16 +142,9 @@ def valued(bare: Variable, row: nodes.VariableRow) -> Variable:
         if isinstance(row.value, nodes.Symbol) or isinstance(size, str) or size < 0.0:
             raise RuleSheetError(no_tolerance(isinstance(row.value, nodes.Symbol), written.span))
         tolerance = Tolerance(size, written.percent)
-    variable = replace(
-        bare,
-        value=value,
-        guess=guess,
-        low=low,
-        high=high,
-        low_open=bounds.low_open,
-        high_open=bounds.high_open,
-        tolerance=tolerance,
-    )
+    ends: dict[str, Any] = {"low": low, "high": high}
+    ends |= {"low_open": bounds.low_open, "high_open": bounds.high_open}
+    variable = replace(bare, value=value, guess=guess, tolerance=tolerance, **ends)
     if row.value is not None and isinstance(value, float) and not variable.admits(value):
         raise RuleSheetError(outside_range(value, variable, row.value.span))
     return variable
@@ -323,10 +316,10 @@ def with_tolerances(model: Model, tolerances: Mapping[str, Tolerance]) -> Model:
     """The model with other tolerances of its variables (by full names)."""
     if not tolerances:
         return model
-    changed = {
-        n: replace(model.variables[n], tolerance=tolerance) for n, tolerance in tolerances.items()
-    }
-    return replace(model, variables={**model.variables, **changed})
+    variables = dict(model.variables)
+    for name, tolerance in tolerances.items():
+        variables[name] = replace(variables[name], tolerance=tolerance)
+    return replace(model, variables=variables)
 
 
 def _finite(number: float, place: Span | None) -> float:
@@ -387,9 +380,8 @@ def variable_named(name: str, model: Model, place: Span | None = None) -> Variab
 
 def variables_named(names: Iterable[str], model: Model) -> tuple[str, ...]:
     """Full names of variables; a text alone is one name. Raises RuleSheetError (E407)."""
-    return tuple(
-        variable_named(name, model).name for name in ((names,) if isinstance(names, str) else names)
-    )
+    names = (names,) if isinstance(names, str) else names
+    return tuple(variable_named(name, model).name for name in names)
 
 
 def in_unit(model: Model, name: str, values: Any, unit: str) -> Any:
@@ -488,16 +480,14 @@ def not_finite(reason: str, place: Span | None) -> Diagnosis:
 
 
 def not_finite_number(number: float, variable: Variable) -> Diagnosis:
-    return error_at(
-        "E402", f"{variable.name} = {number} is not finite", None, "give a finite number"
-    )
+    message = f"{variable.name} = {number} is not finite"
+    return error_at("E402", message, None, "give a finite number")
 
 
 def outside_range(number: float, variable: Variable, place: Span | None) -> Diagnosis:
     message = f"{variable.name} = {number:.10g} lies outside its range {range_text(variable)}"
-    return error_at(
-        "E403", message, place, "change the value, or the range in the variables section"
-    )
+    note = "change the value, or the range in the variables section"
+    return error_at("E403", message, place, note)
 
 
 def symbol_for_number(
@@ -508,9 +498,8 @@ def symbol_for_number(
     kind = f"in [{variable.unit}]" if variable.unit else kind
     message = f"{variable.name} is a number {kind}, and '{symbol} is a symbol"
     tied = ("to tie two variables together write a rule",) if symbol in model.variables else ()
-    return error_at(
-        "E406", message, place, "give a number, or clear the input to have it solved", *tied
-    )
+    note = "give a number, or clear the input to have it solved"
+    return error_at("E406", message, place, note, *tied)
 
 
 def symbol_as_guess(symbol: str, place: Span | None) -> Diagnosis:
@@ -549,6 +538,5 @@ def not_a_value(text: str, place: Span, reason: str = "") -> Diagnosis:
 
 def unknown_variable(name: str, model: Model, place: Span | None) -> Diagnosis:
     """The complaint about a name that the model does not have, with a suggestion."""
-    return error_at(
-        "E407", f"{model.name} has no variable {name}", place, *meant(name, model.variables)
-    )
+    notes = meant(name, model.variables)
+    return error_at("E407", f"{model.name} has no variable {name}", place, *notes)

@@ -47,9 +47,8 @@ class Unit:
             raise ValueError("a root of an angle in turns or degrees")
         if self.decades * abs(exponent) > MOST:
             raise ValueError(BEYOND)
-        parts = [
-            round(part ** (1 / exponent.denominator)) for part in self.factor.as_integer_ratio()
-        ]
+        degree = exponent.denominator
+        parts = [round(part ** (1 / degree)) for part in self.factor.as_integer_ratio()]
         root = Fraction(*parts) if exponent.denominator > 1 else self.factor
         if root**exponent.denominator != self.factor:
             raise ValueError(f"no exact root of {self.factor}")
@@ -58,9 +57,8 @@ class Unit:
     @property
     def decades(self) -> float:
         """Its approximate size in base units, as a power of ten."""
-        return abs(
-            self.factor.numerator.bit_length() - self.factor.denominator.bit_length()
-        ) * math.log10(2.0)
+        above, below = map(int.bit_length, self.factor.as_integer_ratio())
+        return abs(above - below) * math.log10(2.0)
 
     @property
     def scale(self) -> float:
@@ -70,9 +68,7 @@ class Unit:
     @property
     def dimension(self) -> dict[str, Fraction]:
         """The exponents of base units; angles and decibels are numbers."""
-        return {
-            base: exponent for base, exponent in self.bases.items() if base not in (ANGLE, "dB")
-        }
+        return {base: e for base, e in self.bases.items() if base not in (ANGLE, "dB")}
 
 
 def affine(source: Unit, target: Unit, difference: bool = False) -> tuple[float, float]:
@@ -330,9 +326,7 @@ def _from_pint(name: str) -> Unit | None:
         found = registry.Quantity(1, registry.parse_units(name, as_delta=True)).to_base_units()
     except Exception:  # pint raises errors of its own and of Python for a name that it cannot read
         return None
-    bases = {
-        registry.get_symbol(base): Fraction(exponent) for base, exponent in found._units.items()
-    }
+    bases = {registry.get_symbol(base): Fraction(e) for base, e in found._units.items()}
     if not bases.keys() <= _BASES or not isinstance(found.magnitude, int | Fraction):
         return None
     return Unit(Fraction(found.magnitude), 0, bases)

@@ -168,9 +168,8 @@ def keep(model: Model, question: str, *once: Callable[[Model], object]) -> None:
 def stamp(code: str) -> bytes:
     """Identifies the code in a folder, and the units of pint, among all that make models."""
     folders = [code, *(entry.path for entry in os.scandir(code) if entry.is_dir())]
-    files = [
-        file for folder in folders for file in os.scandir(folder) if file.name.endswith(_ENDINGS)
-    ]
+    entries = (entry for folder in folders for entry in os.scandir(folder))
+    files = (entry for entry in entries if entry.name.endswith(_ENDINGS))
     found = sorted((file.path, file.stat().st_mtime_ns, file.stat().st_size) for file in files)
     pint = PathFinder.find_spec("pint")
     about = pint and pint.origin and (pint.origin, os.stat(pint.origin).st_mtime_ns)

@@ -188,9 +188,8 @@ class Model:
     @cached_property
     def unit_warnings(self) -> tuple[Diagnosis, ...]:
         """The certain mismatches of units in its rules (``check_units``)."""
-        found: tuple[Diagnosis, ...] = import_module("rulesheets.units.check").check_units(
-            self, sure=True
-        )
+        check = import_module("rulesheets.units.check")
+        found: tuple[Diagnosis, ...] = check.check_units(self, sure=True)
         return found
 
     def __getstate__(self) -> dict[str, object]:
@@ -216,7 +215,5 @@ def once(make: Callable[[Owner], T]) -> Callable[[Owner], T]:
 def expect_model(model: object) -> None:
     """Raises TypeError for an argument that is not a model, with the call that loads one."""
     if not isinstance(model, Model):
-        kind = type(model).__name__
-        raise TypeError(
-            f"a Model is needed, which rulesheets.load gives, and this is of the type {kind}"
-        )
+        needed, kind = "a Model is needed, which rulesheets.load gives", type(model).__name__
+        raise TypeError(f"{needed}, and this is of the type {kind}")

@@ -28,10 +28,9 @@ def load(kind: str, key: bytes) -> bytes | None:
     path = place(_name(kind, key))
     if path is None:
         return None
+    flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
     try:
-        handle = os.open(
-            path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
-        )
+        handle = os.open(path, flags)
         with open(handle, "rb") as file:
             if not _own(os.fstat(handle)):
                 return None

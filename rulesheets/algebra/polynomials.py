@@ -115,12 +115,10 @@ class _Eliminator(Arithmetic[Any]):
     def __init__(self, unknown: str, known: Mapping[str, float], signs: tuple[int, ...]) -> None:
         self.signs, self.others = signs, list[tuple[int, ...]]()
         self.chosen: dict[Any, int] = {}
-        self.field, first, *self.radicals = field(
-            ["x", *(f"s{k}" for k in range(MAX_RADICALS))], QQ
-        )
-        self.values = {name: self._exact(number) for name, number in known.items()} | {
-            unknown: first
-        }
+        symbols = ["x", *(f"s{k}" for k in range(MAX_RADICALS))]
+        self.field, first, *self.radicals = field(symbols, QQ)
+        self.values = {name: self._exact(number) for name, number in known.items()}
+        self.values[unknown] = first
         self.relations: dict[tuple[Any, int], Any] = {}
         self.common: list[Any] = []
 
@@ -129,10 +127,9 @@ class _Eliminator(Arithmetic[Any]):
     ) -> Eliminant:
         for name, form in forms:
             self.values[name] = self.of(form)
-        common = map(self._bare, self.common)
-        indeterminate = tuple(
-            self._coefficients(factor) for factor in common if not factor or not factor.is_ground
-        )
+        factors = map(self._bare, self.common)
+        common = (factor for factor in factors if not factor or not factor.is_ground)
+        indeterminate = tuple(map(self._coefficients, common))
         sides = self.of(left), self.of(right)
         found = self._bare(self._bounded(sides[0] - sides[1]).numer)
         chosen = [(a.numer * a.denom, sign) for a, sign in [*self.chosen.items()][::2]]

@@ -32,9 +32,7 @@ def check(program: Program) -> None:
 def _complaints(program: Program, each: bool) -> Iterator[Diagnosis]:
     """Complaints about every rule, or about the first of rules of one form."""
     sheet = Scope(program, each)
-    functions = {
-        name: Scope(program, each, function) for name, function in program.functions.items()
-    }
+    functions = {name: Scope(program, each, one) for name, one in program.functions.items()}
     yield from check_rows(program)
     yield from check_ranges(sheet)
     for scope in (sheet, *functions.values()):
@@ -77,28 +75,23 @@ class Scope:
         for body in every:
             like = body.like if isinstance(body, nodes.Equality) and not each else None
             kept.setdefault(id(body) if like is None else like.form, body)
-        self.parts = [
-            part for body in kept.values() for part in components(body, program.functions)
-        ]
+        split = (components(body, program.functions) for body in kept.values())
+        self.parts = [part for parts in split for part in parts]
         self.every = [*walk(*(one for part in self.parts for one in children(part)))]
         self.places: dict[str, nodes.RuleBody] = {}
         for part in self.parts if each else every:
             for name in names_of(part):
                 self.places.setdefault(name, part)
         self.names = dict.fromkeys((*self.declared, *self.places))
-        calls = (
-            part
-            for part in (*self.parts, *self.every)
-            if isinstance(part, nodes.Call | nodes.CallRule)
-        )
+        both = (*self.parts, *self.every)
+        calls = (one for one in both if isinstance(one, nodes.Call | nodes.CallRule))
         self.calls = [(call, program.functions.get(call.function.lower())) for call in calls]
 
     def place(self, name: str) -> Span | None:
         """The first place of a variable in the rules."""
-        inside = (node for operand in children(self.places[name]) for node in walk(operand))
-        return next(
-            node.span for node in inside if isinstance(node, nodes.Name) and node.name == name
-        )
+        inside = walk(*children(self.places[name]))
+        named = (node for node in inside if isinstance(node, nodes.Name) and node.name == name)
+        return next(named).span
 
 
 # --- places ---------------------------------------------------------------------
@@ -115,9 +108,8 @@ def name_in(call: nodes.Call | nodes.CallRule) -> Span | None:
     span = call.span
     if span is None:
         return None
-    start = span.text.lower().find(
-        call.function.lower(), 4 if isinstance(call, nodes.CallRule) else 0
-    )
+    begin = len("call") if isinstance(call, nodes.CallRule) else 0
+    start = span.text.lower().find(call.function.lower(), begin)
     return span if start < 0 else span.part(start, len(call.function))
 
 
@@ -163,9 +155,8 @@ def _check_rule_function(
         cure = f"add {parameter} to the parameters of {scope.title}"
         if scope.function is None:
             cure = f"name {parameter} in the variables section or in a rule of this sheet"
-        message = (
-            f"{name} has the parameter {parameter}, but {scope.title} has no variable {parameter}"
-        )
+        missing = f"{scope.title} has no variable {parameter}"
+        message = f"{name} has the parameter {parameter}, but {missing}"
         notes = (*suggestion(parameter, scope.names), cure)
         places = labels((call.span, "called here"), (head, f"{parameter} is its parameter"))
         yield error("E205", message, *places, notes=notes)
@@ -187,9 +178,8 @@ def check_builtin(
     name, place = call.function.lower(), name_in(call)
     if name in PLANNED:
         message = f"{call.function} works on lists, which are not supported yet"
-        yield error_at(
-            "E202", message, place, "write the terms out, as in `a + b + c`", label="not there yet"
-        )
+        note = "write the terms out, as in `a + b + c`"
+        yield error_at("E202", message, place, note, label="not there yet")
     elif name not in TABLE:
         written = place.text if place is not None and place != call.span else call.function
         notes = suggestion(call.function, (*own, *TABLE)) or (
@@ -206,14 +196,12 @@ def check_builtin(
         if not row.accepts(len(call.arguments)):
             least, most = row.arity
             expected = f"{'' if most is not None else 'at least '}{plural(least, 'argument')}"
-            yield _argument_count(
-                call, call.function, expected, f"{call.function}({row.arguments})", None
-            )
+            usage = f"{call.function}({row.arguments})"
+            yield _argument_count(call, call.function, expected, usage, None)
         if isinstance(call, nodes.CallRule) and len(call.results) != 1:
             message = f"{call.function} gives one result, not {len(call.results) or 'none'}"
-            yield error_at(
-                "E204", message, call.span, f"write it in a rule: y = {call.function}(…)"
-            )
+            note = f"write it in a rule: y = {call.function}(…)"
+            yield error_at("E204", message, call.span, note)
 
 
 # --- size -----------------------------------------------------------------------
@@ -272,9 +260,8 @@ need them: a function is always followed by a parenthesis, so nothing is ambiguo
 def check_names(scope: Scope) -> Iterator[Diagnosis]:
     """Functions that are used as variables, in the section or the head and then in rules."""
     if scope.function is None:
-        declared = [
-            (row.name, row.span and row.span.part(0, len(row.name))) for row in scope.program.rows
-        ]
+        rows = scope.program.rows
+        declared = [(row.name, row.span and row.span.part(0, len(row.name))) for row in rows]
     else:
         declared = [(name, head_of(scope.function)) for name in scope.declared]
     own = {function.name: function for function in scope.program.functions.values()}
@@ -307,9 +294,8 @@ def check_rows(program: Program) -> Iterator[Diagnosis]:
 def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
     """Ends of ranges that name variables: the variables must exist, the functions be built in."""
     ranges = (row.range for row in scope.program.rows if row.range is not None)
-    for end in (
-        end for limits in ranges for end in (limits.lower, limits.upper) if end is not None
-    ):
+    ends = (end for limits in ranges for end in (limits.lower, limits.upper))
+    for end in (end for end in ends if end is not None):
         yield from check_constant(end)
         for node in walk(end):
             if isinstance(node, nodes.Name) and node.name not in scope.names:
@@ -338,29 +324,27 @@ def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
         elif not isinstance(node, nodes.Comparison):
             yield from _symbols_in(node)
         elif node.operator not in ("=", "<>"):
-            symbol = next(
-                (side for side in (node.left, node.right) if isinstance(side, nodes.Symbol)), None
-            )
-            if symbol is not None:
-                message = f"the symbol '{symbol.name} is neither greater nor smaller than anything"
-                note = "symbols are compared by = and <> only"
-                yield error_at(
-                    "E212", message, node.span, note, label=f"compared by {node.operator}"
+            sides = node.left, node.right
+            symbols = [side.name for side in sides if isinstance(side, nodes.Symbol)]
+            if symbols:
+                message = f"the symbol '{symbols[0]} is neither greater nor smaller than anything"
+                note, label = (
+                    "symbols are compared by = and <> only",
+                    f"compared by {node.operator}",
                 )
+                yield error_at("E212", message, node.span, note, label=label)
 
 
 def _symbols_in(node: nodes.Expression | nodes.Condition) -> Iterator[Diagnosis]:
     for part in children(node):
         if isinstance(part, nodes.Symbol):
-            yield error_at(
-                "E211",
-                f"the symbol '{part.name} is not a number, so there is no arithmetic with it",
-                part.span,
-                f"a symbol can be given to a variable (x = '{part.name}) or be compared by = and "
-                "<>",
+            message = f"the symbol '{part.name} is not a number, so there is no arithmetic with it"
+            given = f"a symbol can be given to a variable (x = '{part.name})"
+            notes = (
+                f"{given} or be compared by = and <>",
                 f"if the variable {part.name} is meant, leave out the apostrophe",
-                label="a symbol",
             )
+            yield error_at("E211", message, part.span, *notes, label="a symbol")
 
 
 def check_constant(expression: nodes.Expression) -> Iterator[Diagnosis]:
@@ -375,9 +359,8 @@ def check_head(function: nodes.Function) -> Iterator[Diagnosis]:
     place = head_of(function)
     if function.name.lower() in TABLE or function.name.lower() in PLANNED:
         message = f"{function.name} is a built-in function and cannot be redefined"
-        yield error_at(
-            "E207", message, place, f"give it a name of its own, such as my_{function.name}"
-        )
+        note = f"give it a name of its own, such as my_{function.name}"
+        yield error_at("E207", message, place, note)
     roles: dict[str, list[str]] = {}
     for role in ("argument", "result", "parameter"):
         for name in getattr(function, f"{role}s"):

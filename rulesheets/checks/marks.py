@@ -82,9 +82,8 @@ def marks_of(figure: Figure) -> tuple[Mark, ...]:
 
 def parts(mark: Mark) -> tuple[tuple[Name, ...], tuple[Expression, ...]]:
     """The points that a line names, and the expressions that it evaluates."""
-    named = {Arguments.COORDINATES: 0, Arguments.DIRECTED: 1}.get(
-        KINDS[mark.kind].shape, len(mark.arguments)
-    )
+    shape = KINDS[mark.kind].shape
+    named = {Arguments.COORDINATES: 0, Arguments.DIRECTED: 1}.get(shape, len(mark.arguments))
     points = tuple(node for node in mark.arguments[:named] if isinstance(node, Name))
     return points, mark.arguments[named:]
 
@@ -129,9 +128,8 @@ def _check_expression(
             yield error_at("E230", f"there is no variable {node.name}", node.span, *notes)
         elif isinstance(node, Call) and node.function in functions:
             message = f"a figure cannot call {node.function}, which is a function of rules"
-            yield error_at(
-                "E201", message, name_in(node), "call it in a rule, and name its results here"
-            )
+            note = "call it in a rule, and name its results here"
+            yield error_at("E201", message, name_in(node), note)
         elif isinstance(node, Call):
             yield from check_builtin(node, (), variables)
         elif isinstance(node, Symbol):
@@ -140,12 +138,9 @@ def _check_expression(
 
 
 def _twice(what: str, name: str, again: Span | None, first: Span | None) -> Diagnosis:
-    return error(
-        "E232",
-        f"the {what} {name} is defined twice",
-        *labels((again, "again"), (first, "first here")),
-        notes=("give one of the two another name",),
-    )
+    places = labels((again, "again"), (first, "first here"))
+    note = "give one of the two another name"
+    return error("E232", f"the {what} {name} is defined twice", *places, notes=(note,))
 
 
 def wrong_mark(mark: Mark) -> Diagnosis | None:
@@ -167,10 +162,8 @@ def wrong_mark(mark: Mark) -> Diagnosis | None:
         message = f"a {mark.kind} takes {expected}, not {count or 'none'}"
     if message:
         return error_at("E131", message, mark.span, f"write {kind.example}")
-    places = {Arguments.POINTS: mark.arguments, Arguments.DIRECTED: mark.arguments[:1]}.get(
-        kind.shape, ()
-    )
-    for argument in places:
+    count = {Arguments.POINTS: count, Arguments.DIRECTED: 1}.get(kind.shape, 0)
+    for argument in mark.arguments[:count]:
         if not isinstance(argument, Name) or "." in argument.name:
             note = f"name a point of the figure, as in {kind.example}"
             return error_at("E131", "this is not the name of a point", argument.span, note)

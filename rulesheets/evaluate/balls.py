@@ -142,9 +142,8 @@ def _defined(result: Ball, operation: str, expression: Expression) -> Ball:
 def jumps(expressions: Iterable[Expression], unknowns: Collection[str]) -> tuple[Call, ...]:
     """The calls in expressions of functions with jumps, with an unknown in their arguments."""
     calls = (part for one in expressions for part in walk(one) if isinstance(part, Call))
-    found = (
-        c for c in calls if TABLE[c.function].steady and not set(unknowns).isdisjoint(names(c))
-    )
+    jumping = (call for call in calls if TABLE[call.function].steady)
+    found = (call for call in jumping if not set(unknowns).isdisjoint(names(call)))
     return tuple(dict.fromkeys(found))
 
 

@@ -183,9 +183,9 @@ class TracedDigits(Traced[Extended]):
 
     def name(self, node: Name) -> Part[Extended]:
         part = super().name(node)
-        return (
-            part if self.along is None or node.name in self.along else Part(part.value, exact=True)
-        )
+        if self.along is None or node.name in self.along:
+            return part
+        return Part(part.value, exact=True)
 
     def slope(
         self, template: Expression, arguments: Sequence[Part[Extended]], node: Expression
@@ -247,9 +247,8 @@ def _indeterminate(
             form = "0/0" if sides and all(vanishes(side, values) for side in sides) else ""
             found = limit(part, values) if form or part is not chain[0] else None
             if form or found is not None:
-                return Indeterminate(
-                    part, form or ("1^∞" if isinstance(part, Power) else "0·∞"), found
-                )
+                other_form = "1^∞" if isinstance(part, Power) else "0·∞"
+                return Indeterminate(part, form or other_form, found)
             if isinstance(above, Product):  # a part that becomes infinite may have a limit in these
                 other = above.right if above.left is part else above.left
                 compensates = _read(other, values) and vanishes(other, values)
@@ -307,9 +306,8 @@ def limit(expression: Expression, values: Mapping[str, float | str]) -> float | 
     two distances of which one is the square of the other. Only a value on which all agree is a
     limit.
     """
-    moving = [
-        name for name in dict.fromkeys(names(expression)) if not isinstance(values[name], str)
-    ]
+    found = dict.fromkeys(names(expression))
+    moving = [name for name in found if not isinstance(values[name], str)]
     lines = [{n: shares[k % 5] for k, n in enumerate(moving)} for shares in _SHARES]
     try:
         return _common(expression, values, lines)
@@ -321,14 +319,10 @@ def _common(
     expression: Expression, values: Mapping[str, float | str], lines: Sequence[Mapping[str, float]]
 ) -> float | None:
     """The common limit on both sides of all lines. Raises Undefined if one has no value."""
-    sides = [(line, side) for line in lines for side in (1, -1)]
-    far, near = (
-        [
-            extended(expression, beside(values, line, side * distance), DIGITS)
-            for line, side in sides
-        ]
-        for distance in DISTANCES
-    )
+    far, near = list[Extended](), list[Extended]()
+    for found, distance in ((far, DISTANCES[0]), (near, DISTANCES[1])):
+        points = (beside(values, line, step) for line in lines for step in (distance, -distance))
+        found += (extended(expression, point, DIGITS) for point in points)
     if all(abs(b) <= AGREEMENT * abs(a) for a, b in zip(far, near, strict=True)):
         return 0.0
     if all(_alike(near[0], number) for number in (*far, *near)):

@@ -32,6 +32,7 @@ from rulesheets.syntax.nodes import (
     Symbol,
     add,
     call,
+    children,
     is_number,
     names,
 )
@@ -118,9 +119,8 @@ class Traced(Arithmetic[Part[T]]):
         parts = one, other = self.of(node.left), self.of(node.right)
         result = one.value * other.value  # type: ignore[operator]
         slopes = _varying((other.value, one), (one.value, other))
-        return Part(
-            result, "", slopes, self.rounded(node, result, parts), not (slopes or self.rounds)
-        )
+        rounded = self.rounded(node, result, parts)
+        return Part(result, "", slopes, rounded, not (slopes or self.rounds))
 
     def divided(self, node: Quotient, above: Part[T], below: Part[T]) -> Part[T]:
         result: Any = self.numbers.divided(node, above.value, below.value)
@@ -143,17 +143,16 @@ class Traced(Arithmetic[Part[T]]):
     def applied(self, node: Call, arguments: list[Part[T]]) -> Part[T]:
         result = self.numbers.applied(node, [part.value for part in arguments])
         templates = partials(TABLE[node.function], len(arguments))
-        below = tuple(
-            (
-                self.missing(node) if template is None else self.slope(template, arguments, node),
-                part,
-            )
-            for template, part in zip(templates, arguments, strict=True)
-            if not part.exact
-        )
-        return Part(
-            result, "", below, self.rounded(node, result, arguments), not (below or self.rounds)
-        )
+        slopes: list[tuple[Any, Part[T]]] = []
+        for template, part in zip(templates, arguments, strict=True):
+            if part.exact:
+                continue
+            if template is None:
+                slopes.append((self.missing(node), part))
+            else:
+                slopes.append((self.slope(template, arguments, node), part))
+        rounded = self.rounded(node, result, arguments)
+        return Part(result, "", tuple(slopes), rounded, not (slopes or self.rounds))
 
     def missing(self, node: Call) -> Any:
         """The value for a slope without a formula."""
@@ -223,10 +222,9 @@ class TracedFloats(Traced[float]):
     def slope(
         self, template: Expression, arguments: Sequence[Part[float]], node: Expression
     ) -> float:
+        values = {str(place): part.value for place, part in enumerate(arguments)}
         try:
-            found = Floats({str(place): part.value for place, part in enumerate(arguments)}).of(
-                template
-            )
+            found = Floats(values).of(template)
         except Undefined:
             return math.nan
         return found if math.isfinite(found) else math.nan
@@ -243,10 +241,8 @@ class TracedFloats(Traced[float]):
             row = TABLE[node.function]
             if node.function in CHOOSING and _tied(parts):
                 return math.inf
-            first, above = (
-                abs(parts[0].value) if parts else 0.0,
-                math.inf if row.direction else SMALLEST,
-            )
+            first = abs(parts[0].value) if parts else 0.0
+            above = math.inf if row.direction else SMALLEST
             exact = not (row.nonzero or 0.0 < first < above)
             size *= row.ulps
         else:
@@ -272,15 +268,11 @@ def less_one(
     """
     away = [isinstance(term, Negative) for term in terms]
     parts = [term.operand if isinstance(term, Negative) else term for term in terms]
-    powers = [
-        place
-        for place, part in enumerate(parts)
-        if isinstance(part, Call) and part.function == "exp"
-    ]
+    called = [(place, part) for place, part in enumerate(parts) if isinstance(part, Call)]
+    powers = [place for place, part in called if part.function == "exp"]
     ones = [place for place, part in enumerate(parts) if is_one(part)] if powers else []
-    return next(
-        ((power, one) for power in powers for one in ones if away[power] != away[one]), None
-    )
+    pairs = ((power, one) for power in powers for one in ones if away[power] != away[one])
+    return next(pairs, None)
 
 
 class NotDifferentiable(ValueError):
@@ -341,12 +333,9 @@ def signed_root(expression: Expression) -> Expression | None:
         case Product(Call("sgn", (x,)), Call("sqrt", (Call("abs", (size,)),))) if size == x:
             return x
         case Product(Call("sgn", (x,)), Power(Call("abs", (size,)), exponent)) if size == x:
-            parts = (
-                (exponent.left, exponent.right) if isinstance(exponent, Quotient) else (exponent,)
-            )
-            return (
-                x if all(isinstance(part, Number) and part.value > 0.0 for part in parts) else None
-            )
+            parts = children(exponent) if isinstance(exponent, Quotient) else (exponent,)
+            above = all(isinstance(part, Number) and part.value > 0.0 for part in parts)
+            return x if above else None
         case _:
             return None
 

@@ -74,11 +74,8 @@ class Undefined(ArithmeticError):
             case "symbol":
                 return "arithmetic with a symbol"
             case function:
-                return (
-                    f"{function} of {texts[0]}"
-                    if len(texts) == 1
-                    else f"{function} of ({', '.join(texts)})"
-                )
+                inside = ", ".join(texts)
+                return f"{function} of {inside if len(texts) == 1 else f'({inside})'}"
 
     @property
     def hole(self) -> bool:
@@ -302,15 +299,13 @@ def _compare(comparison: Comparison, values: Values, same: Same | None = None) -
         else:
             sides.append(side.name if isinstance(side, Symbol) else value(side, values))
     left, right = sides
+    operator, asked = comparison.operator, comparison.operator in ("=", "<>")
     if isinstance(left, str) or isinstance(right, str):
-        return (left == right) is (comparison.operator == "=") and comparison.operator in (
-            "=",
-            "<>",
-        )
-    if comparison.operator in ("=", "<>"):
+        return asked and (left == right) is (operator == "=")
+    if asked:
         alike = equal(left, right) if same is None else same(comparison, left, right)
-        return alike == (comparison.operator == "=")
-    order: bool = _ORDERS[comparison.operator](left, right)
+        return alike == (operator == "=")
+    order: bool = _ORDERS[operator](left, right)
     return order
 
 
@@ -348,9 +343,9 @@ class Intervals(Arithmetic[Interval]):
 
     def product(self, node: Product) -> Interval:
         factor = self.of(node.left)
-        return (
-            square(*factor) if node.left == node.right else multiply(*factor, *self.of(node.right))
-        )
+        if node.left == node.right:
+            return square(*factor)
+        return multiply(*factor, *self.of(node.right))
 
     def divided(self, node: Quotient, above: Interval, below: Interval) -> Interval:
         return divide(*above, *below)

@@ -25,7 +25,7 @@ from rulesheets.functions.intervals import (
     each_end,
     magnitudes,
 )
-from rulesheets.functions.row import Function, Inverse, both_signs, by, entry
+from rulesheets.functions.row import Forms, Function, Inverse, both_signs, by, entry
 from rulesheets.syntax.nodes import ONE, ZERO, Expression, Number, call, multiply
 
 _special = partial(entry, ulps=16.0)
@@ -497,15 +497,7 @@ _BESSEL = (
 )
 """The modified Bessel functions of order 1 serve as derivatives."""
 
-_ROWS = (
-    *_CONSTANTS,
-    *_PARTS,
-    *_EXPONENTIAL,
-    *ANGULAR,
-    *_HYPERBOLIC,
-    *_SPECIAL,
-    *_BESSEL,
-)
+_ROWS = (*_CONSTANTS, *_PARTS, *_EXPONENTIAL, *ANGULAR, *_HYPERBOLIC, *_SPECIAL, *_BESSEL)
 
 TABLE: dict[str, Function] = {row.name: row for row in _ROWS}
 """Every function by its name in lower case; functions registered from Python come at the end."""
@@ -515,6 +507,36 @@ PLANNED: frozenset[str] = frozenset({"sum", "prod", "count"})
 
 
 LOGARITHMS = frozenset({"ln", "log", "log10"})
+
+
+def _on_arrays(row: Function) -> Callable[..., Any]:
+    """The form on numpy arrays; callers silence what numpy warns of (``numpy.errstate``)."""
+    import numpy as np  # a solve without arrays does without
+
+    def at(*numbers: float) -> float:
+        try:
+            return row.value(*numbers)
+        except (ArithmeticError, ValueError):
+            return math.nan
+
+    def one_by_one(*arguments: Any) -> Any:
+        if not arguments:
+            return np.asarray(row.value())
+        arrays = np.broadcast_arrays(*arguments)
+        rows = zip(*(array.ravel().tolist() for array in arrays), strict=True)
+        return np.array([at(*numbers) for numbers in rows], dtype=float).reshape(arrays[0].shape)
+
+    found: Callable[..., Any] = one_by_one
+    if callable(row.array):
+        found = partial(row.array, np)
+    elif row.array is not None:
+        module, _, name = row.array.rpartition(".")
+        found = _scipy(name) if module else getattr(np, name, one_by_one)
+    return found
+
+
+ARRAYS = Forms(TABLE, _on_arrays)
+"""Every function on numpy arrays, by name; outside its domain it gives nan or an infinity."""
 
 
 def named(trait: Callable[[Function], Any]) -> frozenset[str]:

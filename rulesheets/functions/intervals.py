@@ -289,12 +289,8 @@ class Wave(NamedTuple):
             return EMPTY
         if isinf(low) or isinf(high) or isnan(high):
             return -1.0, 1.0
-        first, last, at_low, at_high = (
-            low / self.turn,
-            high / self.turn,
-            self.value(low),
-            self.value(high),
-        )
+        first, last = low / self.turn, high / self.turn
+        at_low, at_high = self.value(low), self.value(high)
         below, above = down(min(at_low, at_high), ULPS), up(max(at_low, at_high), ULPS)
         if above > 1.0 or may_contain(first, last, self.top):
             above = 1.0

@@ -48,7 +48,7 @@ class Function:
 
     - ``value``: floats. Raises ValueError, ZeroDivisionError or OverflowError where there is none.
     - ``array``: numpy and arrays that broadcast, nan or infinite outside the domain; a name may be
-      one of scipy, such as ``special.erf``. Missing: ``value``, number by number.
+      one of scipy, such as ``special.erf``. Missing there: ``value``, number by number.
     - ``interval``: the two ends of every argument in turn to the two ends of the result, as
       :mod:`rulesheets.functions.intervals` has it. Missing: nothing is known of the range, nothing
       proven.

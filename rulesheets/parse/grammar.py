@@ -87,12 +87,9 @@ def _of_many(kind: Callable[..., Any]) -> Callable[..., Any]:
 def _listed(kind: Callable[..., Any]) -> Callable[..., Any]:
     """``and(a, b)``: a word, a parenthesis, terms with commas between them, a parenthesis."""
 
-    def made(self: Builder, *words: Any) -> nodes.Condition:
+    def made(self: Builder, *words: Any) -> Any:
         terms, span = words[2:-1:2], self._span(words[0], words[-1])
-        condition: nodes.Condition = (
-            kind(terms, span) if len(terms) > 1 else terms[0].but(span=span)
-        )
-        return condition
+        return kind(terms, span) if len(terms) > 1 else terms[0].but(span=span)
 
     return made
 
@@ -123,10 +120,8 @@ class Builder(Transformer[Any, Any]):
         if value == float("inf") or (value == 0.0 and token.lower().partition("e")[0].strip("0.")):
             label = "too large" if value else "too small"
             note = "numbers range from 5e-324 to 1.8e308 in size"
-            wrong = error_at(
-                "E107", f"the number {token} is out of range", self._span(token), note, label=label
-            )
-            raise RuleSheetError(wrong)
+            message = f"the number {token} is out of range"
+            raise refusal("E107", message, self._span(token), note, label=label)
         return nodes.Number(value, self._span(token))
 
     def measure(self, token: Token) -> nodes.Number:
@@ -147,9 +142,8 @@ class Builder(Transformer[Any, Any]):
     def local(self, token: Any) -> nodes.Name:
         """``position.yB``: the figures of a sheet see the locals of its calls, its rules do not."""
         if self.kind != "mark":
-            raise Unparsed(
-                token.start_pos + min(token.find(sign) for sign in ".#" if sign in token)
-            )
+            sign = min(token.find(sign) for sign in ".#" if sign in token)
+            raise Unparsed(token.start_pos + sign)
         return nodes.Name(str(token), self._span(token))
 
     def call(self, name: Token, arguments: tuple[Expression, ...], closing: Token) -> nodes.Call:
@@ -165,17 +159,14 @@ class Builder(Transformer[Any, Any]):
         return nodes.Negative(operand, self._span(minus, operand))
 
     subtracted = negative
-    sum, times, over, power = (
-        _of_many(nodes.Sum),
-        *map(_of_two, (nodes.Product, nodes.Quotient, nodes.Power)),
-    )
+    sum = _of_many(nodes.Sum)
+    times, over, power = map(_of_two, (nodes.Product, nodes.Quotient, nodes.Power))
 
     # --- conditions ---
 
     def comparison(self, left: Expression, sign: Token, right: Expression) -> nodes.Comparison:
-        return nodes.Comparison(
-            _RELATIONS.get(sign, str(sign)), left, right, self._span(left, right)
-        )
+        operator, span = _RELATIONS.get(sign, str(sign)), self._span(left, right)
+        return nodes.Comparison(operator, left, right, span)
 
     def negation(self, word: Token, term: nodes.Condition) -> nodes.Not:
         return nodes.Not(term, self._span(word, term))
@@ -200,9 +191,8 @@ class Builder(Transformer[Any, Any]):
 
     def inequality(self, *parts: Any) -> nodes.Inequality:
         triples = zip(parts[::2], parts[1::2], parts[2::2], strict=False)
-        return nodes.Inequality(
-            tuple(starmap(self.comparison, triples)), self._span(parts[0], parts[-1])
-        )
+        span = self._span(parts[0], parts[-1])
+        return nodes.Inequality(tuple(starmap(self.comparison, triples)), span)
 
     def call_rule(
         self, word: Token, name: Token, arguments: Any, results: Any, closing: Token
@@ -294,9 +284,8 @@ def _bounded(bounds: Sequence[Edge]) -> Range | None:
             raise RuleSheetError(wrong_range("this end of the range is already set", bound.span))
     lower, upper = (ends[sign].limit if sign in ends else None for sign in "><")
     low_open, high_open = (sign in ends and ends[sign].operator == sign for sign in "><")
-    return Range(
-        lower, upper, low_open, high_open, bounds[0].span._replace(end=bounds[-1].span.end)
-    )
+    span = bounds[0].span._replace(end=bounds[-1].span.end)
+    return Range(lower, upper, low_open, high_open, span)
 
 
 # --- lines ----------------------------------------------------------------------
@@ -412,9 +401,8 @@ def _trees(node: Any, kind: str) -> Iterable[Any]:
             return tuple(node.arguments)
         case "row":
             ends = (node.range.lower, node.range.upper) if node.range else ()
-            return filter(
-                None, (node.value, node.guess, node.tolerance and node.tolerance.size, *ends)
-            )
+            size = node.tolerance and node.tolerance.size
+            return filter(None, (node.value, node.guess, size, *ends))
         case _:
             return ()
 
@@ -440,10 +428,8 @@ def too_deep(tree: RuleBody | Condition | Expression) -> Diagnosis | None:
             return nested(here.part(0, 1), f"{DEEPEST} levels deep")
         if factors > FACTORS:
             message = f"this expression nests more than {FACTORS} levels deep"
-            label = "every factor of a long product is a level"
-            return error_at(
-                "E217", message, here.part(0, 1), "split it over several rules", label=label
-            )
+            note, label = "split it over several rules", "every factor of a long product is a level"
+            return error_at("E217", message, here.part(0, 1), note, label=label)
         if isinstance(node, IfRule):
             arms = filter(None, (node.condition, node.then, node.otherwise))
             stack += ((arm, level + 1, 0) for arm in arms)

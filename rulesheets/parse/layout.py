@@ -165,13 +165,11 @@ def wrong_shape(source: Source, line: Line) -> Diagnosis | None:
     if line.end - line.start > LONGEST:
         message = f"this line is too long to be a rule: {line.end - line.start:,} characters"
         note = f"a rule has at most {LONGEST:,} characters; give parts of it names of their own"
-        return error_at(
-            "E125", message, Span(source, line.start, line.start + 1), note, label="begins here"
-        )
+        place = Span(source, line.start, line.start + 1)
+        return error_at("E125", message, place, note, label="begins here")
     if line.too_deep is not None:
-        return nested(
-            Span(source, line.too_deep, line.too_deep + 1), f"more than {NESTING} are open here"
-        )
+        place = Span(source, line.too_deep, line.too_deep + 1)
+        return nested(place, f"more than {NESTING} are open here")
     if line.stray:
         place = Span(source, line.stray[0], line.stray[0] + 1)
         note = "remove it, or open a parenthesis before it"

@@ -208,9 +208,8 @@ def unknown_section(word: str, span: Span) -> Diagnosis:
     if near is None:
         message = f"`{word}` alone is neither a rule nor the head of a section"
         note = "a rule is an equation, such as V = I*R"
-        return error_at(
-            "E116", message, span, note, "sections are variables, rules, units, function and figure"
-        )
+        heads = "sections are variables, rules, units, function and figure"
+        return error_at("E116", message, span, note, heads)
     if near == word.lower():
         return error_at("E116", f"a section head is one word alone: {near}", span, f"write {near}")
     return error_at("E116", f"unknown section `{word}`", span, f"did you mean {near}?")

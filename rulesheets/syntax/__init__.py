@@ -36,11 +36,8 @@ class Source:
     @cached_property
     def variables_like_pi(self) -> frozenset[str]:
         """``Pi`` and ``PI``, if a row of variables or a rule begins with it, as in ``Pi = V*I``."""
-        return frozenset(
-            re.findall(
-                rf"^[ \t]*({LIKE_PI.pattern})[ \t]*(?:[=~\[\"]|in\b|$)", self.text, re.MULTILINE
-            )
-        )
+        begins = rf"^[ \t]*({LIKE_PI.pattern})[ \t]*(?:[=~\[\"]|in\b|$)"
+        return frozenset(re.findall(begins, self.text, re.MULTILINE))
 
     def place(self, offset: int) -> tuple[int, int]:
         """Line and column of an offset, both counted from 1."""

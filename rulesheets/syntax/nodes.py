@@ -28,9 +28,8 @@ class Fields(type):
         defaults = {one: space.pop(one) for one in fields if one in space}
         space["__slots__"] = space["__match_args__"] = fields
         if fields:
-            taken = ", ".join(
-                f"{one}=defaults[{one!r}]" if one in defaults else one for one in fields
-            )
+            given = {one: f"{one}=defaults[{one!r}]" for one in defaults}
+            taken = ", ".join(given.get(one, one) for one in fields)
             kept = "; ".join(f"self.{one} = {one}" for one in fields)
             exec(f"def __init__(self, {taken}): {kept}", {"defaults": defaults}, space)
             space["_content"] = attrgetter(*(one for one in fields if one not in _PLACES))
@@ -62,9 +61,8 @@ class Node(metaclass=Fields):
 
     def __repr__(self) -> str:
         shown = ((name, getattr(self, name)) for name in self.__match_args__ if name not in _PLACES)
-        return (
-            f"{type(self).__name__}({', '.join(f'{n}={v!r}' for n, v in shown if v is not None)})"
-        )
+        told = ", ".join(f"{name}={value!r}" for name, value in shown if value is not None)
+        return f"{type(self).__name__}({told})"
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
         return type(self), tuple(getattr(self, name) for name in self.__match_args__)
@@ -546,10 +544,11 @@ ONE = Number(1.0)
 
 def substitute(expression: Expression, replacements: Mapping[str, Expression]) -> Expression:
     """The expression with variables replaced."""
-    return map_leaves(
-        expression,
-        lambda leaf: replacements.get(leaf.name, leaf) if isinstance(leaf, Name) else leaf,
-    )
+
+    def replaced(leaf: Name | Number | Symbol) -> Expression:
+        return replacements.get(leaf.name, leaf) if isinstance(leaf, Name) else leaf
+
+    return map_leaves(expression, replaced)
 
 
 def exchange(expression: Expression, old: Expression, new: Expression) -> Expression:

@@ -36,10 +36,9 @@ class Program:
     def limits(self) -> bool:
         """Whether the sheet has ``limits = yes``, in its variables section or among its rules."""
         rows = (row for row in self.sheet.variables or () if isinstance(row, nodes.VariableRow))
+        rules = (rule for rule in self.sheet.rules if isinstance(rule, nodes.Rule))
         settings = [_setting(row.name, row.value) for row in rows]
-        settings += [
-            _setting_value(rule) for rule in self.sheet.rules if isinstance(rule, nodes.Rule)
-        ]
+        settings += map(_setting_value, rules)
         return next((setting for setting in reversed(settings) if setting is not None), False)
 
 
@@ -62,11 +61,8 @@ def _setting_value(rule: nodes.Rule) -> bool | None:
 
 def rules_of(owner: nodes.RuleSheet | nodes.Function) -> Iterator[nodes.Rule]:
     """The rules of a sheet or a function, without settings and the comment lines between them."""
-    return (
-        rule
-        for rule in owner.rules
-        if isinstance(rule, nodes.Rule) and _setting_value(rule) is None
-    )
+    rules = (rule for rule in owner.rules if isinstance(rule, nodes.Rule))
+    return (rule for rule in rules if _setting_value(rule) is None)
 
 
 def bodies(body: nodes.RuleBody) -> Iterator[nodes.RuleBody]:

@@ -97,12 +97,10 @@ def library_of(rows: Sequence[UnitRow]) -> Library:
             # 0.01
             names = f"{', '.join(row.names[:-1])} and {row.names[-1]}"
             message = f"this line calls {names} {row.meaning}, a number without a unit"
-            notes = (
-                f"write {row.names[0]} = {row.meaning} {row.names[1]}",
-                f"names before the equals sign are names of one unit, and {known[-1]} is one "
-                "already",
-            )
-            complaints.append(error_at("E462", message, row.span, *notes))
+            cure = f"write {row.names[0]} = {row.meaning} {row.names[1]}"
+            why = "names before the equals sign are names of one unit"
+            note = f"{why}, and {known[-1]} is one already"
+            complaints.append(error_at("E462", message, row.span, cure, note))
             continue
         for name in row.names:
             earlier = first.setdefault(name, row)
@@ -197,12 +195,9 @@ def with_display_units(model: Model, system: str | None, chosen: Mapping[str, st
     if system is None and not chosen:
         return model
     units = {name: library().unit(name) for name in SYSTEMS.get(system or "", "").split()}
-    variables = {
-        name: with_display_unit(variable, chosen[name])
-        if name in chosen
-        else _in_system(variable, units)
-        for name, variable in model.variables.items()
-    }
+    variables = {name: _in_system(variable, units) for name, variable in model.variables.items()}
+    for name, unit in chosen.items():
+        variables[name] = with_display_unit(model.variables[name], unit)
     return replace(model, variables=variables)
 
 

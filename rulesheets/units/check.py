@@ -69,10 +69,9 @@ def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
         from rulesheets.units.temperatures import Weights
 
         for equation, warning in Weights(model).warnings(sure):
-            if not _unchecked(equation.rule):
-                said.setdefault(
-                    (equation.rule.file, equation.rule.start, equation.rule.end), warning
-                )
+            rule = equation.rule
+            if not _unchecked(rule):
+                said.setdefault((rule.file, rule.start, rule.end), warning)
     ordered = map(said.get, sorted(said))
     return tuple(one for one in ordered if one is not None)
 
@@ -132,7 +131,7 @@ def _unchecked(place: Span) -> bool:
 
 def _constants(statement: Statement) -> list[float]:
     """Written numbers that may have a unit: 9.81, 8.314 and 3600, but not 2, 1/2 or exponents."""
-    nodes = [*walk(statement.left), *walk(statement.right)]
+    nodes = [*walk(statement.left, statement.right)]
     exponents = {id(node.exponent) for node in nodes if isinstance(node, Power)}
     numbers = (n for n in nodes if isinstance(n, Number) and id(n) not in exponents)
     found = dict.fromkeys(n.value for n in numbers if n.unit is None)
@@ -143,9 +142,8 @@ def _constants(statement: Statement) -> list[float]:
 def _curable(found: Mismatch, statement: Statement) -> bool:
     """Whether a unit of a constant would resolve a mismatch, or it is a logarithm of a quantity."""
     logarithms = [Call(name, (found.left,)) for name in ("log", "log10") if found.right is None]
-    return bool(_constants(statement)) or any(
-        node in logarithms for node in (*walk(statement.left), *walk(statement.right))
-    )
+    nodes = walk(statement.left, statement.right)
+    return bool(_constants(statement)) or any(node in logarithms for node in nodes)
 
 
 # --- messages ---------------------------------------------------------------------------

@@ -266,10 +266,8 @@ class Dimensions:
             wanted = Powers({**form.dimension, SIZE: math.nan}, form.open, form.why)
             self._meet(wanted, Mismatch(index, node, None, (form, Powers()), call=call))
         elif call is not None and form.known.get(ANGLE) == 1 and (angle := angle_of(call.function)):
-            wanted = Powers(angle)
-            self._compare(
-                form.plus(wanted, -1), Mismatch(index, node, None, (form, wanted), call=call)
-            )
+            claim = Mismatch(index, node, None, (form, Powers(angle)), call=call)
+            self._compare(form.plus(Powers(angle), -1), claim)
 
     # --- equations between exponents ---
 
@@ -326,13 +324,9 @@ class Dimensions:
     # --- factors that numbers explain ---
 
     def _numbers(self, index: int) -> Iterable[Number]:
-        statement = self.statements[index]
-        return (
-            n
-            for side in (statement.left, statement.right)
-            for n in leaves(side, Number)
-            if n.unit is None
-        )
+        sides = self.statements[index].left, self.statements[index].right
+        numbers = (number for side in sides for number in leaves(side, Number))
+        return (number for number in numbers if number.unit is None)
 
     def _explained(self, factor: float, index: int, before: Iterable[float]) -> bool:
         """Whether a factor is explained by numbers in the rule, or in those before it.
@@ -351,9 +345,8 @@ class Dimensions:
             return False
         turns = [2 * math.pi] if written else []
         degrees = [math.pi / 180] if written & {90.0, 180.0, 360.0} else []
-        return any(
-            explained(factor * one**sign, written) for one in turns + degrees for sign in (1, -1)
-        )
+        shares = (one**sign for one in turns + degrees for sign in (1, -1))
+        return any(explained(factor * share, written) for share in shares)
 
 
 def _rational(number: float) -> Fraction | int:

@@ -30,11 +30,11 @@ class TemperatureRule(NamedTuple):
 
     def holds(self, differences: set[str]) -> bool:
         """Whether it still holds if all points shift together."""
-        moved = (
-            sum(s for name, s in row.items() if name not in differences) for row in self.slopes
-        )
-        sizes = (sum(map(abs, row.values())) for row in self.slopes)
-        return all(abs(total) <= NOISE * size for total, size in zip(moved, sizes, strict=True))
+        for row in self.slopes:
+            moved = sum(slope for name, slope in row.items() if name not in differences)
+            if abs(moved) > NOISE * sum(map(abs, row.values())):
+                return False
+        return True
 
     def points(self, differences: set[str]) -> list[str]:
         varied = {name for row in self.slopes for name, slope in row.items() if slope}
@@ -53,18 +53,11 @@ class Weights:
     def __init__(self, model: Model) -> None:
         self.model = model
         measures = ((name, variable.measure) for name, variable in model.variables.items())
-        self.units = {
-            name: unit for name, unit in measures if unit is not None and unit.bases == {"K": 1}
-        }
-        self.rules = [
-            rule for equation in model.equations if (rule := self._rule(equation)) is not None
-        ]
+        self.units = {name: unit for name, unit in measures if unit and unit.bases == {"K": 1}}
+        self.rules = [rule for rule in map(self._rule, model.equations) if rule is not None]
         marked = {n: model.variables[n].unit or "" for n in self.units}
-        self.differences = {
-            name
-            for name, unit in marked.items()
-            if _DIFFERENCE.match(name.rpartition(".")[2]) or "delta" in unit or "Δ" in unit
-        }
+        self.differences = {n for n, unit in marked.items() if "delta" in unit or "Δ" in unit}
+        self.differences |= {n for n in marked if _DIFFERENCE.match(n.rpartition(".")[2])}
         denied: set[str] = set()  # some are called points by a rule: dTm = (T1 + T2)/2
         for rule in [rule for rule in self.rules if not rule.holds(self.differences)]:
             named = self.differences & rule.slopes[0].keys()
@@ -82,21 +75,15 @@ class Weights:
         if not here or any(row is None or row.source for row in rows):
             return None
         found: list[dict[str, float]] = []
-        for attempt in range(TRIES):
-            spread = (
-                0.618 * (attempt + 1) * (place + 1) % 1 for place in range(len(equation.names))
-            )
-            values = {name: 1 + share for name, share in zip(equation.names, spread, strict=True)}
+        for attempt in range(1, TRIES + 1):
+            values = {n: 1 + 0.618 * attempt * k % 1 for k, n in enumerate(equation.names, 1)}
             try:
-                left, right = (
-                    derivatives(side, values)[1] for side in (equation.left, equation.right)
-                )
+                _, left = derivatives(equation.left, values)
+                _, right = derivatives(equation.right, values)
             except (Undefined, KeyError, ValueError, OverflowError):
                 continue
-            row = {
-                n: (left.get(n, 0.0) - right.get(n, 0.0)) / float(self.units[n].factor)
-                for n in here
-            }
+            apart = {n: left.get(n, 0.0) - right.get(n, 0.0) for n in here}
+            row = {n: slope / float(self.units[n].factor) for n, slope in apart.items()}
             if all(slope == slope for slope in row.values()):
                 found.append(row)
             if len(found) == PLACES:
@@ -108,9 +95,8 @@ class Weights:
     def _candidates(self, rule: TemperatureRule) -> list[str]:
         """The points of which one is a difference, if the others are points."""
         points = rule.points(self.differences)
-        return [
-            name for name in points if len(points) > 2 and rule.holds(self.differences | {name})
-        ]
+        held = (name for name in points if rule.holds(self.differences | {name}))
+        return list(held) if len(points) > 2 else []
 
     def _only_one(self, rule: TemperatureRule) -> bool:
         found = self._candidates(rule)
@@ -182,13 +168,11 @@ class Weights:
         sides = rule.equation.left, rule.equation.right
         if max(degree(side, self.units) for side in sides) != 1.0:
             return False
-        units = (
-            self.model.variables[side.name].measure for side in sides if isinstance(side, Name)
-        )
+        alone = (self.model.variables[side.name] for side in sides if isinstance(side, Name))
+        units = [variable.measure for variable in alone]
         energy = any(unit is None or unit.bases.get("m") == 2 for unit in units)
-        return len({slope > 0.0 for slope in rule.slopes[0].values() if slope}) == 2 or (
-            sure and energy
-        )
+        signs = {slope > 0.0 for slope in rule.slopes[0].values() if slope}
+        return len(signs) == 2 or (sure and energy)
 
 
 def _parts(equation: Equation) -> Iterator[Condition | Expression]:

@@ -249,10 +249,8 @@ def follow(arguments: Namespace) -> int:
 
 def _told(swept: Variable, branch: Branch) -> str:
     """A summary of a branch: its rows, where it turns back, and its ends."""
-    turns = ", ".join(
-        f"{shown(limit.value, swept):.12g} ({'greatest' if limit.greatest else 'least'})"
-        for limit in branch.limits
-    )
+    there = ((shown(one.value, swept), one.greatest) for one in branch.limits)
+    turns = ", ".join(f"{x:.12g} ({'greatest' if most else 'least'})" for x, most in there)
     back = f"; {swept.name} turns back at {turns}" if turns else ""
     ends = f"it begins where {branch.start}, and ends where {branch.end}"
     end = "it is closed" if branch.closed else ends

@@ -173,12 +173,10 @@ def csv_rows(table: Table) -> bytes:
         cells = [map(exact, column.tolist()) for column in table.values()]
         words = [f"{WORDS[code]}\n" for code in table.status.tolist()]
         return "".join(map(",".join, zip(*cells, words, strict=True))).encode("utf-8")
-    columns = [
-        arrow.array(list(map(exact, column.tolist())))
-        if column.dtype == object
-        else arrow.array(column + 0, from_pandas=True)
-        for column in table.values()
-    ]
+    columns = []
+    for column in table.values():
+        told = list(map(exact, column.tolist())) if column.dtype == object else column + 0
+        columns.append(arrow.array(told, from_pandas=column.dtype != object))
     columns.append(arrow.array(WORDS).take(arrow.array(table.status)))
     lines = arrow.BufferOutputStream()
     bare = writer.WriteOptions(include_header=False, quoting_style="none")

@@ -14,8 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from rulesheets.evaluate.number import Arithmetic
-from rulesheets.functions import TABLE
-from rulesheets.functions.arrays import ARRAYS
+from rulesheets.functions import ARRAYS, TABLE
 from rulesheets.syntax.nodes import (
     Call,
     Expression,

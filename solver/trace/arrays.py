@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.evaluate.number import TOLERANCE
-from rulesheets.functions.arrays import ARRAYS
+from rulesheets.functions import ARRAYS
 from solver.trace.flow import Flow
 from solver.trace.graph import (
     DEGREE,

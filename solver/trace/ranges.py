@@ -19,8 +19,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from rulesheets.evaluate.number import TOLERANCE
-from rulesheets.functions import TABLE
-from rulesheets.functions.arrays import ARRAYS
+from rulesheets.functions import ARRAYS, TABLE
 from rulesheets.functions.intervals import SLACK, ULPS, Monotone, Wave
 from solver.trace.flow import Flow
 from solver.trace.graph import DEGREE, operands, schedule

@@ -12,8 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rulesheets.evaluate.digits import context, functions
-from rulesheets.functions import TABLE
-from rulesheets.functions.arrays import ARRAYS
+from rulesheets.functions import ARRAYS, TABLE
 
 # Enough digits for a float times 10**300 reduced to less than a turn.
 EXACT = functions(700)

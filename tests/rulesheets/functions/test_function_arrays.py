@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from rulesheets.functions import TABLE
-from rulesheets.functions.arrays import ARRAYS
+from rulesheets.functions import ARRAYS, TABLE
 
 POINTS = (-7.5, -2.5, -1.0, -0.5, -0.3, 0.0, 0.25, 0.5, 1.0, 1.5, 2.5, 3.7, 20.0)
 
