@@ -130,7 +130,8 @@ def _counts(shape: Shape) -> Counter[str]:
 Ratio: TypeAlias = tuple[int, int]
 Isolated: TypeAlias = tuple[Isolation | None, tuple[str, ...]]
 
-MAX_FACTOR = 1e9
+MAX_FACTOR = 12.0
+"""Largest factor of an angle in a sine; what is multiplied by more is a time or a position."""
 MAX_TURNS = 12
 """Turns with which all functions of an angle repeat; an angle with more counts as a number."""
 
@@ -426,7 +427,7 @@ def _ratio(number: float) -> Ratio | None:
     """A factor without its sign as numerator and denominator; None for 0, and without a short
     ratio."""
     for denominator in (1, 2, 3, 4, 5, 6, 8, 10, 100, 1000):
-        numerator = round(abs(number) * denominator) if abs(number) < MAX_FACTOR else 0
+        numerator = round(abs(number) * denominator) if abs(number) <= MAX_FACTOR else 0
         if numerator and numerator / denominator == abs(number):
             return numerator, denominator
     return None

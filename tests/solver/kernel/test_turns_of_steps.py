@@ -204,3 +204,13 @@ def test_half_of_a_difference_of_angles_is_read_in_two_turns() -> None:
     expected = [math.degrees(middle - off), math.degrees(middle + off)]
     assert sorted(float(s["p2"]) for s in result.solutions) == pytest.approx(expected)
     assert result.complete
+
+
+@pytest.mark.parametrize("rate", ["377", "360*pi/180*60", "15.5"])
+def test_a_time_is_read_in_the_first_period_whatever_its_rate(rate: str) -> None:
+    """An angle that is multiplied by more than twelve is none: ``v = 170*sin(377*t)``."""
+    result = solver.solve(rulesheets.loads(f"v = 170*sin({rate}*t)"), {"v": 85.0})
+    w = eval(rate, {"pi": math.pi})
+    assert [answer["t"] for answer in result.solutions] == pytest.approx(
+        [math.pi / 6 / w, 5 * math.pi / 6 / w]
+    )
