@@ -97,6 +97,8 @@ class Rationals(Arithmetic[Fraction]):
                 return self.pi
             case "abs", [number]:
                 return abs(number)
+            case "min" | "max" as least_or_most, _:
+                return (min if least_or_most == "min" else max)(arguments)
             case "sqrt", [number]:
                 return Fraction(*map(_root, number.as_integer_ratio()))
             case function, [number]:

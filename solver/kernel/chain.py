@@ -320,14 +320,15 @@ def cleared(chain: Chain) -> Chain | None:
             moving.add(divisor.name)
             items.append(divisor)
             below = Name(divisor.name)
-        if not is_number(below, 1.0):
-            parts[item.name] = above, below
+        parts[item.name] = above, below
         items.append(Assignment(item.name, above / below))
-    *first, residual = items
-    if residual.name not in parts:
+    divided = any(
+        isinstance(part, Quotient) and not moving.isdisjoint(nodes.names(part.right))
+        for part in walk(item.expression)
+    )
+    if not divided and is_number(below, 1.0):
         return None
-    last = Assignment(residual.name, parts[residual.name][0])
-    return Chain(chain.tears, (*first, last), chain.residuals)
+    return Chain(chain.tears, (*items[:-1], Assignment(item.name, above)), chain.residuals)
 
 
 def _fraction(
@@ -344,7 +345,7 @@ def _fraction(
     if moving.isdisjoint(nodes.names(node)):
         return node, ONE
     match node:
-        case Name(name) if name in known:
+        case Name(name) if name in known and not is_number(known[name][1], 1.0):
             return known[name]
         case Negative(operand):
             above, below = _fraction(operand, moving, known)
@@ -360,16 +361,16 @@ def _fraction(
             (above, below), (over, under) = (
                 _fraction(part, moving, known) for part in (left, right)
             )
-            return _reduced((above, over), (below, under))
+            return _reduced((above, over), (below, under), known)
         case Quotient(left, right):
             (above, below), (under, over) = (
                 _fraction(part, moving, known) for part in (left, right)
             )
             if moving.isdisjoint(nodes.names(under)):
-                return above * over / under, below
+                return _reduced((above, over, ONE / under), (below,), known)
             if relational:
                 return times(above, over), times(below, under)
-            return _reduced((above, over), (below, under))
+            return _reduced((above, over), (below, under), known)
         case Power(base, Number(exponent)) if exponent == exponent // 1 and exponent:
             above, below = _fraction(base, moving, known)
             if exponent < 0:
@@ -386,11 +387,19 @@ def _fraction(
 
 
 def _reduced(
-    above: Sequence[Expression], below: Sequence[Expression]
+    above: Sequence[Expression],
+    below: Sequence[Expression],
+    known: Mapping[str, tuple[Expression, Expression]],
 ) -> tuple[Expression, Expression]:
-    """Two products without their common factors."""
-    over = [factor for part in above for factor in factors(part)]
-    under = [factor for part in below for factor in factors(part)]
+    """Two products without their common factors, those of the products that names stand for among
+    them."""
+    over, under = ([factor for part in side for factor in factors(part)] for side in (above, below))
+    for side, other in ((over, under), (under, over)):
+        for name in [part.name for part in side if isinstance(part, Name) and part.name in known]:
+            inside = factors(known[name][0])
+            if any(part in other for part in inside):
+                side.remove(Name(name))
+                side += inside
     return times(*without(over, under)), times(*without(under, over))
 
 

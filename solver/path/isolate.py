@@ -33,6 +33,7 @@ from rulesheets.syntax.nodes import (
     exchange,
     is_number,
     negative,
+    rebuilt,
 )
 from rulesheets.syntax.program import walk
 from solver.path import TARGET, Isolation, Quadratic, Stage
@@ -62,10 +63,18 @@ def isolate(left: Expression, right: Expression, unknown: str) -> Isolation | No
             return powers
         left, right = left - right, ZERO
     inside, other = (left, right) if unknown in nodes.names(left) else (right, left)
-    stages = _stages(inside, unknown)
+    stages = _stages(_with_one_sign(inside, unknown), unknown)
     if stages is None or any(stage.period for stage in stages):
         return None
     return _through(stages, other, unknown, common=True)
+
+
+def _with_one_sign(node: Expression, unknown: str) -> Expression:
+    """The expression with ``1/b^n`` for ``b^-n``: the loan in ``m*(1 - b^-n)/i + rest/b^n``."""
+    match node:
+        case Power(base, Negative(exponent)) if unknown in nodes.names(exponent):
+            return ONE / base**exponent
+    return rebuilt(node, tuple(_with_one_sign(part, unknown) for part in nodes.children(node)))
 
 
 def operand(left: Expression, right: Expression, unknown: str, depth: int) -> Expression:

@@ -98,3 +98,29 @@ def test_the_head_losses_of_three_pipes_have_one_answer() -> None:
     assert found.complete
     assert len(found.solutions) == 1
     assert [found[f"Q{i}"] > 0.0 for i in (1, 2, 3)] == [True, False, False]
+
+
+def test_a_factor_cancels_in_the_product_that_a_name_stands_for() -> None:
+    """A throw for t seconds that ends at a height y, and a load on two ropes: where the cosine, or
+    the sine of the sum, is 0, rules divide by 0, and nothing is left to search there."""
+    v, y, t = 15.0, 3.0, 0.936
+    rules = "y = x*tand(al) - 9.81*x^2/(2*v^2*cosd(al)^2)\nt = x/(v*cosd(al))"
+    found = solver.solve(rulesheets.loads(rules), {"v": v, "y": y, "t": t})
+    sine = (y + 9.81 * t**2 / 2) / (v * t)
+    reach = v * t * math.sqrt(1 - sine**2)
+    assert sorted(answer["x"] for answer in found.solutions) == pytest.approx([-reach, reach])
+    assert found.complete
+
+    rules = "T1 = 30*g*cosd(b)/sind(a + b)\nT2 = 30*g*cosd(a)/sind(a + b)"
+    found = solver.solve(rulesheets.loads(rules), {"b": 55.0, "T1": 169.4, "T2": 226.0})
+    tilt = math.degrees(math.acos(226.0 / 169.4 * math.cos(math.radians(55.0))))
+    assert sorted(answer["a"] for answer in found.solutions) == pytest.approx([-tilt, tilt])
+    assert found.complete
+
+
+def test_a_mean_wage_with_overtime_has_one_answer() -> None:
+    """0/0 at no hours; below 40 hours the mean is 18 throughout."""
+    rules = "pay = 18*min(h, 40) + 27*max(h - 40, 0)\nmean = pay/h"
+    found = solver.solve(rulesheets.loads(rules), {"mean": 19.17})
+    assert [answer["h"] for answer in found.solutions] == pytest.approx([360 / (27 - 19.17)])
+    assert found.complete
