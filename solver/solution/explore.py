@@ -39,10 +39,12 @@ from solver.leaves import (
     Outcomes,
     blocked,
     branch_errors,
+    hides_no_answer,
     indeterminacy,
     infinite,
     is_exact,
     moved_into_one_turn,
+    turns_matter,
     unmet,
 )
 from solver.path import (
@@ -59,10 +61,9 @@ from solver.path import (
     known_rules,
 )
 from solver.path.cases import EQUAL
+from solver.path.graph import Kind, continued, kind_of, unknowns_by_kind
 from solver.path.planner import planner
 from solver.solution.adjust import agreed, onto_boundary
-from solver.solution.completeness import hides_no_answer, turns_matter
-from solver.solution.kinds import Kind, continued, kind_of, unknowns_by_kind
 
 MAX_LEAVES, FEW_LEAVES, MAX_VALUES = 1_000, 20, 20_000
 """Answers that are listed; the least and the values in all where the model is large."""

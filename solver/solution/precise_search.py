@@ -117,18 +117,12 @@ class _PreciseSearch(PathSearch):
     # --- steps and blocks ---
 
     def _stepped(self, branch: Branch, equation: int, unknown: str) -> StepOutcome:
-        guess = self.guesses.get(unknown)
-        found = _PreciseStep(
-            self.digits, self.graph, equation, unknown, _known(branch), guess
-        ).outcome()
-        vague = found.delicate and len(found.values) in (0, 2)
-        return self._touched(branch, equation, unknown, found) if vague else found
-
-    def _touched(
-        self, branch: Branch, equation: int, unknown: str, found: StepOutcome
-    ) -> StepOutcome:
         """The values of a step; or the double root that rules miss by no more than the last places
         of given numbers, such as that of ``x^2 - 1.72*x + 0.7396 = 0`` at 0.86."""
+        asked = self.digits, self.graph, equation, unknown, _known(branch)
+        found = _PreciseStep(*asked, self.guesses.get(unknown)).outcome()
+        if not found.delicate or len(found.values) not in (0, 2):
+            return found
         rule = self.model.equations[equation]
         step = StepSolver(self.graph, equation, unknown, branch.values)
         with suppress(NoPreimage, Undefined):

@@ -219,7 +219,7 @@ class Verdict(NamedTuple):
 def is_complete(verdict: Verdict, found: Exploration) -> bool:
     """Whether the answers of a verdict are known to be all there are.
 
-    ``completeness.py`` says what makes an exploration complete.
+    ``leaves.py`` says what makes an exploration complete.
     """
     solved = verdict.status is Status.SOLVED and found.complete and not verdict.facts
     return solved or verdict.status is Status.INFEASIBLE
