@@ -2,24 +2,27 @@
 compares them.
 
 ``functions.md`` is the table of built-in functions, ``validation.md`` every published number of the
-models beside ours.
+models beside ours, and ``tk.tmLanguage.json`` the grammar by which editors colour a sheet.
 """
 
 from __future__ import annotations
 
 import csv
+import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import solver
 from rulesheets.files import shipped_models
 from rulesheets.functions import TABLE
 from rulesheets.inputs import parse_value
+from solver.editor import HEADS, MARKS, RESERVED
 
-DOCS = Path(__file__).parent
-PUBLISHED = DOCS.parent / "models" / "published.csv"
+ROOT = Path(__file__).parent.parent
+PUBLISHED = ROOT / "models" / "published.csv"
 
 
 @dataclass(frozen=True)
@@ -116,7 +119,82 @@ def functions() -> Iterator[str]:
         yield f"| `{entry.usage}` | {meaning} | `{entry.example}` |"
 
 
-PAGES = {"validation.md": validation, "functions.md": functions}
+def _any(words: Iterable[str]) -> str:
+    return rf"(?i:{'|'.join(sorted(words, key=lambda word: (-len(word), word)))})"
+
+
+def _is(scope: str, match: str) -> dict[str, str]:
+    return {"name": f"{scope}.tk", "match": match}
+
+
+def words() -> dict[str, Any]:
+    """The words of a sheet as a TextMate grammar, with the lists of words of the language."""
+    return {
+        "name": "Rule sheet",
+        "scopeName": "source.tk",
+        "fileTypes": ["tk"],
+        "patterns": [{"include": "#use"}, {"include": "#code"}],
+        "repository": {
+            "use": {
+                "begin": r"^\s*(?i:(use))\b(?=\s*\")",
+                "end": "$",
+                "beginCaptures": {"1": {"name": "keyword.control.use.tk"}},
+                "patterns": [
+                    _is("string.quoted.double", r'(?:\G|(?<=,))\s*"[^"\n]*"'),
+                    _is("comment.line", r'[";][^\n]*$'),
+                ],
+            },
+            "code": {
+                "patterns": [
+                    _is("comment.line", r'"[^\n]*$'),
+                    {"include": "#parentheses"},
+                    _is("comment.line", r";[^\n]*$"),
+                    {"include": "#words"},
+                ]
+            },
+            "parentheses": {
+                "begin": r"\(",
+                "end": r"\)",
+                "patterns": [
+                    _is("comment.line", r'"[^\n]*$'),
+                    {"include": "#parentheses"},
+                    {"include": "#words"},
+                ],
+            },
+            "words": {
+                "patterns": [
+                    _is(
+                        "keyword.control.section", rf"^\s*{_any(HEADS)}\b(?=\s*(?:$|[\";]|[^\W\d]))"
+                    ),
+                    _is("keyword.control", rf"\b{_any(RESERVED)}\b"),
+                    _is("keyword.operator.word", r"\b(?i:given)(?=\s*\()|\b(?i:in)(?=\s*\[)"),
+                    _is(
+                        "support.type.mark", rf"^\s*{_any(MARKS)}\b(?=\s*(?:\(|[^\W\d]\w*\s*[=(]))"
+                    ),
+                    _is("support.function", rf"\b{_any(TABLE)}(?=\s*\()"),
+                    _is("entity.name.function", r"\b[^\W\d]\w*(?=\s*\()"),
+                    _is("variable.other", r"(?:[^\W\d]\w*(?:#\d+)?\.)+[^\W\d]\w*"),
+                    _is("constant.language", r"\bpi\b"),
+                    _is("constant.other.symbol", r"'[^\W\d]\w*"),
+                    _is("constant.numeric", r"\b(?:\d+\.?\d*|\.\d+)(?i:e[+-]?\d+)?"),
+                    _is("storage.type.unit", r"\[[^\[\],\n]*\]"),
+                    _is("keyword.operator", r"<>|<=|>=|±|\+/?-|[-+*/^=<>≤≥≠~%]"),
+                    _is("variable.other", r"[^\W\d]\w*"),
+                ]
+            },
+        },
+    }
+
+
+def grammar() -> Iterator[str]:
+    yield json.dumps(words(), indent=2, ensure_ascii=False)
+
+
+PAGES = {
+    "docs/validation.md": validation,
+    "docs/functions.md": functions,
+    "solver/editor/vscode/syntaxes/tk.tmLanguage.json": grammar,
+}
 
 
 def text(name: str) -> str:
@@ -128,18 +206,18 @@ def main() -> int:
     stale = [name for name in PAGES if not _same(name)]
     if "--check" in sys.argv[1:]:
         print(
-            "\n".join(f"docs/{name} is out of date" for name in stale)
+            "\n".join(f"{name} is out of date" for name in stale)
             or "generated pages are up to date"
         )
         return 1 if stale else 0
     for name in stale:
-        (DOCS / name).write_text(text(name), encoding="utf-8")
-        print(f"wrote docs/{name}")
+        (ROOT / name).write_text(text(name), encoding="utf-8")
+        print(f"wrote {name}")
     return 0
 
 
 def _same(name: str) -> bool:
-    file = DOCS / name
+    file = ROOT / name
     return file.is_file() and file.read_text(encoding="utf-8") == text(name)
 
 

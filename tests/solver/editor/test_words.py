@@ -16,7 +16,6 @@ import solver
 from rulesheets.functions import TABLE
 from rulesheets.parse.sections import head_word
 from solver.editor import HEADS, RESERVED, Names, Symbol, words
-from tests.solver.editor.grammar import FILE, written
 
 ROOT = Path(__file__).parents[3]
 SHEETS = sorted((ROOT / "models").rglob("*.tk"))
@@ -105,12 +104,6 @@ def test_pygments_loses_nothing(sheet: Path) -> None:
     tokens = list(pygments.lex(text, SheetLexer()))
     assert "".join(said for _, said in tokens).strip() == text.strip()
     assert not [said for kind, said in tokens if str(kind).startswith("Token.Error")]
-
-
-def test_the_grammar_in_the_folder_is_the_one_that_is_written() -> None:
-    assert FILE.read_text(encoding="utf-8") == written(), (
-        "python -m tests.solver.editor.grammar writes it"
-    )
 
 
 def test_textmate_tells_words_alike() -> None:
