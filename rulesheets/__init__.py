@@ -33,8 +33,7 @@ __all__ += ["shipped_models", "sympy_equations"]
 def fetched(
     package: str, names: Mapping[str, str]
 ) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
-    """``__getattr__`` and ``__dir__`` of a package, for names by the modules that they are fetched
-    from."""
+    """``__getattr__`` and ``__dir__`` of a package, for names by the modules they come from."""
     homes = {name: home for home, listed in names.items() for name in listed.split()}
 
     def fetch(name: str) -> object:

@@ -250,8 +250,7 @@ def _respelt(program: Program) -> Iterator[Diagnosis]:
 
 
 def _passed(program: Program) -> set[str]:
-    """Names that the sheet's own rules only pass from the results of one call to arguments of
-    another."""
+    """Names that the sheet's own rules only pass from results of calls to arguments of others."""
     results, arguments, used = set[str](), set[str](), set[str]()
     every = (body for rule in rules_of(program.sheet) for body in bodies(rule.body))
     for body in every if program.functions else ():
@@ -292,8 +291,7 @@ class FullNames(NamedTuple):
 
 
 class Context(NamedTuple):
-    """The context of an expression: its scope, its premises, and the rule that messages refer
-    to."""
+    """The context of an expression: its scope, its premises, and the rule for messages."""
 
     scope: FullNames
     guard: tuple[Premise, ...]
@@ -351,8 +349,7 @@ class Expansion:
                 self._body(*call)
 
     def _expand(self, body: nodes.RuleBody, context: Context) -> None:
-        """Expand one rule; a stack holds the remaining arms, so ``else if`` chains do not
-        recurse."""
+        """Expand one rule. A stack holds the remaining arms: ``else if`` chains do not recurse."""
         stack = [(body, context)]
         while stack:
             body, context = stack.pop()
@@ -442,8 +439,7 @@ class Expansion:
 
 
 def _exact(part: Any, rule: Span) -> Any:
-    """A part of a rule with exact values of its constants put in; ``text`` tells whether it may
-    have any."""
+    """A part of a rule with exact values of its constants, if its text may have any."""
     text = (rule.text or "sin pi").lower()
     if "pi" not in text or not any(function in text for function in ("sin", "cos", "tan")):
         return part

@@ -54,8 +54,7 @@ def labels(*places: tuple[Span | None, str]) -> tuple[Label, ...]:
 
 
 class RuleSheetError(Exception):
-    """A sheet, a variable sheet or a command that is wrong. ``diagnoses`` has at least one
-    error."""
+    """A sheet, a variable sheet or a command is wrong. One of the ``diagnoses`` is an error."""
 
     def __init__(self, *diagnoses: Diagnosis) -> None:
         super().__init__("\n".join(diagnosis.message for diagnosis in diagnoses))

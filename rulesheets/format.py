@@ -1,5 +1,4 @@
-"""A sheet as text in the canonical layout, which ``parse`` reads back; rules in LaTeX, tables in
-HTML."""
+"""A sheet as text in its canonical layout; rules in LaTeX, tables in HTML."""
 
 from __future__ import annotations
 
@@ -337,8 +336,7 @@ def _commented(lines: list[str], comment: str, column: int) -> list[str]:
 
 
 def _lines(rows: Iterable[Any], written: Callable[[Any], list[str]], column: int) -> Iterator[str]:
-    """Rows as written, with comments in a column; comment lines and single blank lines between
-    them."""
+    """Rows as written, comments in a column; comment lines and single blank lines between."""
     for index, row in enumerate(rows):
         if row.gap and index:
             yield ""

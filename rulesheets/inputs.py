@@ -67,8 +67,7 @@ def constant(expression: nodes.Expression) -> Value:
 
 
 DIGITS = 10
-"""Significant digits that a person reads: all that a sheet is judged by, none of the rounding
-noise."""
+"""Significant digits that a person reads: all that matter, and no rounding noise."""
 
 
 def readable(value: float | str | None) -> str:
@@ -412,8 +411,7 @@ def _checked(given: Value | SupportsFloat, variable: Variable, model: Model) -> 
 
 
 def _in_its_unit(given: Any, variable: Variable) -> Any:
-    """``"3 in"``, ``(3, "in")`` and pint quantities in the unit of the variable; others
-    unchanged."""
+    """``"3 in"``, ``(3, "in")`` and pint quantities in the variable's unit; others as given."""
     if isinstance(given, str) and (measured := value_and_unit(given)):
         plain = _plain_number(measured[0]) is not None
         return parse_input(given, None, variable)[0] if plain else given
@@ -440,6 +438,9 @@ def _number(given: SupportsFloat, variable: Variable) -> float:
     return number
 
 
+COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
+"""Of a variable sheet."""
+
 _FORMULA = re.compile(r"'*[=+\-@\t\r]")
 _NUMBER = r"(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][-+]?\d+)?"
 _PLAIN = re.compile(rf"[-+]?{_NUMBER}")
@@ -464,8 +465,7 @@ def delimiter(heading: str) -> str:
 
 
 def decimal_point(text: str) -> str:
-    """A number with a decimal comma (``3,5``, ``3,5 ± 0,1``) with a point; other cells
-    unchanged."""
+    """A number with a decimal comma (``3,5``, ``3,5 ± 0,1``) with a point; other cells as given."""
     if "," not in text or "." in text or not _TOLERATED.fullmatch(text.strip()):
         return text
     return text.replace(",", ".")

@@ -14,8 +14,7 @@ from operator import mul
 from typing import Any
 
 ANGLE = "rad"
-"""The base unit that is a number of its own dimension: kept apart in conversions, ignored by
-dimensions."""
+"""The base unit that is a number: kept apart in conversions, ignored by dimensions."""
 
 
 @dataclass(frozen=True)
@@ -104,8 +103,7 @@ _TRAILING = re.compile(r"(\D*[^\W\d])(\d+)")
 
 
 MOST = 150
-"""Powers of ten between a unit and its base units, at most: floats hold the ratio of any two
-units."""
+"""Powers of ten between a unit and its base units: floats hold the ratio of any two."""
 BEYOND = f"a unit is at most 1e{MOST} of its base units, and at least 1e-{MOST}"
 
 
@@ -125,8 +123,7 @@ def _in_range(unit: Unit) -> Unit:
 
 
 class UnitError(ValueError):
-    """A text is not a unit: ``place`` is where it goes wrong, ``name`` the unknown name if that is
-    why."""
+    """A text is not a unit, from ``place`` on; ``name`` is the unknown name, if that is why."""
 
     def __init__(self, message: str, place: int, name: str = "") -> None:
         super().__init__(message)

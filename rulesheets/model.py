@@ -20,8 +20,7 @@ Value: TypeAlias = float | str
 
 
 class Tolerance(NamedTuple):
-    """How far an input may be from its value, either way; in percent of the value where
-    ``percent``."""
+    """How far an input may be from its value, either way; in ``percent`` of the value or not."""
 
     size: float
     percent: bool = False
@@ -77,8 +76,7 @@ class Variable:
         return above and below
 
     def nearest(self, number: float) -> float:
-        """The number, or the end of the range that it lies beyond if that end belongs to the
-        range."""
+        """The number, or the end of the range that it lies beyond, if the range has that end."""
         if number < self.low and not self.low_open:
             return self.low
         return self.high if number > self.high and not self.high_open else number
@@ -199,8 +197,7 @@ class Model:
 
 
 def once(make: Callable[[Owner], T]) -> Callable[[Owner], T]:
-    """A function of a model or equation that is computed once and stored on it by the function's
-    name."""
+    """A function of a model or equation, computed once and stored on it by its name."""
 
     @wraps(make)
     def found(owner: Owner) -> T:

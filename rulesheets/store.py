@@ -116,8 +116,7 @@ def _name(kind: str, key: bytes) -> str:
 
 
 def _entry(kind: str, key: bytes, data: bytes) -> bytes:
-    """A whole entry: a checksum, which identifies damaged ones, everything it depends on, and the
-    data."""
+    """A whole entry: a checksum, which shows damage, all that it depends on, and the data."""
     content = b"%s %s\n%s" % (kind.encode(), key, data)
     return b"%08x%s" % (crc32(content), content)
 

@@ -31,6 +31,7 @@ from rulesheets.diagnosis import (
 )
 from rulesheets.files import read_source
 from rulesheets.inputs import (
+    COLUMNS,
     decimal_point,
     delimiter,
     guess_with_tolerance,
@@ -43,7 +44,6 @@ from rulesheets.inputs import (
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Source, Span
 
-COLUMNS = ("St", "Input", "Name", "Output", "Unit", "Comment")
 _NAMELESS = error(
     "E410",
     "a variable sheet needs a heading with the column Name",
@@ -101,8 +101,7 @@ def _take(row: dict[str, str], line: Span, model: Model, found: VariableSheet) -
 
 
 def _rows(source: Source) -> Iterator[tuple[dict[str, str], Span]]:
-    """The rows below the heading, by its columns in lower case, each with the place of its
-    lines."""
+    """The rows below the heading, by its columns in lower case, with their places."""
     import csv  # which a solve without a variable sheet need not wait for
 
     separator = delimiter(source.text.lstrip("\r\n").partition("\n")[0])

@@ -48,8 +48,7 @@ A sheet is a file, a folder with a model.tk, or a name from `backsolve models`."
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; the exit code is 0 for solved, 1 for not solved, 2 for a wrong sheet or
-    command."""
+    """Run one command: exit code 0 if solved, 1 if not, 2 for a wrong sheet or command."""
     words = list(sys.argv[1:] if argv is None else argv)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads would only wait
     _prepare_streams()

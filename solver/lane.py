@@ -1,5 +1,4 @@
-"""A worker process that answers questions one after another, each with a time limit; then it is
-replaced."""
+"""A worker process that answers questions in turn, each within a time limit."""
 
 from __future__ import annotations
 
@@ -26,8 +25,7 @@ _log = logging.getLogger("backsolve.page")
 
 
 class Lane:
-    """A queue of questions. The worker knows the sheet that was loaded last, also after a
-    restart."""
+    """A queue of questions. The worker knows the last sheet, also after a restart."""
 
     def __init__(self, workers: Workers, timeout: float) -> None:
         self.workers, self.timeout = workers, timeout

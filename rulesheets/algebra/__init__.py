@@ -99,16 +99,14 @@ def _condition(node: Condition) -> Any:
 
 
 def number(value: float) -> Any:
-    """A sympy integer for a whole value, else a float with the digits that the value prints
-    with."""
+    """A sympy integer for a whole value, else a float with the digits that the value prints."""
     if value.is_integer() and abs(value) < 1e15:
         return sympy.Integer(int(value))
     return sympy.Float(repr(value), 17)
 
 
 class SympyEquation(NamedTuple):
-    """``equation`` holds if ``guard`` does (``true`` for a rule without ``if``); ``place`` is its
-    rule."""
+    """``equation`` holds if ``guard`` does (``true`` without ``if``); ``place``: its rule."""
 
     equation: sympy.Eq
     guard: Any
@@ -116,8 +114,7 @@ class SympyEquation(NamedTuple):
 
 
 def sympy_equations(model: Model) -> tuple[SympyEquation, ...]:
-    """Every equation of a model in sympy with its guard and its place in the text, in the model's
-    order."""
+    """Every equation of a model in sympy, in order, with its guard and its place in the text."""
     found = []
     for equation in model.equations:
         sides = sympy.Eq(mathematics(equation.left), mathematics(equation.right), evaluate=False)

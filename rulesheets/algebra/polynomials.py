@@ -54,8 +54,7 @@ def exact(number: float | Fraction) -> Any:
 
 
 def resultant_of(*polynomials: Mapping[tuple[int, ...], Fraction]) -> Coefficients:
-    """The resultant of two polynomials in y and x, by exponents of these: a polynomial in x; none
-    of 0."""
+    """The resultant of polynomials in y and x, by exponents of these, in x; none of 0."""
     made, *_ = ring(["y", "x"], QQ)
     p, q = (made.from_dict({m: exact(c) for m, c in p.items()}) for p in polynomials)
     dense = p.resultant(q).to_dense()
@@ -185,8 +184,7 @@ class _Eliminator(Arithmetic[Any]):
         return self._bounded(super().product(node))
 
     def divided(self, node: Quotient, above: Any, below: Any) -> Any:
-        """The quotient, with a note of where both may be 0. Radicals may be 0 without a common
-        factor."""
+        """The quotient; where both may be 0 is noted: roots may be 0 without a common factor."""
         if not below:
             raise NotAlgebraic
         one, other = above.numer, below.numer

@@ -307,8 +307,7 @@ def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
 
 
 def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
-    """Symbols in arithmetic (except those that a call passes on) or compared by order, and unknown
-    names in ``given``."""
+    """Symbols in arithmetic (unless a call passes them on) or in order, and names in ``given``."""
     own, every = scope.program.functions, scope.every
     kinds = set(map(type, every))
     for node in () if kinds.isdisjoint((nodes.Symbol, nodes.Given)) else every:

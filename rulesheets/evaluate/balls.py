@@ -56,8 +56,7 @@ def around(middle: Ball, radius: float) -> Ball:
 
 
 def whole_power(base: Ball, exponent: int) -> Ball:
-    """An integral power. (Arb takes logarithms of a ball whose middle is 0, unless it is multiplied
-    out.)"""
+    """An integral power, multiplied out around 0: Arb takes logarithms of such a ball."""
     if exponent < 1 or not base.mid().is_zero():
         return base**exponent
     reach = base.abs_upper() ** exponent
@@ -67,8 +66,7 @@ def whole_power(base: Ball, exponent: int) -> Ball:
 def preconditioned(
     jacobian: Sequence[Sequence[Ball]], centre: Sequence[Sequence[Ball]], residual: Sequence[Ball]
 ) -> tuple[list[list[Ball]], list[Ball]] | None:
-    """I − Y J and Y F, for Y close to the inverse of the middle of ``centre``; None if that is
-    singular."""
+    """I − Y J and Y F, for Y near the inverse of the middle of ``centre``; None if singular."""
     try:
         rough = arb_mat(centre).mid().inv().mid()
     except ZeroDivisionError:

@@ -92,8 +92,7 @@ LARGE_BITS = 40
 LARGEST_BITS = 4_000
 """The same from which on a power has no value here: floats end at 1,024."""
 MOST_BITS = 100_000
-"""Binary exponents of arguments beyond which a function may take all memory (``sin`` of
-e^1e300)."""
+"""Binary exponents of arguments beyond which a function may take all memory."""
 
 
 def extended(expression: Expression, values: ExtendedValues, digits: int = 50) -> Extended:
@@ -262,8 +261,7 @@ def _indeterminate(
 def _undefined(
     expression: Expression, values: Mapping[str, float | str]
 ) -> Iterator[tuple[Expression, ...]]:
-    """Parts without a value all of whose own parts have one, each with all parts around it, inside
-    out."""
+    """Parts without a value whose own parts have one, each with all around it, inside out."""
     stack: list[tuple[Expression, ...]] = [(expression,)]
     while stack:
         chain = stack.pop()

@@ -230,8 +230,7 @@ class TracedFloats(Traced[float]):
         return found if math.isfinite(found) else math.nan
 
     def rounded(self, node: Expression, result: float, parts: Sequence[Part[float]]) -> float:
-        """Infinite for a result below SMALLEST that is not exactly 0: it has lost digits, perhaps
-        all."""
+        """Infinite for a result below SMALLEST that is not exactly 0: it has lost digits."""
         size = abs(result)
         if type(node) is Product:
             exact = parts[0].value == 0.0 or parts[1].value == 0.0

@@ -1,5 +1,4 @@
-"""Expressions and conditions in floats, intervals and rational numbers: values, or why there is
-none."""
+"""Expressions and conditions in floats and intervals: values, or why there is none."""
 
 from __future__ import annotations
 

@@ -419,8 +419,7 @@ def _bessel(kind: str, order: int, example: str, name: str = "", **facets: Any) 
 
 
 MOST_ORDER = 1_000
-"""The largest order of a Bessel function in many digits: beyond it, one value takes longer than an
-answer is worth."""
+"""The largest order of a Bessel function in many digits: larger ones take too long."""
 
 
 def _bessel_n(kind: str, example: str) -> Function:

@@ -333,8 +333,7 @@ _IN_DEGREES: Mapping[str, Mapping[str, Any]] = {
 
 
 def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Function, ...]:
-    """The functions of angles in a unit, whose names have this ``end``; ``half`` is half a turn as
-    text."""
+    """The functions of angles in a unit, named with this ``end``; ``half`` is half a turn."""
     degrees = end == "d"
     forms = _IN_DEGREES if degrees else _IN_RADIANS
     radian, per_unit = (180.0 / call("pi"), call("pi") / 180.0) if degrees else (ONE, ONE)

@@ -190,8 +190,7 @@ def _whole_power(low: float, high: float, exponent: float) -> Interval:
 
 
 def _raised(base: float, exponent: float) -> float:
-    """The power as a float, infinite if it overflows or has a pole; a base below 0 has an odd
-    exponent."""
+    """The power, infinite if it overflows or has a pole; for a base below 0 and an odd exponent."""
     try:
         return float(base**exponent)
     except (OverflowError, ZeroDivisionError):

@@ -64,8 +64,7 @@ class Line:
         return Span(source, min(start, self.end), self.end)
 
     def follow(self, text: str, start: int, end: int) -> int:
-        """Follow the parentheses of the line of text ``[start, end)`` to where its comment
-        begins."""
+        """Follow the parentheses of the line of text ``[start, end)`` up to its comment."""
         position = start
         while found := _MARK.search(text, position, min(end, start + LONGEST)):
             place, position = found.start(), found.end()
@@ -147,8 +146,7 @@ def _gather(text: str, start: int, gap: bool, through_parentheses: bool) -> tupl
 
 
 def _carried_on(text: str, position: int) -> int:
-    """The start of the next line that is not blank, if it begins with ``then`` or ``else``; else
-    -1."""
+    """The start of the next line with code if that is ``then`` or ``else``; otherwise -1."""
     while position < len(text):
         if _CARRIES_ON.match(text, position):
             return position

@@ -1,5 +1,4 @@
-"""Explains lines that cannot be read: by a table of mistakes, and by checks that patterns cannot
-do."""
+"""Explains lines that cannot be read: by a table of mistakes, and by further checks."""
 
 from __future__ import annotations
 

@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 
 def escaped(text: str) -> str:
-    """A text without control characters for a terminal: ``\\x1b`` stands for the escape
-    character."""
+    """A text for a terminal: ``\\x1b`` stands for an escape character, and so on."""
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

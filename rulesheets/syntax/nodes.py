@@ -145,8 +145,7 @@ class Operators(Node):
 
 
 class Number(Operators):
-    """A number as written; ``unit`` is the text in the brackets of ``9.81[m/s^2]``, ignored by a
-    solve."""
+    """A number as written; ``unit`` is the text in ``9.81[m/s^2]``, which no solve reads."""
 
     value: float
     span: Span | None = None
@@ -307,8 +306,7 @@ class IfRule(Node):
 
 
 class Inequality(Node):
-    """``a < b`` as a rule; for a chain such as ``0 < x < 1``, a comparison of each two
-    neighbours."""
+    """``a < b`` as a rule; for ``0 < x < 1``, a comparison of each two neighbours."""
 
     comparisons: tuple[Comparison, ...]
     span: Span | None = None
@@ -342,8 +340,7 @@ class CommentLine(Node):
 
 
 class Range(Node):
-    """The allowed values of a variable: ``in [a, b]``, ``> 0``, ``< b``; ends may have
-    variables."""
+    """The allowed values: ``in [a, b]``, ``> 0``, ``< b``; ends may have variables."""
 
     lower: Expression | None = None
     upper: Expression | None = None
@@ -395,8 +392,7 @@ class UnitRow(Node):
 
 
 class Use(Node):
-    """``use "a.tk", "b.tk"``: paths as written; ``python``: Python files, which register
-    functions."""
+    """``use "a.tk", "b.tk"``: paths as written; ``python`` files register functions."""
 
     paths: tuple[str, ...]
     comment: str = ""
@@ -422,8 +418,7 @@ class Function(Node):
 
 
 class Mark(Node):
-    """One line of a figure: ``point A = (x, y)``, ``line (O, A)``. ``kind`` is a row of
-    ``marks.KINDS``."""
+    """A line of a figure: ``point A = (x, y)``; ``kind`` is a row of ``marks.KINDS``."""
 
     kind: str
     name: str | None
@@ -524,8 +519,7 @@ def units_of(node: Expression | Condition) -> Iterator[str]:
 
 
 def chain(node: Expression) -> list[tuple[str, Expression]]:
-    """The factors of ``a*b/c`` with their signs, by a loop: a chain may exceed the recursion
-    limit."""
+    """The factors of ``a*b/c`` with their signs, by a loop: a chain may be very long."""
     parts: list[tuple[str, Expression]] = []
     while isinstance(node, Product | Quotient):
         parts.append(("*" if isinstance(node, Product) else "/", node.right))

@@ -27,8 +27,7 @@ _BARE = re.compile(r"[\d./]+(?:[eE][-+]?\d+)?")
 
 
 def value_and_unit(text: str) -> tuple[str, str] | None:
-    """The value and the unit of ``50 [mm]``, ``50mm``, ``50 mm`` or ``5 1/s``; None without a
-    unit."""
+    """Value and unit of ``50 [mm]``, ``50mm``, ``50 mm`` or ``5 1/s``; None without a unit."""
     found = _BRACKETED.fullmatch(text) or _PLAIN.fullmatch(text)
     return (found[1], found[2].strip()) if found else None
 
@@ -54,8 +53,7 @@ def converted(
 
 
 def scaling(unit: str, variable: Variable) -> tuple[float, float]:
-    """Factor and shift from ``unit`` to that of the variable. Raises RuleSheetError as
-    ``converted`` does."""
+    """Factor and shift from ``unit`` to that of the variable. Raises as ``converted`` does."""
     return affine(*_units(unit, variable, None), variable.difference)
 
 
@@ -190,8 +188,7 @@ def with_display_unit(variable: Variable, unit: str, place: Span | None = None) 
 
 
 def with_display_units(model: Model, system: str | None, chosen: Mapping[str, str]) -> Model:
-    """The model shown in the units of a system, and some variables in those that are chosen for
-    them."""
+    """The model shown in units of a system, and some variables in those ``chosen`` for them."""
     if system is None and not chosen:
         return model
     units = {name: library().unit(name) for name in SYSTEMS.get(system or "", "").split()}

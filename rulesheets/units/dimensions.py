@@ -50,8 +50,7 @@ LONGEST_CHAIN = 16
 LARGEST_COUNT = 9
 """Integers up to this are counts and factors of formulas (`m*v^2/2`), not factors between units."""
 RELATIVE = 1e-3
-"""How near a factor must be to numbers of the rule for these to explain it: 3.6, 9.81, 1.8 are
-rounded."""
+"""How near a factor must be to numbers of the rule that explain it: these are rounded."""
 
 
 def angle_of(function: str) -> Exponents | None:
@@ -257,8 +256,7 @@ class Dimensions:
         return Powers((row.angle and angle_of(function)) or {})
 
     def _number(self, node: Expression, index: int, call: Call | None = None) -> None:
-        """An expression without a unit: an exponent, an argument of a logarithm; of a sine, an
-        angle."""
+        """Require a number: an exponent, the argument of a logarithm; of a sine, an angle."""
         form = self._resolved(self.form(node, index))
         if form.any:
             return
@@ -354,8 +352,7 @@ def _rational(number: float) -> Fraction | int:
 
 
 def explained(factor: float, written: Iterable[float]) -> bool:
-    """Whether a factor is 1, a product of powers of numbers in the rule, or a divisor of one
-    (32000)."""
+    """Whether a factor is 1, a product of powers of the rule's numbers, or divides one of them."""
     if math.isclose(factor, 1.0, rel_tol=1e-9):
         return True
     usual = [number for number in written if number not in (0.0, 1.0)]

@@ -1,5 +1,4 @@
-"""Temperatures: points of a scale told from their differences, and rules that need absolute
-ones."""
+"""Points of a temperature scale and differences; rules that need absolute temperatures."""
 
 from __future__ import annotations
 
@@ -154,8 +153,7 @@ class Weights:
             yield rule.equation, Diagnosis("W603", Severity.WARNING, message, (label,), (note,))
 
     def _open(self, equation: Equation) -> bool:
-        """Whether something else is added to a temperature: ``T + 273.15`` and ``T + C`` may be
-        absolute."""
+        """Whether something is added to a temperature: ``T + 273.15`` may be absolute."""
         sums = [part.terms for part in _parts(equation) if isinstance(part, Sum)]
         for side, other in ((equation.left, equation.right), (equation.right, equation.left)):
             sums += [(side, other)] if isinstance(side, Name) and side.name in self.units else []

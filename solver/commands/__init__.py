@@ -182,8 +182,7 @@ def add_sheet_options(parser: ArgumentParser) -> None:
 
 
 def load_sheet(arguments: Namespace) -> Model:
-    """The model of the sheet, or of standard input for ``-``. Raises RuleSheetError with all
-    mistakes."""
+    """The model of the sheet, ``-`` for standard input. Raises RuleSheetError with all mistakes."""
     allowed, within = arguments.allow_python, arguments.within
     if arguments.sheet != "-":
         model = load(arguments.sheet, within=within, allow_python=allowed)

@@ -1,5 +1,4 @@
-"""Commands about Backsolve itself: its ``models``, ``codes``, ``cache``, ``completion``, and a
-``tutor``."""
+"""Commands about Backsolve: ``models``, ``codes``, ``cache``, ``completion``, ``tutor``."""
 
 from __future__ import annotations
 
@@ -61,8 +60,7 @@ def _cache_arguments(parser: ArgumentParser) -> None:
 
 
 def _cache(arguments: Namespace) -> int:
-    """Print the folder of the entries, their number and size; with ``--clear`` remove them
-    first."""
+    """Print the folder, number and size of the entries; ``--clear`` removes them first."""
     folder = store.folder()
     if folder is None:
         print("the cache is off: BACKSOLVE_CACHE is empty")

@@ -164,8 +164,7 @@ def plain_newton(
 
 
 def _measured(plan: Plan, states: Sequence[Exact], method: Method, at: float | None) -> Measurement:
-    """A method with its largest relative error over the wanted variables, against the nearest
-    state."""
+    """A method with its largest relative error over the wanted variables, to the nearest state."""
     mp, turn = context(DIGITS), planner(plan.model).graph.turn
     names = [name for name in plan.want if all(name in block.unknowns for block, _ in states)]
 
@@ -237,8 +236,7 @@ def _picture(
     distances: Mapping[float, float],
     form: str,
 ) -> bytes:
-    """The chart at one set of inputs, over the input ``name``, or over the ``distances`` from its
-    limit."""
+    """The chart at one set of inputs, or over an input or its ``distances`` from a limit."""
     from solver.pictures.page import encode
     from solver.pictures.plot import chart_picture
 

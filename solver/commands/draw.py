@@ -1,5 +1,4 @@
-"""``backsolve draw`` and ``solver.draw``: the figures of a sheet to scale, as a picture or a
-film."""
+"""``backsolve draw`` and ``solver.draw``: figures to scale, as a picture or a film."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Values of inputs on the command line (``--over``, ``--approach``), and the states of a
-drawing."""
+"""Values of inputs on the command line (``--over``, ``--approach``); states of a drawing."""
 
 from __future__ import annotations
 

@@ -154,8 +154,7 @@ def _arguments(parser: ArgumentParser) -> None:
 
 
 def _run(arguments: Namespace) -> int:
-    """Sweep, write and print. The exit code is 0 if every row is solved, else 1; 130 if
-    interrupted."""
+    """Sweep, write and print: exit code 0 if every row is solved, else 1; 130 if interrupted."""
     if arguments.follow:
         return follow(arguments)
     request = read_request(arguments)
@@ -214,8 +213,7 @@ ALONE = ("rows", "zip", "all", "plot", "jobs", "scheduler", "resume")
 
 
 def follow(arguments: Namespace) -> int:
-    """Follow and write branches; the exit code is 0 if there are any and only limits are
-    singular."""
+    """Follow and write branches: exit code 0 if there are any and only limits are singular."""
     request = read_request(arguments)
     request.expect_output(arguments.output)
     others = [f"; --{option} does not go with it" for option in ALONE if getattr(arguments, option)]

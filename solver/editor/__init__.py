@@ -121,8 +121,7 @@ def _kinds(code: str, section: str, head: str) -> Iterator[tuple[re.Match[str], 
 
 
 class Symbol(NamedTuple):
-    """A name in its scope, or a rule function, as ``function`` tells. Names of functions ignore
-    case."""
+    """A name in its scope, or a rule ``function``, whose name ignores case."""
 
     name: str
     scope: str
@@ -167,8 +166,7 @@ class Names:
         return next(declared, stands[0] if stands else None)
 
     def known(self, scope: str) -> list[str]:
-        """The names that can be written in a scope: its own and those of the sheet that it
-        shares."""
+        """The names that can be written in a scope: its own, and those it shares with the sheet."""
         return sorted({one.name for one in self.places if one.scope == scope and not one.function})
 
     def functions(self) -> list[str]:

@@ -40,8 +40,7 @@ SEVERITIES = {
 
 
 class Server(LanguageServer):
-    """A server for one editor. ``answers`` holds the last result of each document that was
-    solved."""
+    """A server for one editor. ``answers`` has the last result of each solved document."""
 
     def __init__(self, timeout: float) -> None:
         super().__init__("backsolve", version("backsolve"))
@@ -137,8 +136,7 @@ def used_files(document: TextDocument, names: Names) -> Iterator[Path]:
 
 
 def defined(server: Server, params: lsp.DefinitionParams) -> lsp.Location | None:
-    """Where a symbol is declared, in the document or in a file that it uses; for a path, its
-    file."""
+    """Where a symbol is declared, here or in a file that is used; for a path, its file."""
     document, names, _, word = asked(server, params)
     if word and word.kind == "path":
         start = lsp.Position(0, 0)

@@ -66,13 +66,11 @@ class Table(dict[str, NDArray[Any]], Shown):
         raise UnknownName(name, self)
 
     def to_pandas(self) -> Any:
-        """The columns and the status as a ``pandas.DataFrame``. Raises ImportError without
-        pandas."""
+        """Columns and status as a ``pandas.DataFrame``. Raises ImportError without pandas."""
         return import_module("pandas").DataFrame(self._frame())
 
     def to_polars(self) -> Any:
-        """The columns and the status as a ``polars.DataFrame``. Raises ImportError without
-        polars."""
+        """Columns and status as a ``polars.DataFrame``. Raises ImportError without polars."""
         return import_module("polars").DataFrame(self._frame())
 
     def _frame(self) -> dict[str, Any]:
@@ -293,8 +291,7 @@ def column_of(values: Any, name: str = "the input") -> Array:
 
 
 def _gathered(values: Sequence[float | str | None]) -> Array:
-    """A column of objects if there are symbols among the values, else of floats with NaN for
-    None."""
+    """A column of objects if there are symbols, else of floats with NaN for None."""
     if any(isinstance(value, str) for value in values):
         return np.array(values, dtype=object)
     return np.array([np.nan if value is None else value for value in values], dtype=float)
@@ -415,8 +412,7 @@ def _value(cell: Any) -> float | str | None:
 
 
 class CsvFile:
-    """Lines of CSV to a file or an open stream. The heading comes with the first rows, or at the
-    end."""
+    """Lines of CSV in a file or a stream. The heading comes with the first rows, or at the end."""
 
     def __init__(self, file: Replacement | Printed, names: Sequence[str]) -> None:
         self._file, self._head = file, csv_head(names)

@@ -66,8 +66,7 @@ def geometry(model: Model, values: Mapping[str, Value]) -> list[dict[str, Any] |
 
 
 def needed(model: Model, *, polar: bool = True) -> tuple[str, ...]:
-    """Full names of the variables that the figures are drawn from; without ``polar`` ones if
-    False."""
+    """Full names of the variables that the figures need, with or without ``polar`` ones."""
     return variables(figure for figure in model.figures if polar or not outline(figure)["polar"])
 
 
@@ -337,8 +336,7 @@ def _limits(
 
 
 def _extreme(plan: Plan, name: str, row: Row, sign: float, ends: list[float]) -> Row:
-    """The row of the least value (of the greatest for ``sign`` -1) between two values of the
-    parameter."""
+    """The row of the least value (``sign`` -1: greatest) between two of the parameter."""
 
     def answer(at: float) -> Row:
         return nearest(plan, at, plan.outcome((at,))[1], row)

@@ -48,8 +48,7 @@ PLANS = 8
 """Prepared plans that are kept."""
 
 KEPT = 20_000
-"""Answers of a plan that are kept: each is a solve where it has no record, as where a length is
-0."""
+"""Answers of a plan that are kept: without a record, each is a solve."""
 
 MEMORY = 4 * 2**30
 """Bytes of address space that a sheet may use."""
@@ -72,8 +71,7 @@ class Bench:
         self.last: tuple[str, Result] | None = None
 
     def answer(self, question: Json) -> Json:
-        """The reply to one message; mistakes in the sheet or its inputs are returned as
-        diagnoses."""
+        """The reply to one message; mistakes in the sheet or its inputs are diagnoses."""
         try:
             if question["do"] not in ("load", *QUICK, *SLOW):
                 raise LookupError("no such question")
@@ -150,8 +148,7 @@ class Bench:
         return {"outputs": list(table.outputs), "inputs": list(table.inputs), "slopes": slopes}
 
     def swap(self, question: Json) -> Json:
-        """Inputs that an output depends on, the most likely ones to clear first, if it becomes an
-        input."""
+        """The inputs to clear if an output becomes an input, the most likely ones first."""
         result, name = self._result(question), str(question["name"])
         if not result.solutions or name in result.undetermined:
             return {"choices": []}
@@ -210,8 +207,7 @@ class Bench:
         return {}
 
     def frame(self, question: Json) -> Json:
-        """All values and figures for one value of the dragged variable, on the branch of
-        ``near``."""
+        """All values and figures for a value of the dragged variable, on the branch of ``near``."""
         name, value = str(question["name"]), float(question["value"])
         plan, outcome = self._dragged(question, name)
         status, answers = outcome((value,))

@@ -42,8 +42,7 @@ NO_CODE = (
 
 
 def described(model: Model) -> dict[str, Any]:
-    """Variables in the order of the sheet, rules in the order of the text, outlines of the
-    figures."""
+    """Variables in the order of the sheet, rules in the order of the text, and figures."""
     places = Places(model)
     return {
         "name": model.name,
@@ -136,8 +135,7 @@ def _rules(result: Result) -> list[dict[str, Any]]:
 
 
 def derived(derivation: Derivation) -> dict[str, Any]:
-    """The inputs that a number depends on, then every step with its formula, rule and
-    conditions."""
+    """The inputs that a number depends on, then each step: formula, rule and conditions."""
     page = Page(derivation, Tex())
     given = [page.known(name) for name in (*derivation.inputs, *derivation.assumed)]
     lines = []
@@ -237,8 +235,7 @@ def _document(
     axes: Axes,
     rows: Sequence[Mapping[str, Value] | None],
 ) -> dict[str, Any]:
-    """The data for the browser: the variables in display units, and every figure, state by
-    state."""
+    """The data for the browser: variables in display units, and figures, state by state."""
     effective = {n: inputs.get(n, v.value) for n, v in model.variables.items()}
     shown = _shown(model)
     drawn = [None if row is None else geometry(model, row) for row in rows]

@@ -48,8 +48,7 @@ LISTED = 200
 """Sheets of the folder that are listed at most."""
 
 SHIPPED = "shipped:"
-"""Keys of sheets are paths from the folder; those of shipped ones begin so, and end in their
-names."""
+"""Keys of sheets are paths from the folder; of shipped ones, this and their names."""
 
 
 class Refused(Exception):
@@ -182,8 +181,7 @@ _log = logging.getLogger("backsolve.page")
 def application(
     folder: Path, token: str, *, first: str = "", hosts: frozenset[str], timeout: float
 ) -> ASGIApp:
-    """The application for the sheets of a folder; ``first`` is the first sheet that the page
-    shows."""
+    """The application for the sheets of a folder; ``first`` is the one that is shown first."""
     kept, workers, leaving = dict[str, Json](), Workers(), set[asyncio.Future[Any]]()
 
     async def index(_: object) -> Response:
@@ -215,8 +213,7 @@ def application(
 
 @dataclass
 class Tab:
-    """One tab of a browser. Every message has a number, which its reply repeats; replies may
-    overtake."""
+    """One tab of a browser. Messages are numbered: replies, with their numbers, may overtake."""
 
     socket: WebSocket
     folder: Path

@@ -61,8 +61,7 @@ class Stroke(NamedTuple):
 
 
 class Diagram(NamedTuple):
-    """A figure with its numbers. ``places`` are the coordinates by name, ``kinds`` point, pin or
-    pole."""
+    """A figure with its numbers: coordinates and ``kinds`` (point, pin, pole) by name."""
 
     name: str
     caption: str
@@ -170,8 +169,7 @@ def picture_kind(
 
 _ROUND = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
 _BAR = 14.0
-"""Millimetres that a scale bar should at least have; a round length makes it less than twice as
-long."""
+"""The least length of a scale bar in millimetres; rounding makes it less than twice as long."""
 
 
 class Window(NamedTuple):

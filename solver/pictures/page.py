@@ -40,8 +40,7 @@ from solver.pictures import (
 )
 
 GAP, HEAD, FOOT, TITLE, EDGE, ROW = 5.0, 6.0, 8.0, 7.0, 4.0, 4.5
-"""Millimetres between panels, above one, below one, above a column, around the page, of a row of
-legend."""
+"""Millimetres between panels, above and below one, above a column, around the page, a row."""
 
 MARGIN = 9.0
 """Millimetres around the points for symbols and labels."""
@@ -50,8 +49,7 @@ CAPTION, BOLD, LEGEND = 8.5, 9.0, 7.0
 """Sizes of captions, of titles and of texts below a panel, in points."""
 
 _ROOM = (58.0, 50.0)
-"""Millimetres that the points of a diagram may take up: three diagrams fit A4 across, twice three
-upright."""
+"""Millimetres for the points of a diagram: three fit A4 across, twice three upright."""
 
 _FINEST = 1e-9
 """The least extent of a figure that is seen as one, relative to the coordinates."""
@@ -191,8 +189,7 @@ _SAME = 0.7
 """Millimetres within which points share one label."""
 
 _LEAST, _SHORT = 1.8, 6.0
-"""Millimetres that a stroke has at least if it has a label, and below which it may stand anywhere
-around."""
+"""Millimetres of a stroke with a label at least, and of one labelled anywhere around."""
 
 
 def legend_width(kind: str) -> float:
@@ -424,8 +421,7 @@ class _Sheet:
         self.figure.add_artist(line)
 
     def panel(self, diagram: Diagram, row: int, room: Room) -> Axes:
-        """The axes of a diagram in the middle of its room, with its caption above and its scale
-        below."""
+        """The axes of a diagram in the middle of its room, between its caption and its scale."""
         wide, high = room.window.width / room.scale, room.window.height / room.scale
         middle, foot = (room.place.left + room.place.right) / 2, room.place.bottom + FOOT
         left, bottom = middle - wide / 2, (foot + room.place.top - HEAD - high) / 2
@@ -467,8 +463,7 @@ Frame: TypeAlias = tuple[str, Sequence[View | None]]
 
 
 def images(film: Sequence[Frame], dpi: float) -> Iterator[Image.Image]:
-    """The frames as pictures of one size. Labels stay on the same side of their points if
-    possible."""
+    """The frames as pictures of one size. Labels keep their side of a point if possible."""
     plan = layout([views for _, views in film], headed=True)
     before: Placed | None = None
     for heading, views in film:

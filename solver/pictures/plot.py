@@ -36,8 +36,7 @@ class Curves(NamedTuple):
 
 
 class Maps(NamedTuple):
-    """``fields[name]`` (lines, columns) are values over two inputs: ``across`` columns, ``up``
-    lines."""
+    """``fields[name]`` (lines, columns) are values over two inputs, ``across`` and ``up``."""
 
     across: str
     up: str
@@ -107,8 +106,7 @@ def _maps(axes: Mapping[str, Array], fields: Mapping[str, Array]) -> Maps:
 
 
 def broken(abscissa: Array, heights: Array, turn: float | None) -> tuple[Array, Array]:
-    """The points of a curve, with a gap (NaN) wherever an angle jumps by more than half a
-    ``turn``."""
+    """The points of a curve, with a gap (NaN) where an angle jumps by over half a ``turn``."""
     if turn is None:
         return abscissa, heights
     with np.errstate(invalid="ignore"):
@@ -144,8 +142,7 @@ def plotted(
 
 
 def panels(names: Sequence[str], model: Model, families: bool) -> list[list[str]]:
-    """Variables of one unit share a panel; those without a unit, and families of curves, have their
-    own."""
+    """Variables of one unit share a panel; those without one, and families of curves, do not."""
     shared: dict[str, list[str]] = {}
     for name in names:
         unit = model.variables[name].shown_unit

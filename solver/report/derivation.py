@@ -1,5 +1,4 @@
-"""The derivation of a number: the chain of rules from the inputs to it; as text, Markdown and
-LaTeX."""
+"""The derivation of a number, by rules from the inputs on: as text, Markdown and LaTeX."""
 
 from __future__ import annotations
 
@@ -214,8 +213,7 @@ class _Tracing:
         return Link(step.unknowns, tuple(lines), step.tears or step.unknowns)
 
     def _line(self, unknown: str | None, equation: Equation, step: Step) -> Line:
-        """An equation with its guards; assumed are the conditions that were not known before the
-        step."""
+        """An equation with its guards; conditions not known before the step are assumed."""
         form, guards = None, []
         if unknown and (isolation := isolate(equation.left, equation.right, unknown)):
             form = explicit_form(isolation, {name: self.values[name] for name in equation.names})
@@ -313,8 +311,7 @@ class Page:
     def guards(
         self, line: Line, notation: Plain | Tex | None = None
     ) -> Iterator[tuple[str, str, str]]:
-        """``because``, the conditions, and the values of their variables; likewise the assumed
-        ones."""
+        """``because``, the conditions, and the values that they read; likewise the assumed ones."""
         for word, assumed in (("because", False), ("assuming", True)):
             group = [guard for guard in line.guards if guard.assumed is assumed]
             if group:

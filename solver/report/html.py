@@ -169,8 +169,7 @@ def _band_json(name: str, band: Band | None) -> dict[str, object]:
 
 
 class Grid(NamedTuple):
-    """A table for a notebook: texts in rows, ``numeric`` columns to the right, HTML before and
-    after."""
+    """A table for a notebook: rows of texts, ``numeric`` columns, HTML before and after."""
 
     heads: Sequence[str]
     rows: Iterable[Sequence[str]]

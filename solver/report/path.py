@@ -1,5 +1,4 @@
-"""A solution path as text: the unknowns and rules of each step; and the rules that are not
-satisfied."""
+"""A solution path as text: unknowns and rules of each step; and rules that do not hold."""
 
 from __future__ import annotations
 
@@ -32,8 +31,7 @@ from solver.report import few, table
 from solver.solution.solving import Result
 
 _FIRST = re.compile(r"(^|\(|, )\((-[^()]*)\)(?!\^)")
-"""A number below zero in parentheses with nothing to the left of it, so that its sign needs
-none."""
+"""A number below zero in parentheses with nothing to its left: its sign needs none."""
 
 
 class Plain(Notation):
@@ -85,8 +83,7 @@ def short_names(files: Iterable[str]) -> Mapping[str, str]:
 
 
 class Places:
-    """``file:line`` of the rules of a model, the files by their shortest names; and the texts of
-    rules."""
+    """``file:line`` of rules, the files by their shortest names; and the texts of rules."""
 
     def __init__(self, model: Model) -> None:
         self._model = model
@@ -109,8 +106,7 @@ class Places:
         return self.of(equation), self.said(equation)
 
     def said(self, equation: Equation) -> str:
-        """The rule of an equation; of a rule with several arms the arm that the equation stands
-        in."""
+        """The rule of an equation, or the arm of it in which the equation stands."""
         left, right = equation.left.span, equation.right.span
         arms = {one.guard for one in self.groups[equation.scope, equation.rule]}
         if len(arms) == 1 or not equation.guard or left is None or right is None or left == right:
@@ -205,8 +201,7 @@ def _methods(model: Model, block: SolveBlock) -> str:
 
 
 def tree_text(model: Model, tree: PathTree, wanted: Sequence[str]) -> str:
-    """A table for the path and one for each case under its conditions, then how many answers there
-    can be."""
+    """A table for the path and for each case, then how many answers there can be."""
     parts = list(_parts(model, tree, wanted, (), 1))
     last = _at_most(tree.branches)
     if any(end.open for end in tree.ends()):

@@ -10,11 +10,10 @@ from math import ceil, inf, isfinite, log10
 from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, plural, render
-from rulesheets.inputs import exact, guarded, readable
+from rulesheets.inputs import COLUMNS, exact, guarded, readable
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Span, escaped
 from rulesheets.units import shown
-from rulesheets.variables import COLUMNS
 from solver.facts import Status
 from solver.path import Assume, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.report import SCREEN, few, fits, table
@@ -398,8 +397,7 @@ def sheet_table(rows: Sequence[SheetRow]) -> str:
 
 
 def _turned(rows: Sequence[SheetRow]) -> str:
-    """Many answers on a narrow screen: the inputs, then tables of variables that fit side by side,
-    a line for each answer."""
+    """Many answers on a narrow screen: inputs, then tables that fit, a line for each answer."""
     given = [row for row in rows if not any(v is not None for v in row.outputs)]
     parts = []
     if given:
@@ -438,8 +436,7 @@ def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
 
 
 def _verdict(result: Result, every: bool) -> Iterator[str]:
-    """The status, the work and its proofs, whether there are other answers, and which are
-    unlikely."""
+    """The status, the work, its proofs, other answers, and which are unlikely."""
     if result.status is not Status.SOLVED:
         color = "yellow" if result.status in (Status.PARTIAL, Status.SINGULAR) else "red"
         status = SCREEN.get().paint(str(result.status), f"bold {color}")
