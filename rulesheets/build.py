@@ -97,10 +97,9 @@ class _Gathering:
         shown = os.path.normpath(os.path.join(file.folder, path))
         if not self.python:
             message = f"the sheet needs the Python file {path}, which is not allowed to run"
-            note = (
-                "a Python file can do anything that you can: read it, and if you trust it, give "
-                "--allow-python (allow_python=True in Python)"
-            )
+            option = "--allow-python (allow_python=True in Python)"
+            note = "a Python file can do anything that you can: read it, and if you trust it, give "
+            note += option
             self.complaints.append(error_at("E313", message, place, note, label="named here"))
         elif not confined(shown, self.within):
             self.complaints.append(outside(path, place))
@@ -263,9 +262,8 @@ def _passed(program: Program) -> set[str]:
                 continue
             for passed, side in ((results, part.results), (arguments, part.arguments)):
                 passed.update(node.name for node in side if isinstance(node, nodes.Name))
-                used.update(
-                    n for node in side if not isinstance(node, nodes.Name) for n in names(node)
-                )
+                others = (node for node in side if not isinstance(node, nodes.Name))
+                used.update(name for node in others for name in names(node))
     return (results & arguments) - used
 
 

@@ -135,9 +135,9 @@ def find_sheet(path: str) -> str:
     if os.path.exists(path) or os.path.dirname(bare) or bare.endswith(".tk"):
         return path
     here = sorted(name for name in os.listdir() if name.endswith(".tk"))
-    notes = suggestion(bare, (*shipped_models(), *here)) or (
-        "a sheet is named by its path, such as crank.tk; `backsolve models` lists the shipped ones",
-    )
+    others = "`backsolve models` lists the shipped ones"
+    note = f"a sheet is named by its path, such as crank.tk; {others}"
+    notes = suggestion(bare, (*shipped_models(), *here)) or (note,)
     raise refusal("E309", f"there is no rule sheet and no shipped model {bare}", None, *notes)
 
 

@@ -347,9 +347,10 @@ def _lines(rows: Iterable[Any], written: Callable[[Any], list[str]], column: int
 
 
 def _units(rows: Sequence[nodes.UnitRow | nodes.CommentLine]) -> Iterator[str]:
-    return _lines(
-        rows, lambda row: [" = ".join(filter(None, (", ".join(row.names), row.meaning)))], 0
-    )
+    def written(row: nodes.UnitRow) -> list[str]:
+        return [" = ".join(filter(None, (", ".join(row.names), row.meaning)))]
+
+    return _lines(rows, written, 0)
 
 
 def _variables(rows: Sequence[nodes.VariableRow | nodes.CommentLine]) -> Iterator[str]:

@@ -44,11 +44,8 @@ from rulesheets.inputs import (
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Source, Span
 
-_NAMELESS = error(
-    "E410",
-    "a variable sheet needs a heading with the column Name",
-    notes=(f"the first line is {','.join(COLUMNS)}",),
-)
+_NAMED = "a variable sheet needs a heading with the column Name"
+_NAMELESS = error("E410", _NAMED, notes=(f"the first line is {','.join(COLUMNS)}",))
 """Without an excerpt: a file without this heading is not a variable sheet, and is not quoted."""
 
 

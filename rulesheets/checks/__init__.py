@@ -182,10 +182,9 @@ def check_builtin(
         yield error_at("E202", message, place, note, label="not there yet")
     elif name not in TABLE:
         written = place.text if place is not None and place != call.span else call.function
-        notes = suggestion(call.function, (*own, *TABLE)) or (
-            "a function of your own is defined with `function`, or comes from a file named by "
-            "`use`",
-        )
+        defined = "a function of your own is defined with `function`"
+        notes = suggestion(call.function, (*own, *TABLE))
+        notes = notes or (f"{defined}, or comes from a file named by `use`",)
         if name in _ELSEWHERE:
             notes = (_ELSEWHERE[name],)
         if written in variables:
@@ -300,9 +299,8 @@ def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
         for node in walk(end):
             if isinstance(node, nodes.Name) and node.name not in scope.names:
                 message = f"the end of a range names {node.name}, not a variable of this sheet"
-                notes = suggestion(node.name, scope.names) or (
-                    f"no rule and no other row names {node.name}",
-                )
+                note = f"no rule and no other row names {node.name}"
+                notes = suggestion(node.name, scope.names) or (note,)
                 yield error_at("E218", message, node.span, *notes)
 
 
@@ -316,9 +314,8 @@ def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
         if isinstance(node, nodes.Given):
             if node.name not in scope.names:
                 message = f"given('{node.name}) asks for an unknown variable"
-                notes = suggestion(node.name, scope.names) or (
-                    f"no rule and no row names {node.name}",
-                )
+                note = f"no rule and no row names {node.name}"
+                notes = suggestion(node.name, scope.names) or (note,)
                 yield error_at("E214", message, node.span, *notes)
         elif not isinstance(node, nodes.Comparison):
             yield from _symbols_in(node)
@@ -327,10 +324,8 @@ def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
             symbols = [side.name for side in sides if isinstance(side, nodes.Symbol)]
             if symbols:
                 message = f"the symbol '{symbols[0]} is neither greater nor smaller than anything"
-                note, label = (
-                    "symbols are compared by = and <> only",
-                    f"compared by {node.operator}",
-                )
+                note = "symbols are compared by = and <> only"
+                label = f"compared by {node.operator}"
                 yield error_at("E212", message, node.span, note, label=label)
 
 
@@ -339,11 +334,9 @@ def _symbols_in(node: nodes.Expression | nodes.Condition) -> Iterator[Diagnosis]
         if isinstance(part, nodes.Symbol):
             message = f"the symbol '{part.name} is not a number, so there is no arithmetic with it"
             given = f"a symbol can be given to a variable (x = '{part.name})"
-            notes = (
-                f"{given} or be compared by = and <>",
-                f"if the variable {part.name} is meant, leave out the apostrophe",
-            )
-            yield error_at("E211", message, part.span, *notes, label="a symbol")
+            note = f"{given} or be compared by = and <>"
+            also = f"if the variable {part.name} is meant, leave out the apostrophe"
+            yield error_at("E211", message, part.span, note, also, label="a symbol")
 
 
 def check_constant(expression: nodes.Expression) -> Iterator[Diagnosis]:

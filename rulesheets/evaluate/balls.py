@@ -150,8 +150,8 @@ def continuous(calls: Iterable[Call], balls: Mapping[str, Ball]) -> bool:
 
     Raises as ``enclosing_ball`` does.
     """
-    return all(
-        steady(*(enclosing_ball(argument, balls) for argument in call.arguments))
-        for call in calls
-        if (steady := TABLE[call.function].steady) is not None
-    )
+    for call in calls:
+        steady = TABLE[call.function].steady
+        if steady and not steady(*(enclosing_ball(one, balls) for one in call.arguments)):
+            return False
+    return True

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import combinations
 from typing import Any, Generic, TypeVar, assert_never
 
 from rulesheets.evaluate.number import Arithmetic, Floats, Undefined, Values
@@ -251,11 +252,8 @@ class TracedFloats(Traced[float]):
 
 def _tied(parts: Sequence[Part[float]]) -> bool:
     """Whether rounding decides which argument is the least or greatest (``max(x, pi)``)."""
-    return any(
-        one.value == other.value and (one.rounded or other.rounded)
-        for place, one in enumerate(parts)
-        for other in parts[:place]
-    )
+    pairs = ((one, other) for one, other in combinations(parts, 2) if one.value == other.value)
+    return any(one.rounded or other.rounded for one, other in pairs)
 
 
 def less_one(

@@ -158,9 +158,8 @@ class Arithmetic(Generic[T]):
 
     def power(self, node: Power) -> T:
         operations, base, exponent = self.operations, node.base, node.exponent
-        return self.raised(
-            node, operations[type(base)](self, base), operations[type(exponent)](self, exponent)
-        )
+        below = operations[type(base)](self, base)
+        return self.raised(node, below, operations[type(exponent)](self, exponent))
 
     def call(self, node: Call) -> T:
         operations = self.operations

@@ -297,12 +297,7 @@ _IN_DEGREES: Mapping[str, Mapping[str, Any]] = {
         "array": lambda np, x: _waves(np, x, 1) + 0.0,
         "digits": lambda mp, x: _long_wave(mp, x, 1),
     },
-    "tan": {
-        "value": _tand,
-        "array": _tangents,
-        "interval": _tand_range,
-        "digits": _long_tangent,
-    },
+    "tan": {"value": _tand, "array": _tangents, "interval": _tand_range, "digits": _long_tangent},
     "asin": {
         "value": _inverse(asin, {0.5: 30.0, -0.5: -30.0, 1.0: 90.0, -1.0: -90.0}),
         "array": lambda np, x: np.where(
@@ -338,9 +333,8 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
     forms = _IN_DEGREES if degrees else _IN_RADIANS
     radian, per_unit = (180.0 / call("pi"), call("pi") / 180.0) if degrees else (ONE, ONE)
     straight, right = ("180", "90") if degrees else ("pi", "pi/2")
-    sin, cos, tan, asin, acos, atan = (
-        f"{name}{end}" for name in ("sin", "cos", "tan", "asin", "acos", "atan")
-    )
+    names = ("sin", "cos", "tan", "asin", "acos", "atan")
+    sin, cos, tan, asin, acos, atan = (f"{name}{end}" for name in names)
 
     def takes(name: str, word: str, example: str, **facets: Any) -> Function:
         if degrees:
@@ -410,7 +404,5 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
     )
 
 
-ANGULAR = (
-    *_angular("", "radians", call("pi"), math.tau),
-    *_angular("d", "degrees", Number(180.0), 360.0),
-)
+_RADIANS = _angular("", "radians", call("pi"), math.tau)
+ANGULAR = *_RADIANS, *_angular("d", "degrees", Number(180.0), 360.0)

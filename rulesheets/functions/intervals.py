@@ -133,10 +133,8 @@ def _hull(
         return nextafter(low, -inf), nextafter(high, inf)
     alike = (a_low >= 0.0 and b_low >= 0.0) or (a_high <= 0.0 and b_high <= 0.0)
     opposed = (a_low >= 0.0 and b_high <= 0.0) or (a_high <= 0.0 and b_low >= 0.0)
-    return (
-        nextafter(low, -inf) if low or not alike else 0.0,
-        nextafter(high, inf) if high or not opposed else 0.0,
-    )
+    below = nextafter(low, -inf) if low or not alike else 0.0
+    return below, nextafter(high, inf) if high or not opposed else 0.0
 
 
 def square(low: float, high: float) -> Interval:
@@ -155,10 +153,8 @@ def scaled(factor: float, _: float, low: float, high: float) -> Interval:
     first, last = (low, high) if factor > 0.0 else (-high, -low)
     size = abs(factor)
     below, above = nextafter(size * first, -inf), nextafter(size * last, inf)
-    return (
-        0.0 if first >= 0.0 and below < 0.0 else below,
-        0.0 if last <= 0.0 and above > 0.0 else above,
-    )
+    below = 0.0 if first >= 0.0 and below < 0.0 else below
+    return below, 0.0 if last <= 0.0 and above > 0.0 else above
 
 
 WHOLE = 2.0**53

@@ -185,9 +185,8 @@ class Forms(Mapping[str, Callable[..., Any]]):
 def entry(name: str, meaning: str, example: str, **facets: Any) -> Function:
     """A row; its forms in the libraries have the same name unless given otherwise or defined."""
     named = ("array",) if "definition" in facets else ("array", "digits", "ball", "sympy")
-    return Function(
-        name=name, meaning=meaning, example=example, **dict.fromkeys(named, name) | facets
-    )
+    facets = dict.fromkeys(named, name) | facets
+    return Function(name=name, meaning=meaning, example=example, **facets)
 
 
 def by(name: str) -> Branches:

@@ -235,10 +235,8 @@ def _file_rows(path: str, columns: Iterable[str], request: Request) -> Swept:
         scales.append(scaling(unit, variable) if unit and unit != variable.unit else (1.0, 0.0))
 
     def scaled(piece: Chunk) -> Chunk:
-        return tuple(
-            column if scale == (1.0, 0.0) else column * scale[0] + scale[1]
-            for column, scale in zip(piece, scales, strict=True)
-        )
+        pairs = zip(piece, scales, strict=True)
+        return tuple(x if by == (1.0, 0.0) else x * by[0] + by[1] for x, by in pairs)
 
     chunks = file_chunks(map(scaled, pieces(path, heads, numbers)), total)
     first = next(chunks, ())

@@ -196,10 +196,9 @@ def export(
     names = [n for n in wanted if n not in known and n not in axes]
     table = sweep(model, axes, names, grid=True, given=given, guesses=guesses)
     columns = {name: table[name].tolist() for name in (*axes, *names)}  # the last axis runs fastest
-    rows = [
-        {**known, **dict(zip(columns, row, strict=True))} if solved else None
-        for *row, solved in zip(*columns.values(), table.solved, strict=True)
-    ]
+    rows = list[dict[str, Value] | None]()
+    for *row, solved in zip(*columns.values(), table.solved, strict=True):
+        rows.append({**known, **dict(zip(columns, row, strict=True))} if solved else None)
     document = _document(model, inputs, axes, rows)
     return _page(model.name, document), states, int(table.solved.sum())
 

@@ -42,13 +42,12 @@ def interact(
 
     begin = override(model, inputs, guesses)
     given = {name: begin.values.get(name) for name in inputs or {}}
-    sliders = {
-        name: [override(model, {name: value}).values[name] for value in values]
-        for name, values in (over or {}).items()
-    }
-    for name, values in sliders.items():
+    sliders = {}
+    for name, values in (over or {}).items():
+        read = [override(model, {name: value}).values[name] for value in values]
+        sliders[name] = read
         if name not in begin.values:
-            given[name] = values[len(values) // 2]
+            given[name] = read[len(read) // 2]
     first = {name: begin.guesses[name] for name in guesses or {}}
     return Cell(model, sliders, given, first, timeout)
 

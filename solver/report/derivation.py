@@ -66,10 +66,8 @@ def _turned(
     last = next(i for i, stage in enumerate(isolation.stages) if stage.period) + 1
     rest = isolation._replace(stages=isolation.stages[last:])
     for inside in isolation._replace(stages=isolation.stages[:last]).forms():
-        ends = (
-            rest._replace(start=form).forms()[0]
-            for form in (inside, nodes.add(inside, Number(period)))
-        )
+        starts = (inside, nodes.add(inside, Number(period)))
+        ends = (rest._replace(start=start).forms()[0] for start in starts)
         plain, turned = (_value(form, known) for form in ends)
         stride = turned - plain
         if not math.isfinite(stride) or stride == 0.0:
@@ -395,10 +393,11 @@ class Page:
 
     def _heading(self, link: Link) -> list[str]:
         """The unknowns of a block, and those that were iterated on."""
-        found, tears = (
-            ", ".join(f"${self.notation.written(Name(n))}$" if self.markdown else n for n in some)
-            for some in (link.unknowns, link.tears)
-        )
+        shown = {name: name for name in (*link.unknowns, *link.tears)}
+        if self.markdown:
+            shown = {name: f"${self.notation.written(Name(name))}$" for name in shown}
+        found = ", ".join(shown[name] for name in link.unknowns)
+        tears = ", ".join(shown[name] for name in link.tears)
         how = f"together, iterating on {tears}" if len(link.unknowns) > 1 else "by iteration"
         return [f"{found} {how}:", ""] if self.markdown else [f"{found}: {how}"]
 

@@ -148,9 +148,8 @@ def _samples_text(samples: Samples, bands: ToleranceBands) -> str:
         mean = spread = least = greatest = ""
         if (found := samples.statistics(name)) is not None:
             average, deviation, low, high = found
-            mean, least, greatest = (
-                f"{shown(size, variable):.{SAMPLED}g}" for size in (average, low, high)
-            )
+            sizes = (average, low, high)
+            mean, least, greatest = (f"{shown(size, variable):.{SAMPLED}g}" for size in sizes)
             spread = f"{abs(shown(deviation, variable, difference=True)):.{DIGITS}g}"
         rows.append((name, mean, spread, rss, least, greatest, worst))
     how = f"{samples.distribution} within the tolerances"

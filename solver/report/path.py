@@ -75,9 +75,7 @@ def short_names(files: Iterable[str]) -> Mapping[str, str]:
     for name in names:
         parts = name.split("/")
         endings = ("/".join(parts[-length:]) for length in range(1, len(parts)))
-        alone = (
-            e for e in endings if sum(other == e or other.endswith("/" + e) for other in names) == 1
-        )
+        alone = (e for e in endings if sum(f"/{other}".endswith(f"/{e}") for other in names) == 1)
         found[name] = escaped(next(alone, name))
     return found
 

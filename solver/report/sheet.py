@@ -408,9 +408,8 @@ def _turned(rows: Sequence[SheetRow]) -> str:
             groups.append([])
         groups[-1].append(row)
     styles = ("dim", *(ANSWER,) * len(rows))
-    parts += (
-        table(*_lines(group), styles=styles[: len(group) + 1], soft=()) for group in groups if group
-    )
+    for group in filter(None, groups):
+        parts.append(table(*_lines(group), styles=styles[: len(group) + 1], soft=()))
     return "\n\n".join(parts)
 
 
