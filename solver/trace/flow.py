@@ -182,29 +182,32 @@ class Flow(Graph):
             node = self.node("call", function, *arguments)
             if node not in self._directions:
                 y, x = arguments
-                square = self.add("add", self.add("mul", x, x), self.add("mul", y, y))
-                length = self.add("sqrt", square)
-                self._directions[node] = Direction(y, x, function.removeprefix("atan2"), length)
+                unit = function.removeprefix("atan2")
+                self._directions[node] = Direction(y, x, unit, self.length(y, x))
             self.require(self.add("not", self.over("and", map(self.is_zero, arguments))))
             return node
         return self.node("call", function, *arguments)
 
-    def direction(self, y: int, x: int, unit: str) -> int:
-        """The direction of a point on the unit circle."""
+    def direction(self, y: int, x: int, unit: str, on_circle: bool) -> int:
+        """The direction of a point on the unit circle, exactly or up to what formulas lose."""
         node = self.node("direction" + unit, y, x)
-        self._directions[node] = Direction(y, x, unit, None)
+        length = None if on_circle else self.length(y, x)
+        self._directions[node] = Direction(y, x, unit, length)
         return node
+
+    def length(self, y: int, x: int) -> int:
+        """The distance of a point from the origin."""
+        return self.add("sqrt", self.add("add", self.add("mul", x, x), self.add("mul", y, y)))
 
     def selected(self, condition: int, one: int, other: int) -> int:
         """A selection; of two directions it is the direction of the selected point."""
         node = super().selected(condition, one, other)
         first, second = self._directions.get(one), self._directions.get(other)
-        if first and second and first.unit == second.unit and first.length is None is second.length:
-            y, x = (
-                self.add("where", condition, *pair)
-                for pair in ((first.y, second.y), (first.x, second.x))
-            )
-            self._directions.setdefault(node, Direction(y, x, first.unit, None))
+        if first and second and first.unit == second.unit:
+            pairs = (first.y, second.y), (first.x, second.x)
+            y, x = (self.add("where", condition, *pair) for pair in pairs)
+            length = None if first.length is None is second.length else self.length(y, x)
+            self._directions.setdefault(node, Direction(y, x, first.unit, length))
         return node
 
     # --- angles ---

@@ -291,16 +291,19 @@ class Inverses(Guards):
                 for node in self._roots(*self._coefficients(generators, a, b, c)):
                     yield state.fork(), {**generators, name: node}
             case Circle(x, y, a, b, k, square):
-                for point in self._meets(*self._coefficients(generators, a, b, k, square)):
+                line = self._coefficients(generators, a, b, k, square)
+                for point in self._meets(*line):
+                    if self.flow.value_of(line[-1]) == 1.0:
+                        self._on_circle.add(point[::-1])
                     yield state.fork(), {**generators, x: point[0], y: point[1]}
 
     def _let(self, generators: Mapping[str, int], formula: Let) -> int:
         flow = self.flow
         match formula.expression:
             case nodes.Call("atan2d" | "atan2" as function, (Name(sine), Name(cosine))):
-                return flow.direction(
-                    generators[sine], generators[cosine], function.removeprefix("atan2")
-                )
+                point, unit = (generators[sine], generators[cosine]), function.removeprefix("atan2")
+                # what else they are computed from may cancel
+                return flow.direction(*point, unit, point in self._on_circle)
         node = flow.expression(formula.expression, generators)
         if formula.size is not None:
             size = flow.expression(formula.size, generators)

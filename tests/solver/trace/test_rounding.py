@@ -14,6 +14,7 @@ import solver
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import extended
 from rulesheets.model import Equation
+from solver.accuracy.rule_check import check_rule
 from solver.solution.explore import planner
 from solver.trace.flow import Flow, Numbers
 from solver.trace.graph import NotCompilable
@@ -74,3 +75,27 @@ def test_a_row_that_lacks_an_input_teaches_nothing() -> None:
     plan = solver.prepare(model, ["y"], ["x"])
     assert plan(math.nan) == plan(1.0) == (2.0,)
     assert planner(model) is not None
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.floats(-2, 2).map(lambda power: 10.0**power),
+    st.floats(1, 360),
+    st.floats(-100, 100),
+    st.floats(-100, 100),
+)
+def test_rules_hold_where_formulas_cancel(size: float, angle: float, x: float, y: float) -> None:
+    """A distance and a direction between points that may be near to one another: the sine and the
+    cosine that formulas give are then off the unit circle by more than their rounding."""
+    model = rulesheets.loads(f"u = {x!r} + d*cosd(p)\nv = {y!r} + d*sind(p)\n")
+    plan = solver.prepare(model, ["u", "v"], ["d", "p"])
+    for distance in (30.0, size, 25.0, size):
+        u, v = (
+            centre + distance * turned(math.radians(angle))
+            for centre, turned in ((x, math.cos), (y, math.sin))
+        )
+        if u == x or v == y:
+            continue
+        for d, p in (plan(u, v), *plan.all(u, v)):
+            values = {"u": u, "v": v, "d": d, "p": p}
+            assert all(check_rule(rule, values).holds for rule in model.equations), values
