@@ -307,8 +307,7 @@ class Expansion:
     * every other name is local: ``f.name``, in the second call of f ``f#2.name``,
       in a call inside a call ``f.g.name``.
 
-    Equations come rule by rule in source order, those of a call right after the rule that
-    calls.
+    Equations come rule by rule in source order, those of a call right after its rule.
 
     ``names`` are all variables that occur, in order of appearance, conditions included.
     """

@@ -1,7 +1,6 @@
 """Limits on long work: a time limit, an interrupt, which ends the time, and room for call frames.
 
-The limit belongs to the context (and so to a thread), and every loop can read it without an
-argument.
+The limit belongs to the context, and so to a thread: any loop can read it.
 """
 
 from __future__ import annotations
@@ -34,8 +33,7 @@ def setting(variable: ContextVar[T], value: T) -> Iterator[None]:
 
 
 def time_limit(seconds: float | None) -> AbstractContextManager[None]:
-    """Raise TimeIsUp from :func:`expect_time` after so many seconds; with None only outer limits
-    apply.
+    """Raise TimeIsUp from :func:`expect_time` after so many seconds; None adds no limit.
 
     Raises ValueError for a limit that is not positive.
     """

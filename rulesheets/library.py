@@ -19,8 +19,7 @@ ANGLE = "rad"
 
 @dataclass(frozen=True)
 class Unit:
-    """``reading · factor · π^pi + offset`` is the quantity in base units, whose exponents are
-    ``bases``.
+    """Base units are ``reading · factor · π^pi + offset``; ``bases`` are their exponents.
 
     ``offset`` is not 0 for temperatures in °C and gauge pressures; inside a product such a unit is
     that of a difference.
@@ -247,7 +246,7 @@ class Library:
         self._units: dict[str, Unit | None] = {}
 
     def __reduce__(self) -> tuple[object, ...]:
-        return library, (self.own,)
+        return library, self.own
 
     @cached_property
     def _definitions(self) -> dict[str, tuple[str, str, bool]]:
@@ -296,8 +295,7 @@ class Library:
         return None
 
     def meant(self, text: str) -> Unit:
-        """``1/180 pi rad``, ``5/9 K + 255.37``: a factor, perhaps π, a unit, and the zero of the
-        scale.
+        """``1/180 pi rad``, ``5/9 K + 255.37``: a factor, perhaps π, a unit, and its zero.
 
         Raises UnitError.
         """
@@ -338,9 +336,7 @@ def _registry() -> Any:
     return UnitRegistry(non_int_type=Fraction)
 
 
-def library(own: tuple[str, ...] = ()) -> Library:
+@cache
+def library(*own: str) -> Library:
     """The units of a sheet: the common ones and its ``own`` definitions."""
-    return _library(own)
-
-
-_library = cache(Library)
+    return Library(own)

@@ -65,8 +65,7 @@ def loads(
     within: str | os.PathLike[str] | None = None,
     allow_python: bool = False,
 ) -> Model:
-    """The model of a text. Messages call it ``name``; ``use`` paths are relative to the folder
-    ``base``.
+    """The model of a text, called ``name`` in messages; ``use`` paths begin at ``base``.
 
     ``within`` confines used files to a folder, links resolved; ``allow_python`` lets Python files
     run. Raises RuleSheetError with all mistakes, TypeError for an argument that is not a text.

@@ -150,8 +150,7 @@ class Model:
     condition with the ``then`` arm. All names are full names. ``figures`` define what can be drawn
     of an answer, ``files`` are the paths that the model was read from, ``python`` those of the
     Python files that it needs, ``notes`` are remarks that are not mistakes. ``limits``: rules that
-    are 0/0 at an answer are taken by their limits. ``units`` are the definitions of units in the
-    sheet.
+    are 0/0 at an answer are taken by their limits. ``units`` are the sheet's definitions.
     """
 
     name: str

@@ -143,8 +143,7 @@ def _row(
 
 
 def _in_floats(name: str, value: Value) -> Callable[..., float]:
-    """The function with results like those of ``math``: a finite float, or ValueError or an
-    ArithmeticError.
+    """The function as in ``math``: a finite float, or ValueError or an ArithmeticError.
 
     Raises RuleSheetError (E315) for any other exception, and for a result that is not a number.
     """

@@ -60,8 +60,7 @@ _RELATIONS = {"=": "Eq", "<>": "Ne", "<": "Lt", "<=": "Le", ">": "Gt", ">=": "Ge
 def mathematics(node: Expression) -> Any:
     """An expression in sympy, which reorders arithmetic.
 
-    Variables are plain symbols with their full names; the symbol ``'open`` is a symbol named
-    ``'open``.
+    Variables are symbols with their full names; so is the symbol ``'open``, by this name.
     """
     match node:
         case Number(value):
@@ -128,8 +127,7 @@ _NEGATED = {"=": "<>", "<>": "="}
 
 
 def listing(model: Model, latex: bool = False) -> str:
-    """Every equation on a line of its own with its place, then every requirement; guards after
-    ``if``.
+    """Every equation with its place, then every requirement, a line each; guards after ``if``.
 
     In LaTeX the lines are rows of an ``align*`` environment, the places in comments.
     """

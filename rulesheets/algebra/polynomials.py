@@ -1,5 +1,4 @@
-"""Polynomials with fractions for coefficients, by sympy, and the one that an algebraic equation
-leads to.
+"""Polynomials over the rationals, by sympy, and those that algebraic equations lead to.
 
 The roots of the *eliminants* of an equation with quotients, roots and absolute values include every
 solution. Quotients are multiplied away; a root s of degree q of an expression e is one more unknown
@@ -85,11 +84,9 @@ def eliminants(
     forms: Sequence[tuple[str, Expression]],
     known: Mapping[str, float],
 ) -> list[Eliminant] | None:
-    """The eliminants, one for each choice of signs; None where the equation is not algebraic in the
-    unknown.
+    """The eliminants, one for each choice of signs; None if the equation is not algebraic.
 
-    ``forms`` are further unknowns as expressions of those before them; ``known`` numbers are exact
-    fractions.
+    ``forms`` are further unknowns by those before them; ``known`` numbers are exact.
     """
     found, waiting = list[Eliminant](), [tuple[int, ...]()]
     try:
@@ -107,8 +104,7 @@ def eliminants(
 class _Eliminator(Arithmetic[Any]):
     """Quotients of polynomials (sympy's ``FracElement``) in the unknown and the radicals.
 
-    ``signs`` are those of the first absolute values; the ``others`` are left to further
-    eliminations.
+    ``signs`` are those of the first absolute values; ``others`` wait for eliminations.
     """
 
     def __init__(self, unknown: str, known: Mapping[str, float], signs: tuple[int, ...]) -> None:

@@ -32,8 +32,7 @@ class Arguments(Enum):
 
 
 class Kind(NamedTuple):
-    """A kind of line of a figure. ``least`` and ``most`` count its arguments; ``example`` shows its
-    syntax.
+    """A kind of line of a figure, with an example and ``least`` and ``most`` arguments.
 
     ``named``: a name before the parentheses is required; otherwise it is an optional label.
     """

@@ -1,5 +1,4 @@
-"""Expressions and functions on balls: rigorous enclosures to any precision, by Arb (imported only
-here).
+"""Expressions and functions on balls: rigorous enclosures to any precision, by Arb.
 
 A ball is a middle and a radius that holds the exact value (F. Johansson, IEEE Trans. Computers 66
 (2017) 1281–1292). Outside its domain a function gives a ball that is not finite.

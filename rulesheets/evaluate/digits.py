@@ -1,5 +1,4 @@
-"""Expressions and functions to any number of digits, by mpmath (imported here only): values,
-slopes, limits.
+"""Expressions and functions in many digits, by mpmath: values, slopes, limits.
 
 Each precision has a context of its own (in each thread), so nothing here touches mpmath's global
 one."""
@@ -301,8 +300,7 @@ def limit(expression: Expression, values: Mapping[str, float | str]) -> float | 
     """The two-sided limit at a point, along every line through it; None if there is none.
 
     The expression is evaluated in many digits on both sides of the point along several lines, at
-    two distances of which one is the square of the other. Only a value on which all agree is a
-    limit.
+    two distances, one the square of the other. Only a value on which all agree is a limit.
     """
     found = dict.fromkeys(names(expression))
     moving = [name for name in found if not isinstance(values[name], str)]

@@ -36,8 +36,7 @@ def exactly(
 ) -> Fraction:
     """The exact value; floats in the expression are exact binary numbers, ``pi`` stands for π.
 
-    Raises Inexact if an operation leaves the rational numbers or is undefined, and for a variable
-    without a number.
+    Raises Inexact if an operation leaves the rational numbers, and without a number.
     """
     return Rationals(numbers, pi).of(expression)
 

@@ -39,8 +39,7 @@ class Fields(type):
 class Node(metaclass=Fields):
     """A value of its fields; ``span`` and ``gap`` are only its position in the text.
 
-    ``parts`` are its expressions and conditions from left to right. No node is changed once it is
-    made.
+    ``parts`` are its expressions and conditions from left to right. No node is changed.
     """
 
     parts: ClassVar[Any] = property(lambda node: ())

@@ -39,11 +39,9 @@ def converted(
     place: Span | None = None,
     difference: bool = False,
 ) -> list[float]:
-    """Numbers in ``unit`` converted to the unit of the variable; a ``difference`` has no zero
-    point.
+    """Numbers in ``unit`` in that of the variable; a ``difference`` has no zero point.
 
-    Raises RuleSheetError for an unknown unit, one of another kind, and for a variable without a
-    unit.
+    Raises RuleSheetError for an unknown unit, another kind, and a variable without one.
     """
     if unit == variable.unit:
         return list(numbers)
@@ -85,7 +83,7 @@ def unit_named(text: str, place: Span | None, units: Library) -> Unit:
 
 def library_of(rows: Sequence[UnitRow]) -> Library:
     """The units of a sheet with such a section. Raises RuleSheetError (E460, E462)."""
-    units = library(tuple(row.definition for row in rows))
+    units = library(*(row.definition for row in rows))
     complaints: list[Diagnosis] = []
     first: dict[str, UnitRow] = {}
     for row in rows:

@@ -49,8 +49,7 @@ DERIVED = ("N", "J", "W", "Pa", "V", "ohm", "F", "C", "Hz", "m^2", "m^3", "m/s")
 
 
 def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
-    """Warnings about rules whose sides differ in dimension or by a factor; none for a model without
-    units.
+    """Warnings about rules whose sides differ in dimension or by a factor.
 
     ``sure`` leaves out what may be right: a mismatch that the unit of a written constant would
     cure, and a common logarithm of a quantity, which is that of its reading (pH, decibels).

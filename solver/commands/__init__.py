@@ -1,7 +1,6 @@
 """The options, the work and the output of each command of ``backsolve``.
 
-This module reads the command line (a sheet, a variable sheet, overriding options) and runs the
-command.
+This module reads the command line (a sheet, a variable sheet, options) and runs it.
 """
 
 from __future__ import annotations
@@ -146,8 +145,7 @@ class Option(NamedTuple):
 
 
 class Request(NamedTuple):
-    """The question of a solve: a model, inputs (None clears one), guesses, and the wanted names
-    (None: all).
+    """The question of a solve: a model, inputs (None clears one), guesses, wanted names.
 
     ``options`` are the names of inputs given by options, not by a variable sheet; ``files`` are all
     files that were read.

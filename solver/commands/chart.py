@@ -59,8 +59,7 @@ Method: TypeAlias = tuple[str, float | None, Callable[[], Ended]]
 def measure(
     asked: Request, name: str | None = None, numbers: Sequence[float] = ()
 ) -> Iterator[Measurement]:
-    """Measure every method at one set of inputs, or at each of the ``numbers`` of the input
-    ``name``.
+    """Measure every method at one set of inputs, or at ``numbers`` of the input ``name``.
 
     Every answer is a reference state, the primary one first. If the sheet has no regular answer
     nothing is measured; along an input this is recorded for ``solve``.

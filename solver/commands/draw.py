@@ -45,8 +45,7 @@ def draw(
     every: bool = False,
     figures: Iterable[str] | None = None,
 ) -> Figure:
-    """The figures of a sheet at an answer, to scale, as a matplotlib Figure whose axes have its
-    units.
+    """The figures of a sheet at an answer, to scale, as a matplotlib Figure in its units.
 
     Several results are drawn side by side with their titles; with ``every``, so are all answers of
     a result. ``figures`` selects figures by name. A figure that lacks a value is left out.
@@ -65,8 +64,7 @@ def draw(
 
 
 def _views(result: Result, figures: Sequence[Declared], title: str, every: bool) -> list[View]:
-    """One view for each answer (with ``every``; else for the primary one), numbered in their
-    titles.
+    """One numbered view for each answer with ``every``, else one for the primary answer.
 
     Raises Unsolved if there is no answer or no figure can be drawn.
     """
@@ -207,8 +205,7 @@ class _Renderer:
     def _moving(
         self, name: str, values: Sequence[float], state: State, missing: dict[str, list[str]]
     ) -> list[list[View | None]]:
-        """One state of the motion: a view for each branch of answers, None for a branch without
-        one.
+        """One state of the motion: a view for each branch of answers, None without an answer.
 
         The states without an answer join ``missing``, by status.
         """

@@ -1,7 +1,6 @@
 """The language server: diagnostics, hover, completion, definitions, renaming and formatting.
 
-Texts are checked and solved in separate processes with a time limit: the editor never waits for a
-solve.
+Texts are checked and solved in separate processes: the editor never waits for a solve.
 """
 
 from __future__ import annotations

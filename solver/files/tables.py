@@ -90,8 +90,7 @@ class Table(dict[str, NDArray[Any]], Shown):
         return np.asarray(self.status == CODES[Status.SOLVED])
 
     def begins(self) -> NDArray[np.bool_]:
-        """Which rows begin the answers of one row of inputs, in a table that has a row for each
-        answer.
+        """Which rows begin the answers of a row of inputs, if each answer has a row.
 
         The numbers of answers do not show it: a branch keeps its number after earlier ones have
         ended.
@@ -159,8 +158,7 @@ def csv_head(names: Sequence[str]) -> bytes:
 
 
 def csv_rows(table: Table) -> bytes:
-    """A line for each row, the status last. Numbers are written shortest, symbols with their
-    apostrophe.
+    """A line for each row, the status last; numbers are shortest, symbols with apostrophes.
 
     By pyarrow if it is installed, which is five times as fast as ``repr``.
     """
@@ -343,8 +341,7 @@ def heading(path: str) -> tuple[tuple[str, ...], int | None]:
 def pieces(
     path: str, names: Sequence[str], numbers: Collection[str] = frozenset()
 ) -> Iterator[tuple[Array, ...]]:
-    """Some columns of the file in the order of ``names``: floats, NaN for blank; or objects with
-    symbols.
+    """The columns ``names`` of the file: floats, NaN for blank; or objects with symbols.
 
     Raises RuleSheetError (E440) at the first cell that is neither a number nor a symbol, or is a
     symbol in a column of ``numbers``.
@@ -450,8 +447,7 @@ deviations.
 
 
 class Samples(NamedTuple):
-    """``table`` has one row for each sample: the inputs drawn, and the outputs, NaN if it is not
-    solved.
+    """``table`` has the inputs and outputs of each sample, NaN where it is not solved.
 
     ``spread`` is the standard deviation of an input in units of its tolerance.
     """

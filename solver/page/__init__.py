@@ -73,8 +73,7 @@ def needed(model: Model, *, polar: bool = True) -> tuple[str, ...]:
 def boxes(
     outlines: Iterable[Mapping[str, Any]], drawn: Collection[Sequence[dict[str, Any] | None] | None]
 ) -> list[list[float] | None]:
-    """The rectangle (left, bottom, right, top) of every figure in all these states, None if it is
-    in none.
+    """The rectangle (left, bottom, right, top) of every figure in all these states, or None.
 
     A few outliers of a polar figure are ignored: velocities may grow without bound.
     """

@@ -1,7 +1,6 @@
 """A model, its answers and their derivations for the page; and a sheet as one file with sliders.
 
-Every state that the file shows was solved and checked; between the points of the grid it shows
-nothing.
+Every state that the file shows was solved and checked; between grid points it has none.
 """
 
 from __future__ import annotations

@@ -4,8 +4,7 @@ The token comes once in the address of the page and becomes a cookie that script
 request needs the cookie and, against DNS rebinding, a Host that is this machine. A websocket, and
 every request that states its origin, must come from the page itself.
 
-Of the two workers of a tab the quick one checks texts and answers during a drag; the other one
-solves.
+Of the two workers of a tab the quick one checks texts and serves drags; one solves.
 """
 
 from __future__ import annotations

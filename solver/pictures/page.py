@@ -1,5 +1,4 @@
-"""Figures in matplotlib: the layout of panels, the signs of a diagram, a page, the frames of a
-film.
+"""Figures in matplotlib: the layout of panels, the signs of a diagram, pages and films.
 
 Axes are in the units of the diagram; signs have their size on paper, whatever the scale. Colours
 are those of Okabe and Ito (2008), which people with any colour vision can distinguish; strokes
@@ -90,8 +89,7 @@ class Layout(NamedTuple):
 
 
 def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> Layout:
-    """The layout that fits every view: ``frames`` are the views of each frame, one for a still
-    picture.
+    """The layout that fits every view of ``frames``, a single one for a still picture.
 
     Above the panels is room for the titles of views, and for a heading if ``headed``.
     """

@@ -48,8 +48,7 @@ class Maps(NamedTuple):
 def arranged(
     table: Table, inputs: tuple[str, ...], shape: tuple[int, ...], answer: str | None = None
 ) -> Curves | Maps:
-    """Curves along the input with most values, one for each combination of the others and each
-    answer.
+    """Curves along the input with most values, for each value of others and each answer.
 
     The rows are a grid of this ``shape`` over the ``inputs``; rows side by side, or of a file, have
     a shape of one number. ``answer`` is the column of the numbers of answers, if a row may have
@@ -272,8 +271,7 @@ def chart_picture(
 def _line(panels: Sequence[Axes], name: str, marks: Sequence[Measurement], place: int) -> None:
     """One line of errors, rings around false answers, bars from errors up to the proved radii.
 
-    The first line, our own, is the widest. Over times the first and the last tolerance are
-    labelled.
+    The first line is the widest. Over times the first and the last tolerance are labelled.
     """
     over = len(panels) > 1
     marks = [mark for mark in marks if over or not math.isnan(mark.error)]

@@ -1,7 +1,6 @@
 """Reports of a solve for people and programs: variable sheet, path, JSON, CSV.
 
-This module has text tables: columns as wide as needed and as the screen allows (the only import of
-rich).
+This module has text tables, as wide as the screen allows (the only import of rich).
 """
 
 from __future__ import annotations

@@ -92,8 +92,7 @@ def _value(form: Expression, known: Mapping[str, Value]) -> float:
 class Guard(NamedTuple):
     """A condition that selected a rule: its outcome, and the variables that it was ``read`` at.
 
-    ``assumed``: it depended on the result of the rule, so its case was assumed, solved, and
-    confirmed.
+    ``assumed``: it depended on the rule's result; its case was assumed and confirmed.
     """
 
     condition: Condition

@@ -118,8 +118,7 @@ class Places:
 
 
 def path_text(result: Result) -> str:
-    """A table of the steps, then the number of branches and the wanted variables that no step
-    reaches.
+    """A table of the steps, the number of branches, and wanted variables not reached.
 
     Only a block leaves the number of answers of the path open.
     """
@@ -249,8 +248,7 @@ LONGEST = 72
 
 
 def rule_status_table(result: Result) -> str:
-    """The rules that are not satisfied, those blamed first and once, others once a call; else
-    empty.
+    """The rules that are not satisfied, those blamed first and once, others once a call.
 
     ``>`` marks a rule that a diagnosis points at, ``*`` one that waits for unknowns. Waiting rules
     are shown only if the inputs do not determine everything.

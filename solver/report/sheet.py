@@ -28,8 +28,7 @@ def tolerated(text: str, tolerance: Tolerance | None) -> str:
 
 
 def certain(value: Value | None, error: float) -> str:
-    """A value with the digits that its error leaves: the last one may be off by one, zeros
-    included.
+    """A value with the digits that its error leaves: the last one may be off by one.
 
     All digits of the float if the error is 0; ``±1e-16`` if no digit is right.
     """
@@ -51,8 +50,7 @@ GUESS = "G"
 
 
 class SheetRow(NamedTuple):
-    """A variable with its input or its guess (then ``status`` is ``G``) and one output for each
-    answer.
+    """A variable with its input or guess (``status`` is ``G``) and an output for each answer.
 
     ``errors``: the error bar of every output, on request. ``tolerance``: that of the input.
     """
@@ -135,8 +133,7 @@ def sheet_heads(rows: Sequence[SheetRow]) -> tuple[str, ...]:
 
 
 def result_csv(result: Result, *, every: bool = False) -> str:
-    """The variable sheet as a text; ``every`` gives each answer a column ``Output 1``, ``Output
-    2``, …
+    """The variable sheet as a text; ``every`` gives each answer a column ``Output 1``, …
 
     Numbers read back as the same floats. Read as a variable sheet, the text of the primary answer
     gives the same inputs and guesses again: outputs are not inputs.
@@ -157,8 +154,7 @@ def result_json(
     digits: bool = False,
     also: Mapping[str, object] | None = None,
 ) -> str:
-    """The object of a solve; ``explain`` adds the locals under their dotted names, ``digits`` the
-    errors.
+    """The object of a solve; ``explain`` adds locals (dotted names), ``digits`` the errors.
 
     ``also`` are further members, put at its end.
     """
@@ -281,8 +277,7 @@ def conditions_text(result: Result) -> str:
 
 
 def proof_lines(result: Result) -> Iterator[str]:
-    """Whether each answer with a proof is proved, the error bound of its numbers, and whether these
-    are all.
+    """Whether answers with a proof are proved, how exactly, and whether these are all.
 
     For a double root: whether it is exact, or else which roots there are, if that is proved.
     """
