@@ -8,8 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from rulesheets.checks import check, head_of
-from rulesheets.checks.marks import check_figures
+from rulesheets.checks import check, check_figures, head_of
 from rulesheets.diagnosis import (
     Diagnosis,
     Label,

@@ -129,24 +129,6 @@ class UnitError(ValueError):
         self.place, self.name = place, name
 
 
-def read(text: str, lookup: Callable[[str], Unit | None]) -> Unit:
-    """The unit of a text, ``W/m^2-K``, ``m3`` or ``(m/s)^2``; ``lookup`` gives that of a name.
-
-    As in EES, a space, ``-`` and ``·`` multiply, and everything to the right of a ``/`` divides, up
-    to a ``*`` or a parenthesis: ``W/m^2-K`` is W/(m²·K), ``W/m^2*K`` is W·K/m². A digit after a
-    name is its exponent. ``-`` alone, and an empty text, are numbers without a unit; braces hold
-    comments. Raises UnitError.
-    """
-    blanked = _COMMENT.sub(lambda found: " " * len(found.group()), text)
-    if blanked.strip() in ("", "-", "–"):
-        return Unit()
-    reader = _Reader(blanked, lookup)
-    unit = reader.product()
-    if reader.place < len(blanked.rstrip()):
-        raise UnitError(f"`{blanked[reader.place :].strip()}` is not read", reader.place)
-    return _in_range(unit)
-
-
 class _Reader:
     def __init__(self, text: str, lookup: Callable[[str], Unit | None]) -> None:
         self.text, self.lookup, self.place = text, lookup, 0
@@ -264,11 +246,23 @@ class Library:
         return found
 
     def unit(self, text: str) -> Unit:
-        """The unit of a text. Raises UnitError."""
+        """The unit of a text, ``W/m^2-K``, ``m3`` or ``(m/s)^2``. Raises UnitError.
+
+        As in EES, a space, ``-`` and ``·`` multiply, and everything to the right of a ``/``
+        divides, up to a ``*`` or a parenthesis: ``W/m^2-K`` is W/(m²·K), ``W/m^2*K`` is W·K/m². A
+        digit after a name is its exponent. ``-`` alone, and an empty text, are numbers without a
+        unit; braces hold comments.
+        """
         found = self._units.get(text)
-        if found is None:
-            found = read(text, self.named)
-            self._units[text] = found
+        if found is not None:
+            return found
+        blanked = _COMMENT.sub(lambda comment: " " * len(comment.group()), text)
+        reader, found = _Reader(blanked, self.named), Unit()
+        if blanked.strip() not in ("", "-", "–"):
+            found = reader.product()
+            if reader.place < len(blanked.rstrip()):
+                raise UnitError(f"`{blanked[reader.place :].strip()}` is not read", reader.place)
+        self._units[text] = _in_range(found)
         return found
 
     def named(self, name: str) -> Unit | None:

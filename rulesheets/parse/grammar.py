@@ -17,7 +17,7 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 from lark.lexer import PatternRE, TerminalDef
 
 from rulesheets import store
-from rulesheets.checks.marks import wrong_mark
+from rulesheets.checks import wrong_mark
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refusal, refuse, wrong_range
 from rulesheets.parse.layout import STRANGE, Line, nested
 from rulesheets.syntax import Source, Span, nodes

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any, NamedTuple
 
-from rulesheets.checks.marks import KINDS, MARK_SHAPE
+from rulesheets.checks import KINDS, MARK_SHAPE
 from rulesheets.diagnosis import PROPERTIES, Diagnosis, closest, error_at
 from rulesheets.functions import TABLE
 from rulesheets.parse.layout import STRANGE, Line

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from rulesheets.checks.marks import MARK_SHAPE
+from rulesheets.checks import MARK_SHAPE
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refusal, refuse
 from rulesheets.parse.grammar import read_line
 from rulesheets.parse.layout import Line, logical_lines, wrong_shape
@@ -45,11 +45,6 @@ class _Unfinished:
     end: int
     lines: list[Any] = field(default_factory=list)
     begun: bool = False
-
-    def closed(self, source: Source) -> Any:
-        span = Span(source, self.node.span.start, self.end)
-        content = "rules" if isinstance(self.node, nodes.Function) else "marks"
-        return self.node.but(span=span, **{content: tuple(self.lines)})
 
 
 _UNIT = re.compile(r"(?:[^\W\d_]|[°%‰$€£¥℃℉])(?:[\w°%]*[^\W\d])?")
@@ -227,7 +222,11 @@ class _Reading:
     def sheet(self) -> nodes.RuleSheet:
         self._place_comments()
         refuse(self.complaints or self._emptiness())
-        blocks = [block.closed(self.source) for block in self.blocks]
+        blocks = []
+        for block in self.blocks:
+            content = "rules" if isinstance(block.node, nodes.Function) else "marks"
+            span = Span(self.source, block.node.span.start, block.end)
+            blocks.append(block.node.but(span=span, **{content: tuple(block.lines)}))
         variables = self.parts.get("variables")
         return nodes.RuleSheet(
             uses=tuple(self.uses),

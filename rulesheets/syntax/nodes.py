@@ -417,7 +417,7 @@ class Function(Node):
 
 
 class Mark(Node):
-    """A line of a figure: ``point A = (x, y)``; ``kind`` is a row of ``marks.KINDS``."""
+    """A line of a figure: ``point A = (x, y)``; ``kind`` is a row of ``checks.KINDS``."""
 
     kind: str
     name: str | None

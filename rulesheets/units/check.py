@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterator
 from fractions import Fraction
 
-from rulesheets.checks.marks import PLACES, marks_of
+from rulesheets.checks import PLACES, marks_of
 from rulesheets.diagnosis import Diagnosis, Label, Severity
 from rulesheets.functions import TABLE
 from rulesheets.library import library

@@ -12,7 +12,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
-from rulesheets.checks.marks import KINDS, Arguments
+from rulesheets.checks import KINDS, Arguments
 from rulesheets.functions import TABLE
 from rulesheets.parse.layout import logical_lines
 from rulesheets.parse.sections import head_word

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.checks.marks import PLACES, marks_of, parts
+from rulesheets.checks import PLACES, marks_of, parts
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import Figure
 from solver.derivatives import Sensitivities

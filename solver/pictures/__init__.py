@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.checks.marks import PLACES, marks_of, parts
+from rulesheets.checks import PLACES, marks_of, parts
 from rulesheets.diagnosis import refusal
 from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Value

@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from PIL import Image
 
-from rulesheets.checks.marks import ARROWS
+from rulesheets.checks import ARROWS
 from rulesheets.inputs import readable
 from solver.pictures import (
     FONT,

@@ -6,7 +6,7 @@ import string
 
 from hypothesis import strategies as st
 
-from rulesheets.checks.marks import KINDS, Arguments, Kind
+from rulesheets.checks import KINDS, Arguments, Kind
 from rulesheets.syntax.nodes import (
     And,
     Call,

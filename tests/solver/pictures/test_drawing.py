@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 import rulesheets
 import solver
-from rulesheets.checks.marks import ARROWS
+from rulesheets.checks import ARROWS
 from rulesheets.diagnosis import RuleSheetError
 from solver.pictures import (
     Diagram,
