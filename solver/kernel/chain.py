@@ -367,7 +367,7 @@ def _fraction(
                 _fraction(part, moving, known) for part in (left, right)
             )
             if moving.isdisjoint(nodes.names(under)):
-                return _reduced((above, over, ONE / under), (below,), known)
+                return times(above, over, ONE / under), below
             if relational:
                 return times(above, over), times(below, under)
             return _reduced((above, over), (below, under), known)

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from solver.numerics.linear_algebra import Array, factorise
-from solver.numerics.tolerances import CONSISTENT, INDEPENDENT, MOVES, NULL_ENTRY
+from solver.numerics.tolerances import CONSISTENT, INDEPENDENT, MOVES, NULL_ENTRY, REPEATED
 
 
 class Independence(NamedTuple):
@@ -58,6 +58,19 @@ def independent_rows(matrix: Any, scale: Any) -> Independence:
     free = tuple(int(j) for j in np.flatnonzero(np.abs(null).max(axis=0) > MOVES))
     held = qr(a[list(rows)], mode="r", pivoting=True)[1][rank:]
     return Independence(rows, free, tuple(sorted(int(j) for j in held)))
+
+
+def first_independent(rows: Array) -> list[int]:
+    """The rows of an m × n matrix that do not depend on those before, by Gram-Schmidt."""
+    chosen, basis = list[int](), np.zeros((0, rows.shape[1]))
+    for place, row in enumerate(rows):
+        size = np.linalg.norm(row)
+        rest = row - basis.T @ (basis @ row)
+        rest = rest - basis.T @ (basis @ rest)
+        if size and np.linalg.norm(rest) > REPEATED * size:
+            chosen.append(place)
+            basis = np.vstack((basis, rest / np.linalg.norm(rest)))
+    return chosen
 
 
 Number: TypeAlias = Any

@@ -98,6 +98,12 @@ LEAST = 1e-9
 
 # --- is a matrix singular? ---
 
+ON_RULES = 1e-12
+"""Largest residual, relative to the slopes of a rule, of a point on which rules are to hold."""
+
+REPEATED = 1e-7
+"""Share of its size below which the slopes of a rule there follow from those of other rules."""
+
 INDEPENDENT = 1e-11
 """Share of the largest pivot (rows and columns equilibrated) below which a row adds nothing: 5e4 ε,
 for slopes come with the rounding of whole paths."""

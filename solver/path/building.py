@@ -5,10 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from heapq import heappop, heappush
+from random import Random
+
+import numpy as np
 
 from rulesheets.deadline import expect_time
+from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.model import Equation
 from rulesheets.syntax.nodes import subtract
 from rulesheets.syntax.program import degree
+from solver.numerics.elimination import first_independent
+from solver.numerics.linear_algebra import Array
+from solver.numerics.tolerances import ON_RULES
 from solver.path import (
     Assume,
     Check,
@@ -48,11 +56,16 @@ def _evaluate(graph: ModelGraph, equation: int, unknown: int) -> Evaluate:
     return Evaluate(equation, graph.names[unknown], effort.branches)
 
 
-def _blocks(part: Incidence, bends: Callable[[int], bool]) -> tuple[Block, ...]:
+def _blocks(
+    part: Incidence,
+    bends: Callable[[int], bool],
+    independent: Callable[[Block], Sequence[int] | None],
+) -> tuple[Block, ...]:
     """The blocks that determine their unknowns, in the order of solution.
 
     For over-determined equations it is only the first block of a square part: of the linear ones,
-    of which none ``bends``, if these determine some unknowns. The other equations will check it.
+    of which none ``bends``, if these determine some unknowns, else of ``independent`` ones. The
+    other equations will check it.
     """
     matching = maximum_matching(part)
     parts = dulmage_mendelsohn(part, matching)
@@ -60,13 +73,12 @@ def _blocks(part: Incidence, bends: Callable[[int], bool]) -> tuple[Block, ...]:
     if not over.unknowns:
         return block_triangular(part, parts.square, matching)
     linear = Block(tuple(e for e in over.equations if not bends(e)), over.unknowns)
-    if linear != over and (blocks := _blocks(part.restrict(linear), bends)):
+    if linear != over and (blocks := _blocks(part.restrict(linear), bends, independent)):
         return blocks[:1]
     matching = maximum_matching(part.restrict(over))
-    matched = Block(
-        tuple(e for e in over.equations if matching.unknown_of[e] is not None), over.unknowns
-    )
-    return block_triangular(part, matched)[:1]
+    first = [e for e in over.equations if matching.unknown_of[e] is not None]
+    chosen = independent(Block((*first, *over.equations), over.unknowns)) or first
+    return block_triangular(part, Block.of(chosen, over.unknowns))[:1]
 
 
 def _block_step(
@@ -335,9 +347,81 @@ class Building:
             rule = self.graph.model.equations[remaining[place]]
             return degree(subtract(rule.left, rule.right), unknown) > 1.0
 
-        blocks = _blocks(part, bends) if remaining else ()
+        def independent(over: Block) -> Sequence[int] | None:
+            rules = [self.graph.model.equations[remaining[place]] for place in over.equations]
+            rows = self._slopes(rules, [self.graph.names[variables[u]] for u in over.unknowns])
+            chosen = first_independent(rows) if rows is not None else ()
+            if len(chosen) < len(over.unknowns):
+                return None
+            return [over.equations[place] for place in chosen]
+
+        blocks = _blocks(part, bends, independent) if remaining else ()
         for block in blocks:
             rules = {place: remaining[place] for place in block.equations}
             mine = {unknown: variables[unknown] for unknown in block.unknowns}
             self._take(_block_step(self.graph, part.restrict(block), rules, mine))
         return bool(blocks)
+
+    def _slopes(self, rules: Sequence[Equation], names: Sequence[str]) -> Array | None:
+        """How rules depend on unknowns where all active rules hold, if such a point is found."""
+        equations = self.graph.model.equations
+        active = tuple(e for e, active in zip(equations, self.active, strict=True) if active)
+        if len(active) > MAX_GENERIC:
+            return None
+        key = tuple(rule.index for rule in active)
+        if key not in self.graph.generic:
+            self.graph.generic[key] = _generic_point(self.graph, active)
+        if (point := self.graph.generic[key]) is None:
+            return None
+        return _linearized(rules, names, point)[1]
+
+
+# --- rules that repeat one another ---
+#
+# The sines and the cosines of a triangle are different functions of its sides and angles, and yet
+# dependent where they hold. Which rules are independent is decided at a point on which all hold,
+# whatever the inputs are.
+
+MAX_GENERIC = 60
+"""Rules of which a point is sought on which they hold."""
+TRIES, ITERATIONS = 8, 60
+LARGEST_STEP = 0.5
+"""Relative change of a number in a step towards such a point."""
+
+
+def _generic_point(graph: ModelGraph, rules: Sequence[Equation]) -> dict[str, float] | None:
+    """Ordinary numbers at which rules hold, by least-norm Gauss-Newton steps."""
+    names = list(dict.fromkeys(name for rule in rules for name in rule.names))
+    turns = [graph.single_turn(name) for name in names]
+    for seed in range(TRIES):
+        draw = Random(seed)
+        x = [draw.uniform(0.6, 1.8) * (1.0 if turn is None else turn / 10.0) for turn in turns]
+        for _ in range(ITERATIONS):
+            point = dict(zip(names, x, strict=True))
+            try:
+                misses, slopes = _linearized(rules, names, point)
+            except (Undefined, OverflowError):
+                break
+            if not (np.isfinite(misses).all() and np.isfinite(slopes).all()):
+                break
+            if np.abs(misses).max() <= ON_RULES:
+                return point
+            step = np.linalg.lstsq(slopes, -misses, rcond=ON_RULES)[0]
+            step = step / max(1.0, np.abs(step).max() / LARGEST_STEP)
+            x = [v * (1.0 + share) for v, share in zip(x, step.tolist(), strict=True)]
+    return None
+
+
+def _linearized(
+    rules: Sequence[Equation], names: Sequence[str], point: Mapping[str, float]
+) -> tuple[Array, Array]:
+    """The misses (m,) of rules and their slopes (m, n) by relative changes, in units of the largest
+    slope of each."""
+    misses, rows = [], []
+    for rule in rules:
+        miss, slopes = derivatives(subtract(rule.left, rule.right), point)
+        row = [slopes.get(name, 0.0) * point[name] for name in names]
+        size = max(map(abs, (slopes[name] * point[name] for name in slopes)), default=0.0) or 1.0
+        misses.append(miss / size)
+        rows.append([entry / size for entry in row])
+    return np.array(misses), np.array(rows)

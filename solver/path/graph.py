@@ -185,13 +185,15 @@ class ModelGraph:
         self._isolated: dict[tuple[Shape, int, tuple[float, ...]], Isolated] = {}
         self.kernels: dict[Any, Any] = {}
         self.torn: dict[Any, Any] = {}
+        self.generic: dict[Any, Any] = {}
 
     def __getstate__(self) -> dict[str, object]:
         """Pickled without data that only building paths and blocks of one pattern need."""
         kernels = {
             key: kernel for key, kernel in self.kernels.items() if isinstance(key, SolveBlock)
         }
-        emptied: dict[str, object] = {key: {} for key in ("_efforts", "_isolated", "torn")}
+        lost = "_efforts", "_isolated", "torn", "generic"
+        emptied: dict[str, object] = {key: {} for key in lost}
         return {**self.__dict__, **emptied, "kernels": kernels}
 
     @cached_property

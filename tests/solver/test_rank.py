@@ -363,3 +363,49 @@ def test_rules_that_repeat_one_another_but_for_rounding_leave_free(off: float, s
     assert isinstance(saved, float)
     result = solver.solve(lease, {**given, "P": P, "saved": saved * (1.0 + off)})
     assert str(result.status) == status
+
+
+TRIANGLE = """alpha + beta + gamma = 180
+a/sind(alpha) = b/sind(beta)
+b/sind(beta) = c/sind(gamma)
+c^2 = a^2 + b^2 - 2*a*b*cosd(gamma)
+a^2 = b^2 + c^2 - 2*b*c*cosd(alpha)
+b^2 = a^2 + c^2 - 2*a*c*cosd(beta)
+A = a*b*sind(gamma)/2
+P = a + b + c
+ha = 2*A/a
+"""
+RIGHT = """c^2 = a^2 + b^2
+sind(alpha) = a/c
+cosd(alpha) = b/c
+tand(alpha) = a/b
+alpha + beta = 90
+A = a*b/2
+P = a + b + c
+h = a*b/c
+p = a^2/c
+q = b^2/c
+"""
+KNOWN = {
+    TRIANGLE: {"a": 7.0, "b": 8.0, "c": 5.0, "alpha": 60.0, "A": 10 * math.sqrt(3), "P": 20.0},
+    RIGHT: {"a": 3.6, "b": 7.7, "c": 8.5, "A": 13.86, "P": 19.8, "p": 3.6**2 / 8.5},
+}
+
+
+@pytest.mark.parametrize(
+    ("rules", "names"),
+    [
+        *((TRIANGLE, names) for names in ("c alpha P", "b alpha A", "a alpha P", "c alpha A")),
+        *((RIGHT, names) for names in ("a P", "c A", "P h", "p q", "alpha P", "A P", "b p")),
+    ],
+)
+def test_all_formulas_of_a_triangle_determine_it_from_any_of_its_quantities(
+    rules: str, names: str
+) -> None:
+    """Sines, cosines and tangents repeat one another where they hold, and nowhere else."""
+    sides = {name: KNOWN[rules][name] for name in ("a", "b", "c")}
+    state = dict(solved(rules, sides).solutions[0])
+    assert {n: state[n] for n in KNOWN[rules]} == pytest.approx(KNOWN[rules])
+    found = solved(rules, {name: state[name] for name in names.split()})
+    assert str(found.status) == "solved"
+    assert any(dict(answer) == pytest.approx(state, rel=1e-6) for answer in found.solutions)
