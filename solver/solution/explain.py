@@ -52,10 +52,8 @@ class _Explanation:
         )
         self.model, self.inputs, self.judged = asked.model, asked.inputs, asked.judged
         self.leaf: Leaf | None = verdict.leaves[0] if verdict.leaves else None
-        everything = {
-            variable.name for variable in self.model.variables.values() if variable.posted
-        }
-        self.no_help = set() if everything.issubset(self.judged) else {*self.judged}
+        posted = {name for name, variable in self.model.variables.items() if variable.posted}
+        self.no_help = set() if posted.issubset(self.judged) else {*self.judged}
 
     def diagnoses(self) -> Iterator[Diagnosis]:
         verdict = self.verdict
@@ -156,31 +154,25 @@ class _Explanation:
                 return self._rank(fact)
             case facts.DoubleRoot(equations, unknowns, direction):
                 what = "have a double root" if len(unknowns) > 1 else "is a double root"
-                message = (
-                    f"two answers coincide here: {listed(unknowns)} {what}, not an isolated answer"
-                )
+                them = f"{listed(unknowns)} {what}"
+                message = f"two answers coincide here: {them}, not an isolated answer"
                 moves = "to first order the rules let them move along"
                 return self._error("S541", message, equations, unknowns, *_along(moves, direction))
             case facts.Unfixed(unknowns, double):
                 posted = [name for name in unknowns if self.model.variables[name].posted]
-                message = (
-                    f"{listed(posted or unknowns)} can have any value at this double root, or none"
-                )
-                cure = (
-                    f"give {listed(double.unknowns, 'or')} first, or move away from the double root"
-                )
+                them, first = listed(posted or unknowns), listed(double.unknowns, "or")
+                message = f"{them} can have any value at this double root, or none"
+                cure = f"give {first} first, or move away from the double root"
                 return self._error("S543", message, double.equations, unknowns, cure)
             case facts.RestsOnRounding(equation, unknown):
                 message = f"{unknown} rests on no more than the last places of the given numbers"
                 note = f"to their last places they leave {unknown} any value"
-                return self._error(
-                    "S544", message, (equation,), (unknown,), note, f"give {unknown}"
-                )
+                cure = f"give {unknown}"
+                return self._error("S544", message, (equation,), (unknown,), note, cure)
             case facts.Conflict(equations, miss):
                 notes = () if miss is None else (f"together they miss by {number_text(miss)}",)
-                return self._error(
-                    "S520", "these rules contradict each other", equations, (), *notes
-                )
+                message = "these rules contradict each other"
+                return self._error("S520", message, equations, (), *notes)
             case facts.DeadEnd():
                 return self._dead_end(fact)
             case facts.BeyondFloats(equation, unknown):
@@ -209,9 +201,8 @@ class _Explanation:
                 return self._note("S596", message, equations, free)
             case facts.Uncovered(case, free):
                 where = format_condition(case[0] if len(case) == 1 else And(case))
-                return self._note(
-                    "S597", f"no rule determines {listed(free)} where {where}", (), free
-                )
+                message = f"no rule determines {listed(free)} where {where}"
+                return self._note("S597", message, (), free)
             case facts.Fixed(name, value, given, unknown, equations):
                 made, asked = f"{value:.10g}", number_text(given)
                 if made == asked:
@@ -270,9 +261,8 @@ class _Explanation:
         notes = () if inputs_only else (f"the answer nearest to it has {listed(said)}",)
         mine = self._bounds((), requirement.names, requirement.names)
         labels = (Label(requirement.rule),)
-        return Diagnosis(
-            "S535", Severity.ERROR, message + short, labels, (*notes, *mine), requirement.names
-        )
+        told = message + short, labels, (*notes, *mine), requirement.names
+        return Diagnosis("S535", Severity.ERROR, *told)
 
     def _out_of_time(self, known: Sequence[str]) -> Diagnosis:
         """An error without an answer, a note with some."""
@@ -287,9 +277,8 @@ class _Explanation:
             else "until then nothing was determined"
         )
         cure = "give more time, or a guess or a range for one of the unknowns"
-        return self._error(
-            "S553", message, (), tuple(n for n in self.judged if n not in known), cure, shown
-        )
+        missing = tuple(name for name in self.judged if name not in known)
+        return self._error("S553", message, (), missing, cure, shown)
 
     def _rank(self, fact: facts.RankLoss) -> Diagnosis:
         code, message = "S542", f"at these values the rules leave {listed(fact.free)} free"
@@ -326,9 +315,8 @@ class _Explanation:
             missed = zip(fact.misses, fact.equations, strict=False)
             worst, equation = max(missed, key=lambda one: abs(one[0]), default=(0.0, 0))
             if worst:
-                notes.append(
-                    f"rule {self._line(equation)} is off by {number_text(rounded(worst, 3))} there"
-                )
+                off = number_text(rounded(worst, 3))
+                notes.append(f"rule {self._line(equation)} is off by {off} there")
         # what narrows the search most: a range for what it iterates on; or else no limit on the
         # work
         steps = () if self.leaf is None else self.leaf.branch.attempts
@@ -343,9 +331,8 @@ class _Explanation:
             notes.append(
                 f"--prove searches the ranges of {listed(tears)} without a limit on the work"
             )
-        message = (
-            f"no values of {listed(fact.unknowns)} were found that satisfy these rules together"
-        )
+        them = listed(fact.unknowns)
+        message = f"no values of {them} were found that satisfy these rules together"
         return self._error("S550", message, fact.equations, fact.unknowns, *notes)
 
     def _dead_end(self, end: facts.DeadEnd) -> Diagnosis:
@@ -381,9 +368,8 @@ class _Explanation:
             return self._error("S552", message, (), unknown, cure)
         conditional = tuple(e.index for e in self.model.equations if e.guard)
         message = "no case of the conditional rules fits the inputs"
-        return self._error(
-            "S533", message, conditional[:MAX_NAMED], (), *self._bounds((), self.judged)
-        )
+        cures = self._bounds((), self.judged)
+        return self._error("S533", message, conditional[:MAX_NAMED], (), *cures)
 
     def _undetermined(self) -> Diagnosis:
         assert self.leaf is not None
@@ -415,9 +401,8 @@ class _Explanation:
         message = f"these rules contradict {listed(given) if given else 'each other'}"
         notes = []
         if fact.miss is not None:
-            notes.append(
-                f"rule {self._line(fact.equations[-1])} misses by {number_text(fact.miss)}"
-            )
+            line = self._line(fact.equations[-1])
+            notes.append(f"rule {line} misses by {number_text(fact.miss)}")
         values = {**self.leaf.branch.values, **self.inputs}
         known = {name: value for name, value in values.items() if isinstance(value, float)}
         for name, value in cures(self.asked, inputs[:MAX_INPUTS], known, self.patience):
@@ -429,9 +414,8 @@ class _Explanation:
         self, equations: Sequence[int], unknowns: Sequence[str], read: Sequence[str] = ()
     ) -> tuple[str, ...]:
         """How far each input that these rules, or the names ``read``, depend on has to move."""
-        found = bounds(
-            self.asked, self._movable(equations, read)[:MAX_INPUTS], unknowns, self.patience
-        )
+        movable = self._movable(equations, read)[:MAX_INPUTS]
+        found = bounds(self.asked, movable, unknowns, self.patience)
         sides = [f"{b.name} {b.relation} {number_text(b.value)}" for b in found]
         text = "with the other inputs as they are, a solution needs "
         return (text + listed(sides, "or"),) if sides else ()
@@ -531,6 +515,5 @@ def gap_note(model: Model, gap: facts.Gap) -> Diagnosis:
         if endless := _endless(model, gap.unknowns):
             notes = (f"ranges may show it: give {listed(endless)} a range, name in [a, b]",)
     code = "S593" if gap.cut else "S594"
-    return Diagnosis(
-        code, Severity.NOTE, message, _labels(model, gap.equations), notes, gap.unknowns
-    )
+    labels = _labels(model, gap.equations)
+    return Diagnosis(code, Severity.NOTE, message, labels, notes, gap.unknowns)

@@ -117,9 +117,8 @@ class PathSearch:
         self.model, self.inputs, self.guesses, self.judged = model, dict(inputs), guesses, judged
         self.want = None if want is None else frozenset(want)
         self.enough, self.careful = enough, False
-        self.most_leaves = min(
-            MAX_LEAVES, max(FEW_LEAVES, MAX_VALUES // max(len(model.variables), 1))
-        )
+        listable = MAX_VALUES // max(len(model.variables), 1)
+        self.most_leaves = min(MAX_LEAVES, max(FEW_LEAVES, listable))
         self.planner = planner(model)
         self.graph = self.planner.graph
         self.analysis = CaseAnalysis(model, self.inputs)
@@ -191,10 +190,8 @@ class PathSearch:
     def _is_full(self, branch: Branch) -> bool:
         """Whether the search of a branch is to end."""
         ends = len(self.leaves) + len(self.contradicted) + len(self.open_cases)
-        full = ends >= self.most_leaves or (
-            self.enough is not None and any(map(self.enough, self.leaves))
-        )
-        if full:
+        enough = self.enough is not None and any(map(self.enough, self.leaves))
+        if full := enough or ends >= self.most_leaves:
             self._truncate(branch, "answers")
         return full
 
@@ -297,9 +294,8 @@ class PathSearch:
         whole = SolveBlock(equations, unknowns, ())
         begun = continued(self.model, solved, begun)
         for guesses in ({**begun, **self.guesses}, self.guesses):
-            found = solve_sparsely(
-                kernel_of(self.graph, whole), branch.values, guesses, self.budget
-            )
+            kernel = kernel_of(self.graph, whole)
+            found = solve_sparsely(kernel, branch.values, guesses, self.budget)
             values = next((a.values for a in found.answers if a.double is None), {})
             negative = any(v < 0.0 and self.graph.turn(n) is None for n, v in values.items())
             if values and not (forked and negative):
@@ -426,10 +422,9 @@ class PathSearch:
     def _select(self, branch: Branch, step: Select) -> bool | Forks | None:
         equations = self.model.equations
         for equation in step.equations:
-            conditions = [
-                p.condition for p in equations[equation].guard if p.condition not in branch.decided
-            ]
-            branch.decided.update(self.analysis.outcomes(conditions, branch))
+            guard = [premise.condition for premise in equations[equation].guard]
+            waiting = [condition for condition in guard if condition not in branch.decided]
+            branch.decided.update(self.analysis.outcomes(waiting, branch))
             if activity(equations[equation], branch.conditions):
                 return self._evaluate(branch, step, equation, step.unknown)
         return True

@@ -100,9 +100,8 @@ class _Proving:
         for rule in known_rules(self.model, self.decided, self.values):
             guards = ((self.model.conditions[p.condition], p.holds) for p in rule.guard)
             if any(outcome(condition, self._certain) is not needed for condition, needed in guards):
-                raise _Obstacle(
-                    "a condition that no enclosure decides: two numbers are too near to equal"
-                )
+                why = "two numbers are too near to equal"
+                raise _Obstacle(f"a condition that no enclosure decides: {why}")
             if rule.index in used or not self.symbols.isdisjoint(rule.names):
                 continue
             try:  # left and right of a rule that checks must overlap
@@ -265,10 +264,8 @@ def _image(
     )
     if not continuous(kinks, inside):
         return None
-    found = preconditioned(
-        square.jacobian(inside), square.jacobian(centre), square.residual(centre)
-    )
-    if found is None:
+    there = square.jacobian(centre), square.residual(centre)
+    if (found := preconditioned(square.jacobian(inside), *there)) is None:
         return None
     rest, shift = found
     apart = [x - m for x, m in zip(box, middle, strict=True)]

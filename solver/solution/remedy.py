@@ -185,9 +185,8 @@ def _is_overdetermined(model: Model, rules: Sequence[int], given: Sequence[str])
     occurs = tuple(
         tuple(sorted(number.setdefault(name, len(number)) for name in names)) for names in read
     )
-    return bool(
-        dulmage_mendelsohn(Incidence(occurs, ({},) * len(occurs), len(number))).over.equations
-    )
+    system = Incidence(occurs, ({},) * len(occurs), len(number))
+    return bool(dulmage_mendelsohn(system).over.equations)
 
 
 def derivation(
@@ -290,9 +289,8 @@ def bounds(
         if not isinstance(given, float) or patience.lost:
             continue
         positive = given == own and given > 0.0 and turn(name) is None
-        trials = _Trials(
-            asked._replace(want=judged, judged=judged), name, patience, positive=positive
-        )
+        narrow = asked._replace(want=judged, judged=judged)
+        trials = _Trials(narrow, name, patience, positive=positive)
         bound = _bound(trials, given)
         if bound is not None and not patience.lost:
             found.append(bound)
@@ -341,9 +339,8 @@ class _Trials:
             return False
         if self.positive and value <= 0.0:
             return False
-        moved = asked._replace(
-            inputs={**asked.inputs, name: value}, guesses=guesses or asked.guesses
-        )
+        inputs = {**asked.inputs, name: value}
+        moved = asked._replace(inputs=inputs, guesses=guesses or asked.guesses)
         tried = explore(moved, brief=True, enough=lambda leaf: leaf.solved, nearby=nearby)
         leaf = next((leaf for leaf in self.patience.shown(tried).leaves if leaf.solved), None)
         if leaf is not None:

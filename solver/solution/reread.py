@@ -158,10 +158,8 @@ def answers_between(asked: Asked, known: Sequence[Leaf] = ()) -> tuple[Leaf, ...
         if len(sides) < 2 * len(STEPS):
             continue
         found = (_between(leaf, sides, {**inputs, name: number}) for leaf in sides[-1])
-        leaves = tuple(
-            filter(None, (_standing(model, leaf, inputs) for leaf in found if leaf is not None))
-        )
-        if leaves:
+        standing = (_standing(model, leaf, inputs) for leaf in found if leaf is not None)
+        if leaves := tuple(leaf for leaf in standing if leaf is not None):
             return leaves
     return ()
 
@@ -198,9 +196,8 @@ def _between(
             b.precise.get(name, b.values[name]) for b in (one.branch for one in nearest)
         ]
         means = [(one + other) / 2 for one, other in zip(numbers[::2], numbers[1::2], strict=True)]
-        limit = sum(weight * mean for weight, mean in zip(WEIGHTS, means, strict=True)) / sum(
-            WEIGHTS
-        )
+        total = sum(weight * mean for weight, mean in zip(WEIGHTS, means, strict=True))
+        limit = total / sum(WEIGHTS)
         precise[name] = 0 * limit if abs(limit) <= NO_LIMIT * max(map(abs, numbers)) else limit
     floats = {name: float(limit) for name, limit in precise.items()}
     return leaf.but(values={**leaf.branch.values, **floats, **inputs}, precise=precise)
@@ -423,9 +420,8 @@ def without_copies(asked: Asked, missed: Exploration, prove: bool) -> Exploratio
         others = {other: given for other, given in asked.inputs.items() if other != name}
         if name in planner(asked.model).path(frozenset(others), {}).undetermined:
             continue
-        found = explore_required(
-            asked._replace(inputs=others, judged=(*asked.judged, name)), always=prove
-        )
+        free = asked._replace(inputs=others, judged=(*asked.judged, name))
+        found = explore_required(free, always=prove)
         leaves = []  # those that have the number up to a unit in its last place, with it
         for leaf in (leaf for leaf in found.leaves if leaf.solved):
             told = leaf.branch.values[name]
@@ -584,16 +580,12 @@ def judged_again(
             verdict = judge(asked._replace(model=by), found)._replace(reread=by is not asked.model)
         elif verdict.status is Status.FAILED and verdict.leaves:
             roots = (fact for fact in verdict.facts if isinstance(fact, NoRoot))
-            undefined = tuple(
-                filter(None, (hole(asked, verdict.leaves[0], fact) for fact in roots))
-            )
-            if undefined:
+            holes = (hole(asked, verdict.leaves[0], fact) for fact in roots)
+            if undefined := tuple(filter(None, holes)):
                 verdict = Verdict(Status.SINGULAR, verdict.leaves, undefined)
         if verdict.status is Status.FAILED and found.contradicted:
             verdict = contradicted_otherwise(asked, found) or verdict
-        if verdict.status in (Status.FAILED, Status.INFEASIBLE):
-            fixed = fixed_otherwise(asked, verdict.facts)
-            verdict = (
-                verdict._replace(status=Status.INCONSISTENT, facts=(fixed,)) if fixed else verdict
-            )
+        refused = verdict.status in (Status.FAILED, Status.INFEASIBLE)
+        if refused and (fixed := fixed_otherwise(asked, verdict.facts)):
+            verdict = verdict._replace(status=Status.INCONSISTENT, facts=(fixed,))
     return verdict, found, by

@@ -175,9 +175,8 @@ class Result(Shown):
         if not self.solutions:
             return self.partial
         if not 0 <= number < len(self.solutions):
-            raise IndexError(
-                f"there is no answer {number}: answers are 0 to {len(self.solutions) - 1}"
-            )
+            last = len(self.solutions) - 1
+            raise IndexError(f"there is no answer {number}: answers are 0 to {last}")
         return self.solutions[number]
 
 
@@ -247,15 +246,13 @@ def solve(
                 return result
             from solver.solution.explain import gap_note
 
-            gaps = tuple(
-                gap_note(model, gap) for gap in sorted(found.gaps, key=lambda gap: not gap.cut)
-            )
+            first = sorted(found.gaps, key=lambda gap: not gap.cut)
+            gaps = tuple(gap_note(model, gap) for gap in first)
             cut = tuple(note for note in gaps if note.code == CUT)
             return replace(result, gaps=gaps, diagnoses=(*result.diagnoses, *cut))
     except TimeIsUp as up:
-        return _cut_off(
-            asked, up if isinstance(up, CutOff) else CutOff(Exploration((), False, ()), given)
-        )
+        nothing = CutOff(Exploration((), False, ()), given)
+        return _cut_off(asked, up if isinstance(up, CutOff) else nothing)
     finally:
         gc.set_threshold(*usual)
 

@@ -162,9 +162,8 @@ def explore_required(asked: Asked, always: bool = False) -> Exploration:
         raise CutOff(certain(asked, found), asked.inputs) from None
     some, before = (sum(leaf.solved for leaf in one.leaves) for one in (inside, found))
     better = some >= before if inside.complete else some > 0 == before
-    return (
-        replace(inside, contradicted=inside.contradicted or found.contradicted) if better else found
-    )
+    contradicted = inside.contradicted or found.contradicted
+    return replace(inside, contradicted=contradicted) if better else found
 
 
 def narrowed(model: Model, inputs: Mapping[str, Value]) -> Model | None:
@@ -257,9 +256,8 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
                 if isinstance(f, facts.NoValue | facts.OutOfRange | facts.NoRoot)
             ]
             before = next((gap.unknowns for gap in found.gaps if gap.unknowns), ())
-            return Verdict(
-                Status.FAILED, verdict.leaves, tuple(facts.DeadEnd(f, before) for f in ends[:1])
-            )
+            dead = tuple(facts.DeadEnd(fact, before) for fact in ends[:1])
+            return Verdict(Status.FAILED, verdict.leaves, dead)
         if verdict.status is Status.INFEASIBLE and found.contradicted:
             return _contradicted(found)  # a branch has every value, and only a rule contradicts it
         return verdict
@@ -345,9 +343,8 @@ def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -
     structural = tuple(name for name in leaf.missing if name in undetermined)  # for any values
     # what stands in the way of the missing names; all there is, where none of it is on their path
     every = leaf.branch.reasons
-    way = planner(model).path(
-        frozenset(inputs), leaf.branch.conditions, want=frozenset(leaf.missing)
-    )
+    missing = frozenset(leaf.missing)
+    way = planner(model).path(frozenset(inputs), leaf.branch.conditions, want=missing)
     used = {equation for step in way.steps for equation in equations_of(step)}
     why = tuple(fact for fact in every if used.intersection(facts.about(fact))) or every
     status = Status.PARTIAL
@@ -499,7 +496,6 @@ def _ordered(asked: Asked, leaves: list[Leaf]) -> list[Leaf]:
     if len(leaves) < 2:
         return leaves
     among = {name for leaf in leaves for name in leaf.branch.values}
-    order = Ranking(asked.model, asked.inputs, among, asked.guesses).order(
-        [leaf.branch.values for leaf in leaves], asked.inputs
-    )
+    ranking = Ranking(asked.model, asked.inputs, among, asked.guesses)
+    order = ranking.order([leaf.branch.values for leaf in leaves], asked.inputs)
     return [leaves[place] for place in order]
