@@ -305,25 +305,18 @@ def limit(expression: Expression, values: Mapping[str, float | str]) -> float | 
     found = dict.fromkeys(names(expression))
     moving = [name for name in found if not isinstance(values[name], str)]
     lines = [{n: shares[k % 5] for k, n in enumerate(moving)} for shares in _SHARES]
+    far, near = list[Extended](), list[Extended]()
     try:
-        return _common(expression, values, lines)
+        for ends, distance in ((far, DISTANCES[0]), (near, DISTANCES[1])):
+            steps = ((line, step) for line in lines for step in (distance, -distance))
+            ends += (extended(expression, beside(values, *one), DIGITS) for one in steps)
     except Undefined:
         return None
-
-
-def _common(
-    expression: Expression, values: Mapping[str, float | str], lines: Sequence[Mapping[str, float]]
-) -> float | None:
-    """The common limit on both sides of all lines. Raises Undefined if one has no value."""
-    far, near = list[Extended](), list[Extended]()
-    for found, distance in ((far, DISTANCES[0]), (near, DISTANCES[1])):
-        points = (beside(values, line, step) for line in lines for step in (distance, -distance))
-        found += (extended(expression, point, DIGITS) for point in points)
     if all(abs(b) <= AGREEMENT * abs(a) for a, b in zip(far, near, strict=True)):
         return 0.0
-    if all(_alike(near[0], number) for number in (*far, *near)):
-        return float(near[0])
-    return None
+    first = near[0]
+    apart = ((abs(first - number), max(abs(first), abs(number))) for number in (*far, *near))
+    return float(first) if all(gap <= AGREEMENT * size for gap, size in apart) else None
 
 
 def beside(
@@ -336,7 +329,3 @@ def beside(
         at = mp.mpf(values[name])
         moved[name] = at + mp.mpf(share) * mp.mpf(distance) * (abs(at) or 1)
     return moved
-
-
-def _alike(one: Extended | float, other: Extended | float) -> bool:
-    return bool(abs(one - other) <= AGREEMENT * max(abs(one), abs(other)))

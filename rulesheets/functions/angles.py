@@ -216,11 +216,6 @@ def _atan2d(y: float, x: float) -> float:
     return 180.0 if degrees == -180.0 else degrees
 
 
-def _directions(np: Any, y: Any, x: Any) -> Any:
-    """On arrays, nan at the origin."""
-    return np.where((x == 0.0) & (y == 0.0), np.nan, np.arctan2(y + 0.0, x))
-
-
 def _directions_in_degrees(np: Any, y: Any, x: Any) -> Any:
     y, x = np.asarray(y, dtype=float) + 0.0, np.asarray(x, dtype=float) + 0.0
     diagonal = np.copysign(np.where(x > 0.0, 45.0, 135.0), y)
@@ -280,7 +275,9 @@ _IN_RADIANS: Mapping[str, Mapping[str, Any]] = {
     "atan": {"value": atan, "array": "arctan"},
     "atan2": {
         "value": _atan2,
-        "array": _directions,
+        "array": lambda np, y, x: np.where(  # nan at the origin
+            (x == 0.0) & (y == 0.0), np.nan, np.arctan2(y + 0.0, x)
+        ),
         "interval": _direction_range(math.nextafter(pi, inf), 1.0),
         "digits": _long_direction,
         "ball": "atan2",

@@ -62,7 +62,11 @@ class Derived(NamedTuple):
             members["sensitivities"] = [dict(zip(keys, row, strict=True)) for row in rows]
             members["sensitivity_diagnoses"] = [diagnosis_json(one) for one in slopes.diagnoses]
         if self.bands is not None:
-            members["tolerances"] = [_band_json(name, band) for name, band in self.bands.items()]
+            told = members["tolerances"] = list[dict[str, object]]()
+            for name, band in self.bands.items():
+                sizes = {size: getattr(band, size, None) for size in ("value", "worst", "rss")}
+                parts = [one._asdict() for one in band.contributions] if band else []
+                told.append({"output": name, **sizes, "contributions": parts})
             members["tolerance_diagnoses"] = [diagnosis_json(one) for one in self.bands.diagnoses]
         if (samples := self.samples) is not None:
             names = ("output", "mean", "deviation", "least", "greatest")
@@ -159,12 +163,6 @@ def _samples_text(samples: Samples, bands: ToleranceBands) -> str:
     told = f"{plural(len(samples.table.status), 'sample')} ({counts}), {how}, seed {samples.seed}"
     heads = ("Name", "Mean", "Std dev", "first order", "Least", "Greatest", "worst case")
     return f"Monte Carlo: {told}\n{table(heads, rows)}"
-
-
-def _band_json(name: str, band: Band | None) -> dict[str, object]:
-    sizes = {size: getattr(band, size, None) for size in ("value", "worst", "rss")}
-    parts = [one._asdict() for one in band.contributions] if band else []
-    return {"output": name, **sizes, "contributions": parts}
 
 
 class Grid(NamedTuple):
