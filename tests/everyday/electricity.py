@@ -364,3 +364,9 @@ def transistor_switch(Vi, RB, RC, VCC, beta):
     IC = min(beta * IB, (VCC - 0.2) / RC)
     VCE = VCC - IC * RC
     return {"IB": IB, "IC": IC, "VCE": VCE, "P": VCE * IC + 0.7 * IB}
+
+
+@sheet(OWN, "i > t")
+def mains(V, R, t):
+    v = V * sin(377 * t)
+    return {"v": v, "i": v / R}

@@ -166,3 +166,21 @@ def firm_value(E0, sE, D, r, T):
     V = value(s)
     d1, d2, N1, N2 = told(V, s)
     return {"V": V, "s": s, "d1": d1, "d2": d2, "N1": N1, "N2": N2, "pd": 1 - N2}
+
+
+@sheet(OWN, "P > n, current > n")
+def bond_price(F, c, y, n):
+    P = sum(F * c / 100 / (1 + y / 100) ** k for k in range(1, int(n) + 1))
+    P += F / (1 + y / 100) ** n
+    return {"P": P, "current": F * c / P}
+
+
+@sheet(OWN, "mean > h, pay > h")
+def overtime(h, w):
+    pay = w * (h + max(h - 40, 0) / 2)
+    return {"pay": pay, "mean": pay / h}
+
+
+@sheet(OWN, "end > long")
+def night_shift(start, long):
+    return {"end": (start + long) % 24}

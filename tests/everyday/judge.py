@@ -49,6 +49,7 @@ FUNCTIONS: dict[str, Any] = {
     "min": min,
     "max": max,
     "round": lambda x: mpmath.sign(x) * mpmath.floor(abs(x) + mpmath.mpf(1) / 2),
+    "mod": lambda x, y: mpmath.sign(x) * (abs(x) % abs(y)),
     "pi": mpmath.pi,
 }
 

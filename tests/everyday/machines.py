@@ -308,3 +308,10 @@ def freudenstein(a, b, c, d, th2, w2):
         "w3": a * w2 * sin(t4 - t2) / (b * sin(t3 - t4)),
         "mu": abs(th4 - th3),
     }
+
+
+@sheet(OWN, "t y > x al")
+def throw(v, al, x):
+    across, up = v * cos(radians(al)), v * sin(radians(al))
+    t = x / across
+    return {"t": t, "y": up * t - 9.81 * t**2 / 2}

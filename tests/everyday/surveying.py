@@ -186,3 +186,18 @@ def triangle_area(a, b, C):
     c = sqrt(a**2 + b**2 - 2 * a * b * cosd(C))
     A = degrees(acos((b**2 + c**2 - a**2) / (2 * b * c)))
     return {"c": c, "A": A, "B": 180 - C - A, "area": a * b * sind(C) / 2}
+
+
+@sheet(OWN, "P > b, A c > a b, p q > a b, alpha P > a b")
+def right_triangle(a, b):
+    c, alpha = hypot(a, b), degrees(atan2(a, b))
+    return {
+        "c": c,
+        "alpha": alpha,
+        "beta": 90 - alpha,
+        "A": a * b / 2,
+        "P": a + b + c,
+        "h": a * b / c,
+        "p": a**2 / c,
+        "q": b**2 / c,
+    }
