@@ -246,7 +246,7 @@ def _document(
     def numbers(name: str, values: Iterable[Value | None]) -> list[Value | None]:
         return [_number(value, displaying(model.variables[name])) for value in values]
 
-    names = ("name", "unit", "comment", "scale")
+    names = ("name", "comment", "unit", "scale")
     columns = [numbers(v.name, (row.get(v.name) if row else None for row in rows)) for v in shown]
     lines = map(list, zip(*columns, strict=True)) if columns else ([] for _ in rows)
     return {
