@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from heapq import heappop, heappush
+from itertools import combinations_with_replacement
 from random import Random
 
 import numpy as np
@@ -64,8 +65,8 @@ def _blocks(
     """The blocks that determine their unknowns, in the order of solution.
 
     For over-determined equations it is only the first block of a square part: of the linear ones,
-    of which none ``bends``, if these determine some unknowns, else of ``independent`` ones. The
-    other equations will check it.
+    of which none ``bends``, if these determine some unknowns, else of as few ``independent`` ones
+    as may be, if the first are not independent. The other equations will check it.
     """
     matching = maximum_matching(part)
     parts = dulmage_mendelsohn(part, matching)
@@ -76,9 +77,19 @@ def _blocks(
     if linear != over and (blocks := _blocks(part.restrict(linear), bends, independent)):
         return blocks[:1]
     matching = maximum_matching(part.restrict(over))
-    first = [e for e in over.equations if matching.unknown_of[e] is not None]
-    chosen = independent(Block((*first, *over.equations), over.unknowns)) or first
-    return block_triangular(part, Block.of(chosen, over.unknowns))[:1]
+    first = Block.of(
+        (e for e in over.equations if matching.unknown_of[e] is not None), over.unknowns
+    )
+    if independent(first) or not independent(over):
+        return block_triangular(part, first)[:1]
+    # the smallest of the parts that two rules span
+    pairs = combinations_with_replacement(over.equations, 2)
+    spans = {tuple(sorted({*part.occurs[a], *part.occurs[b]})) for a, b in pairs}
+    for span in sorted(spans, key=lambda span: (len(span), span)):
+        inside = Block(tuple(e for e in over.equations if set(part.occurs[e]) <= set(span)), span)
+        if chosen := independent(inside):
+            return block_triangular(part, Block.of(chosen, span))[:1]
+    return block_triangular(part, Block.of(independent(over) or (), over.unknowns))[:1]
 
 
 def _block_step(
@@ -347,13 +358,15 @@ class Building:
             rule = self.graph.model.equations[remaining[place]]
             return degree(subtract(rule.left, rule.right), unknown) > 1.0
 
-        def independent(over: Block) -> Sequence[int] | None:
-            rules = [self.graph.model.equations[remaining[place]] for place in over.equations]
-            rows = self._slopes(rules, [self.graph.names[variables[u]] for u in over.unknowns])
-            chosen = first_independent(rows) if rows is not None else ()
-            if len(chosen) < len(over.unknowns):
+        def independent(block: Block) -> Sequence[int] | None:
+            if len(block.equations) < len(block.unknowns):
                 return None
-            return [over.equations[place] for place in chosen]
+            rules = [self.graph.model.equations[remaining[place]] for place in block.equations]
+            rows = self._slopes(rules, [self.graph.names[variables[u]] for u in block.unknowns])
+            chosen = first_independent(rows) if rows is not None else ()
+            if len(chosen) < len(block.unknowns):
+                return None
+            return [block.equations[place] for place in chosen]
 
         blocks = _blocks(part, bends, independent) if remaining else ()
         for block in blocks:
