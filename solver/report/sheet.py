@@ -333,7 +333,7 @@ def work_line(result: Result) -> str:
     undefined = {label.span for d in result.diagnoses if d.code == "S545" for label in d.labels}
     refused = sum(equation.rule in undefined for equation in result.model.equations)
     held = ""
-    if checked:
+    if checked > refused:
         satisfied = "all" if result.status is Status.SOLVED else str(checked - refused)
         held = f"; {satisfied} satisfied, worst residual {f'{worst:.0e}' if worst else '0'}"
     return f"{plural(total, 'rule')}: {', '.join(parts)}{held}"
