@@ -303,10 +303,11 @@ def cleared(chain: Chain) -> Chain | None:
 
     The numerator is 0 wherever the residual is, but at a pole it mostly is not. The divisor of a
     relational quotient gets a name of its own, so that nothing cancels with it: where it is 0,
-    there may be an answer.
+    there may be an answer. Factors of it that have a name already keep that, so that quotients of
+    quotients are not multiplied by them twice.
     """
     moving, parts = {chain.tears[0]}, dict[str, tuple[Expression, Expression]]()
-    items: list[Assignment] = []
+    items, named = list[Assignment](), set[Expression]()
     for item in chain.assignments:
         if moving.isdisjoint(nodes.names(item.expression)):
             items.append(item)
@@ -316,10 +317,12 @@ def cleared(chain: Chain) -> Chain | None:
         if sum(1 for side in (above, below) for _ in walk(side)) > LONGEST:
             return None
         if item.relational and not moving.isdisjoint(nodes.names(below)):
-            divisor = Assignment(f"{item.name} divisor", below)
+            known = [factor for factor in factors(below) if factor in named]
+            divisor = Assignment(f"{item.name} divisor", times(*without(factors(below), known)))
             moving.add(divisor.name)
+            named.add(Name(divisor.name))
             items.append(divisor)
-            below = Name(divisor.name)
+            below = times(*known, Name(divisor.name))
         parts[item.name] = above, below
         items.append(Assignment(item.name, above / below))
     divided = any(

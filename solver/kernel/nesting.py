@@ -11,14 +11,17 @@ Otter, ESM 1994, 326-332.)
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
-from math import inf, isfinite, prod
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache, partial
+from math import ceil, inf, isfinite, prod
+from operator import attrgetter
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.model import Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Expression, Name, Quotient, call, rebuilt, substitute
+from rulesheets.syntax.program import walk
 from solver.kernel.block import BlockKernel
 from solver.kernel.chain import (
     MAX_CHAINS,
@@ -42,21 +45,27 @@ from solver.structure.decomposition import (
 )
 
 MOST_UNKNOWNS = 40
-MOST_TRIED = 8
-"""Tears for which formulas are looked for."""
-MOST_TEARS = 2
-"""Tears of which the ranges are searched."""
+MOST_TRIED, MOST_LEFT = 3, 16
+"""Tears for which formulas are looked for, and the rules for each that are left out in turn."""
+MOST_TEARS, MOST_FORMS = 2, 4
+"""Tears of which the ranges are searched, and forms of a tear for what others leave open."""
 LARGEST = 8
 """Unknowns of a block inside another."""
 
 Ways: TypeAlias = tuple[tuple[Assignment, ...], ...]
 """The sequences of assignments, one for each preimage or branch."""
+Angles: TypeAlias = dict[str, tuple[str, str]]
+"""The names of the cosine and the sine of angles."""
+Solved: TypeAlias = Callable[[Block, str], tuple[Ways, Angles]]
+"""The ways to solve a block, given a tear."""
 
 
 class Order(NamedTuple):
-    """The blocks that follow from a tear, in order, and the rule that is left."""
+    """The blocks that follow from a tear, in order, and the rule that is left. A tear is endless
+    if its range is."""
 
     tear: str
+    is_endless: bool
     blocks: tuple[Block, ...]
     residual: int
 
@@ -64,6 +73,27 @@ class Order(NamedTuple):
     def effort(self) -> tuple[int, int]:
         sizes = [len(block.unknowns) for block in self.blocks]
         return max(sizes), sum(size * size for size in sizes)
+
+
+class Form(NamedTuple):
+    """The chains of an order, and the divisors at whose zeros they do not bound an unknown."""
+
+    is_endless: bool
+    length: int
+    residual: int
+    divisors: frozenset[Expression]
+    chains: tuple[Chain, ...]
+
+    @classmethod
+    def of(cls, order: Order, chains: tuple[Chain, ...]) -> Form:
+        items = [item for chain in chains for item in chain.assignments]
+        meaning: dict[Expression, Expression] = {
+            Name(item.name): item.expression for item in items if item.name.startswith("#")
+        }
+        below = (i.expression.right for i in items if isinstance(i.expression, Quotient))
+        divisors = frozenset(meaning.get(divisor, divisor) for divisor in below)
+        length = sum(1 for item in items for _ in walk(item.expression))
+        return cls(order.is_endless, length, order.residual, divisors, chains)
 
 
 def nested(kernel: BlockKernel) -> tuple[BlockKernel, ...]:
@@ -76,27 +106,37 @@ def nested(kernel: BlockKernel) -> tuple[BlockKernel, ...]:
 
 
 def _nested(kernel: BlockKernel) -> Iterator[BlockKernel]:
-    """Those whose tear stands in most rules first, and then in a finite range."""
-    small = (order for order in _orders(kernel) if order.effort[0] <= LARGEST)
-    forms = [chains for order in small if (chains := _chains(kernel.graph, order))]
-
-    def preference(chains: tuple[Chain, ...]) -> tuple[int, bool, int]:
-        (tear,) = chains[0].tears
-        users = sum(tear in equation.names for equation in kernel.equations)
-        return (
-            len(chains) - users,
-            not all(map(isfinite, kernel.domain(tear))),
-            len(chains[0].assignments),
-        )
-
-    for chains in sorted(forms, key=preference)[:MOST_TEARS]:
-        torn = BlockKernel(kernel.graph, kernel.block._replace(tears=chains[0].tears))
-        torn.chains, torn.exhaustive = chains, True
+    """Those with a finite range of the tear first, and then the shortest formulas: these bound the
+    residual best. Of one tear several follow one another: a divisor that vanishes in one may be
+    missing in another."""
+    forms = dict[str, list[Form]]()
+    solved = cache(partial(_solved, kernel.graph))
+    for order in _orders(kernel):
+        chains = _chains(kernel.graph, order, solved) if order.effort[0] <= LARGEST else ()
+        if chains:
+            forms.setdefault(order.tear, []).append(Form.of(order, chains))
+    best = sorted(map(_least_alike, forms.values()), key=lambda pair: pair[0][:2])[:MOST_TEARS]
+    for form in itertools.chain.from_iterable(best):
+        block = kernel.block._replace(tears=form.chains[0].tears, residuals=(form.residual,))
+        torn = BlockKernel(kernel.graph, block)
+        torn.chains, torn.exhaustive = form.chains, True
         yield torn
 
 
-def _orders(kernel: BlockKernel) -> list[Order]:
-    """The best order for some tears that leave small blocks."""
+def _least_alike(forms: Iterable[Form]) -> list[Form]:
+    """The shortest form, and others that share the fewest divisors with those before."""
+    others = sorted(forms, key=attrgetter("length"))
+    chosen = [others.pop(0)]
+    while others and len(chosen) < MOST_FORMS:
+        common = frozenset.intersection(*(form.divisors for form in chosen))
+        shared = [len(form.divisors & common) for form in others]
+        chosen.append(others[shared.index(min(shared))])
+        others = [form for form in others if form.divisors != chosen[-1].divisors]
+    return chosen
+
+
+def _orders(kernel: BlockKernel) -> Iterator[Order]:
+    """Orders for some tears that leave small blocks, each with several rules that may be left."""
     graph, equations = kernel.graph, tuple(sorted(kernel.block.equations))
     unknowns = sorted(graph.number[name] for name in kernel.unknowns)
     found: list[tuple[Order, Incidence, tuple[int, ...]]] = []
@@ -110,45 +150,29 @@ def _orders(kernel: BlockKernel) -> list[Order]:
         matching = maximum_matching(part)
         if not matching.single_unknowns:
             over = dulmage_mendelsohn(part, matching).over.equations
-            found.append((_order(part, graph.names[tear], over[-1]), part, over))
-    found.sort(key=lambda one: one[0].effort)
-    return [
-        min((_order(part, first.tear, left) for left in over), key=lambda order: order.effort)
-        for first, part, over in found[:MOST_TRIED]
-    ]
+            name = graph.names[tear]
+            endless = not all(map(isfinite, kernel.domain(name)))
+            found.append((_order(part, name, endless, over[-1]), part, over))
+    found.sort(key=lambda one: (one[0].is_endless, one[0].effort))
+    for first, part, over in found[:MOST_TRIED]:
+        for left in over[:: ceil(len(over) / MOST_LEFT)]:
+            yield _order(part, first.tear, first.is_endless, left)
 
 
-def _order(part: Incidence, tear: str, left: int) -> Order:
+def _order(part: Incidence, tear: str, endless: bool, left: int) -> Order:
     kept = tuple(e for e in part.block.equations if e != left)
-    return Order(tear, block_triangular(part.restrict(Block(kept, part.block.unknowns))), left)
+    blocks = block_triangular(part.restrict(Block(kept, part.block.unknowns)))
+    return Order(tear, endless, blocks, left)
 
 
-def _chains(graph: ModelGraph, order: Order) -> tuple[Chain, ...]:
+def _chains(graph: ModelGraph, order: Order, solved: Solved) -> tuple[Chain, ...]:
     ways: list[Ways] = []
-    angles: dict[str, tuple[str, str]] = {}
-    for number, block in enumerate(order.blocks):
-        names = [graph.names[unknown] for unknown in block.unknowns]
-        equation = block.equations[0]
-        if (
-            len(names) == 1
-            and (isolation := graph.isolation(equation, block.unknowns[0])) is not None
-        ):
-            if not is_exhaustive(graph, isolation):
-                return ()
-            found = alternatives(graph, isolation, f"#{number}")
-        else:
-            turning = [name for name in names if graph.is_turning(name)]
-            if not all(_is_free(graph.model.variables[name]) for name in turning):
-                return ()
-            form = closed_form(
-                [graph.model.equations[e] for e in block.equations], names, turning, order.tear
-            )
-            if form is None:
-                return ()
-            found, own = _formulas(graph, form, f"#{number}")
-            if any(nodes.is_number(item.expression, 0.0) for way in found for item in way):
-                return ()  # of x*y = 0 the formula is y = 0, and at x = 0 y may be anything
-            angles |= own
+    angles: Angles = {}
+    for block in order.blocks:
+        found, own = solved(block, order.tear)
+        if not found:
+            return ()
+        angles |= own
         ways.append(tuple(tuple(_with_sides(item, angles) for item in way) for way in found))
     if prod(map(len, ways)) > MAX_CHAINS:
         return ()
@@ -160,13 +184,32 @@ def _chains(graph: ModelGraph, order: Order) -> tuple[Chain, ...]:
     )
 
 
+def _solved(graph: ModelGraph, block: Block, tear: str) -> tuple[Ways, Angles]:
+    """The preimages or branches of a block inside another; none if they may not be all."""
+    names, prefix = [graph.names[unknown] for unknown in block.unknowns], f"#{block.equations[0]}"
+    if (
+        len(names) == 1
+        and (isolation := graph.isolation(block.equations[0], block.unknowns[0])) is not None
+    ):
+        every = is_exhaustive(graph, isolation)
+        return alternatives(graph, isolation, prefix) if every else (), {}
+    turning = [name for name in names if graph.is_turning(name)]
+    rules = [graph.model.equations[e] for e in block.equations]
+    if not all(_is_free(graph.model.variables[name]) for name in turning) or (
+        (form := closed_form(rules, names, turning, tear)) is None
+    ):
+        return (), {}
+    found, angles = _formulas(graph, form, prefix)
+    if any(nodes.is_number(item.expression, 0.0) for way in found for item in way):
+        return (), {}  # of x*y = 0 the formula is y = 0, and at x = 0 y may be anything
+    return found, angles
+
+
 def _is_free(variable: Variable) -> bool:
     return variable.low == -inf and variable.high == inf
 
 
-def _formulas(
-    graph: ModelGraph, form: ClosedForm, prefix: str
-) -> tuple[Ways, dict[str, tuple[str, str]]]:
+def _formulas(graph: ModelGraph, form: ClosedForm, prefix: str) -> tuple[Ways, Angles]:
     """The branches of a closed form, and the names of the cosine and the sine of its angles."""
     own = {
         name: prefix + name for formula in form for name in _given(formula) if name.startswith("#")
@@ -186,7 +229,7 @@ def _formulas(
         return found._replace(relational=relational)
 
     steps: list[Ways] = []
-    angles: dict[str, tuple[str, str]] = {}
+    angles: Angles = {}
     for number, formula in enumerate(form):
         root = Assignment(f"{prefix}.{number}", nodes.ZERO, low=0.0)
         match formula:
@@ -230,14 +273,14 @@ def _given(formula: Let | Parabola | Circle) -> tuple[str, ...]:
     return (formula.x, formula.y) if isinstance(formula, Circle) else (formula.name,)
 
 
-def _with_sides(item: Assignment, angles: Mapping[str, tuple[str, str]]) -> Assignment:
+def _with_sides(item: Assignment, angles: Angles) -> Assignment:
     """An assignment with the cosines and sines of solved angles in place of functions of them."""
     if angles.keys().isdisjoint(nodes.names(item.expression)):
         return item
     return item._replace(expression=_by_sides(item.expression, angles))
 
 
-def _by_sides(node: Expression, angles: Mapping[str, tuple[str, str]]) -> Expression:
+def _by_sides(node: Expression, angles: Angles) -> Expression:
     if angles.keys().isdisjoint(nodes.names(node)):
         return node
     if isinstance(node, Call) and node.function in CIRCULAR:

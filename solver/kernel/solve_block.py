@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import NamedTuple
+from itertools import groupby
+from typing import TYPE_CHECKING, NamedTuple
 
 from rulesheets.evaluate import value
 from rulesheets.functions import named
@@ -31,6 +32,9 @@ from solver.kernel.candidates import (
 from solver.kernel.problem import BlockProblem, Budget, InputErrors
 from solver.numerics.tolerances import CLEAR, UNCANCELLED
 from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
+
+if TYPE_CHECKING:
+    from solver.kernel.tear_search import TearSearch
 
 MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
@@ -316,7 +320,7 @@ class _Methods:
         countable = method is Method.RANGE and not self.budget.brief
         self.whole = countable and self._counted_first()
         if not self.whole:
-            self.whole = any(search.run() for search in searches)
+            self.whole = _any_complete(searches)
             self._history["boxes"] += sum(
                 search.boxes for search in searches if search.boxes > BRIEF
             )
@@ -395,6 +399,18 @@ class _Methods:
             whole=self.whole or self.complete,
             cut=cut,
         )
+
+
+def _any_complete(searches: Sequence[TearSearch]) -> bool:
+    """Whether a search finds all answers, or those of one tear together: what one of them leaves
+    open the next looks into."""
+    for _, of_tear in groupby(searches, key=lambda search: search.tear):
+        left = None
+        for search in of_tear:
+            if search.run(left):
+                return True
+            left = left if search.left is None else search.left
+    return False
 
 
 # --- the answers of a closed form ---

@@ -81,10 +81,10 @@ def tends_to_zero(chain: Chain, points: Sequence[float], known: Mapping[str, flo
     return bool(max(misses) - min(misses) > max(map(abs, misses)) / 2)
 
 
-SEARCH_BOXES, BRIEF_BOXES = 12_000, 600
+SEARCH_BOXES, BRIEF_BOXES = 12_000, 1_500
 SEARCH_ALIVE = 2_000
 SEARCH_LEVELS = 220
-USUAL_LEVELS = 30
+USUAL_LEVELS, LEVELS_WITHIN = 24, 5
 BOXES = 5
 """Boxes of a search that cost as much as a unit of work, where a search is of no more use than its
 time."""
@@ -123,20 +123,32 @@ class TearSearch:
         self.tear = self.kernel.block.tears[0]
         self.flat: list[tuple[int, float, float]] = []
         self.stretches: list[Undecided] = []
-        self.doubts = False
+        self.doubts = self.lost = False
         self.boxes = 0
         self._reach = defaultdict[tuple[int, float], tuple[list[Interval], list[Interval]]](
             lambda: ([], [])
         )
 
-    def run(self) -> bool:
-        """Find the roots along every chain. True if they are proven to be all."""
+    @property
+    def left(self) -> tuple[Interval, ...] | None:
+        """The intervals of the tear in which there may be other roots; None if they may be
+        anywhere."""
+        if self.doubts or self.lost:
+            return None
+        return tuple((low, high) for _, _, low, high in self.stretches)
+
+    def run(self, within: Sequence[Interval] | None = None) -> bool:
+        """Find the roots along every chain, where there may be some: in the range of the tear, or
+        ``within`` these parts of it. True if they are proven to be all."""
         every = self.kernel.chains
         self.doubts = self._is_doubtful()
-        work = USUAL_LEVELS * sum(OPERATIONS * len(chain.assignments) for chain in every)
-        if len(every) > MOST_CHAINS or work > self.budget.of_block:
+        levels = USUAL_LEVELS if within is None else LEVELS_WITHIN
+        work = levels * sum(OPERATIONS * len(chain.assignments) for chain in every)
+        hopeless = self.brief and self.doubts
+        if len(every) > MOST_CHAINS or work > self.budget.of_block or hopeless:
+            self.lost = True
             return False
-        found = [self._search(place) for place in range(len(every))]
+        found = [self._search(place, within) for place in range(len(every))]
         variable = self.problem.graph.model.variables[self.tear]
         # a rounding outside, perhaps
         for end in filter(math.isfinite, (variable.low, variable.high)):
@@ -149,7 +161,7 @@ class TearSearch:
         self.doubts = self.doubts or not self.kernel.exhaustive
         return all(found) and not self.doubts
 
-    def _search(self, place: int) -> bool:
+    def _search(self, place: int, within: Sequence[Interval] | None) -> bool:
         """Find the roots along one chain. True if they are proven to be all of it."""
         expect_time()
         enclosure, known, candidates = (
@@ -170,11 +182,14 @@ class TearSearch:
                 levels,
                 candidates.sensible is not None,
             ),
+            within,
         )
         self.budget.spend(search.levels * enclosure.operations)
         self.budget.used += search.evaluations // BOXES
         self.boxes += search.evaluations
         search = self._nearest(place, self._without_holes(place, search))
+        confined = search.complete or (search.unresolved and not self.kernel.repeating)
+        self.lost |= not confined or not (smooth or not search.roots)
         self.stretches += [Undecided(self.kernel, place, *ends) for ends in search.unresolved]
         for x in search.crossings:
             self._candidate(place, x)

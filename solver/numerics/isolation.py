@@ -101,9 +101,10 @@ def isolate_roots(
     low: float,
     high: float,
     limits: IsolationLimits,
+    within: Sequence[Interval] | None = None,
 ) -> RootSearch:
     """Search the roots of f in [low, high], ends included; an infinite one stands for the largest
-    float.
+    float. ``within``: only in these parts, others have none that are not known.
 
     ``enclose`` takes boxes (low, high) and returns for each a pair that encloses the values of f on
     it, outward rounded; nan, nan where f is undefined on the whole box, or known to have no root
@@ -114,7 +115,7 @@ def isolate_roots(
     """
     if not low <= high:
         return RootSearch((), True)
-    return _RootBoxes(enclose, enclose_slope, value, float(low), float(high)).run(limits)
+    return _RootBoxes(enclose, enclose_slope, value, float(low), float(high)).run(limits, within)
 
 
 class Cluster(NamedTuple):
@@ -162,8 +163,9 @@ class _RootBoxes:
         self.flat: Intervals = []
         self.unresolved: Intervals = []
 
-    def run(self, limits: IsolationLimits) -> RootSearch:
-        settled, at_rounding, unsplit, levels = self._branch_and_prune(limits)
+    def run(self, limits: IsolationLimits, within: Sequence[Interval] | None) -> RootSearch:
+        front = presplit(self.low, self.high) if within is None else [*within]
+        settled, at_rounding, unsplit, levels = self._branch_and_prune(front, limits)
         if limits.whole and unsplit:
             return RootSearch((), False, evaluations=self.evaluations, levels=levels)
         self.roots = [bracketed_root(self.value, *box) for box in settled]
@@ -254,14 +256,13 @@ class _RootBoxes:
     # -----------------------------------------------------------------------------------
 
     def _branch_and_prune(
-        self, limits: IsolationLimits
+        self, front: Intervals, limits: IsolationLimits
     ) -> tuple[Intervals, Intervals, Intervals, int]:
         """Boxes that hold exactly one root, boxes at rounding level, boxes left at the limits, and
         the number of levels. Remote boxes are given up."""
         settled: Intervals = []
         at_rounding: Intervals = []
         unsplit: Intervals = []
-        front = presplit(self.low, self.high)
         level = 0
         for level in range(limits.levels):
             expect_time()
