@@ -45,7 +45,7 @@ from solver.structure.decomposition import (
 )
 
 MOST_UNKNOWNS = 40
-MOST_TRIED, MOST_LEFT = 3, 16
+MOST_TRIED, MOST_LEFT = 8, 16
 """Tears for which formulas are looked for, and the rules for each that are left out in turn."""
 MOST_TEARS, MOST_FORMS = 2, 4
 """Tears of which the ranges are searched, and forms of a tear for what others leave open."""
