@@ -271,7 +271,7 @@ def test_rows_beside_the_record_take_as_many_steps_as_they_need() -> None:
     plan = solver.prepare(model, ["omegaQR"], ["PQ"], {"PQ": None})
     plan.all(speed)
     (program,) = plan.records.programs
-    column = np.linspace(0.99 * speed, 1.01 * speed, 1000)
+    column = np.linspace(0.993 * speed, 1.007 * speed, 1000)
     planes, there, holds = AnswerKernel(program, False, np.array([np.inf])).quick([column])
     assert there.all() and holds.all()
     found = np.array(planes)[:, 0]
