@@ -98,8 +98,7 @@ class Dice(Random):
         return super().__new__(cls, seed)
 
 
-# -- planted
-# ------------------------------------------------------------------------------------------------
+# --- planted ---
 
 
 def magnitude(random: Dice, decades: float) -> float:
@@ -204,8 +203,7 @@ def _ranged(random: Dice) -> Sheet:
     return Sheet("ranged", made.rules, made.inputs, {}, ranges, made.planted)
 
 
-# -- whatever comes
-# -----------------------------------------------------------------------------------------
+# --- whatever comes ---
 
 
 def _random(random: Dice) -> Sheet:

@@ -113,8 +113,7 @@ def run(solve: Solve, equations: Equations, start: Vector, limit: float = 120.0)
     return end
 
 
-# -- the functions that systems are made of, for each of them
-# ------------------------------------------------
+# --- the functions that systems are made of, for each of them ---
 
 
 _SHARED = ("exp", "sin", "cos", "atan", "sqrt")
@@ -188,8 +187,7 @@ def compiled(equations: Equations) -> tuple[Callable[..., Any], Callable[..., An
     return values, slopes
 
 
-# -- the solvers
-# -------------------------------------------------------------------------------------------
+# --- the solvers ---
 
 
 def _scipy_root(equations: Equations, start: Vector, method: str) -> tuple[bool, Sequence[float]]:

@@ -199,8 +199,7 @@ class _RootBoxes:
             crossings=tuple(self.crossings),
         )
 
-    # -- f over boxes
-    # --------------------------------------------------------------------------------------
+    # --- f over boxes ---
 
     def _is_remote(self, low: float, high: float) -> bool:
         """Whether a box is out of scope: beyond ±1e100 for an infinite range, or nearer to 0 than
@@ -252,8 +251,7 @@ class _RootBoxes:
             found.append(Section(low, middle, high, left, centre, right, slope, smooth))
         return found
 
-    # -- branch and prune
-    # -----------------------------------------------------------------------------------
+    # --- branch and prune ---
 
     def _branch_and_prune(
         self, front: Intervals, limits: IsolationLimits
@@ -302,8 +300,7 @@ class _RootBoxes:
         left = [box for box in unsplit if not self._is_remote(*box)]
         return settled, at_rounding, left + front, level + 1
 
-    # -- what is left over
-    # ----------------------------------------------------------------------------------
+    # --- what is left over ---
 
     def _may_vanish(self, x: float) -> bool:
         """Whether f is defined at x, and 0 there to rounding."""

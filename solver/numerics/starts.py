@@ -119,8 +119,7 @@ def _inside(x: Array, moved: Array, ranges: tuple[Array, Array] | None) -> Array
     return np.where((moved >= high) & (x < high), high - KEPT * (high - x), moved)
 
 
-# -- where to start
-# ---------------------------------------------------------------------------------------
+# --- where to start ---
 
 Range = tuple[float, float]
 

@@ -117,8 +117,7 @@ def test_overdetermined_but_consistent() -> None:
     assert result.x == pytest.approx((4, 3), rel=1e-15)
 
 
-# -- classical problems (Moré, Garbow, Hillstrom 1981), from their standard starts
-# -----------------------
+# --- classical problems (Moré, Garbow, Hillstrom 1981), from their standard starts ---
 
 
 def rosenbrock(x: Vector) -> Vector:
@@ -196,8 +195,7 @@ def test_powell_singular_has_its_root_at_the_origin() -> None:
     assert max(map(abs, result.x)) < 1e-4
 
 
-# -- invariance and size
-# ------------------------------------------------------------------------------------
+# --- invariance and size ---
 
 
 @settings(max_examples=30, deadline=None)
