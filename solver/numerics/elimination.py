@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from solver.numerics.linear_algebra import Array, factorise
-from solver.numerics.tolerances import CONSISTENT, INDEPENDENT, MOVES, NULL_ENTRY, REPEATED
+from solver.numerics.tolerances import CONSISTENT, INDEPENDENT, MOVES, NULL_ENTRY
 
 
 class Independence(NamedTuple):
@@ -31,12 +31,12 @@ class Independence(NamedTuple):
     held: tuple[int, ...]
 
 
-def independent_rows(matrix: Any, scale: Any) -> Independence:
+def independent_rows(matrix: Any, scale: Any, share: float = INDEPENDENT) -> Independence:
     """As many independent rows of an m × n matrix as there are, and the columns left free.
 
     QR with column pivoting of the transpose (P. Businger & G. H. Golub, "Linear least squares
     solutions by Householder transformations", 1965). ``scale`` (n,) are the magnitudes of the
-    unknowns.
+    unknowns; ``share`` is that of the largest pivot below which a row adds nothing.
     """
     a = np.asarray(matrix, dtype=float) * np.asarray(scale, dtype=float)
     sizes = np.abs(a).max(axis=1, initial=0.0)
@@ -50,7 +50,7 @@ def independent_rows(matrix: Any, scale: Any) -> Independence:
 
     r, order = qr(a.T, mode="r", pivoting=True)
     pivots = np.abs(np.diagonal(r))
-    rank = int((pivots > INDEPENDENT * pivots[0]).sum()) if pivots.size and pivots[0] else 0
+    rank = int((pivots > share * pivots[0]).sum()) if pivots.size and pivots[0] else 0
     rows = tuple(sorted(int(i) for i in order[:rank]))
     if rank == a.shape[1]:
         return Independence(rows, (), ())
@@ -58,19 +58,6 @@ def independent_rows(matrix: Any, scale: Any) -> Independence:
     free = tuple(int(j) for j in np.flatnonzero(np.abs(null).max(axis=0) > MOVES))
     held = qr(a[list(rows)], mode="r", pivoting=True)[1][rank:]
     return Independence(rows, free, tuple(sorted(int(j) for j in held)))
-
-
-def first_independent(rows: Array) -> list[int]:
-    """The rows of an m × n matrix that do not depend on those before, by Gram-Schmidt."""
-    chosen, basis = list[int](), np.zeros((0, rows.shape[1]))
-    for place, row in enumerate(rows):
-        size = np.linalg.norm(row)
-        rest = row - basis.T @ (basis @ row)
-        rest = rest - basis.T @ (basis @ rest)
-        if size and np.linalg.norm(rest) > REPEATED * size:
-            chosen.append(place)
-            basis = np.vstack((basis, rest / np.linalg.norm(rest)))
-    return chosen
 
 
 Number: TypeAlias = Any

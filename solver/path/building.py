@@ -15,9 +15,9 @@ from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import subtract
 from rulesheets.syntax.program import degree
-from solver.numerics.elimination import first_independent
+from solver.numerics.elimination import independent_rows
 from solver.numerics.linear_algebra import Array
-from solver.numerics.tolerances import ON_RULES
+from solver.numerics.tolerances import ON_RULES, REPEATED
 from solver.path import (
     Assume,
     Check,
@@ -363,7 +363,8 @@ class Building:
                 return None
             rules = [self.graph.model.equations[remaining[place]] for place in block.equations]
             rows = self._slopes(rules, [self.graph.names[variables[u]] for u in block.unknowns])
-            chosen = first_independent(rows) if rows is not None else ()
+            ones = [1.0] * len(block.unknowns)  # slopes are by relative changes
+            chosen = () if rows is None else independent_rows(rows, ones, REPEATED).rows
             if len(chosen) < len(block.unknowns):
                 return None
             return [block.equations[place] for place in chosen]
