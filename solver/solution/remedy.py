@@ -308,14 +308,16 @@ def found_near(
         edge = _edge(trials, given, LOOSELY) if isinstance(given, float) else None
         if edge is not None:
             short = rounded(edge, 3)
-            found.append((name, short if short != given and trials.beside(short) else edge))
+            # at a fold itself two answers coincide
+            fits = short != given and trials.beside(short) and trials.isolated
+            found.append((name, short if fits else edge))
     return tuple(found)
 
 
 class _Trials:
     """Whether there is a solution at other values of one input, or at ``positive`` ones; ``known``
-    is the last one that was found, or a point to begin at, and a search for all of them is ``dear``
-    if one without success took long."""
+    is the last one that was found, ``isolated`` or not, or a point to begin at, and a search for
+    all of them is ``dear`` if one without success took long."""
 
     def __init__(
         self,
@@ -327,6 +329,7 @@ class _Trials:
     ) -> None:
         self.asked, self.name, self.patience = asked, name, patience
         self.known, self.positive, self.dear = known, positive, False
+        self.isolated = False
 
     def beside(self, value: float) -> bool:
         """Whether Newton's method leads to a solution from the known one, or a search to any."""
@@ -345,6 +348,7 @@ class _Trials:
         leaf = next((leaf for leaf in self.patience.shown(tried).leaves if leaf.solved), None)
         if leaf is not None:
             self.known = {n: v for n, v in leaf.branch.values.items() if isinstance(v, float)}
+            self.isolated = not unsettled(leaf)
         else:
             self.dear = self.dear or tried.work > DEAR
         return leaf is not None
