@@ -10,7 +10,7 @@ import pytest
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.digits import context, functions
-from rulesheets.functions import PLANNED, TABLE
+from rulesheets.functions import ARRAYS, PLANNED, TABLE
 from rulesheets.functions.row import Inverse
 from rulesheets.syntax.nodes import Call, Name, Number
 
@@ -183,6 +183,12 @@ def test_the_table_is_whole() -> None:
     assert all(name == row.name == name.lower() for name, row in TABLE.items())
     assert not PLANNED & set(TABLE)
     assert TABLE["max"].accepts(5) and not TABLE["max"].accepts(0) and not TABLE["atan2"].accepts(1)
+
+
+def test_no_function_of_the_language_is_computed_number_by_number_on_arrays() -> None:
+    """As it would be under a name that numpy does not have."""
+    slow = [name for name in TABLE if getattr(ARRAYS[name], "__name__", "") == "one_by_one"]
+    assert slow == ["pi", "e"]
 
 
 @pytest.mark.parametrize("x", [2.0**20, 2.0**20 + 0.5, -(2.0**20) - 3, -(2.0**22)])
