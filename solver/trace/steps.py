@@ -22,7 +22,7 @@ from solver.path.cases import EQUAL, value_of_equality
 from solver.trace.folds import NO_CASE, Case, ConstantRootCount, case_of
 from solver.trace.graph import Graph, NotCompilable
 from solver.trace.guards import Pattern, State
-from solver.trace.inverses import Inverses
+from solver.trace.inverses import Generators, Inverses
 from solver.trace.newton import BlockNewton
 
 MATCHES = 1e-6
@@ -205,6 +205,7 @@ class StepRecording(Inverses):
     def _vanishing(self, state: State, step: SolveBlock) -> State:
         """Unknowns of a block that are 0 for any known numbers, and the others from them."""
         self._use(self._on(state), step.equations)
+        before = state.fork()
         zeros = [name for name in step.unknowns if self.sample.get(name) == 0.0]
         state.values |= dict.fromkeys(zeros, self.flow.constant(0.0))
         left = list(step.equations)
@@ -225,7 +226,21 @@ class StepRecording(Inverses):
                     state = self._taken(state, name, self._values(state, index, name))
                 case _:
                     raise NotCompilable
+        self._keep_others(before, step, state)
         return state
+
+    def _keep_others(self, state: State, step: SolveBlock, taken: State) -> None:
+        """Require of a block from ``state`` that no root appears beside the ``taken`` one: that
+        refused candidates of its closed form stay refused, or that its roots keep their number."""
+        kernel = kernel_of(self.graph, step)
+        if kernel.closed is None:
+            self._keep_roots(state, kernel, (self._case(state, kernel), NO_CASE))
+            return
+        candidates = self._candidates(state, step)
+        self._on(taken)
+        for one, found in candidates:
+            if not all(self._is_sampled(found[name], name) for name in step.unknowns):
+                self._keep_out(state, step, one, found)
 
     def _use(self, state: State, equations: Iterable[int]) -> None:
         """Require that these rules, active at the sample, are active."""
@@ -268,12 +283,13 @@ class StepRecording(Inverses):
             self.flow.require(self._in_range(self.model.variables[name], generators[name]))
         for one, others in candidates:
             if one is not taken:
-                ranges = [
-                    self._in_range(self.model.variables[name], others[name])
-                    for name in step.unknowns
-                ]
-                self._stays_out([*one.checks[len(state.checks) :], *ranges])
+                self._keep_out(state, step, one, others)
         return taken
+
+    def _keep_out(self, state: State, step: SolveBlock, one: State, found: Generators) -> None:
+        """Require of a candidate of a block from ``state`` that it stays refused, if it is."""
+        ranges = [self._in_range(self.model.variables[n], found[n]) for n in step.unknowns]
+        self._stays_out([*one.checks[len(state.checks) :], *ranges])
 
     def _stays_out(self, conditions: Sequence[int]) -> None:
         """Require that conditions of which one fails at the sample continue to fail."""

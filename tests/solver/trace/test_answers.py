@@ -230,6 +230,23 @@ def test_rows_across_two_folds_have_the_roots_of_each_side() -> None:
     assert [height(x) for x in table["x"]] == pytest.approx(y.tolist(), rel=1e-14)
 
 
+@pytest.mark.parametrize("height", ["x^2", "x^3", "sinh(x)"])
+def test_rows_may_have_a_root_beside_zero(height: str) -> None:
+    """A line through the origin meets the curve only there, unless it rises steeply enough."""
+    sheet = f"variables\n  x in [0, 30]\nrules\n  y = {height}\n  y = a*x"
+    plan = solver.prepare(rulesheets.loads(sheet), ["a"], ["x"])
+    assert plan.all(-1.0) == [(0.0,)]
+    for a in (2.0, -2.0, 3.0):
+        roots = [x for (x,) in plan.all(a)]
+        assert len(roots) == 1 + (a > 0.0)
+        assert roots[-1] == 0.0
+        assert all(math.isclose(_rise(height, x), a * x, rel_tol=1e-13) for x in roots)
+
+
+def _rise(height: str, x: float) -> float:
+    return math.sinh(x) if height == "sinh(x)" else x ** float(height[2:])
+
+
 def test_a_case_without_an_answer_at_the_first_row_is_watched() -> None:
     """Blasius' and Poiseuille's friction factors overlap: between 0.0278 and 0.0456 both have an
     answer."""
