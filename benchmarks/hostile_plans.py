@@ -10,7 +10,8 @@ code. At each of these a fresh ``solve`` has the word:
 - a *crash*: any exception but ``Unsolved``;
 - another *status*: ``Unsolved`` or solved where ``solve`` says something else;
 - other *answers*: more or fewer of them, or in another order;
-- a *false success*: values that the witness of ``hostile.py`` refutes;
+- a *false success*: values that the witness of ``hostile.py`` refutes, or at which the rule check
+  of a solve finds a rule that does not hold;
 - other *values*: farther from those of ``solve`` than 4 ulp × conditioning (its error bars are
   those of one rounding an operation) or than 1e-9 of them, though no rule refutes them.
 """
@@ -23,7 +24,7 @@ import re
 import signal
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
@@ -34,10 +35,12 @@ from benchmarks.hostile import SMALLEST, Finding, Outcome, TooLong, alarm, satis
 from benchmarks.hostile_kinds import sheet
 from benchmarks.hostile_sheets import NAMES, Sheet, names_of
 from rulesheets.evaluate import Undefined, holds
-from rulesheets.model import Model
+from rulesheets.model import Model, Value
 from solver import Result, Status
 from solver.accuracy.forward_error import forward_errors
+from solver.accuracy.rule_check import check_rule
 from solver.files.tables import CODES, column_of
+from solver.path import known_rules
 from solver.solution.solving import Solution
 from solver.sweeps import Plan, sweep_answers
 from solver.trace.llvm import available
@@ -196,12 +199,26 @@ def _told(result: Result, want: Sequence[str]) -> Said:
 
 def _bars(result: Result, solution: Solution) -> Mapping[str, float]:
     """Conditioning × rounding of floats, also where more digits were taken."""
-    decided = {}
-    for index, condition in enumerate(result.model.conditions):
-        with suppress(KeyError, Undefined):
-            decided[index] = holds(condition, solution, result.inputs)
+    decided = _decided(result.model, solution, result.inputs)
     steps = list(result.path.steps)
     return forward_errors(result.model, solution, steps, decided).error
+
+
+def _decided(model: Model, values: Mapping[str, Value], inputs: Collection[str]) -> dict[int, bool]:
+    """The outcomes of the conditions that have one at these values."""
+    decided = {}
+    for index, condition in enumerate(model.conditions):
+        with suppress(KeyError, Undefined):
+            decided[index] = holds(condition, values, inputs)
+    return decided
+
+
+def broken(model: Model, values: Mapping[str, Value], inputs: Collection[str]) -> Iterator[str]:
+    """The active rules that do not hold at an answer, by the rule check of a solve."""
+    for rule in known_rules(model, _decided(model, values, inputs), values):
+        check = check_rule(rule, values)
+        if not check.holds:
+            yield f"rule {rule.index + 1} misses by {check.scaled:.1e} of its terms"
 
 
 def _differences(
@@ -218,7 +235,9 @@ def _differences(
         for point, right in zip(asked, said, strict=True):
             for kind in ("plan", "all"):
                 told = _called(plan, point, kind)
-                yield from _judged(made, names, want, point, f"{kind} {turn + 1}", told, right)
+                yield from _judged(
+                    made, model, names, want, point, f"{kind} {turn + 1}", told, right
+                )
     for kind in sweeps:
         fresh = solver.prepare(model, names, want)
         for turn in range(ROUNDS):
@@ -226,13 +245,15 @@ def _differences(
             for place, found in enumerate(_swept(fresh, asked, kind)):
                 where = f"{kind} {turn + 1}"
                 at = place % len(asked)
-                yield from _judged(made, names, want, asked[at], where, found, said[at])
+                yield from _judged(made, model, names, want, asked[at], where, found, said[at])
     for turn in range(ROUNDS + 1):
         for point, right in zip(asked, said, strict=True):
             if not any(map(math.isnan, point)) and not _outside(model, names, point):
                 again = _told(solver.solve(model, dict(zip(names, point, strict=True)), want), want)
                 told = again.status, again.answers
-                yield from _judged(made, names, want, point, f"solve {turn + 1}", told, right)
+                yield from _judged(
+                    made, model, names, want, point, f"solve {turn + 1}", told, right
+                )
 
 
 def _outside(model: Model, names: Sequence[str], point: Sequence[float]) -> bool:
@@ -268,6 +289,7 @@ def _swept(
 
 def _judged(
     made: Sheet,
+    model: Model,
     names: tuple[str, ...],
     want: tuple[str, ...],
     point: tuple[float, ...],
@@ -285,6 +307,8 @@ def _judged(
         for rule in made.rules:
             if not satisfied(rule, numbers):
                 yield "false success", f"{at}: {rule} at {numbers}"
+        for what in broken(model, known, names):
+            yield "false success", f"{at}: {what} at {known}"
     if status is not right.status:
         yield "status", f"{at}: {status} {answers}, but {right.status} {right.answers}"
         return

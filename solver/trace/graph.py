@@ -399,7 +399,9 @@ def _subtract(flow: Graph, a: int, b: int) -> int | None:
 
 
 def _growth(flow: Graph, power: int) -> int | None:
-    """``(1 + x)^n - 1`` without cancellation for a small x."""
+    """``exp(x) - 1`` and ``(1 + x)^n - 1`` without cancellation for a small x."""
+    if not flow.plain and flow.nodes[power][:2] == ("call", "exp"):
+        return flow.add("expm1", int(flow.nodes[power][2]))
     if flow.plain or flow.nodes[power][0] != "pow":
         return None
     base, exponent = (int(part) for part in flow.nodes[power][1:])

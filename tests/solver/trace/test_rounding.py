@@ -99,3 +99,39 @@ def test_rules_hold_where_formulas_cancel(size: float, angle: float, x: float, y
         for d, p in (plan(u, v), *plan.all(u, v)):
             values = {"u": u, "v": v, "d": d, "p": p}
             assert all(check_rule(rule, values).holds for rule in model.equations), values
+
+
+YEARS = st.integers(1, 40).map(float)
+RATES = st.integers(1, 2000).map(lambda r: r / 1e4)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.lists(st.tuples(RATES, st.sampled_from([1.0, 12.0, 365.0]), YEARS), min_size=2, max_size=6)
+)
+def test_compound_interest_satisfies_its_rule_however_many_the_periods(
+    rows: list[tuple[float, float, float]],
+) -> None:
+    """The rounding of 1 + r/n counts n*t times in a power, and a rule does not admit that."""
+    model = rulesheets.loads("A = 2500*(1 + r/n)^(n*t)\n")
+    plan = solver.prepare(model, ["r", "n", "t"], ["A"])
+    called = [plan(*row)[0] for row in rows]
+    swept = plan.sweep(*map(list, zip(*rows, strict=True)))["A"]
+    for (r, n, t), *found in zip(rows, called, swept, strict=True):
+        for amount in map(float, found):
+            values = {"r": r, "n": n, "t": t, "A": amount}
+            assert check_rule(model.equations[0], values).holds
+            with mpmath.workdps(30):
+                exact = 2500 * (1 + mpmath.mpf(r) / n) ** mpmath.mpf(n * t)
+                slopes = 1 + 2 * r * t  # by A, by r and by t, as shares of A
+                assert abs(mpmath.mpf(amount) / exact - 1) < 64 * 2.0**-52 * slopes
+
+
+@pytest.mark.parametrize("x, n", [(-3.0, 3.0), (-1.0, 3.0), (1e-9, 1e9), (-1e-9, 1e9), (7.0, 0.5)])
+def test_a_power_beside_one_for_any_base(x: float, n: float) -> None:
+    model = rulesheets.loads("A = (1 + x)^n\n")
+    for first in (0.01, -3.0):
+        plan = solver.prepare(model, ["x", "n"], ["A"])
+        plan(first, 100.0)
+        for _ in range(2):
+            assert math.isclose(plan(x, n)[0], solver.solve(model, {"x": x, "n": n})["A"])
