@@ -10,8 +10,8 @@ code. At each of these a fresh ``solve`` has the word:
 - a *crash*: any exception but ``Unsolved``;
 - another *status*: ``Unsolved`` or solved where ``solve`` says something else;
 - other *answers*: more or fewer of them, or in another order;
-- a *false success*: values that the witness of ``hostile.py`` refutes, or at which the rule check
-  of a solve finds a rule that does not hold;
+- a *false success*: values that the witness of ``hostile.py`` refutes, or (``strict``) at which the
+  rule check of a solve finds a rule that does not hold;
 - other *values*: farther from those of ``solve`` than 4 ulp × conditioning (its error bars are
   those of one rounding an operation) or than 1e-9 of them, though no rule refutes them.
 """
@@ -27,6 +27,7 @@ import traceback
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import rulesheets
@@ -130,8 +131,12 @@ def examine(
     patience: float = PATIENCE,
     make: Callable[[int, int], Sheet] = sheet,
     asked: Callable[[Sheet, int], list[tuple[float, ...]]] = points,
+    strict: bool = False,
 ) -> Outcome:
-    """Prepare the sheet of a seed, ask the plan at points, and judge it by ``solve``."""
+    """Prepare the sheet of a seed, ask the plan at points, and judge it by ``solve``.
+
+    ``strict``: by the rule check of a solve, too, which may have taken more digits than a plan has.
+    """
     made = parametrised(make(seed, most), seed)
     if made is None:
         return Outcome(seed, "no input", "refused", 0.0)
@@ -140,7 +145,7 @@ def examine(
     signal.setitimer(signal.ITIMER_PROF, limit)
     status, finding = "solved", None
     try:
-        status, detail = _compared(made, seed, asked(made, seed), patience)
+        status, detail = _compared(made, seed, asked(made, seed), patience, strict)
         finding = Finding(seed, *detail) if detail else None
     except rulesheets.RuleSheetError:
         status = "refused"
@@ -155,7 +160,7 @@ def examine(
 
 
 def _compared(
-    made: Sheet, seed: int, at: list[tuple[float, ...]], patience: float
+    made: Sheet, seed: int, at: list[tuple[float, ...]], patience: float, strict: bool
 ) -> tuple[str, tuple[str, str] | None]:
     """The status at the numbers of the sheet, and the first difference."""
     model = rulesheets.loads(made.text)
@@ -174,7 +179,7 @@ def _compared(
     if seed % MACHINE_CODE == 0 and available():
         sweeps += ["sweep jit", "sweep_all jit"]
     return str(said[0].status), next(
-        _differences(made, model, names, want, asked, said, sweeps), None
+        _differences(made, model, names, want, asked, said, sweeps, strict), None
     )
 
 
@@ -229,15 +234,15 @@ def _differences(
     asked: list[tuple[float, ...]],
     said: list[Said],
     sweeps: Sequence[str],
+    strict: bool,
 ) -> Iterator[tuple[str, str]]:
+    judged = partial(_judged, made, names, want, model if strict else None)
     plan = solver.prepare(model, names, want)
     for turn in range(ROUNDS):
         for point, right in zip(asked, said, strict=True):
             for kind in ("plan", "all"):
                 told = _called(plan, point, kind)
-                yield from _judged(
-                    made, model, names, want, point, f"{kind} {turn + 1}", told, right
-                )
+                yield from judged(point, f"{kind} {turn + 1}", told, right)
     for kind in sweeps:
         fresh = solver.prepare(model, names, want)
         for turn in range(ROUNDS):
@@ -245,15 +250,13 @@ def _differences(
             for place, found in enumerate(_swept(fresh, asked, kind)):
                 where = f"{kind} {turn + 1}"
                 at = place % len(asked)
-                yield from _judged(made, model, names, want, asked[at], where, found, said[at])
+                yield from judged(asked[at], where, found, said[at])
     for turn in range(ROUNDS + 1):
         for point, right in zip(asked, said, strict=True):
             if not any(map(math.isnan, point)) and not _outside(model, names, point):
                 again = _told(solver.solve(model, dict(zip(names, point, strict=True)), want), want)
                 told = again.status, again.answers
-                yield from _judged(
-                    made, model, names, want, point, f"solve {turn + 1}", told, right
-                )
+                yield from judged(point, f"solve {turn + 1}", told, right)
 
 
 def _outside(model: Model, names: Sequence[str], point: Sequence[float]) -> bool:
@@ -289,9 +292,9 @@ def _swept(
 
 def _judged(
     made: Sheet,
-    model: Model,
     names: tuple[str, ...],
     want: tuple[str, ...],
+    model: Model | None,
     point: tuple[float, ...],
     where: str,
     found: tuple[Status, Answers],
@@ -307,8 +310,9 @@ def _judged(
         for rule in made.rules:
             if not satisfied(rule, numbers):
                 yield "false success", f"{at}: {rule} at {numbers}"
-        for what in broken(model, known, names):
-            yield "false success", f"{at}: {what} at {known}"
+        told = {n: v for n, v in known.items() if v == v}
+        for what in broken(model, told, names) if model is not None else ():
+            yield "false success", f"{at}: {what} at {told}"
     if status is not right.status:
         yield "status", f"{at}: {status} {answers}, but {right.status} {right.answers}"
         return

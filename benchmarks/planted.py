@@ -298,7 +298,12 @@ def examine(
 
 def _of_plans(seed: int, form: str) -> list[tuple[str, str]]:
     finding = hostile_plans.examine(
-        seed, LIMIT, patience=1.0, make=lambda seed, most: question(seed, most, form), asked=_asked
+        seed,
+        LIMIT,
+        patience=1.0,
+        make=lambda seed, most: question(seed, most, form),
+        asked=_asked,
+        strict=True,
     ).finding
     if finding is None:
         return []
