@@ -10,16 +10,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import ZERO, And, Comparison, Expression, Given, Not, Or, subtract
-from solver.accuracy.rule_sides import heights, jumps, symbol_of
+from solver.accuracy.rule_sides import heights, jumps, moves_of, sides, symbol_of
 from solver.numerics.tolerances import BACKWARD
 from solver.path import activity
 from solver.path.isolate import without_logarithm
 from solver.path.planner import planner
-from solver.trace.flow import Flow, Numbers
+from solver.trace.flow import LIBRARY, Flow, Numbers
 from solver.trace.graph import LEAVES, NotCompilable
 
 CLEAR = 1e-6
@@ -27,6 +27,8 @@ CLEAR = 1e-6
 solve."""
 STRANGE = 1e-6
 """A rule with a larger residual, relative to its terms, is violated."""
+RESERVE = 4.0
+"""How many times the rounding of a rule may grow from the sample to another row."""
 ENOUGH = 0.1
 """Share of the terms of a rule by which alone its check is tried first."""
 
@@ -167,11 +169,11 @@ class Guards:
         """Require every rule, except those that hold because an unknown was computed from them."""
         for equation in self.model.equations:
             known = all(name in state.values or name in state.symbols for name in equation.names)
-            if (
-                not known
-                or equation.index in state.settled
-                or activity(equation, state.decided) is False
-            ):
+            if not known or activity(equation, state.decided) is False:
+                continue
+            if self._is_lost_in_rounding(state, equation):
+                raise NotCompilable
+            if equation.index in state.settled:
                 continue
             active = self._active(state, equation.guard)
             if active is None or active == self.flow.false:
@@ -179,6 +181,25 @@ class Guards:
             check = self._check_rule(state, equation)
             with self.flow.only_if(active):
                 self.flow.require(check)
+
+    def _is_lost_in_rounding(self, state: State, equation: Equation) -> bool:
+        """Whether floats cannot tell if a rule holds: a solve has more digits, a record has not."""
+        if any(name in state.symbols for name in equation.names):
+            return False
+        values = {name: float(self._numbers(state.values[name])) for name in equation.names}
+        try:
+            found = sides(equation, values)
+        except Undefined:
+            return False
+        admitted = BACKWARD * sum(moves_of(found.slopes, values))
+        if RESERVE * found.noise <= admitted:
+            return False
+        flow = Flow()  # with the operations of a record
+        at = dict(enumerate(values.values()))
+        flow.at = numbers = Numbers(flow, at)
+        names = dict(zip(values, map(flow.input, at), strict=True))
+        miss = flow.expression(subtract(equation.left, equation.right), names)
+        return RESERVE * numbers.error(miss) > LIBRARY * admitted
 
     def _check_rule(self, state: State, equation: Equation) -> int:
         """Whether an equation holds: |F| ≤ 64 eps · Σ|∂F/∂v · v|, including hidden rounding.

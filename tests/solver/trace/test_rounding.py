@@ -135,3 +135,18 @@ def test_a_power_beside_one_for_any_base(x: float, n: float) -> None:
         plan(first, 100.0)
         for _ in range(2):
             assert math.isclose(plan(x, n)[0], solver.solve(model, {"x": x, "n": n})["A"])
+
+
+def test_a_rule_that_floats_cannot_decide_is_left_to_a_solve() -> None:
+    """k/(1 + k) is so near to 1 that its last place is 2e-14 of what the rule says of k."""
+    text = (
+        "k = a*exp(-d/8.314*(1/t - 1/360))\n0.9990485 = sqrt(k/(1 + k))\n35876.17 = 8.314*t*ln(k)\n"
+    )
+    model = rulesheets.loads(text)
+    plan = solver.prepare(model, ["a"])
+    rows = [0.4, 0.41, 0.43]
+    swept = plan.sweep(rows)
+    for place, a in enumerate(rows):
+        for found in (plan(a), [swept[name][place] for name in plan.want]):
+            values = {"a": a, **dict(zip(plan.want, map(float, found), strict=True))}
+            assert all(check_rule(rule, values).holds for rule in model.equations)
