@@ -333,6 +333,21 @@ def _of_scipy(name: str) -> Callable[..., float]:
     return value
 
 
+def _finite(x: Any) -> Any:
+    """A number of mpmath. Raises ValueError for a pole."""
+    if x - x != 0:
+        raise ValueError("not defined there")
+    return x
+
+
+def _erfcinv_in_digits(mp: Any, x: Any) -> Any:
+    """With as many digits more as ``1 - x`` would lose for a small x."""
+    if x <= 0:
+        raise ValueError("not defined there")
+    with mp.extraprec(max(0, -mp.mag(x))):
+        return _finite(mp.erfinv(1 - x))
+
+
 _BELL = 2.0 / call("sqrt", call("pi"))
 
 
@@ -379,6 +394,7 @@ _SPECIAL = (
         *("erf", "error function", "erf(0.5) = 0.5204998778130465"),
         value=math.erf,
         array="special.erf",
+        inverse=Inverse(by("erfinv"), -1.0, 1.0, True, True),
         slopes=lambda x: _BELL * call("exp", -(x**2.0)),
         interval=Monotone(math.erf, image=UNIT, ulps=SPECIAL_ULPS),
         image=UNIT,
@@ -387,10 +403,31 @@ _SPECIAL = (
         *("erfc", "complementary error function, 1 - erf(x)", "erfc(0.5) + erf(0.5) = 1"),
         value=math.erfc,
         array="special.erfc",
+        inverse=Inverse(by("erfcinv"), 0.0, 2.0, True, True),
         slopes=lambda x: -_BELL * call("exp", -(x**2.0)),
         interval=Monotone(math.erfc, image=(0.0, 2.0), ulps=SPECIAL_ULPS, falling=True),
         nonzero=True,
         image=(0.0, 2.0),
+    ),
+    _special(
+        *("erfinv", "inverse error function", "erf(erfinv(0.5)) = 0.5"),
+        value=_of_scipy("erfinv"),
+        array="special.erfinv",
+        inverse=Inverse(by("erf")),
+        slopes=lambda x: call("exp", call("erfinv", x) ** 2.0) / _BELL,
+        interval=Monotone(_of_scipy("erfinv"), UNIT, ulps=SPECIAL_ULPS),
+        digits=lambda mp, x: _finite(mp.erfinv(x)),
+        domain=UNIT,
+    ),
+    _special(
+        *("erfcinv", "inverse complementary error function", "erfc(erfcinv(0.5)) = 0.5"),
+        value=_of_scipy("erfcinv"),
+        array="special.erfcinv",
+        inverse=Inverse(by("erfc")),
+        slopes=lambda x: -call("exp", call("erfcinv", x) ** 2.0) / _BELL,
+        interval=Monotone(_of_scipy("erfcinv"), (0.0, 2.0), ulps=SPECIAL_ULPS, falling=True),
+        digits=_erfcinv_in_digits,
+        domain=(0.0, 2.0),
     ),
 )
 

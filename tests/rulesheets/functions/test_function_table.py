@@ -35,6 +35,8 @@ SAMPLES: dict[str, tuple[tuple[float, ...], ...]] = {
         for name in ("sqrt", "ln", "log", "log10", "y0", "y1", "k0", "bessel_k1")
     },
     "acosh": ((1.2,), (7.0,)),
+    "erfinv": ((-0.9,), (0.3,)),
+    "erfcinv": ((0.2,), (1.7,)),
     **{
         name: tuple((x, y) for x in ANYWHERE for y in (-1.9, 0.6, 5.2))
         for name in ("mod", "step", "min", "max", "atan2", "atan2d")

@@ -63,3 +63,16 @@ C = S*N1 - K*exp(-r*T)*N2"""
         one, two = (mpmath.erfc(-z / mpmath.sqrt(2)) / 2 for z in (d, d - s * mpmath.sqrt(T)))
         exact = float(S * one - K * mpmath.exp(-r * T) * two)
     assert result["C"] == pytest.approx(exact, rel=1e-14, abs=0.0)
+
+
+@pytest.mark.parametrize("p", [1e-12, 0.001, 0.05, 0.5, 0.95, 0.975, 1 - 1e-9])
+def test_a_quantile_of_the_normal_distribution(p: float) -> None:
+    """By the inverse of erf, with the digits that 2*p - 1 loses in the tails."""
+    model = rulesheets.loads("p = (1 + erf((x - 100)/(15*sqrt(2))))/2")
+    result = solver.solve(model, {"p": p})
+    plan = solver.prepare(model, ["p"], ["x"])
+    with mpmath.workdps(50):
+        exact = float(100 + 15 * mpmath.sqrt(2) * mpmath.erfinv(2 * mpmath.mpf(p) - 1))
+    for found in (result["x"], plan(p)[0], plan(p)[0]):
+        assert found == pytest.approx(exact, rel=4e-15)
+    assert result.complete and len(result.solutions) == 1
