@@ -427,6 +427,8 @@ _SPECIAL = (
         slopes=lambda x: -call("exp", call("erfcinv", x) ** 2.0) / _BELL,
         interval=Monotone(_of_scipy("erfcinv"), (0.0, 2.0), ulps=SPECIAL_ULPS, falling=True),
         digits=_erfcinv_in_digits,
+        ball="erfcinv",
+        sympy=lambda s, x: s.erfinv(1 - x),
         domain=(0.0, 2.0),
     ),
 )
