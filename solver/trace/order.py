@@ -200,8 +200,10 @@ def order(
 
     ranking, answers, given = ranked
     zero = tuple(node is not None and numbers(node) == 0.0 for node in given)
-    there = [node for node, none in zip(given, zero, strict=True) if node is not None and not none]
-    told = [flow.add("not", flow.is_zero(node)) for node in there]
+    told = list[int]()
+    for node, none in zip(given, zero, strict=True):  # numbers suggest sizes if they are not 0
+        if node is not None:
+            told.append(flow.is_zero(node) if none else flow.add("not", flow.is_zero(node)))
     found = zip(double, keys_as_nodes(flow, ranking, answers, given, zero), strict=True)
     keys = [(flow.constant(float(last)), *key) for last, key in found]
     decides = 0
@@ -266,8 +268,9 @@ def _usual(
         return ()
     widest = found.index(True)
     ranges = {n: (float(low[widest]), float(high[widest])) for n, (low, high) in ends.items()}
-    free = {n for n in ranges if flow.value_of(n) is None}
-    kept = free - _free(told, ranges, sorted(free))
+    varying = {n for n in ranges if flow.value_of(n) is None}
+    zeros = {node for node in given if node is not None and numbers(node) == 0.0}
+    kept = varying - _free(told, ranges, sorted(varying - zeros))
     return tuple((n, *ranges[n]) for n in sorted(kept))
 
 

@@ -227,11 +227,13 @@ class StepRecording(Inverses):
                 case _:
                     raise NotCompilable
         self._keep_others(before, step, state)
+        if any(self._numbers(check) is False for check in state.checks[len(before.checks) :]):
+            raise NotCompilable
         return state
 
     def _keep_others(self, state: State, step: SolveBlock, taken: State) -> None:
-        """Require of a block from ``state`` that no root appears beside the ``taken`` one: that
-        refused candidates of its closed form stay refused, or that its roots keep their number."""
+        """Require of a block from ``state`` that it keeps the ``taken`` root, and that no other one
+        appears: the checks of its closed form, or that its roots keep their number."""
         kernel = kernel_of(self.graph, step)
         if kernel.closed is None:
             self._keep_roots(state, kernel, (self._case(state, kernel), NO_CASE))
@@ -239,7 +241,10 @@ class StepRecording(Inverses):
         candidates = self._candidates(state, step)
         self._on(taken)
         for one, found in candidates:
-            if not all(self._is_sampled(found[name], name) for name in step.unknowns):
+            if all(self._is_sampled(found[name], name) for name in step.unknowns):
+                for check in one.checks[len(state.checks) :]:
+                    self.flow.require(check)
+            else:
                 self._keep_out(state, step, one, found)
 
     def _use(self, state: State, equations: Iterable[int]) -> None:

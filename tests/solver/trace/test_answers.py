@@ -243,6 +243,25 @@ def test_rows_may_have_a_root_beside_zero(height: str) -> None:
         assert all(math.isclose(_rise(height, x), a * x, rel_tol=1e-13) for x in roots)
 
 
+def test_a_row_at_which_a_linear_block_is_singular_is_not_taken_for_zero() -> None:
+    """a*x + y = x + b*y = 0 has other answers than 0 where a*b is 1."""
+    plan = solver.prepare(rulesheets.loads("a*x + y = 0\nx + b*y = 0"), ["a", "b"], ["x", "y"])
+    assert plan.all(1.0, 3.0) == [(0.0, 0.0)]
+    assert plan.all(2.0, 5.0) == [(0.0, 0.0)]
+    for b in (0.5, 0.25):
+        with pytest.raises(solver.Unsolved):
+            plan.all(1.0 / b, b)
+
+
+def test_the_order_at_an_input_of_zero_is_not_that_of_other_rows() -> None:
+    """An input of 0 suggests no size; any other does, and the nearest sizes come first."""
+    sheet, want = "(x - 10)^2 = 4\n(y - 10)^2 = 9\nz = p/x", ["x", "y", "z"]
+    plan, model = solver.prepare(rulesheets.loads(sheet), ["p"], want), rulesheets.loads(sheet)
+    for p in (0.0, 3.0, -3.0, 0.0, 80.0):
+        found = solver.solve(model, {"p": p}, want).solutions
+        assert plan.all(p) == [tuple(map(one.get, want)) for one in found]
+
+
 def _rise(height: str, x: float) -> float:
     return math.sinh(x) if height == "sinh(x)" else x ** float(height[2:])
 
