@@ -26,7 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.evaluate import NotDifferentiable, Undefined, derivatives, differentiate
-from rulesheets.syntax.nodes import Expression, names
+from rulesheets.syntax.nodes import Expression, Quotient, names
+from rulesheets.syntax.program import walk
 from solver.kernel.block import BlockKernel, partials_of
 from solver.kernel.chain import jumps
 from solver.path.isolate import without_logarithm
@@ -131,6 +132,8 @@ CONDITION = 1e6
 ZERO, CANCELLED = 1e-12, 1e-3
 """Share of the terms of its rule below which an unknown is 0 to rounding, and that it is measured
 by then."""
+VANISHING = 1e-6
+"""The least share of its size at the sample that a divisor may have."""
 QUIET = 0.1
 """Share of ``CONDITION`` below which a record does not ask again next to where it was made."""
 NEXT, BESIDE = 0.05, 5e-3
@@ -247,6 +250,8 @@ class BlockNewton:
         moved = inverse.solve([*self._sizes(flow, places, slopes)])
         self.root = [flow.raw("sub", near[x], d) for x, d in zip(unknowns, last, strict=True)]
         self.lengths = [self._length(some) for some in (self.step, last, moved)]
+        if vanishing := self._vanishing(flow, places):
+            self.lengths[2] = flow.raw("where", vanishing, math.inf, self.lengths[2])
         self._tell_quiet([inverse.upper[place] for place in inverse.pivots])
         parts = (
             [*self.step, self.lengths[0]],
@@ -260,6 +265,18 @@ class BlockNewton:
             list(map(len, parts)),
             self._loop,
         )
+
+    def _vanishing(self, flow: Flow, places: dict[str, int]) -> int | None:
+        """Whether a divisor that depends on the unknowns all but vanishes; None without one. There
+        rounding may satisfy a rule that has no root."""
+        at_sample = Numbers(flow, dict(enumerate((*self.start, *self.sample))))
+        unknowns, small = set(self.kernel.unknowns), dict[int, None]()
+        for part in walk(*self.forms):
+            if isinstance(part, Quotient) and not unknowns.isdisjoint(names(part.right)):
+                divisor = flow.expression(part.right, places)
+                size = VANISHING * abs(float(at_sample(divisor)))
+                small[flow.raw("le", flow.raw("abs", divisor), size)] = None
+        return flow.over("or", small) if small else None
 
     def _tell_quiet(self, pivots: Sequence[int]) -> None:
         """Whether rounding hardly moves the root at the sample, and so wherever ``pivots`` are

@@ -262,6 +262,20 @@ def test_the_order_at_an_input_of_zero_is_not_that_of_other_rows() -> None:
         assert plan.all(p) == [tuple(map(one.get, want)) for one in found]
 
 
+def test_a_row_beside_a_removable_hole_has_no_root_by_rounding() -> None:
+    """Where n is all but 0, (C - S)/n is 0/0 to rounding, and any L satisfies the last rule."""
+    sheet = "S = C*(1 - d)^n\nW = C*(1 - d)^2*d\nL = (C - S)/n\nC = 50000"
+    plan = solver.prepare(rulesheets.loads(sheet), ["L", "W"], ["S", "n", "d"])
+    for _ in range(2):
+        for w in (5178.0, 7000.0):
+            found = plan.all(7500.0, w)
+            assert len(found) == 2
+            for s, n, d in found:
+                assert math.isclose(50000 * (1 - d) ** 2 * d, w, rel_tol=1e-12)
+                assert math.isclose((50000 - s) / 7500, n, rel_tol=1e-9)
+                assert math.isclose(-math.expm1(n * math.log1p(-d)), 0.15 * n, rel_tol=1e-9)
+
+
 def _rise(height: str, x: float) -> float:
     return math.sinh(x) if height == "sinh(x)" else x ** float(height[2:])
 
