@@ -39,6 +39,7 @@ LOGICAL = frozenset(
     {"lt", "le", "eq", "near", "and", "or", "xor", "not", "finite", "sooner", "unfolded"}
 )
 LEAVES = frozenset({"const", "input"})
+HALVED = {"cos": "sin", "cosd": "sind"}
 SELECTORS = frozenset({"call", "root", "item", "unfolded"})
 """Operations whose first operand is no node."""
 
@@ -399,9 +400,13 @@ def _subtract(flow: Graph, a: int, b: int) -> int | None:
 
 
 def _growth(flow: Graph, power: int) -> int | None:
-    """``exp(x) - 1`` and ``(1 + x)^n - 1`` without cancellation for a small x."""
+    """``exp(x) - 1``, ``cos(x) - 1`` and ``(1 + x)^n - 1`` without cancellation for a small x."""
     if not flow.plain and flow.nodes[power][:2] == ("call", "exp"):
         return flow.add("expm1", int(flow.nodes[power][2]))
+    if flow.nodes[power][0] in HALVED and flow.at is not None and flow.at(power) > 0.5:
+        half = flow.add("mul", 0.5, int(flow.nodes[power][1]))
+        sine = flow.add(HALVED[str(flow.nodes[power][0])], half)
+        return flow.add("mul", -2.0, flow.add("mul", sine, sine))
     if flow.plain or flow.nodes[power][0] != "pow":
         return None
     base, exponent = (int(part) for part in flow.nodes[power][1:])

@@ -20,12 +20,14 @@ from rulesheets.evaluate import Undefined
 from rulesheets.functions import named
 from rulesheets.model import Value, Variable
 from rulesheets.syntax.nodes import Comparison, Or, names
+from solver.accuracy.rule_check import check_rule
 from solver.facts import Conflict, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange, Unmet
 from solver.kernel.block import kernel_of
 from solver.leaves import Leaf, different
-from solver.path import SolveBlock, activity
+from solver.path import SolveBlock, activity, known_rules
 from solver.path.cases import MEANING
 from solver.ranking.ranking import Ranking
+from solver.trace.flow import Numbers
 from solver.trace.folds import NO_CASE
 from solver.trace.graph import NotCompilable, computed_from, copied, operands
 from solver.trace.guards import State
@@ -149,12 +151,27 @@ class Recording(StepRecording):
         for name, variable in self.model.variables.items():
             self._turned(state, name, variable)
         self._check_rules(state)
+        self._expect_rules(state)
         results = tuple(self._result(state, name) for name in self.pattern.want)
         for node in results:
             if isinstance(node, int):
                 self.flow.bound(node)
         self.endings.append(Ending(results, tuple(state.checks)))
         return state
+
+    def _expect_rules(self, state: State) -> None:
+        """Raises NotCompilable if the numbers of the record break a rule at the sample or slightly
+        beside it, to any digits: the floats that they are computed in may be too few."""
+        for share in (0.0, *BESIDE):
+            moved = {k: (1.0 + share) * v for k, v in self._numbers.inputs.items()}
+            numbers = Numbers(self.flow, moved) if share else self._numbers
+            if share and not all(map(numbers, state.checks)):
+                continue
+            found = {name: numbers(node) for name, node in state.values.items()}
+            values: dict[str, Value] = {**found, **state.symbols}
+            for rule in known_rules(self.model, self.branch.conditions, values):
+                if not check_rule(rule, values).holds:
+                    raise NotCompilable
 
     def _turned(self, state: State, name: str, variable: Variable) -> None:
         """Require an angle to stay within the turn of the answer. A case may override this."""

@@ -12,13 +12,18 @@ from contextlib import suppress
 from itertools import compress
 from typing import TypeAlias
 
-from rulesheets.model import Model
-from rulesheets.syntax.nodes import subtract
+from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.model import Equation, Model
+from rulesheets.syntax.nodes import Sum, children, subtract
+from rulesheets.syntax.program import walk
 from solver.facts import Beside, DoubleRoot, NoValue
 from solver.kernel.block import BlockKernel, kernel_of
 from solver.leaves import Leaf
+from solver.numerics.tolerances import BACKWARD
 from solver.path import Decide, Evaluate, Select, SolveBlock, Step, activity
 from solver.path.cases import EQUAL, value_of_equality
+from solver.trace.compensated import compensated
+from solver.trace.flow import Flow, Numbers
 from solver.trace.folds import NO_CASE, Case, ConstantRootCount, case_of
 from solver.trace.graph import Graph, NotCompilable
 from solver.trace.guards import Pattern, State
@@ -35,6 +40,8 @@ overflow."""
 BEYOND = 1e-6
 """How far outside of an image, relative to the numbers around, a target is refused without a second
 look."""
+NOISY = 0.5
+"""The share of what a rule admits from which its own rounding is compensated."""
 ROUNDINGS = 2.0**10
 """The least distance outside a range, in multiples of the rounding at the sample."""
 
@@ -135,7 +142,8 @@ class StepRecording(Inverses):
             match step:
                 case Evaluate(equation=equation, unknown=unknown):
                     self._use(fork, (equation,))
-                    fork = self._taken(fork, unknown, self._values(fork, equation, unknown))
+                    found = self._values(fork, equation, unknown)
+                    fork = self._taken(fork, unknown, self._compensated(fork, step, found))
                 case Select(unknown=unknown):
                     fork = self._taken(fork, unknown, [self._selected(fork, step)])
                 case SolveBlock():
@@ -182,6 +190,45 @@ class StepRecording(Inverses):
             flow.require(flow.add("le", flow.add("abs", step), limit))
             values[name] = flow.add("sub", values[name], step)
             state.settled -= {e.index for e in self.model.equations if name in e.names}
+
+    def _compensated(
+        self, state: State, step: Evaluate, found: Sequence[int | str]
+    ) -> Sequence[int | str]:
+        """The values of a direct step, each corrected by its rule if that admits less than its own
+        rounding: ``R/(R + h)`` is near 1, where the arc cosine is steep."""
+        rule, flow = self.model.equations[step.equation], self.flow
+        form, corrected = subtract(rule.left, rule.right), list[int | str]()
+        for node in found:
+            if not isinstance(node, str):
+                there = State({**state.values, step.unknown: node}, state.symbols, {})
+                if self._noise(there, rule) > NOISY:
+                    number, rest = compensated(flow, form, there.values)
+                    miss = number if rest is None else flow.raw("add", number, rest)
+                    slope = self._slope(there, form, step.unknown)
+                    node = flow.raw("sub", node, flow.raw("div", miss, slope))
+            corrected.append(node)
+        return corrected
+
+    def _noise(self, state: State, rule: Equation) -> float:
+        """The rounding of the sides of a rule at the sample, as a share of what its check
+        admits."""
+        sides = rule.left, rule.right
+        inner = walk(*(part for side in sides for part in children(side)))
+        if (
+            not any(isinstance(part, Sum) for part in inner)
+            or set(rule.names) & state.symbols.keys()
+        ):
+            return 0.0  # what is rounded is as large as what is varied
+        flow, form = Flow(), subtract(*sides)
+        places = {name: flow.input(place) for place, name in enumerate(rule.names)}
+        at = {place: self._numbers(state.values[name]) for place, name in enumerate(rule.names)}
+        flow.at = numbers = Numbers(flow, at)
+        with suppress(NotDifferentiable, NotCompilable):
+            slopes = {n: flow.expression(differentiate(form, n), places) for n in places}
+            size = sum(abs(numbers(slope) * numbers(places[n])) for n, slope in slopes.items())
+            lost = sum(numbers.error(flow.expression(side, places)) for side in sides)
+            return lost / (BACKWARD * size) if size else 0.0
+        return 0.0
 
     def _otherwise(self, state: State, step: Step) -> State:
         """A selection by the rule that was active, and Newton's method for a step without a

@@ -150,3 +150,30 @@ def test_a_rule_that_floats_cannot_decide_is_left_to_a_solve() -> None:
         for found in (plan(a), [swept[name][place] for name in plan.want]):
             values = {"a": a, **dict(zip(plan.want, map(float, found), strict=True))}
             assert all(check_rule(rule, values).holds for rule in model.equations)
+
+
+NEARLY = {
+    "d = acosd(R/(R + h))": {"R": 6371e3, "h": 1.7},
+    "cosd(d) = R/(R + h)": {"R": 6371e3, "h": 1.7},
+    "v = c*sqrt(1 - 1/(1 + K/m)^2)": {"c": 3e8, "K": 1e-3, "m": 938.0},
+    "E = sqrt(p^2 + m^2) - m": {"p": 1e-3, "m": 938.0},
+    "h = R - sqrt(R^2 - s^2)": {"R": 6371e3, "s": 100.0},
+    "y = sqrt(x + 1) - sqrt(x)": {"x": 1e8},
+    "y = 1 - cosd(x)": {"x": 0.01},
+    "y = ln(1 + x)/x - 1 + x/2": {"x": 1e-3},
+}
+"""Rules whose terms cancel, or whose function is steep, at these numbers."""
+
+
+@pytest.mark.parametrize("rule", NEARLY)
+def test_rules_hold_where_they_lose_digits(rule: str) -> None:
+    """A solve takes more digits here than floats have; so must what a record gives for it."""
+    model, known = rulesheets.loads(rule), NEARLY[rule]
+    (wanted,) = (name for name in model.variables if name not in known)
+    plan = solver.prepare(model, known, [wanted])
+    rows = [[v * (1.0 + 0.003 * k) for v in known.values()] for k in range(5)]
+    swept = plan.sweep(*map(list, zip(*rows, strict=True)))[wanted]
+    for row, found in zip(rows, swept, strict=True):
+        for value in (float(found), plan(*row)[0]):
+            values = {**dict(zip(known, row, strict=True)), wanted: value}
+            assert check_rule(model.equations[0], values).holds, values

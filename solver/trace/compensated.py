@@ -1,0 +1,133 @@
+"""Numbers of a record with what rounding has taken from them, to first order.
+
+A sum, a product, a quotient and a square root tell their rounding errors exactly (T. J. Dekker,
+Numerische Mathematik 18, 1971, 224-242); what follows from these is linear (P. Langlois, BIT 41,
+2001, 515-539).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial, reduce
+from typing import NamedTuple
+
+from rulesheets.evaluate import differentiate
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+)
+from solver.trace.flow import Flow
+from solver.trace.graph import NotCompilable
+
+SPLITTER = 2.0**27 + 1.0
+"""Multiplied by this and taken away again, a float is rounded to 26 binary digits."""
+
+
+class Pair(NamedTuple):
+    """A node, and one of what its number lacks; None for nothing."""
+
+    number: int
+    rest: int | None = None
+
+
+def compensated(flow: Flow, expression: Expression, values: Mapping[str, int]) -> Pair:
+    """An expression of numbers that are exact."""
+    pair = partial(compensated, flow, values=values)
+    match expression:
+        case Number(value):
+            return Pair(flow.constant(value))
+        case Name(name):
+            return Pair(values[name])
+        case Negative(operand):
+            number, rest = pair(operand)
+            return Pair(flow.raw("neg", number), None if rest is None else flow.raw("neg", rest))
+        case Sum(terms):
+            return reduce(partial(_sum, flow), map(pair, terms))
+        case Product(left, right):
+            return _product(flow, pair(left), pair(right))
+        case Power(base, Number(2.0)):
+            return _product(flow, pair(base), pair(base))
+        case Quotient(left, right):
+            return _quotient(flow, pair(left), pair(right))
+        case Power(base, Number() as exponent):
+            return _linear(flow, Power(Name("0"), exponent), pair(base))
+        case Power(base, exponent):
+            return _linear(flow, Power(Name("0"), Name("1")), pair(base), pair(exponent))
+        case Call("sqrt", (argument,)):
+            return _root(flow, pair(argument))
+        case Call(function, arguments):
+            own = tuple(Name(str(place)) for place in range(len(arguments)))
+            return _linear(flow, Call(function, own), *map(pair, arguments))
+    raise NotCompilable
+
+
+def _sum(flow: Flow, a: Pair, b: Pair) -> Pair:
+    raw, total = flow.raw, flow.raw("add", a.number, b.number)
+    second = raw("sub", total, a.number)
+    first = raw("sub", total, second)
+    lost = raw("add", raw("sub", a.number, first), raw("sub", b.number, second))
+    return Pair(total, _added(flow, lost, a.rest, b.rest))
+
+
+def _product(flow: Flow, a: Pair, b: Pair) -> Pair:
+    total = flow.raw("mul", a.number, b.number)
+    lost = _lost(flow, a.number, b.number, total)
+    rests = (
+        None if one.rest is None else flow.raw("mul", one.rest, other.number)
+        for one, other in ((a, b), (b, a))
+    )
+    return Pair(total, _added(flow, lost, *rests))
+
+
+def _quotient(flow: Flow, a: Pair, b: Pair) -> Pair:
+    raw, total = flow.raw, flow.raw("div", a.number, b.number)
+    back = raw("mul", total, b.number)
+    left = raw("sub", raw("sub", a.number, back), _lost(flow, total, b.number, back))
+    less = None if b.rest is None else raw("neg", raw("mul", total, b.rest))
+    return Pair(total, raw("div", _added(flow, left, a.rest, less), b.number))
+
+
+def _root(flow: Flow, a: Pair) -> Pair:
+    raw, root = flow.raw, flow.raw("sqrt", a.number)
+    back = raw("mul", root, root)
+    left = raw("sub", raw("sub", a.number, back), _lost(flow, root, root, back))
+    return Pair(root, raw("div", _added(flow, left, a.rest), raw("mul", 2.0, root)))
+
+
+def _lost(flow: Flow, a: int, b: int, product: int) -> int:
+    """What a product lacks."""
+    raw = flow.raw
+    (a_high, a_low), (b_high, b_low) = (_halves(flow, node) for node in (a, b))
+    lost = raw("sub", raw("mul", a_high, b_high), product)
+    for one, other in ((a_high, b_low), (a_low, b_high), (a_low, b_low)):
+        lost = raw("add", lost, raw("mul", one, other))
+    return lost
+
+
+def _halves(flow: Flow, node: int) -> tuple[int, int]:
+    raw, large = flow.raw, flow.raw("mul", node, SPLITTER)
+    high = raw("sub", large, raw("sub", large, node))
+    return high, raw("sub", node, high)
+
+
+def _added(flow: Flow, lost: int, *rests: int | None) -> int:
+    return reduce(partial(flow.raw, "add"), [rest for rest in rests if rest is not None], lost)
+
+
+def _linear(flow: Flow, function: Expression, *arguments: Pair) -> Pair:
+    """A function of names 0, 1, …, whose own rounding is left out."""
+    values = {str(place): pair.number for place, pair in enumerate(arguments)}
+    moves = [
+        flow.raw("mul", flow.expression(differentiate(function, str(place)), values), pair.rest)
+        for place, pair in enumerate(arguments)
+        if pair.rest is not None
+    ]
+    rest = _added(flow, *moves) if moves else None
+    return Pair(flow.expression(function, values), rest)
