@@ -71,7 +71,7 @@ def explore_refined(asked: Asked, always: bool = False) -> Exploration:
     kept = found.leaves
     try:
         if always or not too_long:
-            if not (always or found.delicate or any(_vague(asked, leaf) for leaf in leaves)):
+            if not (always or needs_digits(asked, found)):
                 return found
             from rulesheets.evaluate.digits import in_many_digits  # floats are mostly enough
             from solver.solution.precise_search import explore_precisely
@@ -85,6 +85,12 @@ def explore_refined(asked: Asked, always: bool = False) -> Exploration:
         raise CutOff(certain(asked, found), asked.inputs) from None
     complete = found.complete and not lost and len(kept) == len(found.leaves)
     return replace(found, leaves=kept, complete=complete)
+
+
+def needs_digits(asked: Asked, found: Exploration) -> bool:
+    """Whether floats may say too little of some answer, or of a branch that contradicts a rule."""
+    leaves = (*found.leaves, *found.contradicted)
+    return found.delicate or any(_vague(asked, leaf) for leaf in leaves)
 
 
 def _meaningless(asked: Asked, leaf: Leaf) -> bool:

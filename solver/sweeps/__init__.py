@@ -32,7 +32,7 @@ from solver.ranking.branches import Answers, found_again, kept, together
 from solver.solution.explain import explain
 from solver.solution.explore import explore
 from solver.solution.solving import conclude
-from solver.solution.verdict import Verdict, explore_required, judge
+from solver.solution.verdict import Verdict, explore_required, judge, needs_digits
 from solver.trace.guards import Pattern
 from solver.trace.python import float_of, with_fallback
 from solver.trace.records import Records
@@ -205,7 +205,8 @@ class Plan:
         without = (
             self.before in (Status.FAILED, Status.INFEASIBLE) and self._refused(numbers) is None
         )
-        if without and (brief := self._briefly(numbers)) in (self.before, Status.INFEASIBLE):
+        brief = self._briefly(numbers) if without else None
+        if brief is not None and brief in (self.before, Status.INFEASIBLE):
             self.before = brief
             return brief, [], None
         verdict, found = self.judged(numbers)
@@ -230,12 +231,14 @@ class Plan:
                 self.records.refuse(numbers, found)
         return verdict.status, rows, verdict
 
-    def _briefly(self, numbers: tuple[Value, ...]) -> Status:
-        """The status of a row as far as a brief search tells; an infeasible row becomes a
-        refusal."""
+    def _briefly(self, numbers: tuple[Value, ...]) -> Status | None:
+        """The status of a row as far as a brief search tells, None if it takes more digits; an
+        infeasible row becomes a refusal."""
         asked = self._asked(numbers)
         with suppress(TimeIsUp), time_limit(self.timeout):
             found = explore(asked, brief=True)
+            if needs_digits(asked, found):
+                return None
             verdict = judge(asked, found)
             if verdict.status is Status.INFEASIBLE:
                 verdict, found, _ = conclude(asked, found, limits=self.model.limits)

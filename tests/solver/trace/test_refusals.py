@@ -193,3 +193,15 @@ def test_a_record_knows_of_the_answer_that_its_row_has_not(rules: str, shear) ->
         except solver.Unsolved:
             found = []
         assert found == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_row_after_a_refused_one_is_not_refused_by_the_rounding_of_floats() -> None:
+    """R/(R + 1.7) is 1 to six digits: the distance of the horizon takes more than floats have."""
+    plan = solver.prepare(rulesheets.loads("dip = acosd(R/(R + 1.7))"), ["dip"], ["R"])
+    for dip in (-0.04, 0.04, -0.05, 0.05):
+        if dip < 0.0:
+            with pytest.raises(solver.Unsolved, match="infeasible"):
+                plan(dip)
+        else:
+            versed = 2.0 * math.sin(math.radians(dip) / 2.0) ** 2
+            assert math.isclose(plan(dip)[0], 1.7 / versed - 1.7, rel_tol=1e-12)
