@@ -248,3 +248,30 @@ def leaching(S, x, W, ret):
     e1, e2 = oil * (1 - left), oil * left * (1 - left)
     x1 = oil / (Lu + W)
     return {"oil": oil, "Lu": Lu, "x1": x1, "x2": x1 * left, "e1": e1, "e2": e2, "rec": 1 - left**2}
+
+
+@sheet(OWN, "pH > Vb, pH > Ka, pH > Ca, pH > Cb, H > Va")
+def titration(Ca, Va, Cb, Vb, Ka, Kw):
+    def charge(H):
+        total = Va + Vb
+        return Cb * Vb / total + H - Kw / H - Ca * Va / total * Ka / (Ka + H)
+
+    H = root(charge, 1e-12, 1e-1)
+    return {"pH": -log10(H), "H": H}
+
+
+@sheet(OWN, "pH > A, pH2 > add, pH pH2 > A add, pH2 > pKa")
+def henderson(pKa, HA, A, add):
+    return {"pH": pKa + log10(A / HA), "pH2": pKa + log10((A + add) / (HA - add))}
+
+
+@sheet(OWN, "v > S, inh > Ki, v vi > Vmax Ki, vi > I")
+def michaelis(Vmax, Km, S, I, Ki):  # noqa: E741
+    v, vi = Vmax * S / (Km + S), Vmax * S / (Km * (1 + I / Ki) + S)
+    return {"v": v, "vi": vi, "inh": 100 * (1 - vi / v)}
+
+
+@sheet(OWN, "p > T, Z > a, p > v, p Z > T a")
+def redlich_kwong(T, v, a, b, R):
+    p = R * T / (v - b) - a / (sqrt(T) * v * (v + b))
+    return {"p": p, "Z": p * v / (R * T)}

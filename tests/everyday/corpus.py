@@ -34,6 +34,7 @@ AREAS = (
     "finance",
     "surveying",
     "optics",
+    "life",
 )
 OWN = "own problem"
 TOLERANCE = 1e-8

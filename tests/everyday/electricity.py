@@ -370,3 +370,73 @@ def transistor_switch(Vi, RB, RC, VCC, beta):
 def mains(V, R, t):
     v = V * sin(377 * t)
     return {"v": v, "i": v / R}
+
+
+@sheet(OWN, "Qc > P, C > P, dI > V, phi2 > pf2")
+def capacitor_bank(P, pf1, pf2, V, f):
+    phi1, phi2 = acos(pf1), acos(pf2)
+    Qc = P * (tan(phi1) - tan(phi2))
+    return {
+        "phi1": degrees(phi1),
+        "phi2": degrees(phi2),
+        "Qc": Qc,
+        "C": Qc * 1000 / (3 * V**2 * 2 * pi * f * 1e-6),
+        "dI": P * 1000 / (sqrt(3) * V) * (1 / pf1 - 1 / pf2),
+    }
+
+
+@sheet(OWN, "E > X, delta > X, I > P, E delta > V X, I phi > P pf")
+def synchronous(V, X, P, pf):
+    I = P / (3 * V * pf)  # noqa: E741
+    phi = acos(pf)
+    across, along = I * X * pf, V + I * X * sin(phi)
+    return {
+        "I": I,
+        "phi": degrees(phi),
+        "E": hypot(across, along),
+        "delta": degrees(atan2(across, along)),
+    }
+
+
+@sheet(OWN, "dI > L, D > Vin, Iin > R, Ipk > fs, Iin dI > R L")
+def boost_converter(Vin, Vout, fs, L, R):
+    D, Iin = 1 - Vin / Vout, Vout**2 / (R * Vin)
+    dI = Vin * D / (L * fs)
+    return {"D": D, "Iin": Iin, "dI": dI, "Ipk": Iin + dI / 2}
+
+
+@sheet(OWN, "n0 > Ra, eta > IL0, Eb > Ra, Ia > Rf, Pout n0 > n IL0")
+def dc_shunt(V, Ra, Rf, IL, n, IL0):
+    field = V / Rf
+    Ia, Ia0 = IL - field, IL0 - field
+    Eb, Eb0 = V - Ia * Ra, V - Ia0 * Ra
+    Pout = Eb * Ia - Eb0 * Ia0
+    return {
+        "Ifd": field,
+        "Ia": Ia,
+        "Ia0": Ia0,
+        "Eb": Eb,
+        "Eb0": Eb0,
+        "n0": n * Eb0 / Eb,
+        "Pout": Pout,
+        "eta": Pout / (V * IL),
+    }
+
+
+@sheet(OWN, "Prefl > P")
+def transmission_line(Z0, ZL, P):
+    Gam = abs((ZL - Z0) / (ZL + Z0))
+    return {
+        "Gam": Gam,
+        "VSWR": (1 + Gam) / (1 - Gam),
+        "RL": -20 * log10(Gam),
+        "Prefl": P * Gam**2,
+    }
+
+
+@sheet(OWN, "Vth > V1, IL > RL, Rth > R1, Vth Rth > V1 R1, P > V2")
+def thevenin(V1, V2, R1, R2, RL):
+    Rth = 1 / (1 / R1 + 1 / R2)
+    Vth = (V1 / R1 + V2 / R2) * Rth
+    IL = Vth / (Rth + RL)
+    return {"Vth": Vth, "Rth": Rth, "IL": IL, "P": IL**2 * RL}

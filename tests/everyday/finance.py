@@ -184,3 +184,43 @@ def overtime(h, w):
 @sheet(OWN, "end > long")
 def night_shift(start, long):
     return {"end": (start + long) % 24}
+
+
+@sheet(OWN, "d > n, SL > C, B3 > S, SL d > C n, SL dep3 > C S, SL dep3 > S n, dep3 > k")
+def depreciation(C, S, n, k):
+    d = 1 - (S / C) ** (1 / n)
+    return {
+        "d": d,
+        "B3": C * (1 - d) ** k,
+        "dep3": C * (1 - d) ** (k - 1) * d,
+        "SL": (C - S) / n,
+    }
+
+
+@sheet(OWN, "NPV > r, irr > I, PI > c1, NPV irr > c2 c3, PI irr > I r")
+def npv3(I, c1, c2, c3, r):  # noqa: E741
+    def worth(percent):
+        return sum(c / (1 + percent / 100) ** k for k, c in enumerate((c1, c2, c3), 1))
+
+    npv = worth(r) - I
+    return {"NPV": npv, "irr": root(lambda x: worth(x) - I, 0, 100), "PI": (npv + I) / I}
+
+
+@sheet(OWN, "tax > t, Pd > t, Q Ps > a d, DWL > t, CS > b")
+def market(a, b, c, d, t):
+    Ps = (a - b * t + c) / (b + d)
+    Pd, Q = Ps + t, a - b * (Ps + t)
+    return {
+        "Ps": Ps,
+        "Pd": Pd,
+        "Q": Q,
+        "CS": (a / b - Pd) * Q / 2,
+        "tax": t * Q,
+        "DWL": t**2 / (2 * (1 / b + 1 / d)),
+    }
+
+
+@sheet(OWN, "pay > sales, c > sales, pay c > sales base, rate > sales")
+def commission(sales, base):
+    c = 1500 + 0.05 * (sales - 50000)
+    return {"c": c, "pay": base + c, "rate": c / sales}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan, cos, degrees, log10, pi, radians, sin, sqrt, tan
+from math import acos, atan, cos, degrees, log10, pi, radians, sin, sqrt, tan
 
 from scipy.optimize import brentq
 
@@ -304,3 +304,55 @@ def pipe_regimes(D, L, nu, rho, v):
     Re = v * D / nu
     f = 64 / Re if Re < 2300 else 0.316 / Re**0.25
     return {"Re": Re, "f": f, "dp": f * L / D * rho * v**2 / 2, "Q": v * pi * D**2 / 4}
+
+
+@sheet(OWN, "h > s, Vs > s, V h > R s, V > R")
+def sphere_floating(R, s):
+    V = 4 / 3 * pi * R**3
+    h = root(lambda h: pi * h * h * (R - h / 3) - s * V, 0, 2 * R)
+    return {"V": V, "Vs": s * V, "h": h}
+
+
+@sheet(OWN, "Q > S, Q > n, theta > y, v Q > n y, Q theta > n y")
+def chezy_circular(D, n, S, y):
+    theta = 2 * acos(1 - 2 * y / D)
+    A, P = D**2 / 8 * (theta - sin(theta)), D * theta / 2
+    v = (A / P) ** (2 / 3) * sqrt(S) / n
+    return {"theta": theta, "A": A, "P": P, "R": A / P, "v": v, "Q": A * v}
+
+
+@sheet(OWN, "yc > Q, Ec > b, v E > Q y, Fr > y, yc v > Q y")
+def critical_flow(b, Q, y):
+    yc, v = (Q**2 / (9.81 * b**2)) ** (1 / 3), Q / (b * y)
+    return {
+        "yc": yc,
+        "Ec": 1.5 * yc,
+        "v": v,
+        "E": y + v**2 / 19.62,
+        "Fr": v / sqrt(9.81 * y),
+    }
+
+
+@sheet(OWN, "c > e1, dpreal > v0, dp > v0, Tc c > L E")
+def water_hammer(K, E, D, e1, rho, v0, L, tclose):
+    c = sqrt(K / rho / (1 + K * D / (E * e1)))
+    return {"c": c, "dp": rho * c * v0, "Tc": 2 * L / c, "dpreal": rho * c * v0}
+
+
+@sheet(OWN, "delta > x, D > b, Rex > L, delta Rex > U x")
+def blasius(U, nu, x, L, rho, b):
+    Re = U * L / nu
+    Cf = 0.074 / Re**0.2 - 1742 / Re
+    return {
+        "Rex": Re,
+        "delta": 5 * x / sqrt(U * x / nu),
+        "Cf": Cf,
+        "D": Cf * rho * U**2 / 2 * b * L,
+    }
+
+
+@sheet(OWN, "draft > rhob, GM > b, KB > H, GM draft > b rhob")
+def buoyancy(b, L, H, rhow, rhob):
+    draft = H * rhob / rhow
+    BM = b**2 / (12 * draft)
+    return {"draft": draft, "BM": BM, "KB": draft / 2, "KG": H / 2, "GM": draft / 2 + BM - H / 2}

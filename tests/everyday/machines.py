@@ -315,3 +315,60 @@ def throw(v, al, x):
     across, up = v * cos(radians(al)), v * sin(radians(al))
     t = x / across
     return {"t": t, "y": up * t - 9.81 * t**2 / 2}
+
+
+@sheet(OWN, "a > M, a > m1, T1 T2 > m1 m2, alpha > R, T1 > g")
+def atwood(m1, m2, M, R, g):
+    a = (m1 - m2) * g / (m1 + m2 + M / 2)
+    return {"a": a, "T1": m1 * (g - a), "T2": m2 * (g + a), "I": M * R**2 / 2, "alpha": a / R}
+
+
+@sheet(OWN, "mu > x, NB > theta, mu NA > P x, FA > W")
+def ladder(L, W, P, x, theta):
+    force = (W / 2 + P * x / L) / tan(radians(theta))
+    return {"NA": W + P, "FA": force, "NB": force, "mu": force / (W + P)}
+
+
+@sheet(OWN, "theta > T, v > T, F > m, F v > T m, r > g, F > L")
+def conical_pendulum(L, T, g, m):
+    w = 2 * pi / T
+    theta = acos(g / (w**2 * L))
+    r = L * sin(theta)
+    return {"omega": w, "theta": degrees(theta), "r": r, "v": w * r, "F": m * w**2 * L}
+
+
+@sheet(OWN, "phi > v, h > m, V > v, phi > L, phi V > v L")
+def ballistic_pendulum(m, M, L, v):
+    V = m * v / (m + M)
+    return {"V": V, "h": V**2 / 19.62, "phi": degrees(acos(1 - V**2 / 19.62 / L))}
+
+
+@sheet(OWN, "T2 > mu, T2 > n, M > T1, T2 M > mu d, beta > n")
+def capstan(T1, n, mu, d):
+    T2 = T1 * exp(mu * 2 * pi * n)
+    return {"beta": 2 * pi * n, "T2": T2, "M": (T2 - T1) * d / 2}
+
+
+@sheet(OWN, "bank > v, vmax > mu, vmin vmax > v mu, vmax > r")
+def banked_curve(r, v, g, mu):
+    slope = (v / 3.6) ** 2 / (r * g)
+    fast, slow = ((slope + sign * mu) / (1 - sign * mu * slope) for sign in (1, -1))
+    return {
+        "bank": degrees(atan2(slope, 1)),
+        "vmax": sqrt(r * g * fast),
+        "vmin": sqrt(r * g * slow),
+    }
+
+
+@sheet(OWN, "zeta > x2, zeta wn > n Td, wn > Td, delta > x1")
+def damped(x1, x2, n, Td):
+    delta = log(x1 / x2) / n
+    zeta = delta / hypot(2 * pi, delta)
+    wd = 2 * pi / Td
+    return {"delta": delta, "zeta": zeta, "wd": wd, "wn": wd / sqrt(1 - zeta**2)}
+
+
+@sheet(OWN, "N > h, vtop > R, N vtop > m h")
+def loop(R, h, g, m):
+    square = 2 * g * (h - 2 * R)
+    return {"vtop": sqrt(square), "N": m * square / R - m * g, "ok": 1.0}

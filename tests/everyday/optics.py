@@ -168,3 +168,16 @@ def reflection(n1, n2, t1):
     rs, rp = (n1 * a - n2 * b) / (n1 * a + n2 * b), (n2 * a - n1 * b) / (n2 * a + n1 * b)
     R = (rs**2 + rp**2) / 2
     return {"t2": t2, "rs": rs, "rp": rp, "R": R, "T": 1 - R, "dev": t1 - t2}
+
+
+@sheet(OWN, "lam2 > theta, K > theta, E2 > lam, K E1 > lam theta")
+def compton(lam, theta):
+    lam2 = lam + 0.002426 * (1 - cos(radians(theta)))
+    E1, E2 = 1.2398 / lam, 1.2398 / lam2
+    return {"lam2": lam2, "E1": E1, "E2": E2, "K": E1 - E2}
+
+
+@sheet(OWN, "tb > n2, tc > n1")
+def brewster(n1, n2):
+    tb = atan(n2 / n1)
+    return {"tb": degrees(tb), "tr": degrees(asin(n1 * sin(tb) / n2)), "tc": degrees(asin(n1 / n2))}

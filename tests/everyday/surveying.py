@@ -201,3 +201,42 @@ def right_triangle(a, b):
         "p": a**2 / c,
         "q": b**2 / c,
     }
+
+
+@sheet(OWN, "d > h, dip > h, D > ship, d D > h ship, dip > R")
+def horizon(h, R, ship):
+    def distance(height):
+        return sqrt(2 * R * height + height**2) / 1000
+
+    dip = 2 * asin(sqrt(h / (2 * (R + h))))
+    return {"d": distance(h), "dip": degrees(dip), "D": distance(h) + distance(ship)}
+
+
+@sheet(OWN, "az > d1, N2 E2 > d1 d2, close az > d1 d2, N2 E2 > N0 E0")
+def traverse(N0, E0, d1, az1, d2, az2):
+    north, east = d1 * cosd(az1) + d2 * cosd(az2), d1 * sind(az1) + d2 * sind(az2)
+    return {
+        "N2": N0 + north,
+        "E2": E0 + east,
+        "close": hypot(north, east),
+        "az": degrees(atan2(east, north)),
+    }
+
+
+@sheet(OWN, "w > base, gamma > alpha, a gamma > base alpha, w > alpha")
+def river_width(base, alpha, beta):
+    gamma = 180 - alpha - beta
+    a = base * sind(alpha) / sind(gamma)
+    return {"gamma": gamma, "a": a, "w": a * sind(beta)}
+
+
+@sheet(OWN, "noon > lat, alt > H, noon alt > lat H, daylen > lat")
+def sun_height(lat, day, H):
+    decl = 23.45 * sind(360 * (284 + day) / 365)
+    alt = asin(sind(lat) * sind(decl) + cosd(lat) * cosd(decl) * cosd(H))
+    return {
+        "decl": decl,
+        "alt": degrees(alt),
+        "noon": 90 - lat + decl,
+        "daylen": 2 / 15 * degrees(acos(-tand(lat) * tand(decl))),
+    }

@@ -293,3 +293,64 @@ def pool_boiling(Ts, Tsat, D, mu, hfg, rl, rv, s, cp, Csf, Pr):
     qmax = 0.149 * hfg * rv * (s * 9.81 * (rl - rv) / rv**2) ** 0.25
     q = qs * pi * D**2 / 4
     return {"dT": dT, "qs": qs, "q": q, "mb": q / hfg, "qmax": qmax, "ratio": qs / qmax}
+
+
+@sheet(OWN, "t > h, tau > d, Bi t > d k, t > c")
+def lumped(rho, c, d, h, k):
+    tau = rho * c * d / 6 / h
+    return {
+        "Lc": d / 6,
+        "Bi": h * d / 6 / k,
+        "tau": tau,
+        "theta": 0.01,
+        "t": tau * log(100),
+    }
+
+
+@sheet(OWN, "Tf > Tw, Tf > mw, avail > mw, Tf need > Tw Ti")
+def ice_mix(mi, Ti, mw, Tw, Lf):
+    need, avail = mi * (2.1 * -Ti + Lf), mw * 4.19 * Tw
+    return {
+        "need": need,
+        "avail": avail,
+        "Tf": (avail - need) / (4.19 * (mw + mi)),
+        "melted": mi,
+    }
+
+
+@sheet(OWN, "q > es, Ts > T1, q0 > e1, q > T1, Ts q > e2 es")
+def shield(T1, T2, e1, e2, es):
+    near, far = 1 / e1 + 1 / es - 1, 1 / es + 1 / e2 - 1
+    across = 5.67e-8 * (T1**4 - T2**4)
+    q = across / (near + far)
+    return {
+        "q0": across / (1 / e1 + 1 / e2 - 1),
+        "q": q,
+        "Ts": (T1**4 - q * near / 5.67e-8) ** 0.25,
+    }
+
+
+@sheet("Magnus' formula", "Td > RH, Td > T, e > RH, Td AH > T RH, AH > RH")
+def dewpoint(T, RH, a, b):
+    gam = log(RH / 100) + a * T / (b + T)
+    e = 6.112 * exp(a * T / (b + T)) * RH / 100
+    return {"gam": gam, "Td": b * gam / (a - gam), "e": e, "AH": 216.7 * e / (T + 273.15)}
+
+
+@sheet(OWN, "T4 > rc, T5 > rp, T2 > r, eta > r, T3 > rp, T4 T3 > rc rp")
+def dual_cycle(r, rp, rc, k, T1):
+    T2 = T1 * r ** (k - 1)
+    T3, T5 = rp * T2, T1 * rp * rc**k
+    return {
+        "T2": T2,
+        "T3": T3,
+        "T4": rc * T3,
+        "T5": T5,
+        "eta": 1 - (T5 - T1) / (T3 - T2 + k * T3 * (rc - 1)),
+    }
+
+
+@sheet(OWN, "t > T1, k > t1, t k > T t1, t > T0")
+def cooling_coffee(T0, Ta, T1, t1, T):
+    k = log((T0 - Ta) / (T1 - Ta)) / t1
+    return {"k": k, "t": log((T0 - Ta) / (T - Ta)) / k}

@@ -1,0 +1,66 @@
+"""Doses, populations, sport and the household."""
+
+from __future__ import annotations
+
+from math import cos, exp, log, radians, sin, sqrt
+
+from scipy.optimize import brentq
+
+from .corpus import OWN, sheet
+
+
+@sheet(OWN, "C > D, Cmax > F, tmax Cmax > ka V")
+def oral_dose(F, D, V, ka, ke, t):
+    return {
+        "C": F * D * ka / (V * (ka - ke)) * (exp(-ke * t) - exp(-ka * t)),
+        "tmax": log(ka / ke) / (ka - ke),
+        "Cmax": F * D / V * (ke / ka) ** (ke / (ka - ke)),
+    }
+
+
+@sheet(OWN, "C > t, thalf > CL, C0 thalf > V CL, C AUC > CL t, C > D")
+def one_compartment(D, V, CL, t):
+    k = CL / V
+    return {
+        "k": k,
+        "thalf": log(2) / k,
+        "C0": D / V,
+        "C": D / V * exp(-k * t),
+        "AUC": D / CL,
+    }
+
+
+@sheet(OWN, "N1 > t, A2 > N0, N1 N2 > N0 l2, N1 > l1")
+def decay_chain(N0, l1, l2, t):
+    N2 = N0 * l1 / (l2 - l1) * (exp(-l1 * t) - exp(-l2 * t))
+    return {"N1": N0 * exp(-l1 * t), "N2": N2, "A2": l2 * N2}
+
+
+@sheet(OWN, "P > t, tinf > P0, P tinf > P0 r")
+def logistic(K, r, P0, t):
+    P = K / (1 + (K - P0) / P0 * exp(-r * t))
+    return {"P": P, "tinf": log((K - P0) / P0) / r, "growth": r * P * (1 - P / K)}
+
+
+@sheet("Kermack and McKendrick", "z > R0, herd > R0, cases herd > N R0")
+def sir_final(R0, N):
+    z = float(brentq(lambda z: 1 - exp(-R0 * z) - z, 0.1, 1, xtol=1e-15, rtol=1e-14))
+    return {"z": z, "herd": 1 - 1 / R0, "cases": z * N}
+
+
+@sheet(OWN, "bill > kwh, avg > fix, bill avg > kwh fix")
+def electricity_bill(kwh, fix):
+    bill = fix + 40 + 0.22 * (kwh - 300)
+    return {"bill": bill, "avg": bill / kwh}
+
+
+@sheet(OWN, "pace > t, t2 > D2, v t2 > t D2")
+def marathon(D, t, D2):
+    return {"v": D / t, "pace": 60 * t / D, "t2": 60 * t * (D2 / D) ** 1.06}
+
+
+@sheet(OWN, "v0 t > d theta, t > h, v0 > d")
+def basketball(d, h, theta):
+    angle = radians(theta)
+    t = sqrt(2 * (d * sin(angle) / cos(angle) - h) / 9.81)
+    return {"t": t, "v0": d / (cos(angle) * t)}
