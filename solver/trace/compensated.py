@@ -7,11 +7,18 @@ Numerische Mathematik 18, 1971, 224-242); what follows from these is linear (P. 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import partial, reduce
 from typing import NamedTuple
 
-from rulesheets.evaluate import differentiate
+from rulesheets.evaluate import (
+    NotDifferentiable,
+    Undefined,
+    differentiate,
+    rounded_derivatives,
+)
+from rulesheets.model import Equation
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
@@ -22,12 +29,46 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
+    children,
+    names,
+    subtract,
 )
-from solver.trace.flow import Flow
+from rulesheets.syntax.program import walk
+from solver.numerics.tolerances import BACKWARD
+from solver.trace.flow import LIBRARY, Flow, Numbers
 from solver.trace.graph import NotCompilable
 
 SPLITTER = 2.0**27 + 1.0
 """Multiplied by this and taken away again, a float is rounded to 26 binary digits."""
+
+
+NOISY = 0.5
+"""The share of what a rule admits from which its own rounding is compensated."""
+
+
+def noise(rule: Equation, points: Sequence[Mapping[str, float]]) -> float:
+    """The rounding of a rule in a record, as a share of what its check admits: the largest at some
+    points, the first of them the sample."""
+    form, doubtful = subtract(rule.left, rule.right), list[tuple[Mapping[str, float], float]]()
+    inner = walk(*children(rule.left), *children(rule.right))
+    if len(rule.names) == len([*names(form)]) and not any(isinstance(one, Sum) for one in inner):
+        return 0.0  # what is rounded is no larger than what is varied
+    for values in points:
+        with suppress(NotDifferentiable, Undefined):
+            _, slopes, rounded = rounded_derivatives(form, values)
+            size = BACKWARD * sum(abs(slope * values[name]) for name, slope in slopes.items())
+            doubtful += [(values, size)] if rounded > NOISY * size / LIBRARY > 0.0 else []
+    if not doubtful:
+        return 0.0
+    flow, shares = Flow(), [0.0]
+    flow.at = Numbers(flow, dict(enumerate(points[0].values())))
+    places = {name: flow.input(place) for place, name in enumerate(points[0])}
+    with suppress(NotCompilable):  # the record may be more exact than the rule as written
+        sides = [flow.expression(side, places) for side in (rule.left, rule.right)]
+        for values, size in doubtful:
+            there = Numbers(flow, dict(enumerate(values.values())))
+            shares.append(sum(map(there.error, sides)) / size)
+    return max(shares)
 
 
 class Pair(NamedTuple):
@@ -62,6 +103,8 @@ def compensated(flow: Flow, expression: Expression, values: Mapping[str, int]) -
             return _linear(flow, Power(Name("0"), Name("1")), pair(base), pair(exponent))
         case Call("sqrt", (argument,)):
             return _root(flow, pair(argument))
+        case Call("cos" | "cosd" as function, (argument,)):
+            return _cosine(flow, function, pair(argument))
         case Call(function, arguments):
             own = tuple(Name(str(place)) for place in range(len(arguments)))
             return _linear(flow, Call(function, own), *map(pair, arguments))
@@ -99,6 +142,14 @@ def _root(flow: Flow, a: Pair) -> Pair:
     back = raw("mul", root, root)
     left = raw("sub", raw("sub", a.number, back), _lost(flow, root, root, back))
     return Pair(root, raw("div", _added(flow, left, a.rest), raw("mul", 2.0, root)))
+
+
+def _cosine(flow: Flow, function: str, a: Pair) -> Pair:
+    """Near 1 what it lacks follows from the sine of half the angle."""
+    raw, (cosine, rest) = flow.raw, _linear(flow, Call(function, (Name("0"),)), a)
+    sine = flow.call(function.replace("cos", "sin"), raw("mul", 0.5, a.number))
+    versed = raw("mul", 2.0, raw("mul", sine, sine))
+    return Pair(cosine, _added(flow, raw("sub", raw("sub", 1.0, cosine), versed), rest))
 
 
 def _lost(flow: Flow, a: int, b: int, product: int) -> int:

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 from rulesheets.functions import TABLE
 from rulesheets.syntax.nodes import (
-    ONE,
     Call,
     Expression,
     Name,
@@ -25,7 +24,6 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
-    add,
 )
 from solver.numerics.tolerances import BACKWARD, EPS
 from solver.trace.graph import (
@@ -47,8 +45,6 @@ WIDE = 2.0**16
 _EXACT = frozenset({"neg", "abs", "rint", "where", "max"})
 _BOUNDED = frozenset({"sin", "cos", "sind", "cosd"})
 _ODD = frozenset({"tan", "tand", "sinh", "tanh", "asin", "asind", "atan", "atand", "asinh"})
-FEW = 64.0
-"""The largest exponent that a rule check admits the rounding of a base for."""
 NEAR = 1e-13
 """A direction nearer to the axis than this (as a quotient) is left to a full solve."""
 
@@ -93,9 +89,6 @@ class Flow(Graph):
                 self._divisor(divisor)
                 return self.add("div", divided, divisor)
             case Power(base, exponent):
-                compound = self._compounded(base, exponent, values)
-                if compound is not None:
-                    return compound
                 return self._power(self.expression(base, values), exponent, values)
             case Call(function, arguments):
                 return self.call(function, *(self.expression(item, values) for item in arguments))
@@ -150,24 +143,6 @@ class Flow(Graph):
             else:
                 terms.append(one)
         return terms
-
-    def _compounded(
-        self, base: Expression, exponent: Expression, values: Mapping[str, int]
-    ) -> int | None:
-        """``(1 + x)^n`` by the logarithm of 1 + x, whose rounding n would multiply."""
-        few = isinstance(exponent, Number) and abs(exponent.value) <= FEW
-        if few or self.plain or self.at is None or not isinstance(base, Sum):
-            return None
-        terms = [term for term in base.terms if term != ONE]
-        if len(terms) != len(base.terms) - 1:
-            return None
-        x = self.expression(add(*terms), values)
-        if not abs(self.at(x)) < 0.5:  # it may be below -1, where there is no logarithm
-            if self.value_of(x) is None:
-                self.require(self.beyond(x, 1.0 / FEW, self.constant(1.0)))
-            return None
-        power = self.expression(exponent, values)
-        return self.call("exp", self.add("mul", power, self.add("log1p", x)))
 
     def _power(self, base: int, exponent: Expression, values: Mapping[str, int]) -> int:
         match exponent:

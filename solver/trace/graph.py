@@ -403,10 +403,12 @@ def _growth(flow: Graph, power: int) -> int | None:
     """``exp(x) - 1``, ``cos(x) - 1`` and ``(1 + x)^n - 1`` without cancellation for a small x."""
     if not flow.plain and flow.nodes[power][:2] == ("call", "exp"):
         return flow.add("expm1", int(flow.nodes[power][2]))
-    if flow.nodes[power][0] in HALVED and flow.at is not None and flow.at(power) > 0.5:
-        half = flow.add("mul", 0.5, int(flow.nodes[power][1]))
-        sine = flow.add(HALVED[str(flow.nodes[power][0])], half)
-        return flow.add("mul", -2.0, flow.add("mul", sine, sine))
+    if not flow.plain and flow.nodes[power][0] in HALVED:
+        sine = flow.add(
+            HALVED[str(flow.nodes[power][0])], flow.add("mul", 0.5, int(flow.nodes[power][1]))
+        )
+        small = flow.add("mul", -2.0, flow.add("mul", sine, sine))
+        return flow.add("where", flow.add("lt", 0.5, power), small, flow.raw("sub", power, 1.0))
     if flow.plain or flow.nodes[power][0] != "pow":
         return None
     base, exponent = (int(part) for part in flow.nodes[power][1:])

@@ -9,21 +9,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
+from functools import cached_property
 from itertools import compress
 from typing import TypeAlias
 
-from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.model import Equation, Model
-from rulesheets.syntax.nodes import Sum, children, subtract
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import subtract
 from solver.facts import Beside, DoubleRoot, NoValue
 from solver.kernel.block import BlockKernel, kernel_of
 from solver.leaves import Leaf
-from solver.numerics.tolerances import BACKWARD
 from solver.path import Decide, Evaluate, Select, SolveBlock, Step, activity
 from solver.path.cases import EQUAL, value_of_equality
-from solver.trace.compensated import compensated
-from solver.trace.flow import Flow, Numbers
+from solver.trace.compensated import NOISY, compensated, noise
+from solver.trace.flow import Numbers
 from solver.trace.folds import NO_CASE, Case, ConstantRootCount, case_of
 from solver.trace.graph import Graph, NotCompilable
 from solver.trace.guards import Pattern, State
@@ -40,8 +38,8 @@ overflow."""
 BEYOND = 1e-6
 """How far outside of an image, relative to the numbers around, a target is refused without a second
 look."""
-NOISY = 0.5
-"""The share of what a rule admits from which its own rounding is compensated."""
+VARIED, FAR = 6, 1e3
+"""How many inputs of a record are varied to see where its rules may be noisy, and how far."""
 ROUNDINGS = 2.0**10
 """The least distance outside a range, in multiples of the rounding at the sample."""
 
@@ -210,25 +208,23 @@ class StepRecording(Inverses):
         return corrected
 
     def _noise(self, state: State, rule: Equation) -> float:
-        """The rounding of the sides of a rule at the sample, as a share of what its check
-        admits."""
-        sides = rule.left, rule.right
-        inner = walk(*(part for side in sides for part in children(side)))
-        if (
-            not any(isinstance(part, Sum) for part in inner)
-            or set(rule.names) & state.symbols.keys()
-        ):
-            return 0.0  # what is rounded is as large as what is varied
-        flow, form = Flow(), subtract(*sides)
-        places = {name: flow.input(place) for place, name in enumerate(rule.names)}
-        at = {place: self._numbers(state.values[name]) for place, name in enumerate(rule.names)}
-        flow.at = numbers = Numbers(flow, at)
-        with suppress(NotDifferentiable, NotCompilable):
-            slopes = {n: flow.expression(differentiate(form, n), places) for n in places}
-            size = sum(abs(numbers(slope) * numbers(places[n])) for n, slope in slopes.items())
-            lost = sum(numbers.error(flow.expression(side, places)) for side in sides)
-            return lost / (BACKWARD * size) if size else 0.0
-        return 0.0
+        """The rounding of a rule as a share of what its check admits: the largest at the sample,
+        and where one input is much smaller or larger."""
+        if not state.values.keys() >= set(rule.names):
+            return 0.0
+        values = {name: state.values[name] for name in rule.names}
+        numbers = (self._numbers, *self._elsewhere)
+        return noise(rule, [{n: float(at(node)) for n, node in values.items()} for at in numbers])
+
+    @cached_property
+    def _elsewhere(self) -> list[Numbers]:
+        """The numbers of the record where one of its first inputs is much smaller or larger."""
+        inputs = self._numbers.inputs
+        return [
+            Numbers(self.flow, {**inputs, place: factor * inputs[place]})
+            for place in list(inputs)[:VARIED]
+            for factor in (1.0 / FAR, FAR)
+        ]
 
     def _otherwise(self, state: State, step: Step) -> State:
         """A selection by the rule that was active, and Newton's method for a step without a

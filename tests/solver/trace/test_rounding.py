@@ -177,3 +177,27 @@ def test_rules_hold_where_they_lose_digits(rule: str) -> None:
         for value in (float(found), plan(*row)[0]):
             values = {**dict(zip(known, row, strict=True)), wanted: value}
             assert check_rule(model.equations[0], values).holds, values
+
+
+@pytest.mark.parametrize(
+    ("rule", "first", "then"),
+    [
+        ("A = 2500*(1 + r/n)^(n*t)", (0.05, 1.0, 1.0), (0.05, 365.0, 30.0)),
+        ("d = acosd(R/(R + h))", (6371e3, 2e6), (6371e3, 1.7)),
+        ("E = sqrt(p^2 + m^2) - m", (900.0, 938.0), (1.0, 938.0)),
+        ("y = 1 - cosd(x)", (80.0,), (0.01,)),
+        ("c = sqrt(a^2 + b^2 - 2*a*b*cosd(t))", (3.0, 4.0, 60.0), (101.17, 101.15, 1e-3)),
+    ],
+)
+def test_rules_hold_in_rows_that_lose_digits_after_one_that_does_not(
+    rule: str, first: tuple[float, ...], then: tuple[float, ...]
+) -> None:
+    model = rulesheets.loads(rule)
+    wanted, *known = sorted(model.variables, key=lambda name: not rule.startswith(name))
+    known = [name for name in model.variables if name in known]
+    plan = solver.prepare(model, known, [wanted])
+    plan(*first)
+    for share in (1.0, 1.003, 0.98, 1.05):
+        row = [share * v for v in then]
+        values = {**dict(zip(known, row, strict=True)), wanted: plan(*row)[0]}
+        assert check_rule(model.equations[0], values).holds, values
