@@ -204,7 +204,7 @@ class _Explanation:
                 message = f"no rule determines {listed(free)} where {where}"
                 return self._note("S597", message, (), free)
             case facts.Fixed(name, value, given, unknown, equations):
-                made, asked = f"{value:.10g}", number_text(given)
+                made, asked = f"{value + 0.0:.10g}", number_text(given)
                 if made == asked:
                     made, asked = repr(value), repr(given)
                 message = f"{name} is {made} whatever {unknown} is, and {asked} is given"

@@ -231,7 +231,7 @@ class Recording(StepRecording):
             self._watch(start, leaf)
         if any(isinstance(finder, BlockNewton) for finder in self.flow.finders):
             raise NotCompilable  # of the roots of a block it follows those that the sample has
-        self._keep_usual()
+        self._keep_usual(zeros=False)  # at 0 rules may be read again, without a factor
         return Program(
             self.flow, len(self.pattern.inputs), (Ending((), tuple(self._guards)),), symbols
         )
@@ -304,8 +304,8 @@ class Recording(StepRecording):
             raise NotCompilable
         self._guard(*state.checks, impossible)
 
-    def _keep_usual(self) -> None:
-        """Require inputs of ordinary size, whose products do not over- or underflow."""
+    def _keep_usual(self, zeros: bool = True) -> None:
+        """Require inputs of ordinary size, whose products do not over- or underflow, or 0."""
         flow = self.flow
         wanted = *Program(flow, 0, tuple(self.endings)).wanted, *self._guards
         odd = {
@@ -320,7 +320,11 @@ class Recording(StepRecording):
             if node in odd:
                 size = flow.add("abs", node)
                 ends = flow.add("le", 1.0 / REMOTE, size), flow.add("le", size, REMOTE)
-                checks.append(flow.add("or", flow.add("and", *ends), flow.is_zero(node)))
+                usual = flow.add("and", *ends)
+                zero = flow.is_zero(node)
+                checks.append(
+                    flow.add("or", usual, zero) if zeros or self._numbers(zero) else usual
+                )
         if not all(self._numbers(check) for check in checks):
             raise NotCompilable
         self._guard(*checks)

@@ -205,3 +205,14 @@ def test_a_row_after_a_refused_one_is_not_refused_by_the_rounding_of_floats() ->
         else:
             versed = 2.0 * math.sin(math.radians(dip) / 2.0) ** 2
             assert math.isclose(plan(dip)[0], 1.7 / versed - 1.7, rel_tol=1e-12)
+
+
+def test_a_row_of_zero_is_contradicted_as_a_solve_says_after_a_refused_one() -> None:
+    """Without friction P*cosd(a) is W*sind(a) and N is 0 only if P is."""
+    sheet = "N = m*9.81*cosd(a) + P*sind(a)\nP*cosd(a) - m*9.81*sind(a) = 0.3*N"
+    model = rulesheets.loads(f"variables\n  a in [0, 360]\n  m\n  N\n  P\nrules\n{sheet}")
+    plan = solver.prepare(model, ["N", "P"], ["m", "a"])
+    for n in (20.0, 0.0, -20.0, 0.0):
+        verdict = solver.solve(model, {"N": n, "P": 105.0}).status
+        with pytest.raises(solver.Unsolved, match=str(verdict)):
+            plan(n, 105.0)
