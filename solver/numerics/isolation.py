@@ -61,6 +61,8 @@ BOXES_ASKED = 5
 CALMEST, LAST_LOOK = 50, 1.25
 """Boxes of a level that are still split at the limits, those in which f changes least; and the work
 for this, as a multiple of the limit."""
+NEIGHBOURS = 64
+"""Floats of a cluster that are looked at one by one."""
 LOOKED_INTO = 50
 """Remaining clusters that are examined."""
 MANY = 50
@@ -308,7 +310,7 @@ class _RootBoxes:
         return at is not None and at[0] <= 0.0 <= at[1]
 
     def _resolve(self, cluster: Cluster) -> None:
-        if self._enclose_slope is not None and self._prove(cluster):
+        if self._is_empty(cluster) or (self._enclose_slope is not None and self._prove(cluster)):
             return
         interval = (cluster.low, cluster.high)
         self.unresolved.append(interval)
@@ -322,6 +324,16 @@ class _RootBoxes:
             self.crossings += crossings
         elif not cluster.rough:
             self._add_touching(cluster)
+
+    def _is_empty(self, cluster: Cluster) -> bool:
+        """Whether there is no root between any two neighbours of a cluster of few floats, of which
+        one may be a pole or the end of the domain."""
+        floats = [cluster.low]
+        while floats[-1] < cluster.high and len(floats) <= NEIGHBOURS:
+            floats.append(nextafter(floats[-1], inf))
+        few = 1 < len(floats) <= NEIGHBOURS
+        ranges = self._ranges([*pairwise(floats)]) if few else [UNKNOWN]
+        return all(f is None or f[0] > 0.0 or f[1] < 0.0 for f in ranges)
 
     def _inflated(self, cluster: Cluster, factor: float) -> Interval:
         """The cluster, wider by ``factor`` times its width (or its last bit) on each side, in

@@ -194,3 +194,13 @@ def test_a_value_of_which_not_all_turns_were_counted_contradicts_nothing(y: floa
     result = solver.solve(model, {"a": y})
     assert result.status not in (solver.Status.INCONSISTENT, solver.Status.INFEASIBLE)
     assert not result.complete
+
+
+@pytest.mark.parametrize("added", [0.01, 0.02, 0.3, 5.0])
+def test_a_logarithm_has_no_root_at_the_pole_of_its_quotient(added: float) -> None:
+    """The buffer after a base was added: with A = 10^p H the second rule is linear."""
+    sheet = f"p = log(A/H)\nq = log((A + {added})/(H - {added}))"
+    result = solver.solve(rulesheets.loads(sheet), {"p": 0.2, "q": 0.3})
+    assert result.complete
+    acid = added * (1 + 10**0.3) / (10**0.3 - 10**0.2)
+    assert [s["H"] for s in result.solutions] == pytest.approx([acid], rel=1e-13)
