@@ -10,15 +10,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate
+from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import ZERO, And, Comparison, Expression, Given, Not, Or, subtract
-from solver.accuracy.rule_sides import heights, jumps, moves_of, sides, symbol_of
+from solver.accuracy.rule_sides import heights, jumps, symbol_of
 from solver.numerics.tolerances import BACKWARD
 from solver.path import activity
 from solver.path.isolate import without_logarithm
 from solver.path.planner import planner
+from solver.trace.compensated import noise
 from solver.trace.flow import LIBRARY, Flow, Numbers
 from solver.trace.graph import LEAVES, NotCompilable
 
@@ -46,14 +47,16 @@ class Pattern(NamedTuple):
 class State:
     """The nodes of the known variables, and the conditions under which they count.
 
-    ``settled`` are the rules that hold because an unknown was computed from them, ``used`` the
-    conditions that activated the rules that were solved.
+    ``settled`` are the rules that hold because an unknown was computed from them, ``compensated``
+    those for which its rounding was corrected, ``used`` the conditions that activated the rules
+    that were solved.
     """
 
     values: dict[str, int]
     symbols: dict[str, str]
     decided: dict[int, bool]
     settled: set[int] = field(default_factory=set)
+    compensated: set[int] = field(default_factory=set)
     used: set[int] = field(default_factory=set)
     checks: list[int] = field(default_factory=list)
 
@@ -184,22 +187,10 @@ class Guards:
 
     def _is_lost_in_rounding(self, state: State, equation: Equation) -> bool:
         """Whether floats cannot tell if a rule holds: a solve has more digits, a record has not."""
-        if any(name in state.symbols for name in equation.names):
+        if equation.index in state.compensated or not state.values.keys() >= set(equation.names):
             return False
         values = {name: float(self._numbers(state.values[name])) for name in equation.names}
-        try:
-            found = sides(equation, values)
-        except Undefined:
-            return False
-        admitted = BACKWARD * sum(moves_of(found.slopes, values))
-        if RESERVE * found.noise <= admitted:
-            return False
-        flow = Flow()  # with the operations of a record
-        at = dict(enumerate(values.values()))
-        flow.at = numbers = Numbers(flow, at)
-        names = dict(zip(values, map(flow.input, at), strict=True))
-        miss = flow.expression(subtract(equation.left, equation.right), names)
-        return RESERVE * numbers.error(miss) > LIBRARY * admitted
+        return RESERVE * noise(equation, [values]) > LIBRARY
 
     def _check_rule(self, state: State, equation: Equation) -> int:
         """Whether an equation holds: |F| ≤ 64 eps · Σ|∂F/∂v · v|, including hidden rounding.

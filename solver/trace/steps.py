@@ -204,6 +204,7 @@ class StepRecording(Inverses):
                     miss = number if rest is None else flow.raw("add", number, rest)
                     slope = self._slope(there, form, step.unknown)
                     node = flow.raw("sub", node, flow.raw("div", miss, slope))
+                    state.compensated.add(rule.index)
             corrected.append(node)
         return corrected
 
